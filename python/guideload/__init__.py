@@ -1,0 +1,63 @@
+"""Dynamic load of linear rolling guides: from a machine and a measured motion to the load of every carriage.
+
+    from guideload import Machine, motion_from_trace, read_trace, simulate
+
+Names are imported when first used, so that `import guideload` costs nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from guideload.encoder import Trace, motion_from_trace, read_trace
+    from guideload.errors import ConfigError, GuideloadError, RunError, SceneError, TraceError
+    from guideload.machine import Body, Carriage, Drive, Link, Machine, Rail
+    from guideload.modes import Modes
+    from guideload.motion import Motion
+    from guideload.result import Result
+    from guideload.simulation import peak_loads, simulate
+
+_HOMES = {
+    "encoder": ("Trace", "motion_from_trace", "read_trace"),
+    "errors": ("ConfigError", "GuideloadError", "RunError", "SceneError", "TraceError"),
+    "machine": ("Body", "Carriage", "Drive", "Link", "Machine", "Rail"),
+    "modes": ("Modes",),
+    "motion": ("Motion",),
+    "result": ("Result",),
+    "simulation": ("peak_loads", "simulate"),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "Body",
+    "Carriage",
+    "ConfigError",
+    "Drive",
+    "GuideloadError",
+    "Link",
+    "Machine",
+    "Modes",
+    "Motion",
+    "Rail",
+    "Result",
+    "RunError",
+    "SceneError",
+    "Trace",
+    "TraceError",
+    "motion_from_trace",
+    "peak_loads",
+    "read_trace",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME_OF:
+        return getattr(import_module(f"guideload.{_HOME_OF[name]}"), name)
+    if name == "plots":
+        return import_module("guideload.plots")
+    raise AttributeError(f"module 'guideload' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "plots"]

@@ -1,0 +1,93 @@
+"""The exception tree: every refusal says where, what was expected, what was found and the way out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+KeyPath = tuple[str | int, ...]  # where a value sits: ("carriages", 2, "stiffness_y")
+
+
+class GuideloadError(Exception):
+    """Root of all errors that guideload raises on purpose."""
+
+
+class TraceError(GuideloadError):
+    """A measured trace or a motion cannot be used; the text names file, column and rows."""
+
+
+class SceneError(GuideloadError):
+    """A scene has no solution: a body that its links leave unsupported, an impossible body or link."""
+
+
+class RunError(GuideloadError):
+    """A run stopped: a step outside the stability region, a tolerance below rounding; the text says when."""
+
+
+class ValueRefused(GuideloadError, ValueError):
+    """One value was refused, by a place that does not know where the value stands.
+
+    Whoever knows the place (the machine file's key, the trace's column) turns it into its own error.
+    """
+
+    def __init__(self, expected: str, value: object, hint: str = "") -> None:
+        super().__init__(expected, value, hint)
+        self.expected = expected
+        self.value = value
+        self.hint = hint
+
+    def __str__(self) -> str:
+        return f"expected {self.expected}, got {shown(self.value)}" + (f"; {self.hint}" if self.hint else "")
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing wrong in a description: where it stands, what was expected, what is there, the way out."""
+
+    path: KeyPath
+    value: object
+    expected: str
+    hint: str = ""
+    row: int | None = None
+    written: str = ""  # the value as it stands in the file or in code
+
+    @property
+    def key(self) -> str:
+        """The key path as a designer writes it: `carriages[2].stiffness_y`."""
+        text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in self.path)
+        return text.removeprefix(".")
+
+    def text(self, file: str | None) -> str:
+        place = ", ".join(part for part in (file or "", f"row {self.row}" if self.row else "") if part)
+        lead = "".join(f"{part}: " for part in (place, self.key) if part)
+        return f"{lead}expected {self.expected}, got {self.written}" + (f"; {self.hint}" if self.hint else "")
+
+
+class ConfigError(GuideloadError):
+    """A machine description was refused. `problems` lists all; the attributes are those of the first."""
+
+    def __init__(self, problems: Iterable[Problem], file: str | None = None) -> None:
+        self.problems = tuple(problems)
+        super().__init__(self.problems, file)  # all arguments, so that the error survives pickling
+        first = self.problems[0]
+        self.file = file
+        self.key = first.key
+        self.value = first.value
+        self.row = first.row
+
+    def __str__(self) -> str:
+        return "\n".join(problem.text(self.file) for problem in self.problems)
+
+
+def shown(value: object) -> str:
+    """A value as TOML and Python users write it, cut to a readable length."""
+    if value is None:
+        return "None"
+    return shortened(json.dumps(value, ensure_ascii=False, default=str))
+
+
+def shortened(text: str) -> str:
+    """`text` on one line of at most 80 characters."""
+    line = " ".join(text.split())
+    return line if len(line) <= 80 else f"{line[:77]}..."

@@ -1,0 +1,123 @@
+"""Results as files, and back: netCDF whole, Parquet and CSV with a column per quantity and label."""
+
+from __future__ import annotations
+
+import json
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet
+import xarray as xr
+
+from guideload.errors import TraceError
+from guideload.machine import Machine
+from guideload.result import Result
+
+KEY = b"guideload"  # of the metadata in a Parquet file
+
+
+def write_netcdf(result: Result, path: str | PathLike[str]) -> None:
+    """netCDF 4; variables and attributes as in `result.data`."""
+    result.data.to_netcdf(path, engine="h5netcdf")
+
+
+def write_parquet(result: Result, path: str | PathLike[str]) -> None:
+    """Histories as columns, the rest as JSON in the metadata of the schema."""
+    table = _columns(result.data).replace_schema_metadata({KEY: json.dumps(_rest(result.data))})
+    pyarrow.parquet.write_table(table, path)
+
+
+def write_csv(result: Result, path: str | PathLike[str]) -> None:
+    """Histories as columns, the rest as JSON beside it."""
+    pyarrow.csv.write_csv(_columns(result.data), path)
+    Path(path).with_suffix(".json").write_text(json.dumps(_rest(result.data), indent=1), encoding="utf-8")
+
+
+def read(path: str | PathLike[str]) -> Result:
+    """A result from any of the three. Raises TraceError if the file holds none."""
+    path = Path(path)
+    try:
+        data = _data(path)
+        return Result(_machine(data), data)
+    except (KeyError, ValueError, OSError, pa.ArrowException) as error:
+        raise TraceError(f"{path}: expected a result that guideload wrote, got {error}") from error
+
+
+def _data(path: Path) -> xr.Dataset:
+    if path.suffix == ".nc":
+        return xr.load_dataset(path, engine="h5netcdf")
+    if path.suffix == ".parquet":
+        table = pyarrow.parquet.read_table(path)
+        return _assembled(table, json.loads(table.schema.metadata[KEY]))
+    if path.suffix == ".csv":
+        rest = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
+        return _assembled(pyarrow.csv.read_csv(path), rest)
+    raise ValueError(f"the ending {path.suffix!r}: expected .nc, .parquet or .csv")
+
+
+def _machine(data: xr.Dataset) -> Machine:
+    values: dict[str, Any] = json.loads(data.attrs["machine"])
+    return Machine(**{key: value for key, value in values.items() if value is not None})
+
+
+def _columns(data: xr.Dataset) -> pa.Table:
+    """A column `name[label,label]` for each entry of each history, after the time."""
+    columns = {"time": data["time"].values}
+    for name, variable in data.data_vars.items():
+        if "time" in variable.dims:
+            flat = variable.values.reshape(variable.sizes["time"], -1)
+            names = _labels(variable)
+            columns |= {f"{name}{label}": flat[:, i] for i, label in enumerate(names)}
+    return pa.table({name: np.ascontiguousarray(values) for name, values in columns.items()})
+
+
+def _labels(variable: xr.DataArray) -> list[str]:
+    sizes = [variable[dim].values for dim in variable.dims if dim != "time"]
+    if not sizes:
+        return [""]
+    grid = np.meshgrid(*[np.arange(len(labels)) for labels in sizes], indexing="ij")
+    rows = zip(*[labels[index.ravel()] for labels, index in zip(sizes, grid, strict=True)], strict=True)
+    return [f"[{','.join(str(label) for label in row)}]" for row in rows]
+
+
+def _rest(data: xr.Dataset) -> dict[str, Any]:
+    """All but the histories: attributes, labels, static values."""
+    return {
+        "attributes": data.attrs,
+        "labels": {str(name): coord.values.tolist() for name, coord in data.coords.items() if name != "time"},
+        "quantities": {
+            str(name): {
+                "dims": list(variable.dims),
+                "attributes": variable.attrs,
+                **({} if "time" in variable.dims else {"values": variable.values.tolist()}),
+            }
+            for name, variable in data.variables.items()
+            if name == "time" or name in data.data_vars
+        },
+    }
+
+
+def _assembled(table: pa.Table, rest: dict[str, Any]) -> xr.Dataset:
+    """The inverse of `_columns` and `_rest`."""
+    labels = rest["labels"]
+    columns = iter(table.columns)
+    time = next(columns).to_numpy()
+    data = xr.Dataset(coords={"time": ("time", time, rest["quantities"].pop("time")["attributes"]), **labels})
+    for name, quantity in rest["quantities"].items():
+        dims = quantity["dims"]
+        if "values" in quantity:
+            values = np.array(quantity["values"], dtype=np.float64).reshape([len(labels[dim]) for dim in dims])
+        else:
+            shape = [time.size, *[len(labels[dim]) for dim in dims[1:]]]
+            count = int(np.prod(shape[1:]))
+            values = np.empty((time.size, count))
+            for i in range(count):
+                values[:, i] = next(columns).to_numpy()
+            values = values.reshape(shape)
+        data[name] = (dims, values, quantity["attributes"])
+    data.attrs = rest["attributes"]
+    return data

@@ -1,0 +1,74 @@
+"""Pictures, a function per figure. Each returns its axes, and draws on axes of its own unless given some.
+
+They are made without pyplot: no window, no display, no setting of the process is touched.
+`ax.figure.savefig(path)` saves one; in a notebook `ax.figure` shows it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from matplotlib.figure import SubFigure
+
+from guideload.plots.histories import (
+    load_density,
+    load_y,
+    load_z,
+    moments,
+    motor_speed,
+    paper_figures,
+    resultant,
+    spectrum,
+)
+from guideload.plots.space import equivalent_box, modes, scene
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from guideload.result import Result
+
+__all__ = [
+    "equivalent_box",
+    "load_density",
+    "load_y",
+    "load_z",
+    "modes",
+    "moments",
+    "motor_speed",
+    "paper_figures",
+    "resultant",
+    "save",
+    "save_all",
+    "scene",
+    "spectrum",
+]
+
+DOTS_PER_INCH = 130
+
+
+def save(ax: Axes, path: str | Path) -> Path:
+    """Save the figure that the axes stand in, in the format told by the path's ending; returns the path."""
+    figure = ax.figure
+    while isinstance(figure, SubFigure):
+        figure = figure.figure
+    figure.savefig(path, dpi=DOTS_PER_INCH)
+    return Path(path)
+
+
+def save_all(result: Result, folder: str | Path) -> list[Path]:
+    """Save every picture of a result as PNG in `folder`, made when missing; returns their paths."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [
+        save(scene(result.machine, result), folder / "scene.png"),
+        save(modes(result.machine, result.modes)[0], folder / "modes.png"),
+    ]
+    if result.machine.carriages:
+        paths += [
+            save(paper_figures(result)[0], folder / "figures_7_to_11.png"),
+            save(resultant(result), folder / "resultant.png"),
+            save(moments(result), folder / "moments.png"),
+            save(spectrum(result), folder / "spectrum.png"),
+        ]
+    return paths

@@ -1,0 +1,156 @@
+"""What a run gives: labelled arrays with units, peaks, and files that read back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from os import PathLike
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from guideload.modes import DOFS, Modes
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+    from guideload._core import Solution
+    from guideload.machine import Machine
+    from guideload.motion import Motion
+
+Array = NDArray[np.float64]
+AXES = ("x", "y", "z")
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What `simulate` ran, and the states it got."""
+
+    machine: Machine
+    motion: Motion
+    solution: Solution
+    time: Array
+    method: str
+    reason: str
+    rtol: float
+    step: float | None
+
+    def carriage_loads(self, part: str = "total") -> Array:
+        """(time, carriage, 6) force [N] and moment about the carriage centre [N m]; total, elastic or damping."""
+        machine = self.machine
+        return self.solution.group_loads(machine.links_of_carriages, machine.carriage_centers, part)
+
+
+@dataclass(frozen=True, eq=False)
+class Peaks:
+    """Extremes of the loads of the carriages, each array (carriage, 8), and their times [s].
+
+    Columns: Fx Fy Fz [N], Mx My Mz [N m] about the carriage centre, resultant of Fy and Fz [N], magnitude of the moment [N m].
+    """
+
+    carriages: tuple[str, ...]
+    smallest: Array
+    largest: Array
+    time_of_smallest: Array
+    time_of_largest: Array
+
+
+class Result:
+    """The loads of one run.
+
+    `machine` is the machine, `modes` its natural modes, `carriage_loads` the plain array, and `data` an
+    xarray.Dataset with all quantities over time, carriage, rail, link, dof and axis, each with its units:
+    force, moment (of the carriages on their guides, moments about the carriage centres), their elastic and damping parts,
+    resultant (y-z), link_load, rail_force, rail_moment, reaction (of the held dofs; held x: the drive force),
+    displacement, velocity, acceleration (of L in the carriage frame), and the static values of them.
+    A load is the force that the body exerts on its guide: weight makes y negative.
+    """
+
+    def __init__(self, machine: Machine, data: xr.Dataset) -> None:
+        self.machine = machine
+        self.__dict__["data"] = data
+
+    @classmethod
+    def of_run(cls, run: Run) -> Result:
+        """The result of a run; its labelled arrays are made when first asked for."""
+        result = cls.__new__(cls)
+        result.machine = run.machine
+        result._run = run
+        result.__dict__["carriage_loads"] = run.carriage_loads()
+        return result
+
+    _run: Run
+
+    @cached_property
+    def data(self) -> xr.Dataset:
+        """All quantities with labels and units."""
+        from guideload.dataset import dataset  # xarray takes longer to import than most runs to compute
+
+        return dataset(self._run, self.carriage_loads)
+
+    @cached_property
+    def carriage_loads(self) -> Array:
+        """(time, carriage, 6) force [N] and moment about the carriage centre [N m]."""
+        return np.concatenate([self.data["force"].values, self.data["moment"].values], axis=2)
+
+    @cached_property
+    def modes(self) -> Modes:
+        """The natural modes of the machine."""
+        return Modes.of(self.machine)
+
+    def peaks(self) -> pd.DataFrame:
+        """A row per carriage: the peak resultant (y-z), when, its static value and dynamic share, and peak components.
+
+        Columns end in their unit. Peaks are largest magnitudes over the reported instants.
+        """
+        import pandas as pd
+
+        data = self.data
+        resultant = data["resultant"].values
+        static = np.hypot(data["static_force"].sel(axis="y"), data["static_force"].sel(axis="z")).values
+        at = resultant.argmax(axis=0)
+        peak = resultant.max(axis=0)
+        force, moment = np.abs(data["force"].values).max(axis=0), np.abs(data["moment"].values).max(axis=0)
+        dynamic = data["force"].values - data["static_force"].values
+        table = {
+            "peak_resultant_N": peak,
+            "time_of_peak_s": data["time"].values[at],
+            "static_resultant_N": static,
+            "dynamic_resultant_N": np.hypot(dynamic[:, :, 1], dynamic[:, :, 2]).max(axis=0),
+        }
+        table |= {f"peak_F{axis}_N": force[:, i] for i, axis in enumerate(AXES)}
+        table |= {f"peak_M{axis}_Nm": moment[:, i] for i, axis in enumerate(AXES)}
+        return pd.DataFrame(table, index=pd.Index(data["carriage"].values, name="carriage"))
+
+    def to_netcdf(self, path: str | PathLike[str]) -> None:
+        """Write all of it as netCDF 4."""
+        from guideload import files
+
+        files.write_netcdf(self, path)
+
+    def to_parquet(self, path: str | PathLike[str]) -> None:
+        """Write all of it as Parquet: a column per quantity and label, what is not a history in the metadata."""
+        from guideload import files
+
+        files.write_parquet(self, path)
+
+    def to_csv(self, path: str | PathLike[str]) -> None:
+        """Write the histories as CSV, and what is not a history as JSON beside it (same name, .json)."""
+        from guideload import files
+
+        files.write_csv(self, path)
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Result:
+        """Read a result back from a file that `to_netcdf`, `to_parquet` or `to_csv` wrote, told by its ending.
+
+        Raises TraceError if the file is none of these.
+        """
+        from guideload import files
+
+        return files.read(path)
+
+
+__all__ = ["AXES", "DOFS", "Array", "Peaks", "Result", "Run"]

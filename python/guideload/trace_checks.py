@@ -1,0 +1,170 @@
+"""What a measured trace must hold before anything is computed from it. Each limit has its reason; nothing is
+repaired.
+
+All functions take SI arrays and the Table that names the rows, and raise TraceError.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from guideload.errors import TraceError
+from guideload.smoothing import quantum_of
+from guideload.trace_table import Table
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+FEWEST_SAMPLES = 8  # the smoothing takes fourth differences: fewer do not tell noise from motion
+# A missing row doubles the step, and stamps made by a PC jitter: 20 ms after a nominal 13 ms (1.54) has been
+# measured.
+LONGEST_STEP = 1.75
+# A jump stands out of its four neighbours by this factor (a speed that motion reaches is approached by its
+# samples) ...
+ISOLATION = 5.0
+# ... by quanta, since slow motion is single quanta among zeros ...
+QUANTA = 10.0
+# ... and beyond what the axis does elsewhere in the trace: in speed, or in change of speed.
+SPEED_RATIO, CHANGE_RATIO = 1.5, 20.0
+# Position against velocity of the same axis: a drive's filtered velocity lags some 10 ms behind, at most a
+# fifth of the top speed at usual accelerations; 8 times the median deviation covers rounding of both columns.
+LAG_SHARE, DEVIATIONS = 0.2, 8.0
+
+
+def check_length(table: Table, count: int) -> None:
+    if count < FEWEST_SAMPLES:
+        where = f": {table.rows(range(count))}" if count else ""
+        raise TraceError(f"{table.source}: expected at least {FEWEST_SAMPLES} samples, got {count}{where}")
+
+
+def check_order(table: Table, column: str, time: Array) -> None:
+    """Time stamps must grow."""
+    back = np.flatnonzero(np.diff(time) <= 0.0) + 1
+    if back.size:
+        at = int(back[0])
+        raise TraceError(
+            f"{table.source}: column {column}: time does not grow in {table.rows(back)}: "
+            f"{float(time[at])!r} s after {float(time[at - 1])!r} s; sort the rows, remove doubled ones, or "
+            "cut the trace where the clock jumps"
+        )
+
+
+def check_gaps(table: Table, column: str, time: Array, value: Array, allow: bool) -> str:
+    """No step longer than 1.75 times the median step. Returns a note if such are allowed and present."""
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    gaps = np.flatnonzero(steps > LONGEST_STEP * usual) + 1
+    if gaps.size == 0:
+        return ""
+    worst = int(gaps[np.argmax(steps[gaps - 1])])
+    text = (
+        f"{gaps.size} gaps in time (steps over {LONGEST_STEP:g} times the usual {usual:.4g} s), before "
+        f"{table.rows(gaps)}; the longest is {steps[worst - 1]:.4g} s, before {table.rows([worst])}"
+    )
+    moved = float(np.abs(value[gaps] - value[gaps - 1]).max())
+    still = moved <= 2.0 * quantum_of(value)
+    text += "; the value stands still across all of them" if still else ""
+    if allow:
+        return text + "; bridged by the smoothing"
+    raise TraceError(
+        f"{table.source}: column {column}: {text}; rows may be missing: cut the trace, or accept them with "
+        "allow_gaps=True (--allow-gaps)"
+    )
+
+
+def check_jumps(
+    table: Table, column: str, time: Array, value: Array, kind: str, max_speed: float | None
+) -> None:
+    """No step that motion cannot make.
+
+    Judged on the speeds u: of each step for positions, of each sample for velocities. With `max_speed` a row
+    is bad when |u| is above it. Without, when u stands out of its two neighbours on either side: its distance
+    to their median is over 5 times that of the farthest of them on the same side, and over 10 quanta; and
+    when it goes beyond the rest of the trace as well: a speed over 1.5 times, or a change of speed over 20
+    times the largest elsewhere.
+    """
+    steps = np.diff(time)
+    is_position = kind in ("position", "counts")
+    speed = np.diff(value) / steps if is_position else value
+    unit = "m/s" if kind != "motor_speed" else "rad/s"
+    quantum = quantum_of(value)
+    if max_speed is not None:
+        bad = np.abs(speed) > max_speed
+        reason = f"the speed goes above max_speed = {max_speed:g} {unit}"
+    else:
+        bad = _jumps(speed, steps, quantum / float(np.median(steps)) if is_position else quantum)
+        reason = (
+            f"jumps that motion cannot make (the rest of the trace stays below {_top(speed, bad):.4g} {unit})"
+        )
+    rows = np.flatnonzero(bad) + (1 if is_position else 0)
+    if rows.size == 0:
+        return
+    at = int(rows[0])
+    before, after = value[max(at - 1, 0)], value[min(at + 1, value.size - 1)]
+    what = (
+        f"from {before:.6g} to {value[at]:.6g} m in {steps[at - 1]:.4g} s"
+        if is_position
+        else f"{value[at]:.6g} {unit} between {before:.6g} and {after:.6g}"
+    )
+    raise TraceError(
+        f"{table.source}: column {column}: {reason} in {table.rows(rows)}: the first is {what}; cut the "
+        "trace to a part without them, or say what the axis can do with max_speed=... (--max-speed)"
+    )
+
+
+def _jumps(speed: Array, steps: Array, quantum: float) -> Flags:
+    padded = np.pad(speed, 2, mode="edge")
+    around = np.delete(sliding_window_view(padded, 5), 2, axis=1)
+    middle = np.median(around, axis=1)
+    out = speed - middle
+    side = np.sign(out)[:, None] * (around - middle[:, None])
+    isolated: Flags = np.abs(out) > np.maximum(
+        ISOLATION * np.maximum(side.max(axis=1), 0.0), QUANTA * quantum
+    )
+    if not isolated.any():
+        return isolated
+    change = np.abs(np.diff(speed))
+    calm = ~(isolated[1:] | isolated[:-1])
+    usual = float(change[calm].max(initial=0.0))
+    far = np.abs(speed) > SPEED_RATIO * _top(speed, isolated)
+    return isolated & (far | (np.abs(out) > CHANGE_RATIO * max(usual, quantum)))
+
+
+def _top(speed: Array, without: Flags) -> float:
+    return float(np.abs(speed[~without]).max(initial=0.0))
+
+
+def check_partner(
+    table: Table, column: str, partner: str, time: Array, position: Array, velocity: Array
+) -> str:
+    """Position and velocity of the same axis must tell the same motion. Returns a note on what was done.
+
+    In each row the mean speed of the position has to lie within the velocities of the four samples around it,
+    widened by their own range, a fifth of the top speed, 1.5 quanta of the position and 8 median deviations.
+    """
+    steps = np.diff(time)
+    mean = np.diff(position) / steps
+    around = sliding_window_view(np.pad(velocity, 1, mode="edge"), 4)
+    low, high = around.min(axis=1), around.max(axis=1)
+    middle = 0.5 * (velocity[1:] + velocity[:-1])
+    top = float(np.abs(velocity).max())
+    moving = np.abs(middle) > 0.1 * top
+    # The partner's unit is taken from the column's own; where the two differ by a factor, it is another unit.
+    scale = float(np.median(mean[moving] / middle[moving])) if np.any(moving) else 0.0
+    if not 0.4 < scale < 2.5:  # units differ by more; rounded positions at slow speed by less
+        return f"column {partner} not compared with {column}: their speeds differ by the factor {scale:.3g}"
+    spread = 1.4826 * float(np.median(np.abs(mean - middle)))
+    slack = (high - low) + LAG_SHARE * top + 1.5 * quantum_of(position) / steps + DEVIATIONS * spread
+    rows = np.flatnonzero((mean > high + slack) | (mean < low - slack)) + 1
+    if rows.size == 0:
+        return f"column {partner} tells the same motion as {column}"
+    at = int(rows[0])
+    move, speeds = 1e3 * (position[at] - position[at - 1]), 1e3 * velocity[at - 1 : at + 1]
+    raise TraceError(
+        f"{table.source}: column {column}: position and velocity ({partner}) contradict each other in "
+        f"{table.rows(rows)}: the first is a jump of {move:.4g} mm in {steps[at - 1]:.4g} s at "
+        f"{speeds[0]:.4g} to {speeds[1]:.4g} mm/s; rows seem to be missing there: cut the trace to a part "
+        "without such jumps, or leave the comparison out with cross_check=False (--no-cross-check)"
+    )

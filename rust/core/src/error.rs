@@ -1,0 +1,282 @@
+//! Errors carry the numbers and the next move.
+
+use core::fmt;
+
+use nalgebra::{Vector3, Vector6};
+
+/// What is wrong with a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SceneError {
+    /// Mass not positive.
+    Mass {
+        /// kg.
+        got: f64,
+    },
+    /// NaN or infinity in a field.
+    NotFinite {
+        /// Its path.
+        field: &'static str,
+    },
+    /// Inertia tensor that is not symmetric.
+    InertiaAsymmetric {
+        /// Largest difference of mirrored entries, kg m².
+        by: f64,
+    },
+    /// Inertia about the centre of mass that is not positive definite.
+    InertiaNotPositive {
+        /// Principal moments, ascending, kg m².
+        principal: [f64; 3],
+    },
+    /// Principal moments of which the largest exceeds the sum of the others.
+    InertiaTriangle {
+        /// Principal moments, ascending, kg m².
+        principal: [f64; 3],
+    },
+    /// Link direction without length.
+    Direction {
+        /// As given.
+        got: [f64; 3],
+    },
+    /// Negative or non-finite stiffness.
+    Stiffness {
+        /// N/m.
+        got: f64,
+    },
+    /// Negative or non-finite damping.
+    Damping {
+        /// N s/m.
+        got: f64,
+    },
+    /// Link with neither stiffness nor damping.
+    IdleLink,
+    /// No free degree of freedom.
+    NothingFree,
+    /// No link.
+    NoLinks,
+    /// The links leave a motion of the free degrees of freedom unresisted.
+    Unsupported {
+        /// That motion `(u, φ)`, largest entry 1.
+        motion: Vector6<f64>,
+        /// How many independent ones there are.
+        count: usize,
+    },
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Mass { got } => write!(f, "body.mass: expected > 0 kg, got {got}"),
+            Self::NotFinite { field } => write!(f, "{field}: expected finite numbers"),
+            Self::InertiaAsymmetric { by } => {
+                write!(f, "body.inertia: expected a symmetric tensor, mirrored entries differ by {by} kg m2")
+            }
+            Self::InertiaNotPositive { principal: [a, b, c] } => write!(
+                f,
+                "body.inertia: no body has the principal moments {a:.6}, {b:.6}, {c:.6} kg m2 about its centre of mass: \
+                 all must be > 0; is the tensor about L rather than about the centre of mass?"
+            ),
+            Self::InertiaTriangle { principal: [a, b, c] } => write!(
+                f,
+                "body.inertia: no body has the principal moments {a:.6}, {b:.6}, {c:.6} kg m2 about its centre of mass: \
+                 the largest exceeds the sum of the others by {:.6} (triangle rule); are products of inertia given with \
+                 the wrong sign, or is the tensor about another point?",
+                c - a - b
+            ),
+            Self::Direction { got: [x, y, z] } => {
+                write!(f, "direction: expected a vector with a length, got ({x}, {y}, {z})")
+            }
+            Self::Stiffness { got } => write!(f, "stiffness: expected >= 0 N/m, got {got}"),
+            Self::Damping { got } => write!(f, "damping: expected >= 0 N s/m, got {got}"),
+            Self::IdleLink => f.write_str("stiffness and damping are both zero; give one, or leave the link out"),
+            Self::NothingFree => f.write_str("free: expected at least one of x y z rx ry rz, got none"),
+            Self::NoLinks => f.write_str("links: expected at least one, got none"),
+            Self::Unsupported { motion, count } => {
+                f.write_str("the body is not supported: nothing resists ")?;
+                write_motion(f, motion)?;
+                if *count > 1 {
+                    write!(f, " (one of {count} such motions)")?;
+                }
+                f.write_str("; add a carriage or link that does, or hold that degree of freedom")
+            }
+        }
+    }
+}
+
+impl core::error::Error for SceneError {}
+
+/// A rigid motion `(u, φ)` in words: a translation along a direction or a rotation about an axis near a point.
+fn write_motion(f: &mut fmt::Formatter<'_>, motion: &Vector6<f64>) -> fmt::Result {
+    let u = motion.fixed_rows::<3>(0).into_owned();
+    let phi = motion.fixed_rows::<3>(3).into_owned();
+    // A rotation about a point a kilometre away is a translation.
+    if phi.norm() < 1e-3 * u.norm() {
+        f.write_str("translation along ")?;
+        return write_direction(f, &u);
+    }
+    let point = phi.cross(&u) / phi.norm_squared();
+    let pitch = phi.dot(&u) / phi.norm_squared();
+    f.write_str("rotation about ")?;
+    write_direction(f, &phi)?;
+    let [x, y, z] = point.map(|c| if c.abs() < 5e-7 { 0.0 } else { c }).into();
+    write!(f, " near the point ({x:.3}, {y:.3}, {z:.3}) m")?;
+    if pitch.abs() > 1e-6 {
+        write!(f, " with a travel of {pitch:.3} m/rad along it")?;
+    }
+    Ok(())
+}
+
+fn write_direction(f: &mut fmt::Formatter<'_>, vector: &Vector3<f64>) -> fmt::Result {
+    let unit = vector / vector.norm();
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        if unit[axis].abs() > 1.0 - 1e-9 {
+            return f.write_str(name);
+        }
+    }
+    write!(f, "({:.3}, {:.3}, {:.3})", unit.x, unit.y, unit.z)
+}
+
+/// What is wrong with an excitation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ExcitationError {
+    /// No sample.
+    Empty,
+    /// Histories of different lengths.
+    Length {
+        /// Which one.
+        field: &'static str,
+        /// Knots.
+        expected: usize,
+        /// Its samples.
+        got: usize,
+    },
+    /// NaN or infinity.
+    NotFinite {
+        /// In which history.
+        field: &'static str,
+        /// At which sample, from 0.
+        index: usize,
+    },
+    /// Time runs backwards.
+    Order {
+        /// At which sample, from 0.
+        index: usize,
+        /// Time of the sample before, s.
+        before: f64,
+        /// Its own time, s.
+        got: f64,
+    },
+    /// More than two samples at one time: two are a jump, three are a mistake.
+    Repeated {
+        /// The third sample, from 0.
+        index: usize,
+        /// Its time, s.
+        time: f64,
+    },
+}
+
+impl fmt::Display for ExcitationError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => f.write_str("time: expected at least one sample, got none"),
+            Self::Length { field, expected, got } => {
+                write!(f, "{field}: expected {expected} samples, one per time, got {got}")
+            }
+            Self::NotFinite { field, index } => {
+                write!(f, "{field}[{index}]: expected a finite number; repair or cut the trace first")
+            }
+            Self::Order { index, before, got } => write!(
+                f,
+                "time[{index}]: expected >= {before} s (the sample before), got {got} s; sort or cut the trace first"
+            ),
+            Self::Repeated { index, time } => write!(
+                f,
+                "time[{index}]: a third sample at {time} s; two at one time are a jump, more say nothing: remove them"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for ExcitationError {}
+
+/// What stops a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RunError {
+    /// Tolerance that double precision cannot hold, or that asks for nothing.
+    Tolerance {
+        /// As asked.
+        got: f64,
+    },
+    /// Fixed step that is not positive.
+    Step {
+        /// s.
+        got: f64,
+    },
+    /// The error stays above the tolerance however short the step.
+    StepTooSmall {
+        /// When, s.
+        time: f64,
+        /// Step at which it gave up, s.
+        step: f64,
+        /// Estimated error of that step as a multiple of the tolerance.
+        error: f64,
+    },
+    /// The state left the range of numbers: a fixed step outside the method's stability region.
+    Diverged {
+        /// When, s.
+        time: f64,
+        /// Step, s.
+        step: f64,
+    },
+    /// An output time outside the excitation, or out of order.
+    OutputTime {
+        /// Which, from 0.
+        index: usize,
+        /// s.
+        got: f64,
+        /// First and last time allowed there, s.
+        range: [f64; 2],
+    },
+    /// Eigenvalues that the iteration did not settle.
+    Eigenvalues,
+    /// A record that cannot hold all samples.
+    Capacity {
+        /// Samples of the run.
+        expected: usize,
+        /// Samples it holds.
+        got: usize,
+    },
+}
+
+impl fmt::Display for RunError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Tolerance { got } => write!(
+                f,
+                "rtol: expected 1e-13 to 0.1 of the load scale, got {got}; below 1e-13 rounding decides: use method \
+                 \"exact\", which has no step error"
+            ),
+            Self::Step { got } => write!(f, "step: expected > 0 s, got {got}"),
+            Self::StepTooSmall { time, step, error } => write!(
+                f,
+                "step {step:.3e} s at t = {time:.9} s is below rounding (error {error:.3} x tolerance): loosen rtol, or use \
+                 method \"exact\" or \"implicit\""
+            ),
+            Self::Diverged { time, step } => write!(
+                f,
+                "the solution grew without bound at t = {time:.9} s with a step of {step:.3e} s: the step is outside the \
+                 method's stability region; shorten it, leave it to error control, or use method \"exact\" or \"implicit\""
+            ),
+            Self::OutputTime { index, got, range: [from, to] } => {
+                write!(f, "times[{index}]: expected {from} to {to} s, ascending, got {got} s")
+            }
+            Self::Eigenvalues => f.write_str(
+                "the eigenvalues of the damped system did not settle; frequencies and shapes without damping are available",
+            ),
+            Self::Capacity { expected, got } => {
+                write!(f, "record: expected room for {expected} samples, got {got}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for RunError {}

@@ -1,0 +1,34 @@
+//! The one place where `std` ends: the elementary functions that `core` lacks.
+//!
+//! All compute the same bits with `std` on every platform: `sqrt` and `fma` are correctly rounded, the others come from `libm`.
+
+pub(crate) use libm::{ceil, pow};
+
+/// Square root. (The one in `libm` is assembly that the wide vector loops would stall on.)
+#[inline(always)]
+pub(crate) fn sqrt(x: f64) -> f64 {
+    #[cfg(feature = "std")]
+    return x.sqrt();
+    #[cfg(not(feature = "std"))]
+    return libm::sqrt(x);
+}
+
+/// `a * b + c`.
+///
+/// With `std` it is fused, that is rounded once, on every processor: one that has no such instruction is slower, but computes the same
+/// bits. Without `std` it is two operations, as most processors there have no fused one.
+#[inline(always)]
+pub(crate) fn fma(a: f64, b: f64, c: f64) -> f64 {
+    #[cfg(feature = "std")]
+    return a.mul_add(b, c);
+    #[cfg(not(feature = "std"))]
+    return a * b + c;
+}
+
+/// Adds `factor * column` to `sum`.
+#[inline(always)]
+pub(crate) fn add_scaled<const N: usize>(sum: &mut [f64; N], column: &[f64; N], factor: f64) {
+    for i in 0..N {
+        sum[i] = fma(column[i], factor, sum[i]);
+    }
+}

@@ -1,0 +1,167 @@
+//! Step control: how short a step must be, asked in terms of the load.
+
+use crate::error::RunError;
+use crate::excitation::Excitation;
+use crate::float::{ceil, pow, sqrt};
+use crate::scene::Scene;
+use crate::system::{Input, State, System};
+
+/// How the steps of a run are chosen. No step passes a knot, whatever is asked here.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Control {
+    /// Steps as long as the error of the link loads stays below `rtol` times the load scale.
+    Adaptive {
+        /// Relative to [`load_scale`].
+        rtol: f64,
+    },
+    /// Equal steps in each interval between knots, none longer than `step` s.
+    Fixed {
+        /// s.
+        step: f64,
+    },
+}
+
+impl Control {
+    pub(crate) fn check(self) -> Result<(), RunError> {
+        match self {
+            Self::Adaptive { rtol } if !(1e-13..=0.1).contains(&rtol) => Err(RunError::Tolerance { got: rtol }),
+            Self::Fixed { step } if !(step > 0.0 && step.is_finite()) => Err(RunError::Step { got: step }),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The load that tolerances are relative to, N: the largest that a link can carry at rest plus what it would carry if the peaks of
+/// the excitation stood still (quasi-static). Zero only if neither weight nor excitation reaches any link.
+pub fn load_scale(system: &System, scene: &Scene, excitation: &Excitation) -> f64 {
+    scale_of(system, scene, &excitation.peak())
+}
+
+/// [`load_scale`] of an excitation with these peaks.
+pub(crate) fn scale_of(system: &System, scene: &Scene, peak: &Input) -> f64 {
+    let mut scale: f64 = 0.0;
+    for link in scene.links() {
+        let row = system.elastic_row(link);
+        let load = |elastic: &[f64; 6]| row.iter().zip(elastic).map(|(r, e)| r * e).sum::<f64>().abs();
+        let mut total = load(system.rest());
+        for (component, &size) in peak.iter().enumerate().filter(|(_, size)| **size > 0.0) {
+            let mut elastic = [0.0; 6];
+            for mode in 0..system.mode_count() {
+                elastic[mode] = size * system.influence()[component][mode] / system.frequency[mode];
+            }
+            total += load(&elastic);
+        }
+        scale = f64::max(scale, total);
+    }
+    scale
+}
+
+/// Errors of a state, weighed as errors of the loads.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ErrorNorm {
+    /// Largest load of any link per unit of each entry of the state, over the load scale.
+    weight: State,
+}
+
+impl ErrorNorm {
+    pub(crate) fn new(system: &System, scene: &Scene, scale: f64) -> Self {
+        let mut weight = [0.0; 12];
+        for link in scene.links() {
+            let (elastic, damping) = (system.elastic_row(link), system.damping_row(link));
+            for i in 0..6 {
+                weight[i] = f64::max(weight[i], elastic[i].abs());
+                weight[6 + i] = f64::max(weight[6 + i], damping[i].abs());
+            }
+        }
+        // Without damping a velocity carries no load now, but does a quarter of a period later.
+        for i in 0..6 {
+            weight[6 + i] = f64::max(weight[6 + i], weight[i]);
+            (weight[i], weight[6 + i]) = match scale {
+                0.0 => (0.0, 0.0),
+                _ => (weight[i] / scale, weight[6 + i] / scale),
+            };
+        }
+        Self { weight }
+    }
+
+    #[inline(always)]
+    pub(crate) fn of(&self, error: &State) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..12 {
+            let load = self.weight[i] * error[i];
+            sum += load * load;
+        }
+        sqrt(sum)
+    }
+}
+
+/// Steps over which errors may add up before each must be smaller than the tolerance asked.
+///
+/// A step's error lives as long as the slowest mode rings. The higher-order result is kept (local extrapolation), whose true error
+/// is well below the estimate; that margin pays for this many steps, a longer memory for the rest.
+const STEPS_WITHIN_MARGIN: f64 = 50.0;
+
+/// Growth of the step beyond which an estimate is not believed, and caution on the rest (Hairer, Nørsett & Wanner, II.4).
+const GROWTH: f64 = 5.0;
+const SHRINKAGE: f64 = 0.2;
+const CAUTION: f64 = 0.9;
+
+/// Step-size controller of one run.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Controller {
+    rtol: f64,
+    /// Time over which the scene remembers an error, s.
+    memory: f64,
+    exponent: f64,
+    /// Longest step that the last error would allow, s; the power is taken only when it matters.
+    trusted: f64,
+    ratio: f64,
+}
+
+impl Controller {
+    /// `order` is that of the error estimate: the estimate falls as `h^(order + 1)`.
+    pub(crate) fn new(rtol: f64, system: &System, excitation: &Excitation, order: u32) -> Self {
+        let mut slowest = f64::INFINITY;
+        for mode in 0..system.mode_count() {
+            let (rate, frequency) = (system.damping[mode][mode], system.frequency[mode]);
+            // Overdamped modes creep back at ω²/c.
+            slowest = f64::min(slowest, f64::min(rate / 2.0, frequency * frequency / rate));
+        }
+        Self {
+            rtol,
+            memory: f64::min(excitation.duration(), 1.0 / slowest),
+            exponent: -1.0 / f64::from(order + 1),
+            trusted: f64::INFINITY,
+            ratio: 0.0,
+        }
+    }
+
+    /// Number of equal steps for the remaining time `rest` of an interval.
+    #[inline(always)]
+    pub(crate) fn split(&mut self, rest: f64) -> f64 {
+        if rest <= self.trusted && self.ratio <= CAUTION_RATIO {
+            return 1.0;
+        }
+        let factor = CAUTION * pow(f64::max(self.ratio, 1e-30), self.exponent);
+        let allowed = self.trusted * factor.clamp(SHRINKAGE, GROWTH);
+        // Up to a few ulp more is the same step, not one step and a crumb.
+        if rest <= allowed { 1.0 } else { ceil(rest / allowed * (1.0 - 1e-12)) }
+    }
+
+    /// Takes the `error` of a step of length `h`, relative to the load scale; true if the step may stand.
+    #[inline(always)]
+    pub(crate) fn accept(&mut self, h: f64, error: f64) -> bool {
+        let share = f64::min(1.0, STEPS_WITHIN_MARGIN * h / self.memory);
+        self.ratio = error / (self.rtol * share);
+        self.trusted = h;
+        self.ratio <= 1.0
+    }
+
+    /// Error of the last step as a multiple of the tolerance.
+    pub(crate) fn ratio(&self) -> f64 {
+        self.ratio
+    }
+}
+
+/// Error ratio up to which a step of the same length will do: `CAUTION^(1 / exponent)` for the lowest order in use.
+const CAUTION_RATIO: f64 = 0.5;

@@ -1,0 +1,76 @@
+//! The excitation as the equations of motion see it.
+
+use crate::excitation::Excitation;
+use crate::float::add_scaled;
+use crate::system::{Force, Input, NO_FORCE, System};
+
+/// The components of an excitation that are not zero throughout, mostly one of nine, and the modal force of each.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Drive {
+    components: [usize; 9],
+    count: usize,
+    influence: [Force; 9],
+}
+
+/// Values of the components of a [`Drive`], in its order.
+pub(crate) type Values = [f64; 9];
+
+impl Drive {
+    pub(crate) fn new(system: &System, peak: &Input) -> Self {
+        let mut drive = Self { components: [0; 9], count: 0, influence: [NO_FORCE; 9] };
+        for component in (0..9).filter(|&component| peak[component] > 0.0) {
+            drive.components[drive.count] = component;
+            drive.influence[drive.count] = system.influence()[component];
+            drive.count += 1;
+        }
+        drive
+    }
+
+    /// The modal force of each component.
+    pub(crate) fn influence(&self) -> &[Force] {
+        &self.influence[..self.count]
+    }
+
+    /// Puts the values at sample `k` into `values`.
+    #[inline(always)]
+    pub(crate) fn sample(&self, excitation: &Excitation, k: usize, values: &mut Values) {
+        for (value, &component) in values.iter_mut().zip(&self.components[..self.count]) {
+            *value = excitation.component(k, component);
+        }
+    }
+}
+
+/// The excitation over one step, linear in time.
+#[derive(Debug, Clone, Copy)]
+pub struct Ramp<'a> {
+    /// Length of the step, s.
+    pub(crate) h: f64,
+    /// Values at its start.
+    pub(crate) start: &'a Values,
+    /// Values at its end.
+    pub(crate) end: &'a Values,
+    pub(crate) drive: &'a Drive,
+}
+
+impl Ramp<'_> {
+    /// Values at the fraction `theta` of the step.
+    #[inline(always)]
+    pub(crate) fn values(&self, theta: f64) -> Values {
+        // Not start + theta (end - start): that misses the end by a rounding.
+        let mut values = [0.0; 9];
+        for i in 0..self.drive.count {
+            values[i] = (1.0 - theta) * self.start[i] + theta * self.end[i];
+        }
+        values
+    }
+
+    /// Modal force at the fraction `theta` of the step.
+    #[inline(always)]
+    pub(crate) fn force(&self, theta: f64) -> Force {
+        let mut force = NO_FORCE;
+        for (i, column) in self.drive.influence().iter().enumerate() {
+            add_scaled(&mut force, column, (1.0 - theta) * self.start[i] + theta * self.end[i]);
+        }
+        force
+    }
+}

@@ -1,0 +1,61 @@
+//! Dormand-Prince 5(4): explicit, for scenes that are not stiff.
+
+use super::tableau::DORMAND_PRINCE;
+use super::drive::{Ramp, Values};
+use super::Method;
+use crate::float::add_scaled;
+use crate::system::{State, System};
+
+/// The explicit Runge-Kutta pair of Dormand and Prince, order 5, error estimate of order 4.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Rk45;
+
+/// Stage derivatives of the last step.
+#[derive(Debug, Clone)]
+pub struct Stages {
+    rates: [State; 7],
+    /// State and excitation that the last rate belongs to: the first stage of the next step, unless it jumps there.
+    end: Option<(State, Values)>,
+}
+
+impl Method for Rk45 {
+    type Memory = Stages;
+    const ERROR_ORDER: Option<u32> = Some(4);
+
+    fn memory(&self, _: &System) -> Stages {
+        Stages { rates: [[0.0; 12]; 7], end: None }
+    }
+
+    #[inline(always)]
+    fn step(&self, system: &System, memory: &mut Stages, ramp: &Ramp, state: &State) -> (State, State) {
+        let tableau = &DORMAND_PRINCE;
+        let Stages { rates, end } = memory;
+        rates[0] = match end {
+            Some((at, values)) if at == state && values == ramp.start => rates[6],
+            _ => system.rate(state, &ramp.force(0.0)),
+        };
+        let mut next = *state;
+        for stage in 1..7 {
+            next = *state;
+            for (rate, weight) in rates.iter().zip(&tableau.a[stage - 1]).take(stage) {
+                add_scaled(&mut next, rate, ramp.h * weight);
+            }
+            rates[stage] = system.rate(&next, &ramp.force(tableau.c[stage]));
+        }
+        let mut error = [0.0; 12];
+        for (rate, weight) in rates.iter().zip(&tableau.error) {
+            add_scaled(&mut error, rate, ramp.h * weight);
+        }
+        *end = Some((next, *ramp.end));
+        (next, error)
+    }
+
+    fn between(&self, _: &System, memory: &mut Stages, ramp: &Ramp, state: &State, theta: f64) -> State {
+        let mut there = *state;
+        for (rate, polynomial) in memory.rates.iter().zip(&DORMAND_PRINCE.dense) {
+            let weight = polynomial.iter().rev().fold(0.0, |sum, p| (sum + p) * theta);
+            add_scaled(&mut there, rate, ramp.h * weight);
+        }
+        there
+    }
+}

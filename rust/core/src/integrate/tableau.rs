@@ -1,0 +1,289 @@
+//! The coefficients of the methods: data with laws, which the tests at the end hold.
+
+/// An explicit pair with seven stages of which the last is the first of the next step.
+pub(crate) struct ExplicitPair {
+    /// Where the stages stand in the step.
+    pub c: [f64; 7],
+    /// Weights of the stages before, row by row from the second stage on; the last row is the result of order 5.
+    pub a: [[f64; 6]; 6],
+    /// Result of order 5 less result of order 4.
+    pub error: [f64; 7],
+    /// Weight of each stage at the fraction θ of the step: coefficients of θ, θ², θ³, θ⁴.
+    pub dense: [[f64; 4]; 7],
+}
+
+/// Dormand & Prince, J. Comp. Appl. Math. 6 (1980), table 2; dense output of order 4: Shampine, Math. Comp. 46 (1986).
+pub(crate) const DORMAND_PRINCE: ExplicitPair = ExplicitPair {
+    c: [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0],
+    a: [
+        [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0],
+        [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0, 0.0, 0.0, 0.0],
+        [19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0, 0.0, 0.0],
+        [9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0, 0.0],
+        [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
+    ],
+    error: [
+        71.0 / 57600.0,
+        0.0,
+        -71.0 / 16695.0,
+        71.0 / 1920.0,
+        -17253.0 / 339200.0,
+        22.0 / 525.0,
+        -1.0 / 40.0,
+    ],
+    dense: [
+        [
+            1.0,
+            -8048581381.0 / 2820520608.0,
+            8663915743.0 / 2820520608.0,
+            -12715105075.0 / 11282082432.0,
+        ],
+        [0.0; 4],
+        [
+            0.0,
+            131558114200.0 / 32700410799.0,
+            -68118460800.0 / 10900136933.0,
+            87487479700.0 / 32700410799.0,
+        ],
+        [
+            0.0,
+            -1754552775.0 / 470086768.0,
+            14199869525.0 / 1410260304.0,
+            -10690763975.0 / 1880347072.0,
+        ],
+        [
+            0.0,
+            127303824393.0 / 49829197408.0,
+            -318862633887.0 / 49829197408.0,
+            701980252875.0 / 199316789632.0,
+        ],
+        [
+            0.0,
+            -282668133.0 / 205662961.0,
+            2019193451.0 / 616988883.0,
+            -1453857185.0 / 822651844.0,
+        ],
+        [0.0, 40617522.0 / 29380423.0, -110615467.0 / 29380423.0, 69997945.0 / 29380423.0],
+    ],
+};
+
+/// One eigenvalue of the inverse of a collocation matrix (of a conjugate pair the one above the real axis), and what the method
+/// needs along its eigenvector: real and imaginary parts. A real eigenvalue has zero imaginary parts and counts once, a pair
+/// twice the real part.
+pub(crate) struct Eigenpart {
+    /// The eigenvalue λ.
+    pub value: [f64; 2],
+    /// The eigenvector, a stage an entry; the last entry is one, so that parts add up to the end of the step.
+    pub vector: [[f64; 2]; 5],
+    /// Share of a right-hand side that is the same at all stages.
+    pub constant: [f64; 2],
+    /// Share of one that grows as the nodes do.
+    pub linear: [f64; 2],
+    /// Weight in the error estimate.
+    pub error: [f64; 2],
+}
+
+/// Radau IIA with five stages, order 9, in the eigenvectors of its inverse matrix (Hairer & Wanner, IV.5 and IV.8).
+///
+/// The error estimate is their eq. 8.19 for five stages, of order 5: it adds the start of the step with the weight 1/γ, γ the real
+/// eigenvalue.
+pub(crate) struct Collocation {
+    /// Where the stages stand in the step.
+    pub nodes: [f64; 5],
+    /// The real eigenvalue, then the two pairs.
+    pub parts: [Eigenpart; 3],
+}
+
+/// The roots and eigenvectors as computed with 60 digits from their definition.
+pub(crate) const RADAU: Collocation = Collocation {
+    nodes: [
+        0.0571041961145176822,
+        0.276843013638123828,
+        0.58359043236891682,
+        0.860240135656219448,
+        1.0,
+    ],
+    parts: [
+        Eigenpart {
+            value: [6.28670475172927665, 0.0],
+            vector: [
+                [0.0135768673449479432, 0.0],
+                [0.00161790040171908748, 0.0],
+                [0.0791578533474472076, 0.0],
+                [0.412256082680461452, 0.0],
+                [1.0, 0.0],
+            ],
+            constant: [43.4795811574789977, 0.0],
+            linear: [6.91611629216707199, 0.0],
+            error: [-0.0678222700724503854, 0.0],
+        },
+        Eigenpart {
+            value: [3.65569432546357226, 6.54373689936007729],
+            vector: [
+                [-0.0102420478179088271, -0.0476738772902957239],
+                [0.0501728645173710582, 0.094331819181611437],
+                [-0.230539534043417947, -0.1027030453801259],
+                [0.37789390224886125, -0.466744130332494359],
+                [1.0, 0.0],
+            ],
+            constant: [3.83966163025090545, -0.273570386265465241],
+            linear: [0.217968233202805735, -0.464999807265730971],
+            error: [0.124025741146642875, 0.241821216226044475],
+        },
+        Eigenpart {
+            value: [5.70095329867178942, 3.21026560030854989],
+            vector: [
+                [-0.0114785152552295147, 0.0140198588928754103],
+                [-0.00766883074918016289, -0.0247085784265185268],
+                [0.0193984639988289509, -0.0818003537037511708],
+                [0.407601171280199067, -0.199682427886802526],
+                [1.0, 0.0],
+            ],
+            constant: [-25.0794522089904043, 2.18725229374999657],
+            linear: [-3.17602637928634173, 2.17211751721075913],
+            error: [0.048986183769570746, -0.0787716830263128815],
+        },
+    ],
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Complex, SMatrix, SVector};
+
+    #[test]
+    fn dormand_prince_rows_sum_to_their_nodes() {
+        for (row, c) in DORMAND_PRINCE.a.iter().zip(&DORMAND_PRINCE.c[1..]) {
+            assert!((row.iter().sum::<f64>() - c).abs() < 1e-14);
+        }
+        assert!(DORMAND_PRINCE.error.iter().sum::<f64>().abs() < 1e-15);
+    }
+
+    /// Quadrature and two of the tree conditions up to order 5; the error weights have order 4.
+    #[test]
+    fn dormand_prince_holds_its_order_conditions() {
+        let DormandPrince { b, c, a } = dormand_prince();
+        let close = |got: f64, want: f64| assert!((got - want).abs() < 1e-14, "{got} != {want}");
+        for power in 0..5 {
+            let moment: f64 = (0..7).map(|i| b[i] * c[i].powi(power)).sum();
+            close(moment, 1.0 / f64::from(power + 1));
+        }
+        for power in 0..4 {
+            let moment: f64 = (0..7).map(|i| DORMAND_PRINCE.error[i] * c[i].powi(power)).sum();
+            close(moment, 0.0);
+        }
+        // b A^k c^m, the bushy trees on a stalk.
+        let ac = a * c;
+        close(b.dot(&ac), 1.0 / 6.0);
+        close(b.dot(&(a * ac)), 1.0 / 24.0);
+        close(b.dot(&(a * (a * ac))), 1.0 / 120.0);
+        close(b.dot(&c.component_mul(&ac)), 1.0 / 8.0);
+        close(b.dot(&(a * c.component_mul(&c))), 1.0 / 12.0);
+    }
+
+    #[test]
+    fn dense_output_starts_at_the_start_and_ends_at_the_end() {
+        let DormandPrince { b, c, .. } = dormand_prince();
+        for (stage, polynomial) in DORMAND_PRINCE.dense.iter().enumerate() {
+            let end: f64 = polynomial.iter().sum();
+            assert!((end - b[stage]).abs() < 1e-14);
+        }
+        // Order 4 everywhere: the weights at θ integrate c^k up to θ.
+        for theta in [0.3_f64, 0.7] {
+            for power in 0..4 {
+                let sum: f64 = (0..7)
+                    .map(|i| {
+                        let weight: f64 =
+                            (0..4).map(|p| DORMAND_PRINCE.dense[i][p] * theta.powi(p as i32 + 1)).sum();
+                        weight * c[i].powi(power)
+                    })
+                    .sum();
+                let want = theta.powi(power + 1) / f64::from(power + 1);
+                assert!((sum - want).abs() < 1e-13, "{power} {theta}: {sum} {want}");
+            }
+        }
+    }
+
+    struct DormandPrince {
+        a: SMatrix<f64, 7, 7>,
+        b: SVector<f64, 7>,
+        c: SVector<f64, 7>,
+    }
+
+    fn dormand_prince() -> DormandPrince {
+        let a =
+            SMatrix::from_fn(|i, j| if i > 0 && j < 6 { DORMAND_PRINCE.a[i - 1][j] } else { 0.0 });
+        DormandPrince { a, b: a.row(6).transpose(), c: SVector::from(DORMAND_PRINCE.c) }
+    }
+
+    /// The collocation matrix of the nodes: integrals of their Lagrange polynomials.
+    fn collocation_matrix() -> SMatrix<f64, 5, 5> {
+        let c = RADAU.nodes;
+        let powers = SMatrix::<f64, 5, 5>::from_fn(|i, j| c[i].powi(j as i32));
+        let integrals = SMatrix::<f64, 5, 5>::from_fn(|i, j| c[i].powi(j as i32 + 1) / (j as f64 + 1.0));
+        integrals * powers.try_inverse().expect("distinct nodes")
+    }
+
+    #[test]
+    fn radau_integrates_polynomials_of_degree_eight() {
+        let weights = collocation_matrix().row(4).into_owned();
+        for degree in 0..9 {
+            let sum: f64 = (0..5).map(|i| weights[i] * RADAU.nodes[i].powi(degree)).sum();
+            assert!((sum - 1.0 / f64::from(degree + 1)).abs() < 1e-14);
+        }
+        let ninth: f64 = (0..5).map(|i| weights[i] * RADAU.nodes[i].powi(9)).sum();
+        assert!((ninth - 0.1).abs() > 1e-6, "Radau nodes, not Gauss nodes");
+    }
+
+    #[test]
+    fn radau_parts_are_eigenvectors_and_resolve_the_right_hand_sides() {
+        let matrix = collocation_matrix();
+        let complex = |[re, im]: [f64; 2]| Complex::new(re, im);
+        let mut constant = [0.0; 5];
+        let mut linear = [0.0; 5];
+        for (index, part) in RADAU.parts.iter().enumerate() {
+            let multiplicity = if index == 0 { 1.0 } else { 2.0 };
+            for row in 0..5 {
+                // A v = v / λ
+                let product: Complex<f64> =
+                    (0..5).map(|j| complex(part.vector[j]) * matrix[(row, j)]).sum();
+                let want = complex(part.vector[row]) / complex(part.value);
+                assert!((product - want).norm() < 1e-14);
+                constant[row] += multiplicity * (complex(part.vector[row]) * complex(part.constant)).re;
+                linear[row] += multiplicity * (complex(part.vector[row]) * complex(part.linear)).re;
+            }
+        }
+        for row in 0..5 {
+            assert!((constant[row] - 1.0).abs() < 1e-13);
+            assert!((linear[row] - RADAU.nodes[row]).abs() < 1e-13);
+        }
+    }
+
+    /// The estimate `h f(0) / γ + Σ e Z` vanishes for polynomial solutions up to degree 5.
+    #[test]
+    fn radau_error_estimate_has_order_five() {
+        let complex = |[re, im]: [f64; 2]| Complex::new(re, im);
+        let columns = SMatrix::<Complex<f64>, 5, 5>::from_fn(|i, j| match j {
+            0 => complex(RADAU.parts[0].vector[i]),
+            1 => complex(RADAU.parts[1].vector[i]),
+            2 => complex(RADAU.parts[1].vector[i]).conj(),
+            3 => complex(RADAU.parts[2].vector[i]),
+            _ => complex(RADAU.parts[2].vector[i]).conj(),
+        });
+        let inverse = columns.try_inverse().expect("independent eigenvectors");
+        for degree in 1..=6 {
+            let stages = SVector::<Complex<f64>, 5>::from_fn(|i, _| RADAU.nodes[i].powi(degree).into());
+            let w = inverse * stages;
+            let mut sum = if degree == 1 { 1.0 / RADAU.parts[0].value[0] } else { 0.0 };
+            sum += (complex(RADAU.parts[0].error) * w[0]).re;
+            sum += 2.0 * (complex(RADAU.parts[1].error) * w[1]).re;
+            sum += 2.0 * (complex(RADAU.parts[2].error) * w[3]).re;
+            if degree < 6 {
+                assert!(sum.abs() < 1e-13, "{degree}: {sum}");
+            } else {
+                assert!(sum.abs() > 1e-4, "the estimate must see degree six");
+            }
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! The exact solution over one interval of linearly changing force.
+
+use crate::float::add_scaled;
+use crate::integrate::Values;
+use crate::system::{Force, NO_FORCE, State, System};
+
+/// Terms of the exponential series: the first one left out is below rounding where the norm is at most one (1/19! = 8e-18).
+const TERMS: usize = 18;
+
+/// A block of columns that act on a state.
+type Columns<const N: usize> = [[f64; 12]; N];
+
+/// State after a time h: `x(h) = exp(A h) x(0) + B₀ f(0) + B₁ f(h)` for a force that is linear in between
+/// (first-order hold).
+///
+/// Scaling and squaring of the three functions `exp(A τ)`, `∫ exp(A s) ds g` and `∫∫ exp(A s) ds² g` together, so that defective,
+/// overdamped and undamped matrices are all alike. In energy coordinates `|exp(A τ)| <= 1`, so squaring does not lose digits
+/// (why no Padé quotient is needed; cf. Higham 2005, Moler & Van Loan 2003, method 3).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Propagator {
+    transition: Columns<12>,
+    /// Effect of each component of the excitation at the start and at the end, as many as there are.
+    from_start: Columns<9>,
+    from_end: Columns<9>,
+    components: usize,
+}
+
+impl Propagator {
+    /// The exact step of length `h` > 0 s under components of an excitation with the modal forces `influence`.
+    #[inline(always)]
+    pub(crate) fn new(system: &System, influence: &[Force], h: f64) -> Self {
+        let a = matrix(system);
+        let norm = h * norm_1(&a);
+        let mut halvings = 0;
+        let mut scale = 1.0;
+        while norm * scale > 1.0 {
+            scale *= 0.5;
+            halvings += 1;
+        }
+        let mut tau = h * scale;
+
+        // Horner from the last term: P = Σ (Aτ)^k / k!, and the same powers serve S₁ = Σ (Aτ)^k / (k+1)! and
+        // S₂ = Σ (Aτ)^k / (k+2)!, of which only the columns of the force are wanted.
+        let mut transition = identity::<12>(0);
+        let mut once = identity::<6>(6);
+        let mut twice = identity::<6>(6);
+        for k in (1..=TERMS).rev() {
+            transition = series_term(&a, &transition, tau / k as f64, 0);
+            once = series_term(&a, &once, tau / (k + 1) as f64, 6);
+            twice = series_term(&a, &twice, tau / (k + 2) as f64, 6);
+        }
+        scale_by(&mut once, tau);
+        scale_by(&mut twice, tau * tau / 2.0);
+
+        // Two steps of τ: the force starts the second one at f + τ f'.
+        for _ in 0..halvings {
+            let twice_moved = product(&transition, &twice);
+            let once_moved = product(&transition, &once);
+            for j in 0..6 {
+                for i in 0..12 {
+                    twice[j][i] += twice_moved[j][i] + tau * once[j][i];
+                    once[j][i] += once_moved[j][i];
+                }
+            }
+            transition = product(&transition, &transition);
+            tau *= 2.0;
+        }
+
+        // f(s) = f(0) + (f(h) - f(0)) s / h, and f is a sum over the components.
+        let mut from_start = [[0.0; 12]; 9];
+        let mut from_end = [[0.0; 12]; 9];
+        for (component, force) in influence.iter().enumerate() {
+            for j in 0..6 {
+                add_scaled(&mut from_start[component], &once[j], force[j]);
+                add_scaled(&mut from_end[component], &twice[j], force[j] / h);
+            }
+            for i in 0..12 {
+                from_start[component][i] -= from_end[component][i];
+            }
+        }
+        Self { transition, from_start, from_end, components: influence.len() }
+    }
+
+    /// The state at the end of the interval.
+    #[inline(always)]
+    pub(crate) fn apply(&self, state: &State, start: &Values, end: &Values) -> State {
+        // Two sums side by side: one alone would wait for its own additions. The excitation first: it is known before the
+        // state.
+        let mut even = [0.0; 12];
+        let mut odd = [0.0; 12];
+        for j in 0..self.components {
+            add_scaled(&mut even, &self.from_start[j], start[j]);
+            add_scaled(&mut odd, &self.from_end[j], end[j]);
+        }
+        for j in (0..12).step_by(2) {
+            add_scaled(&mut even, &self.transition[j], state[j]);
+            add_scaled(&mut odd, &self.transition[j + 1], state[j + 1]);
+        }
+        for i in 0..12 {
+            even[i] += odd[i];
+        }
+        even
+    }
+}
+
+/// The system matrix A by columns.
+fn matrix(system: &System) -> Columns<12> {
+    let mut a = identity::<12>(0);
+    for column in &mut a {
+        *column = system.rate(column, &NO_FORCE);
+    }
+    a
+}
+
+/// Columns `from..from + N` of the identity.
+fn identity<const N: usize>(from: usize) -> Columns<N> {
+    let mut unit = [[0.0; 12]; N];
+    for (j, column) in unit.iter_mut().enumerate() {
+        column[from + j] = 1.0;
+    }
+    unit
+}
+
+fn norm_1(a: &Columns<12>) -> f64 {
+    a.iter().map(|column| column.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max)
+}
+
+#[inline(always)]
+fn product<const N: usize>(left: &Columns<12>, right: &Columns<N>) -> Columns<N> {
+    let mut out = [[0.0; 12]; N];
+    for (out, right) in out.iter_mut().zip(right) {
+        for (column, &factor) in left.iter().zip(right) {
+            add_scaled(out, column, factor);
+        }
+    }
+    out
+}
+
+/// `I + factor A sum`.
+#[inline(always)]
+fn series_term<const N: usize>(a: &Columns<12>, sum: &Columns<N>, factor: f64, from: usize) -> Columns<N> {
+    let mut out = product(a, sum);
+    scale_by(&mut out, factor);
+    for (j, column) in out.iter_mut().enumerate() {
+        column[from + j] += 1.0;
+    }
+    out
+}
+
+#[inline(always)]
+fn scale_by<const N: usize>(columns: &mut Columns<N>, factor: f64) {
+    for column in columns {
+        for entry in column {
+            *entry *= factor;
+        }
+    }
+}

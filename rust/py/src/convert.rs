@@ -1,0 +1,105 @@
+//! NumPy arrays and errors, from one side to the other.
+
+use guideload::{Control, Dof, ExcitationError, Free, Output, Part, RunError, SceneError};
+use nalgebra::{Matrix3, Vector3};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// The exception tree stands in `guideload.errors`.
+mod errors {
+    pyo3::import_exception!(guideload.errors, RunError);
+    pyo3::import_exception!(guideload.errors, SceneError);
+    pyo3::import_exception!(guideload.errors, TraceError);
+}
+
+/// Any error of the core.
+pub enum CoreError {
+    Scene(SceneError),
+    Link(usize, SceneError),
+    Excitation(ExcitationError),
+    Run(RunError),
+}
+
+impl From<SceneError> for CoreError {
+    fn from(error: SceneError) -> Self {
+        Self::Scene(error)
+    }
+}
+
+impl From<ExcitationError> for CoreError {
+    fn from(error: ExcitationError) -> Self {
+        Self::Excitation(error)
+    }
+}
+
+impl From<RunError> for CoreError {
+    fn from(error: RunError) -> Self {
+        Self::Run(error)
+    }
+}
+
+impl From<CoreError> for PyErr {
+    fn from(error: CoreError) -> Self {
+        match error {
+            CoreError::Scene(error) => errors::SceneError::new_err(error.to_string()),
+            CoreError::Link(index, error) => errors::SceneError::new_err(format!("links[{index}].{error}")),
+            CoreError::Excitation(error) => errors::TraceError::new_err(error.to_string()),
+            CoreError::Run(error) => errors::RunError::new_err(error.to_string()),
+        }
+    }
+}
+
+/// `array` as rows of `N` numbers; `name` for the error.
+pub fn rows<'a, const N: usize>(
+    array: &'a PyReadonlyArray2<'_, f64>,
+    name: &str,
+) -> PyResult<&'a [[f64; N]]> {
+    let shape = array.shape();
+    if shape[1] != N {
+        let message = format!("{name}: expected shape (n, {N}), got ({}, {})", shape[0], shape[1]);
+        return Err(PyValueError::new_err(message));
+    }
+    let flat = array.as_slice().map_err(|_| not_contiguous(name))?;
+    Ok(flat.as_chunks::<N>().0)
+}
+
+/// `array` as a slice; `name` for the error.
+pub fn slice<'a, T: numpy::Element>(array: &'a PyReadonlyArray1<'_, T>, name: &str) -> PyResult<&'a [T]> {
+    array.as_slice().map_err(|_| not_contiguous(name))
+}
+
+fn not_contiguous(name: &str) -> PyErr {
+    PyValueError::new_err(format!("{name}: expected a C-contiguous array; use numpy.ascontiguousarray"))
+}
+
+pub fn matrix3([a, b, c]: [[f64; 3]; 3]) -> Matrix3<f64> {
+    Matrix3::from_rows(&[Vector3::from(a).transpose(), Vector3::from(b).transpose(), Vector3::from(c).transpose()])
+}
+
+pub fn free(names: &[String]) -> PyResult<Free> {
+    let mut dofs = Vec::with_capacity(names.len());
+    for name in names {
+        dofs.push(Dof::from_name(name).ok_or_else(|| {
+            PyValueError::new_err(format!("free: expected names out of x y z rx ry rz, got {name:?}"))
+        })?);
+    }
+    Ok(Free::only(&dofs))
+}
+
+pub fn part(name: &str) -> PyResult<Part> {
+    match name {
+        "total" => Ok(Part::Total),
+        "elastic" => Ok(Part::Elastic),
+        "damping" => Ok(Part::Damping),
+        _ => Err(PyValueError::new_err(format!("part: expected total, elastic or damping, got {name:?}"))),
+    }
+}
+
+pub fn control(rtol: f64, step: Option<f64>) -> Control {
+    step.map_or(Control::Adaptive { rtol }, |step| Control::Fixed { step })
+}
+
+pub fn output(times: Option<&[f64]>) -> Output<'_> {
+    times.map_or(Output::Samples, Output::Times)
+}

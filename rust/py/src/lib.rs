@@ -1,0 +1,16 @@
+//! Python binding: converts arrays and errors, releases the interpreter, and computes nothing itself.
+#![allow(missing_docs)] // the documentation stands in `_core.pyi`
+
+mod convert;
+mod scene;
+mod solution;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use super::scene::{PyScene, carriage_links};
+    #[pymodule_export]
+    use super::solution::PySolution;
+}

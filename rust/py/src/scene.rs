@@ -1,0 +1,309 @@
+//! A scene that owns its links, and the ways to run it.
+
+use std::sync::Arc;
+
+use guideload::loads::reaction;
+use guideload::{
+    Body, Control, Exact, Excitation, Extremes, Free, Link, Output, Part, Peaks, Radau, Record, Rk45,
+    RunError, Scene, State, Summary, System, Wrench, eigenvalues, group_load, link_load, modes, run,
+};
+use nalgebra::Vector3;
+use numpy::{Complex64, IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
+use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::prelude::*;
+
+use crate::convert::{self, CoreError, matrix3, rows, slice};
+use crate::solution::{Inputs, PySolution};
+
+/// Interval lengths that an exact run remembers: device clocks tick in a handful of them.
+const KEPT: usize = 16;
+
+/// What a [`Scene`] borrows, owned, and the system made of it.
+pub struct Owned {
+    body: Body,
+    links: Vec<Link>,
+    gravity: Vector3<f64>,
+    free: Free,
+    pub system: System,
+}
+
+impl Owned {
+    pub fn scene(&self) -> Result<Scene<'_>, CoreError> {
+        Ok(Scene::new(self.body, &self.links, self.gravity, self.free)?)
+    }
+
+    pub fn links(&self) -> &[Link] {
+        &self.links
+    }
+
+    /// The load of each group of links about its centre.
+    pub fn groups(
+        &self,
+        links: &[PyReadonlyArray1<'_, i64>],
+        centers: &[[f64; 3]],
+        part: Part,
+    ) -> PyResult<Vec<Wrench>> {
+        if links.len() != centers.len() {
+            let message = format!("centers: expected {} rows, one per group, got {}", links.len(), centers.len());
+            return Err(PyValueError::new_err(message));
+        }
+        let mut loads = Vec::with_capacity(links.len());
+        for (group, center) in links.iter().zip(centers) {
+            let mut members = Vec::new();
+            for &index in slice(group, "groups")? {
+                members.push(usize::try_from(index).ok().and_then(|i| self.links.get(i)).ok_or_else(|| {
+                    PyIndexError::new_err(format!("groups: there is no link {index} of {}", self.links.len()))
+                })?);
+            }
+            loads.push(group_load(&self.system, members, (*center).into(), part));
+        }
+        Ok(loads)
+    }
+}
+
+#[pyclass(name = "Scene", module = "guideload._core", frozen)]
+pub struct PyScene(Arc<Owned>);
+
+/// The methods that a user can name.
+#[derive(Clone, Copy)]
+enum Named {
+    Exact,
+    Rk45,
+    Implicit,
+}
+
+impl Named {
+    fn new(name: &str) -> PyResult<Self> {
+        match name {
+            "exact" => Ok(Self::Exact),
+            "rk45" => Ok(Self::Rk45),
+            "implicit" => Ok(Self::Implicit),
+            _ => Err(PyValueError::new_err(format!("method: expected exact, rk45 or implicit, got {name:?}"))),
+        }
+    }
+
+    fn run<R: Record>(
+        self,
+        owned: &Owned,
+        control: Control,
+        excitation: &Excitation,
+        output: Output,
+        record: &mut R,
+    ) -> Result<Summary, CoreError> {
+        let (scene, system) = (&owned.scene()?, &owned.system);
+        Ok(match self {
+            Self::Exact => run(scene, system, &Exact::<KEPT>, control, excitation, output, record),
+            Self::Rk45 => run(scene, system, &Rk45, control, excitation, output, record),
+            Self::Implicit => run(scene, system, &Radau, control, excitation, output, record),
+        }?)
+    }
+}
+
+#[pymethods]
+impl PyScene {
+    #[new]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, gravity, free, points, directions, stiffness, damping))]
+    #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
+    fn new(
+        mass: f64,
+        center_of_mass: [f64; 3],
+        inertia: [[f64; 3]; 3],
+        gravity: [f64; 3],
+        free: Vec<String>,
+        points: PyReadonlyArray2<'_, f64>,
+        directions: PyReadonlyArray2<'_, f64>,
+        stiffness: PyReadonlyArray1<'_, f64>,
+        damping: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Self> {
+        let body = Body::new(mass, center_of_mass.into(), matrix3(inertia)).map_err(CoreError::from)?;
+        let (points, directions) = (rows::<3>(&points, "points")?, rows::<3>(&directions, "directions")?);
+        let (stiffness, damping) = (slice(&stiffness, "stiffness")?, slice(&damping, "damping")?);
+        for (name, length) in
+            [("directions", directions.len()), ("stiffness", stiffness.len()), ("damping", damping.len())]
+        {
+            if length != points.len() {
+                let message = format!("{name}: expected {}, one per link, got {length}", points.len());
+                return Err(PyValueError::new_err(message));
+            }
+        }
+        let mut links = Vec::with_capacity(points.len());
+        for i in 0..points.len() {
+            let link = Link::new(points[i].into(), directions[i].into(), stiffness[i], damping[i]);
+            links.push(link.map_err(|error| CoreError::Link(i, error))?);
+        }
+        let free = convert::free(&free)?;
+        let gravity = gravity.into();
+        let scene = Scene::new(body, &links, gravity, free).map_err(CoreError::from)?;
+        let system = System::new(&scene).map_err(CoreError::from)?;
+        Ok(Self(Arc::new(Owned { body, links, gravity, free, system })))
+    }
+
+    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, times=None))]
+    #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
+    fn solve(
+        &self,
+        py: Python<'_>,
+        time: PyReadonlyArray1<'_, f64>,
+        acceleration: PyReadonlyArray2<'_, f64>,
+        wrench: Option<PyReadonlyArray2<'_, f64>>,
+        method: &str,
+        rtol: f64,
+        step: Option<f64>,
+        times: Option<PyReadonlyArray1<'_, f64>>,
+    ) -> PyResult<PySolution> {
+        let method = Named::new(method)?;
+        let time = slice(&time, "time")?;
+        let acceleration = rows::<3>(&acceleration, "acceleration")?;
+        let wrench = wrench.as_ref().map(|wrench| rows::<6>(wrench, "wrench")).transpose()?;
+        let times = times.as_ref().map(|times| slice(times, "times")).transpose()?;
+        let owned = Arc::clone(&self.0);
+        Ok(py.detach(|| {
+            let excitation = Excitation::new(time, acceleration, wrench)?;
+            let mut states: Vec<State> = Vec::new();
+            let control = convert::control(rtol, step);
+            let summary = method.run(&owned, control, &excitation, convert::output(times), &mut states)?;
+            let inputs = match times {
+                None => Inputs::Samples { acceleration: acceleration.to_vec(), wrench: wrench.map(<[_]>::to_vec) },
+                Some(times) => Inputs::At(times.iter().map(|&time| excitation.input_at(time)).collect()),
+            };
+            Ok::<_, CoreError>(PySolution { owned, states, inputs, summary })
+        })?)
+    }
+
+    /// Running extremes only: (smallest, largest, time of smallest, time of largest), each (groups, 8).
+    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers))]
+    #[allow(clippy::too_many_arguments, clippy::type_complexity)] // keyword-only; a tuple of four alike
+    fn peaks<'py>(
+        &self,
+        py: Python<'py>,
+        time: PyReadonlyArray1<'_, f64>,
+        acceleration: PyReadonlyArray2<'_, f64>,
+        wrench: Option<PyReadonlyArray2<'_, f64>>,
+        method: &str,
+        rtol: f64,
+        step: Option<f64>,
+        groups: Vec<PyReadonlyArray1<'_, i64>>,
+        centers: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<[Bound<'py, PyArray2<f64>>; 4]> {
+        let method = Named::new(method)?;
+        let time = slice(&time, "time")?;
+        let acceleration = rows::<3>(&acceleration, "acceleration")?;
+        let wrench = wrench.as_ref().map(|wrench| rows::<6>(wrench, "wrench")).transpose()?;
+        let loads = self.0.groups(&groups, rows::<3>(&centers, "centers")?, Part::Total)?;
+        let extremes = py.detach(|| {
+            let excitation = Excitation::new(time, acceleration, wrench)?;
+            let mut extremes = vec![Extremes::NONE; loads.len()];
+            let mut record = Peaks::new(&loads, &mut extremes);
+            method.run(&self.0, convert::control(rtol, step), &excitation, Output::Samples, &mut record)?;
+            Ok::<_, CoreError>(extremes)
+        })?;
+        let table = |pick: fn(&Extremes) -> [f64; 8]| table(py, extremes.iter().map(pick));
+        Ok([
+            table(|e| e.smallest)?,
+            table(|e| e.largest)?,
+            table(|e| e.time_of_smallest)?,
+            table(|e| e.time_of_largest)?,
+        ])
+    }
+
+    /// Mass, damping and stiffness matrices, each (6, 6), and the weight (6,).
+    fn matrices<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<([Bound<'py, PyArray2<f64>>; 3], Bound<'py, PyArray1<f64>>)> {
+        let matrices = self.0.system.matrices();
+        let square = |m: &nalgebra::Matrix6<f64>| {
+            table(py, m.row_iter().map(|row| <[f64; 6]>::from(row.transpose())))
+        };
+        let all = [square(&matrices.mass)?, square(&matrices.damping)?, square(&matrices.stiffness)?];
+        Ok((all, matrices.weight.as_slice().to_pyarray(py)))
+    }
+
+    /// Angular frequencies (n,), damping ratios (n,), shapes (n, 6), eigenvalues (2 n,).
+    #[allow(clippy::type_complexity)] // four arrays
+    fn modes<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(
+        Bound<'py, PyArray1<f64>>,
+        Bound<'py, PyArray1<f64>>,
+        Bound<'py, PyArray2<f64>>,
+        Bound<'py, PyArray1<Complex64>>,
+    )> {
+        let system = &self.0.system;
+        let values = eigenvalues(system).ok_or(CoreError::Run(RunError::Eigenvalues))?;
+        Ok((
+            modes(system).map(|mode| mode.frequency).collect::<Vec<_>>().into_pyarray(py),
+            modes(system).map(|mode| mode.damping_ratio).collect::<Vec<_>>().into_pyarray(py),
+            table(py, modes(system).map(|mode| <[f64; 6]>::from(mode.shape)))?,
+            values[..2 * system.mode_count()]
+                .iter()
+                .map(|z| Complex64::new(z.re, z.im))
+                .collect::<Vec<_>>()
+                .into_pyarray(py),
+        ))
+    }
+
+    /// Static position of L (6,).
+    fn static_position<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.system.static_position().as_slice().to_pyarray(py)
+    }
+
+    /// Static reaction of the held degrees of freedom (6,).
+    fn static_reaction<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        reaction(&self.0.system).at_rest().to_pyarray(py)
+    }
+
+    /// Static load of each link (links,).
+    fn static_link_loads<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let load = |link| link_load(&self.0.system, link, Part::Total).at_rest()[0];
+        self.0.links.iter().map(load).collect::<Vec<_>>().into_pyarray(py)
+    }
+
+    /// Static load of each group of links about its centre (groups, 6).
+    fn static_group_loads<'py>(
+        &self,
+        py: Python<'py>,
+        groups: Vec<PyReadonlyArray1<'_, i64>>,
+        centers: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let loads = self.0.groups(&groups, rows::<3>(&centers, "centers")?, Part::Total)?;
+        table(py, loads.iter().map(Wrench::at_rest))
+    }
+}
+
+/// The four links of a carriage: points (4, 3), directions (4, 3), stiffness (4,), damping (4,).
+#[pyfunction]
+#[allow(clippy::type_complexity)] // four arrays
+pub fn carriage_links<'py>(
+    py: Python<'py>,
+    center: [f64; 3],
+    length: f64,
+    stiffness: [f64; 2],
+    damping: [f64; 2],
+) -> PyResult<(
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+)> {
+    let links =
+        guideload::carriage_links(center.into(), length, stiffness, damping).map_err(CoreError::from)?;
+    Ok((
+        table(py, links.iter().map(|link| <[f64; 3]>::from(link.point())))?,
+        table(py, links.iter().map(|link| <[f64; 3]>::from(link.direction())))?,
+        links.map(|link| link.stiffness()).to_pyarray(py),
+        links.map(|link| link.damping()).to_pyarray(py),
+    ))
+}
+
+/// Rows of one length as a two-dimensional array.
+fn table<'py, const N: usize>(
+    py: Python<'py>,
+    rows: impl Iterator<Item = [f64; N]>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    use numpy::PyArrayMethods;
+    let flat: Vec<f64> = rows.flatten().collect();
+    let count = flat.len() / N;
+    flat.into_pyarray(py).reshape([count, N])
+}

@@ -1,0 +1,121 @@
+//! The states of a run, and the quantities recovered from them.
+
+use std::sync::Arc;
+
+use guideload::loads::{Recovery, acceleration, fill, position, reaction, velocity};
+use guideload::system::joined;
+use guideload::{Input, Link, State, Summary, System, Wrench, link_load};
+use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+use crate::convert::{part, rows};
+use crate::scene::Owned;
+
+/// Excitation at the recorded instants: as it was given, or at times between its samples.
+pub enum Inputs {
+    Samples { acceleration: Vec<[f64; 3]>, wrench: Option<Vec<[f64; 6]>> },
+    At(Vec<Input>),
+}
+
+impl Inputs {
+    fn at(&self, k: usize) -> Input {
+        match self {
+            Self::Samples { acceleration, wrench } => {
+                joined(acceleration[k], wrench.as_ref().map_or([0.0; 6], |wrench| wrench[k]))
+            }
+            Self::At(inputs) => inputs[k],
+        }
+    }
+}
+
+#[pyclass(name = "Solution", module = "guideload._core", frozen)]
+pub struct PySolution {
+    pub owned: Arc<Owned>,
+    pub states: Vec<State>,
+    pub inputs: Inputs,
+    pub summary: Summary,
+}
+
+#[pymethods]
+impl PySolution {
+    #[getter]
+    fn steps(&self) -> usize {
+        self.summary.steps
+    }
+
+    #[getter]
+    fn rejected(&self) -> usize {
+        self.summary.rejected
+    }
+
+    #[getter]
+    fn load_scale(&self) -> f64 {
+        self.summary.load_scale
+    }
+
+    /// Loads of groups of links about their centres, (time, groups, 6).
+    fn group_loads<'py>(
+        &self,
+        py: Python<'py>,
+        groups: Vec<PyReadonlyArray1<'_, i64>>,
+        centers: PyReadonlyArray2<'_, f64>,
+        part_of_load: &str,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let loads = self.owned.groups(&groups, rows::<3>(&centers, "centers")?, part(part_of_load)?)?;
+        let flat = self.recover(py, &loads);
+        flat.into_pyarray(py).reshape([self.states.len(), loads.len(), 6])
+    }
+
+    /// Loads of the links along their directions, (time, links).
+    fn link_loads<'py>(&self, py: Python<'py>, part_of_load: &str) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let part = part(part_of_load)?;
+        let load = |link: &Link| link_load(&self.owned.system, link, part);
+        let loads: Vec<_> = self.owned.links().iter().map(load).collect();
+        self.recover(py, &loads).into_pyarray(py).reshape([self.states.len(), loads.len()])
+    }
+
+    /// Position of L in the carriage frame, (time, 6).
+    fn position<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.of_reference(py, position)
+    }
+
+    /// Velocity of L in the carriage frame, (time, 6).
+    fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.of_reference(py, velocity)
+    }
+
+    /// Acceleration of L in the carriage frame, (time, 6).
+    fn acceleration<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.of_reference(py, acceleration)
+    }
+
+    /// Reaction of the held degrees of freedom, (time, 6).
+    fn reaction<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.of_reference(py, reaction)
+    }
+
+    /// The excitation at the recorded instants, (time, 9): acceleration, force, moment about L.
+    fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let flat: Vec<f64> = (0..self.states.len()).flat_map(|k| self.inputs.at(k)).collect();
+        flat.into_pyarray(py).reshape([self.states.len(), 9])
+    }
+}
+
+impl PySolution {
+    fn of_reference<'py>(
+        &self,
+        py: Python<'py>,
+        quantity: fn(&System) -> Wrench,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let quantity = [quantity(&self.owned.system)];
+        self.recover(py, &quantity).into_pyarray(py).reshape([self.states.len(), 6])
+    }
+
+    fn recover<const ROWS: usize>(&self, py: Python<'_>, quantities: &[Recovery<ROWS>]) -> Vec<f64> {
+        py.detach(|| {
+            let mut out = vec![0.0; self.states.len() * quantities.len() * ROWS];
+            fill(quantities, &self.states, |k| self.inputs.at(k), &mut out);
+            out
+        })
+    }
+}

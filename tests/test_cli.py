@@ -1,0 +1,322 @@
+"""The command line: what it writes and prints, what it refuses, and with which exit code."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from guideload import cli
+from guideload import result as results
+from guideload.cli import EXAMPLES, FORMATS, PICTURES, main
+from guideload.errors import RunError
+from guideload.machine import Machine
+
+MACHINE = str(EXAMPLES / "manipulator.toml")
+LOADS = list(FORMATS.values())
+
+
+@pytest.fixture
+def trace(tmp_path: Path) -> str:
+    """Half a second at rest, then a short move, as velocity of the cart."""
+    time = np.arange(1200) * 1e-3
+    velocity = 0.25 * (1 - np.cos(2 * np.pi * np.clip((time - 0.5) / 0.5, 0, 1)))
+    path = tmp_path / "Spur für Wagen.csv"
+    rows = (f"{t:.3f},{v:.5f}\n" for t, v in zip(time, velocity, strict=True))
+    path.write_text("time_s,velocity_m_s\n" + "".join(rows), encoding="utf-8")
+    return str(path)
+
+
+def guideload(*arguments: object) -> Result:
+    return CliRunner().invoke(main, [str(argument) for argument in arguments], catch_exceptions=False)
+
+
+def refused(*arguments: object, code: int = 2) -> str:
+    """The message of a call that must end with this code: on standard error alone, without a traceback."""
+    ended = guideload(*arguments)
+    assert ended.exit_code == code, ended.output
+    assert ended.stdout == ""
+    assert "Traceback" not in ended.stderr
+    return ended.stderr
+
+
+def refused_after_output(*arguments: object) -> str:
+    """As `refused`, where a first part was fine and printed."""
+    ended = guideload(*arguments)
+    assert ended.exit_code == 2, ended.output
+    return ended.stderr
+
+
+def names(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def test_run_writes_loads_report_and_pictures(tmp_path: Path, trace: str) -> None:
+    out = tmp_path / "neue Läufe" / "eins"
+    ended = guideload("run", MACHINE, trace, "-o", out)
+    assert ended.exit_code == 0, ended.output
+    assert names(out) == {"loads.nc", "report.txt", *PICTURES}
+    assert names(out.parent) == {"eins"}  # no draft is left
+    written = (out / "report.txt").read_text(encoding="utf-8")
+    assert written.strip() in ended.stdout
+    loaded = results.Result.load(out / "loads.nc")
+    assert loaded.machine == Machine.from_toml(MACHINE)
+    assert ended.stderr == ""
+
+
+@pytest.mark.parametrize("file_format", FORMATS)
+def test_formats_read_back(tmp_path: Path, trace: str, file_format: str) -> None:
+    out = tmp_path / "out"
+    assert (
+        guideload("run", MACHINE, trace, "-o", out, "--no-pictures", "--format", file_format).exit_code == 0
+    )
+    assert not any(name.endswith(".png") for name in names(out))
+    loaded = results.Result.load(out / FORMATS[file_format])
+    assert loaded.data.sizes["time"] == 1200
+
+
+def test_options_reach_the_run(tmp_path: Path, trace: str) -> None:
+    run = ("run", MACHINE, trace, "--no-pictures", "-o")
+    assert (
+        guideload(*run, tmp_path / "a", "--free", "rx, ry,rz", "--method", "rk45", "--rtol", "1e-4").exit_code
+        == 0
+    )
+    attrs = results.Result.load(tmp_path / "a" / "loads.nc").data.attrs
+    assert (attrs["free"], attrs["method"], attrs["rtol"]) == ("rx ry rz", "rk45", 1e-4)
+    assert guideload(*run, tmp_path / "b", "--method", "implicit", "--step", "5e-4").exit_code == 0
+    assert results.Result.load(tmp_path / "b" / "loads.nc").data.attrs["step_s"] == 5e-4
+
+
+def test_reading_options_reach_the_trace(tmp_path: Path) -> None:
+    bare = tmp_path / "bare.csv"
+    bare.write_text(
+        "a,b\n" + "".join(f"{i},{1000 * np.sin(i / 50):.3f}\n" for i in range(500)), encoding="utf-8"
+    )
+    options = ("--column", "b", "--unit", "mm/s", "--kind", "velocity", "--rate", "500")
+    ended = guideload("check", MACHINE, bare, *options, "--smoothing", "savitzky_golay", "--window", "0.05")
+    assert ended.exit_code == 0, ended.output
+    assert "500 samples, every 2 ms" in ended.stdout
+    told = guideload("check", MACHINE, bare, *options[:-1], "0.5 kHz", "--max-speed", "2 m/s", "--allow-gaps")
+    assert "500 samples, every 2 ms" in told.stdout
+
+
+def test_output_is_not_overwritten_unless_asked(tmp_path: Path, trace: str) -> None:
+    out = tmp_path / "out"
+    run = ("run", MACHINE, trace, "-o", out)
+    assert guideload(*run, "--format", "csv").exit_code == 0
+    (out / "notes.txt").write_text("mine")
+    before = {path: path.read_bytes() for path in out.iterdir()}
+    assert "is not empty" in refused(*run)
+    assert {path: path.read_bytes() for path in out.iterdir()} == before
+    assert guideload(*run, "--overwrite", "--no-pictures").exit_code == 0
+    assert names(out) == {"loads.nc", "report.txt", "notes.txt"}  # ours are replaced or gone, others stay
+
+
+def test_an_empty_folder_may_be_written(tmp_path: Path, trace: str) -> None:
+    (tmp_path / "out").mkdir()
+    assert guideload("run", MACHINE, trace, "-o", tmp_path / "out", "--no-pictures").exit_code == 0
+
+
+def test_a_failure_on_the_way_leaves_nothing(
+    tmp_path: Path, trace: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError("no space left on device")
+
+    before = names(tmp_path)
+    monkeypatch.setattr(results.Result, "to_netcdf", full)
+    assert "no space left on device" in refused("run", MACHINE, trace, "-o", tmp_path / "out", code=1)
+    assert names(tmp_path) == before
+
+
+def test_a_failed_run_is_exit_code_1(tmp_path: Path, trace: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: object, **__: object) -> None:
+        raise RunError("step 3.1e-14 s at t = 0.42 s is below rounding")
+
+    monkeypatch.setattr("guideload.simulation.simulate", fails)
+    message = refused("run", MACHINE, trace, "-o", tmp_path / "out", code=1)
+    assert message == "Error: step 3.1e-14 s at t = 0.42 s is below rounding\n"
+    assert not (tmp_path / "out").exists()
+
+
+def test_bad_machines_are_exit_code_2(tmp_path: Path, trace: str) -> None:
+    text = Path(MACHINE).read_text(encoding="utf-8")
+    bad = tmp_path / "bad.toml"
+    bad.write_text(
+        text.replace('"1250 kg"', '"-1250 kg"').replace("stiffness_y", "stifness_y", 1), encoding="utf-8"
+    )
+    for command in (("check", bad), ("modes", bad), ("run", bad, trace, "-o", tmp_path / "out")):
+        message = refused(*command)
+        assert "body.mass" in message and "-1250 kg" in message  # all that is wrong, not the first alone
+        assert "stifness_y" in message
+    bad.write_text("name = [", encoding="utf-8")
+    assert str(bad) in refused("check", bad)
+    assert "missing.toml" in refused("check", tmp_path / "missing.toml")
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_unsupported_body_is_exit_code_2_and_named(tmp_path: Path, trace: str) -> None:
+    text = Path(MACHINE).read_text(encoding="utf-8")
+    loose = tmp_path / "loose.toml"
+    loose.write_text(text.replace('free = ["y"', 'free = ["x", "y"'), encoding="utf-8")
+    for command in (("check", loose), ("modes", loose), ("run", loose, trace, "-o", tmp_path / "out")):
+        assert "resists" in refused(*command)
+
+
+def test_bad_traces_are_exit_code_2(tmp_path: Path) -> None:
+    bad = tmp_path / "bad.csv"
+    bad.write_text(
+        "time_s,velocity_m_s\n" + "".join(f"{i * 1e-3:.3f},0.1\n" for i in (*range(30), 7)), encoding="utf-8"
+    )
+    out = tmp_path / "out"
+    assert "bad.csv" in refused("run", MACHINE, bad, "-o", out)
+    assert "bad.csv" in refused_after_output("check", MACHINE, bad)
+    assert "missing.csv" in refused("run", MACHINE, tmp_path / "missing.csv", "-o", out)
+    assert "no column 'speed'" in refused_after_output("check", MACHINE, bad, "--column", "speed")
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--method", "euler"), "euler"),
+        (("--rtol", "0"), "--rtol"),
+        (("--rtol", "small"), "--rtol"),
+        (("--step", "-1"), "--step"),
+        (("--step", "1e-3"), "--step is for --method rk45 and implicit"),
+        (("--free", "y,roll"), "roll"),
+        (("--format", "xlsx"), "xlsx"),
+        (("--smoothing", "none"), "none"),
+        (("--kind", "torque"), "torque"),
+    ],
+)
+def test_bad_options_are_exit_code_2(tmp_path: Path, trace: str, options: tuple[str, str], said: str) -> None:
+    assert said in refused("run", MACHINE, trace, "-o", tmp_path / "out", *options)
+    assert not (tmp_path / "out").exists()
+
+
+def test_output_that_is_a_file_is_refused(trace: str) -> None:
+    assert "is a file" in refused("run", MACHINE, trace, "-o", trace)
+
+
+def test_init_writes_a_machine_that_checks(tmp_path: Path) -> None:
+    path = tmp_path / "Maschine.toml"
+    assert guideload("init", path).exit_code == 0
+    ended = guideload("check", path)
+    assert ended.exit_code == 0, ended.output
+    assert "supported in every free dof" in ended.stdout
+    before = path.read_bytes()
+    assert "exists" in refused("init", path)
+    assert path.read_bytes() == before
+    assert refused("init", tmp_path / "no folder" / "machine.toml", code=1).startswith("Error: ")
+
+
+def test_check_tells_what_was_understood(trace: str) -> None:
+    text = guideload("check", MACHINE, trace).stdout
+    for said in (
+        "mass 1250 kg",
+        "8 links",
+        "weight 12258 N",
+        "supported",
+        "1200 samples",
+        "column velocity_m_s",
+    ):
+        assert said in text
+
+
+def test_modes_prints_and_draws(tmp_path: Path) -> None:
+    picture = tmp_path / "modes.svg"
+    ended = guideload("modes", MACHINE, "-o", picture)
+    assert ended.exit_code == 0, ended.output
+    assert "23.69" in ended.stdout
+    assert b"<svg" in picture.read_bytes()
+    assert "exists" in refused("modes", MACHINE, "-o", picture)
+    assert guideload("modes", MACHINE, "-o", picture, "--overwrite").exit_code == 0
+    assert "modes.bmp" in refused("modes", MACHINE, "-o", tmp_path / "modes.bmp")
+    assert names(tmp_path) == {"modes.svg"}
+
+
+def test_demo_shows_that_the_papers_dofs_hide_the_weight(tmp_path: Path) -> None:
+    ended = guideload("demo", "-o", tmp_path / "demo", "--no-pictures")
+    assert ended.exit_code == 0, ended.output
+    assert names(tmp_path / "demo") == {"guides", "paper"}
+    weights = {}
+    for run in ("guides", "paper"):
+        assert names(tmp_path / "demo" / run) == {"loads.nc", "report.txt"}
+        loaded = results.Result.load(tmp_path / "demo" / run / "loads.nc")
+        weights[run] = float(loaded.data["static_force"].sel(axis="y").sum())
+    assert weights["guides"] == pytest.approx(-12258.3, abs=0.1)
+    assert weights["paper"] == pytest.approx(0, abs=1e-6)
+    assert "free y, z, rx, ry, rz" in ended.stdout and "free rx, ry, rz" in ended.stdout
+    assert "constraint at L carries the weight: 12258 N" in " ".join(ended.stdout.split())
+    assert "not empty" in refused("demo", "-o", tmp_path / "demo")
+
+
+@pytest.mark.parametrize(
+    ("file", "options"),
+    [
+        ("emps_bangbang_1kHz.csv", ()),
+        (
+            "michigan_cnc_experiment_01.csv",
+            ("--column", "X1_ActualVelocity", "--unit", "mm/s", "--rate", "10"),
+        ),
+    ],
+)
+def test_real_traces_run(shared_data: Path, tmp_path: Path, file: str, options: tuple[str, ...]) -> None:
+    ended = guideload("run", MACHINE, shared_data / file, "-o", tmp_path / "out", "--no-pictures", *options)
+    assert ended.exit_code == 0, ended.output
+    assert file in ended.stdout
+
+
+def test_a_real_trace_with_bad_rows_is_refused(shared_data: Path) -> None:
+    file = shared_data / "michigan_cnc_experiment_18.csv"
+    command = ("check", MACHINE, file, "--column", "X1_ActualVelocity", "--unit", "mm/s", "--rate", "10")
+    message = refused_after_output(*command)
+    assert "rows 22, 73, 83" in message
+    assert "--no-cross-check" in message  # the way out that the message names is there
+    assert guideload(*command, "--no-cross-check").exit_code == 0
+
+
+def modules_after(code: str) -> set[str]:
+    """Names of the modules that a fresh interpreter has loaded after running `code`."""
+    script = f"import sys\n{code}\nprint(*sys.modules)"
+    ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    return set(ended.stdout.splitlines()[-1].split())
+
+
+def test_help_loads_no_heavy_module() -> None:
+    loaded = modules_after("from guideload.cli import main\nmain(['--help'], standalone_mode=False)")
+    assert not loaded & {
+        "numpy",
+        "pydantic",
+        "pint",
+        "xarray",
+        "pandas",
+        "scipy",
+        "matplotlib",
+        "pyarrow",
+        "rich",
+    }
+
+
+def test_a_run_without_pictures_loads_no_matplotlib(tmp_path: Path, trace: str) -> None:
+    arguments = ["run", MACHINE, trace, "-o", str(tmp_path / "out"), "--no-pictures"]
+    loaded = modules_after(f"from guideload.cli import main\nmain({arguments!r}, standalone_mode=False)")
+    assert "numpy" in loaded and "matplotlib" not in loaded
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252", "utf-8"])
+def test_any_terminal_encoding_will_do(tmp_path: Path, encoding: str) -> None:
+    machine = tmp_path / "m.toml"
+    text = Path(MACHINE).read_text(encoding="utf-8").replace("Clamping-frames", "Spannrahmen für Ωμέγα")
+    machine.write_text(text, encoding="utf-8")
+    ended = CliRunner(charset=encoding).invoke(main, ["check", str(machine)], catch_exceptions=False)
+    assert ended.exit_code == 0
+    assert "Spannrahmen f" in ended.stdout
+
+
+def test_progress_stays_off_where_nobody_watches() -> None:
+    with cli._working("anything") as status:
+        assert status is None

@@ -1,0 +1,178 @@
+"""The report's figures are those of the result, and every one of them is defined beside it."""
+
+import numpy as np
+import pytest
+
+from guideload import report
+from guideload.cli import EXAMPLES
+from guideload.machine import Machine
+from guideload.modes import Modes
+from guideload.motion import Motion
+from guideload.result import Result
+from guideload.simulation import simulate
+
+TIME = np.linspace(0.0, 1.0, 1001)
+
+
+@pytest.fixture(scope="module")
+def machine() -> Machine:
+    return Machine.from_toml(str(EXAMPLES / "manipulator.toml"))
+
+
+def move(machine: Machine, **options: object) -> Result:
+    pull = np.where((TIME > 0.2) & (TIME < 0.6), 2.2, 0.0)
+    motion = Motion.along_x(TIME, pull, source="a push", notes=("typed in", "by hand"))
+    return simulate(machine, motion, **options)
+
+
+@pytest.fixture(scope="module")
+def result(machine: Machine) -> Result:
+    return move(machine)
+
+
+def with_changes(machine: Machine, **changes: object) -> Machine:
+    values = {key: value for key, value in machine.model_dump().items() if value is not None}
+    if values.get("drive"):
+        values["drive"] = {key: value for key, value in values["drive"].items() if value is not None}
+    return Machine(**{**values, **changes})
+
+
+def row(text: str, first: str) -> list[str]:
+    """Cells of the table row that starts with this cell."""
+    return next(line.split() for line in text.splitlines() if line.split()[:1] == [first])
+
+
+def one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def test_peaks_are_those_of_the_result(result: Result) -> None:
+    text = report.result_report(result)
+    across = result.data["force"].sel(axis=["y", "z"])
+    for name in result.data["carriage"].values:
+        one = across.sel(carriage=name).values
+        size = np.hypot(*one.T)
+        static = result.data["static_force"].sel(carriage=name, axis=["y", "z"]).values
+        dynamic = np.hypot(*(one - static).T).max()
+        moment = result.data["moment"].sel(carriage=name)
+        swing = np.linalg.norm(moment - result.data["static_moment"].sel(carriage=name), axis=1).max()
+        expected = [size.max(), TIME[size.argmax()], *np.abs(one).max(axis=0), np.hypot(*static), dynamic]
+        expected += [100 * dynamic / size.max(), *np.abs(moment).max("time").values, swing]
+        found = [float(cell) for cell in row(text, str(name))[1:]]
+        # As printed: whole numbers from 100 up, one decimal below, milliseconds for the time.
+        np.testing.assert_allclose(found, expected, rtol=0.0051, atol=0.051)
+
+
+def test_every_definition_is_said(result: Result) -> None:
+    text = one_line(report.result_report(result))
+    for said in (
+        "Forces of the body on the carriage, global axes, static load included",
+        "moments about the carriage's centre",
+        "sqrt(Fy^2 + Fz^2)",
+        "share: that of the force over the peak",
+    ):
+        assert said in text
+
+
+def test_method_reason_load_scale_and_motion_are_told(machine: Machine, result: Result) -> None:
+    text = one_line(report.result_report(result))
+    attrs = result.data.attrs
+    assert f"method exact: {attrs['method_reason']}" in text
+    assert f"load scale {attrs['load_scale_N']:.0f} N" in text
+    assert "a push" in text and "typed in by hand" in text
+    assert "1 s, 1001 samples, every 1 ms" in text
+    assert "acceleration 2.2 m/s2" in text
+    adaptive = move(machine, method="rk45", rtol=1e-5)
+    steps = adaptive.data.attrs["steps"]
+    text = one_line(report.result_report(adaptive))
+    assert "held to 1e-05 of the load scale" in text and f"{steps} steps" in text
+    assert "fixed step 0.5 ms" in report.result_report(move(machine, method="implicit", step=5e-4))
+
+
+def test_uneven_samples_are_said(machine: Machine) -> None:
+    time = np.sort(np.concatenate([TIME, TIME[1:-1:3] + 3e-4]))
+    text = report.motion_report(Motion.along_x(time, 0 * time))
+    assert "median; not uniform" in text
+
+
+def test_drive_force_is_the_reaction_of_held_x(result: Result) -> None:
+    reaction = result.data["reaction"].sel(dof="x").values
+    line = next(line for line in report.result_report(result).splitlines() if "drive force, held x" in line)
+    assert float(line.split()[4]) == pytest.approx(reaction[np.abs(reaction).argmax()], abs=0.5)
+
+
+def test_held_y_is_told_to_hide_the_weight_and_free_y_is_not(machine: Machine, result: Result) -> None:
+    paper = machine.with_free(["rx", "ry", "rz"])
+    weight = f"{machine.body.mass * 9.80665:.0f} N"
+    for text in (report.result_report(move(paper)), report.machine_report(paper)):
+        said = one_line(text)
+        assert f"y of L is held, so the constraint at L carries the weight: {weight}" in said
+        assert "along y add up to 0.0 N: they carry only its moment" in said
+        assert "z of L is held, so" not in said  # gravity has no part along z
+    assert "carries the weight" not in one_line(report.result_report(result))
+
+
+def test_comparison_shows_both_runs_and_the_hidden_weight_once(machine: Machine, result: Result) -> None:
+    paper = move(machine.with_free(["rx", "ry", "rz"]))
+    text = report.comparison({"Guides": result, "Paper": paper})
+    assert "Guides: free y, z, rx, ry, rz" in text and "Paper: free rx, ry, rz" in text
+    assert one_line(text).count("carries the weight") == 1
+
+
+def test_modes_table_is_that_of_the_modes(machine: Machine) -> None:
+    modes = Modes.of(machine)
+    text = report.modes_report(machine, modes)
+    for index in range(len(modes.frequency)):
+        cells = row(text, str(index + 1))
+        assert float(cells[1]) == pytest.approx(modes.frequency[index], rel=1e-3)
+        assert float(cells[2]) == pytest.approx(100 * modes.damping_ratio[index], rel=1e-2)
+        assert float(cells[3]) == pytest.approx(modes.damped_frequency[index], rel=1e-3)
+
+
+def test_an_overdamped_mode_has_no_damped_frequency(machine: Machine) -> None:
+    stiff = [{**carriage.model_dump(), "damping_y": 1e8, "damping_z": 1e8} for carriage in machine.carriages]
+    heavy = with_changes(machine, **{"carriages": stiff})
+    assert row(report.modes_report(heavy, Modes.of(heavy)), "1")[3] == "none"
+
+
+def test_machine_report_tells_masses_links_weight_and_static_loads(machine: Machine) -> None:
+    text = report.machine_report(machine)
+    assert "mass 1250 kg, weight 12258 N" in text
+    assert "(120, -650, 180) mm from L" in text
+    assert "8 links" in text
+    assert "33.33 mm per turn of the motor" in text
+    static = text[text.index("At rest") :]
+    loads = [float(row(static, carriage.name)[1]) for carriage in machine.carriages]
+    assert sum(loads) == pytest.approx(-machine.body.mass * 9.80665, abs=1)
+
+
+def test_extra_links_are_reported(machine: Machine) -> None:
+    rack = {"name": "rack", "point": (0, 0, 0), "direction": (1, 0, 0), "stiffness": 8e7, "damping": 2e4}
+    elastic = with_changes(machine, **{"links": [rack], "free": ("x", *machine.free)})
+    assert "9 links, 1 of them extra: rack" in report.machine_report(elastic)
+    result = move(elastic)
+    load = result.data["link_load"].sel(link="rack").values
+    line = next(line for line in report.result_report(result).splitlines() if "link rack" in line)
+    assert float(line.split()[2]) == pytest.approx(load[np.abs(load).argmax()], abs=0.5)
+
+
+def test_names_are_text_and_not_markup(machine: Machine) -> None:
+    renamed = [
+        {**carriage.model_dump(), "name": f"[red]ä{i}"} for i, carriage in enumerate(machine.carriages)
+    ]
+    odd = with_changes(machine, **{"name": "[bold]Prüfstand", "carriages": renamed})
+    text = report.machine_report(odd)
+    assert "[bold]Prüfstand" in text and "[red]ä0" in text
+    assert report.machine_report(odd, encoding="ascii").isascii()
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(12258.31, "12258"), (-441.3, "-441"), (8.25, "8.2"), (-0.04, "0.0"), (1e-15, "0.0"), (-99.94, "-99.9")],
+)
+def test_numbers_of_the_tables(value: float, text: str) -> None:
+    assert report.number(value) == text
+
+
+def test_lines_fit_the_width(result: Result) -> None:
+    assert max(len(line) for line in report.result_report(result).splitlines()) <= report.WIDTH
