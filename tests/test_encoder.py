@@ -230,6 +230,20 @@ def test_jumps_are_judged_by_what_the_axis_does():
         read_trace({"t_s": TIME, "v_m_s": spike})
 
 
+def test_position_and_velocity_of_one_axis_are_compared():
+    columns = {"t_s": TIME, "x_position_m": PLACE, "x_velocity_m_s": SPEED}
+    assert any("same motion" in note for note in read_trace(columns, column="x_velocity_m_s").notes)
+    cut = {name: np.delete(values, slice(60, 75)) for name, values in columns.items()}
+    cut["t_s"] = TIME[:-15]  # rows lost, and the clock does not show it
+    for column in ("x_position_m", "x_velocity_m_s"):
+        with pytest.raises(TraceError, match=f"column {column}: .*contradict each other in index 60: "):
+            read_trace(cut, column=column)
+    assert read_trace(cut, column="x_velocity_m_s", cross_check=False).time.size == COUNT - 15
+    columns["x_position_m"] = np.where(TIME == 0.5, np.nan, PLACE)
+    trace = read_trace(columns, column="x_velocity_m_s")
+    assert any("x_position_m not compared" in note for note in trace.notes)
+
+
 @pytest.mark.parametrize("quantum", [1e-7, 1e-5, 1e-3])
 def test_true_motion_is_never_taken_for_a_jump(quantum):
     for rate in (20.0, 100.0, 1000.0):

@@ -67,7 +67,7 @@ def test_without_any_speed_the_acceleration_is_shown_and_said(machine: Machine) 
 
 
 @pytest.mark.parametrize("axis", ["y", "z"])
-@pytest.mark.parametrize("carriage", ["1", "2"])
+@pytest.mark.parametrize("carriage", ["1a", "2b"])
 def test_load_of_a_carriage(result: Result, carriage: str, axis: str) -> None:
     ax = {"y": plots.load_y, "z": plots.load_z}[axis](result, carriage)
     load, static, peak = ax.lines
@@ -82,7 +82,7 @@ def test_load_of_a_carriage(result: Result, carriage: str, axis: str) -> None:
 
 
 def test_unknown_carriage_is_refused_with_those_there_are(result: Result) -> None:
-    with pytest.raises(ValueError, match="no carriage 'left': the result has '1' and '2'"):
+    with pytest.raises(ValueError, match="no carriage 'left': the result has '1a', '1b', '2a' and '2b'"):
         plots.load_y(result, "left")
 
 
@@ -90,10 +90,7 @@ def test_paper_figures_are_7_to_11(result: Result) -> None:
     sheet = plots.paper_figures(result)
     assert [ax.get_title(loc="left") for ax in sheet] == [
         "Motor speed",
-        "Carriage 1, y",
-        "Carriage 1, z",
-        "Carriage 2, y",
-        "Carriage 2, z",
+        *[f"Carriage {name}, {axis}" for name in ("1a", "1b", "2a", "2b") for axis in "yz"],
     ]
     assert len({ax.figure for ax in sheet}) == 1
     assert "free y, z, rx, ry, rz" in sheet[0].figure.get_suptitle()
@@ -196,11 +193,11 @@ def test_a_load_that_never_moves_is_drawn(machine: Machine) -> None:
     for ax in (
         plots.spectrum(still),
         plots.resultant(still),
-        plots.load_z(still, "1"),
+        plots.load_z(still, "1a"),
         plots.motor_speed(still),
     ):
         ax.figure.draw_without_rendering()
-    low, high = plots.load_z(still, "1").get_ylim()
+    low, high = plots.load_z(still, "1a").get_ylim()
     assert high - low > 1e-3  # rounding noise does not fill the picture
 
 
@@ -258,7 +255,7 @@ def test_axes_given_are_drawn_on_and_the_process_is_left_alone(machine: Machine,
         ax = Figure().add_subplot()
         assert draw(result, ax) is ax
     ax = Figure().add_subplot()
-    assert plots.load_y(result, "1", ax) is ax
+    assert plots.load_y(result, "1a", ax) is ax
     ax = Figure().add_subplot(projection="3d")
     assert plots.scene(machine, result, ax) is ax
     axes = [Figure().add_subplot(projection="3d") for _ in result.modes.frequency]

@@ -14,8 +14,8 @@ class Scene:
 
     center_of_mass, points: m from L. inertia: kg m2 about the centre of mass. gravity: m/s2, pointing down.
     free: names out of x y z rx ry rz. points, directions: (links, 3). stiffness: (links,) N/m.
-    damping: (links,) N s/m. Raises SceneError for an impossible body or link, and for a body that its links leave
-    unsupported, naming the motion that nothing resists.
+    damping: (links,) N s/m. Raises SceneError for an impossible body or link, and for a body that its links
+    leave unsupported, naming the motion that nothing resists.
     """
 
     def __new__(
@@ -44,9 +44,10 @@ class Scene:
     ) -> Solution:
         """Run from static equilibrium.
 
-        time: (n,) s. acceleration: (n, 3) m/s2 of L. wrench: (n, 6) external force [N] and moment about L [N m].
-        method: exact, rk45 or implicit. rtol: error of the link loads, relative to the load scale. step: s, fixed
-        instead. times: (m,) s, instants to record instead of the samples. Raises TraceError, RunError.
+        time: (n,) s. acceleration: (n, 3) m/s2 of L. wrench: (n, 6) external force [N] and moment about L
+        [N m]. method: exact, rk45 or implicit. rtol: error of the link loads, relative to the load scale.
+        step: s, fixed instead. times: (m,) s, instants to record instead of the samples.
+        Raises TraceError, RunError.
         """
 
     def peaks(
@@ -71,7 +72,10 @@ class Scene:
         """[M, C, K], each (6, 6), of (u, phi) of L, and the weight (6,) as force and moment about L."""
 
     def modes(self) -> tuple[Array, Array, Array, NDArray[np.complex128]]:
-        """Angular frequencies (n,) rad/s, damping ratios (n,), shapes (n, 6) mass-normalised, eigenvalues (2 n,) 1/s."""
+        """Angular frequencies (n,) rad/s, damping ratios (n,), shapes (n, 6), eigenvalues (2 n,) 1/s.
+
+        Shapes are mass-normalised. Raises RunError if the eigenvalues do not settle.
+        """
 
     def static_position(self) -> Array:
         """(6,) position of L at rest, m and rad."""
@@ -124,7 +128,9 @@ class Solution:
 def carriage_links(
     center: Vector, length: float, stiffness: tuple[float, float], damping: tuple[float, float]
 ) -> tuple[Array, Array, Array, Array]:
-    """The four links of a carriage (paper, 4.1): points (4, 3), directions (4, 3), stiffness (4,), damping (4,).
+    """The four links of a carriage (paper, 4.1): end -x along y and z, end +x along y and z.
 
-    stiffness, damping: of the whole carriage along y and z; each end carries half.
+    Returns points (4, 3), directions (4, 3), stiffness (4,), damping (4,).
+    center: m from L. length: m between the ends. stiffness, damping: of the whole carriage along y and z;
+    each end carries half.
     """

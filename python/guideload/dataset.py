@@ -27,10 +27,11 @@ def dataset(run: Run, carriage_loads: Array) -> xr.Dataset:
         "dof": list(DOFS),
     }
     variables = [*_loads(run, carriage_loads), *_reference_point(run), *_static(run), *_motion(run)]
-    data = xr.Dataset(
-        {name: (dims, values, {"units": units, "long_name": text}) for name, dims, values, units, text in variables},
-        coords=coords,
-    )
+    labelled = {
+        name: (dims, values, {"units": units, "long_name": text})
+        for name, dims, values, units, text in variables
+    }
+    data = xr.Dataset(labelled, coords=coords)
     data.attrs = _attributes(run)
     return data
 
@@ -43,8 +44,8 @@ def _loads(run: Run, carriage_loads: Array) -> Iterator[Variable]:
     yield "moment", of_carriages, moment, "N m", "moment about the carriage centre"
     for part in ("elastic", "damping"):
         loads = run.carriage_loads(part)
-        yield f"force_{part}", of_carriages, loads[:, :, :3], "N", f"{part} part of the load of the carriage"
-        yield f"moment_{part}", of_carriages, loads[:, :, 3:], "N m", f"{part} part of the moment of the carriage"
+        yield f"force_{part}", of_carriages, loads[:, :, :3], "N", f"{part} part of the load"
+        yield f"moment_{part}", of_carriages, loads[:, :, 3:], "N m", f"{part} part of the moment"
     resultant = np.hypot(force[:, :, 1], force[:, :, 2])
     yield "resultant", ("time", "carriage"), resultant, "N", "resultant load of the carriage in y and z"
     yield "link_load", ("time", "link"), solution.link_loads("total"), "N", "load along the link"
@@ -53,13 +54,14 @@ def _loads(run: Run, carriage_loads: Array) -> Iterator[Variable]:
         yield f"link_load_{part}", ("time", "link"), load, "N", f"{part} part of the load along the link"
     rails = solution.group_loads(machine.links_of_rails, machine.rail_centers, "total")
     yield "rail_force", of_rails, rails[:, :, :3], "N", "load of the rail"
-    yield "rail_moment", of_rails, rails[:, :, 3:], "N m", "moment about the mean of the rail's carriage centres"
+    yield "rail_moment", of_rails, rails[:, :, 3:], "N m", "moment about the mean of its carriage centres"
 
 
 def _reference_point(run: Run) -> Iterator[Variable]:
     solution, dims = run.solution, ("time", "dof")
     yield "reaction", dims, solution.reaction(), SIX, "reaction of the held dofs; of x: the drive force"
-    yield "displacement", dims, solution.position(), "m, m, m, rad, rad, rad", "displacement of L, sag included"
+    units = "m, m, m, rad, rad, rad"
+    yield "displacement", dims, solution.position(), units, "displacement of L, sag included"
     units = "m/s, m/s, m/s, rad/s, rad/s, rad/s"
     yield "velocity", dims, solution.velocity(), units, "velocity of L in the carriage frame"
     units = "m/s2, m/s2, m/s2, rad/s2, rad/s2, rad/s2"

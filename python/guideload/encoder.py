@@ -113,23 +113,22 @@ def read_trace(
     notes.append(checks.check_gaps(data, clock_name, stamps, value, allow_gaps))
     partner = partner_of(column, data.names) if cross_check and kind in ("position", "velocity") else None
     if partner is not None:
-        other = data.numbers(partner) * _partner_scale(data, partner, scale)
-        both = (value, other) if kind == "position" else (other, value)
-        notes.append(checks.check_partner(data, column, partner, stamps, *both))
+        try:
+            other = data.numbers(partner) * _partner_scale(data, partner, scale)
+        except TraceError:  # nobody asked for that column: it takes no part, and the note says so
+            notes.append(f"column {partner} not compared with {column}: it has cells without a number")
+        else:
+            both = (value, other) if kind == "position" else (other, value)
+            notes.append(checks.check_partner(data, column, partner, stamps, *both))
     limit = None if max_speed is None else _argument(data, "max_speed", max_speed, _speed_unit(kind))
     checks.check_jumps(data, column, stamps, value, kind, limit)
     if np.ptp(value) == 0.0:
-        notes.append(
-            "the value never changes: "
-            + ("constant speed" if value[0] and kind != "position" else "no motion")
-        )
+        moves = value[0] != 0.0 and kind in ("velocity", "motor_speed")
+        notes.append("the value never changes: " + ("constant speed" if moves else "no motion"))
     kind = "position" if kind == "counts" else kind
     step = abs(scale) if whole else quantum_of(value)
-    notes.append(
-        f"{kind} from column {column}, quantum {step:.3g} {KINDS[kind]}"
-        if step
-        else f"{kind} from column {column}"
-    )
+    told = f"quantum {step:.3g} {KINDS[kind]}" if step else "no quantum found"
+    notes.append(f"{kind} from column {column}, {told}")
     for array in (stamps, value):
         array.setflags(write=False)
     return Trace(stamps, value, kind, step, data.source, column, tuple(note for note in notes if note))
@@ -215,11 +214,7 @@ def _meaning(data: Table, column: str, kind: str | None, unit: str | float | Non
     """Kind and factor to SI of the column."""
     place = f"{data.source}: column {column}"
     header = Header.of(column)
-    if (
-        kind is None
-        and header.unit == "counts"
-        and not (isinstance(unit, str) and kind_of_unit(unit) in KINDS and False)
-    ):
+    if kind is None and header.unit == "counts":
         kind = "counts"
     if kind == "counts":
         if unit is None:

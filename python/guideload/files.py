@@ -110,7 +110,8 @@ def _assembled(table: pa.Table, rest: dict[str, Any]) -> xr.Dataset:
     for name, quantity in rest["quantities"].items():
         dims = quantity["dims"]
         if "values" in quantity:
-            values = np.array(quantity["values"], dtype=np.float64).reshape([len(labels[dim]) for dim in dims])
+            sizes = [len(labels[dim]) for dim in dims]
+            values = np.array(quantity["values"], dtype=np.float64).reshape(sizes)
         else:
             shape = [time.size, *[len(labels[dim]) for dim in dims[1:]]]
             count = int(np.prod(shape[1:]))

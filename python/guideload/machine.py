@@ -30,7 +30,7 @@ from pydantic import (
 from pydantic.functional_validators import ModelWrapValidatorHandler
 from pydantic_core import ErrorDetails, InitErrorDetails
 
-from guideload._core import Scene
+from guideload._core import Scene, carriage_links
 from guideload.config import Part, entries, located, number, read
 from guideload.errors import ConfigError, KeyPath, ValueRefused, shown
 
@@ -62,9 +62,11 @@ Tensor = Annotated[tuple[InertiaRow, InertiaRow, InertiaRow], _ROWS]
 
 Array = NDArray[np.float64]
 
-# Rounding of the input, relative to the largest entry: turning the tensor or shifting it to another point
-# leaves 1e-16 to 1e-12, and a flat plate obeys the triangle rule with equality. More is no rounding.
-SLACK = 1e-9
+# Of the largest entry: CAD systems print six digits, the last of which may be 5e-6 off, and a flat plate obeys
+# the triangle rule with equality.
+PRINTED_DIGITS = 1e-5
+# Of the largest entry: what shifting a tensor to another point leaves of a moment that is zero.
+ROUNDING = 1e-12
 
 
 class Body(Part):
@@ -86,7 +88,7 @@ class Body(Part):
         given = np.array(rows)
         scale = np.abs(given).max()
         skew = np.abs(given - given.T)
-        if skew.max() > SLACK * scale:
+        if skew.max() > PRINTED_DIGITS * scale:
             i, j = (int(k) for k in np.unravel_index(skew.argmax(), skew.shape))
             raise ValueRefused(
                 "a symmetric tensor",
@@ -122,12 +124,12 @@ def _require_possible(central: Array, rows: Tensor, scale: float) -> None:
     small, middle, large = (float(moment) for moment in np.linalg.eigvalsh(central))
     found = f"principal moments about the centre of mass are {small:g}, {middle:g}, {large:g} kg m^2"
     way_out = "check inertia_about, the units and the signs (entries of the tensor: Jxy = -sum m x y)"
-    if small <= SLACK * scale:
+    if small <= ROUNDING * scale:
         raise ValueRefused(
             "a positive definite tensor", rows, f"its {found}: the smallest is not above 0; {way_out}"
         )
     excess = large - (small + middle)
-    if excess > SLACK * scale:
+    if excess > PRINTED_DIGITS * scale:
         raise ValueRefused(
             "a tensor that a body can have (triangle rule: no principal moment above the sum of the others)",
             rows,
@@ -308,7 +310,7 @@ class Machine(Part):
 
     @cached_property
     def rail_centers(self) -> Array:
-        """Mean of the centres of each rail's carriages from L, shape (rail, 3) [m]; 0 for a rail without any."""
+        """Mean of the centres of each rail's carriages from L, (rail, 3) [m]; 0 for a rail without any."""
         centers = np.zeros((len(self.rails), 3))
         for i in set(self.rail_of_carriage.tolist()):
             centers[i] = self.carriage_centers[self.rail_of_carriage == i].mean(axis=0)
@@ -337,15 +339,15 @@ class Machine(Part):
     @cached_property
     def _links(self) -> LinkTable:
         names: list[str] = []
-        rows: list[tuple[float, ...]] = []  # point, direction, stiffness, damping
+        rows: list[list[float]] = []  # point, direction, stiffness, damping
         for carriage, center in zip(self.carriages, self.carriage_centers.tolist(), strict=True):
-            for end in (-0.5 * carriage.length, 0.5 * carriage.length):
-                point = (center[0] + end, center[1], center[2])
-                rows.append((*point, 0.0, 1.0, 0.0, 0.5 * carriage.stiffness_y, 0.5 * carriage.damping_y))
-                rows.append((*point, 0.0, 0.0, 1.0, 0.5 * carriage.stiffness_z, 0.5 * carriage.damping_z))
+            stiffness = (carriage.stiffness_y, carriage.stiffness_z)
+            damping = (carriage.damping_y, carriage.damping_z)
+            four = carriage_links(center, carriage.length, stiffness, damping)
+            rows += np.column_stack(four).tolist()
             names += [f"{carriage.name}:{end}" for end in ENDS]
         for link in self.links:
-            rows.append((*link.point, *link.direction, link.stiffness, link.damping))
+            rows.append([*link.point, *link.direction, link.stiffness, link.damping])
             names.append(link.name)
         table = np.array(rows, dtype=np.float64).reshape(-1, 8)
         owner = np.repeat(np.arange(len(self.carriages)), 4)

@@ -46,17 +46,18 @@ class Modes:
 
 
 def displacement(points: Array, q: Array) -> Array:
-    """u + phi x r (paper, eq. 14) of points (n, 3) [m] for q = (u, phi), shape (6,) [m, rad]; shape (n, 3) [m]."""
+    """u + phi x r (paper, eq. 14), shape (n, 3) [m], of points (n, 3) [m] for q = (u, phi) (6,) [m, rad]."""
     return np.asarray(q[:3] + np.cross(q[3:], points))
 
 
 def moving_dofs(machine: Machine, shape: Array) -> list[str]:
     """The dofs that make up a mode, largest first: those with at least half the largest share in its motion.
 
-    A rotation counts with the motion it gives the carriages and the centre of mass (root mean square), so that
-    metres and radians compare. shape: (6,) [m, rad].
+    A rotation counts with the motion it gives the carriages and the centre of mass (root mean square), so
+    that metres and radians compare. shape: (6,) [m, rad].
     """
     points = np.vstack([machine.carriage_centers, machine.body.center_of_mass])
-    shares = np.array([np.sqrt((displacement(points, part) ** 2).sum(axis=1).mean()) for part in np.diag(shape)])
+    parts = [displacement(points, part) for part in np.diag(shape)]
+    shares = np.array([np.sqrt((part**2).sum(axis=1).mean()) for part in parts])
     order = np.argsort(-shares)
     return [DOFS[dof] for dof in order if shares[dof] > 0 and shares[dof] >= 0.5 * shares.max()]

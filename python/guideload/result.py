@@ -38,7 +38,10 @@ class Run:
     step: float | None
 
     def carriage_loads(self, part: str = "total") -> Array:
-        """(time, carriage, 6) force [N] and moment about the carriage centre [N m]; total, elastic or damping."""
+        """(time, carriage, 6) force [N] and moment about the carriage centre [N m].
+
+        part: total, elastic or damping.
+        """
         machine = self.machine
         return self.solution.group_loads(machine.links_of_carriages, machine.carriage_centers, part)
 
@@ -47,7 +50,8 @@ class Run:
 class Peaks:
     """Extremes of the loads of the carriages, each array (carriage, 8), and their times [s].
 
-    Columns: Fx Fy Fz [N], Mx My Mz [N m] about the carriage centre, resultant of Fy and Fz [N], magnitude of the moment [N m].
+    Columns: Fx Fy Fz [N], Mx My Mz [N m] about the carriage centre, resultant of Fy and Fz [N], magnitude of
+    the moment [N m].
     """
 
     carriages: tuple[str, ...]
@@ -62,9 +66,9 @@ class Result:
 
     `machine` is the machine, `modes` its natural modes, `carriage_loads` the plain array, and `data` an
     xarray.Dataset with all quantities over time, carriage, rail, link, dof and axis, each with its units:
-    force, moment (of the carriages on their guides, moments about the carriage centres), their elastic and damping parts,
-    resultant (y-z), link_load, rail_force, rail_moment, reaction (of the held dofs; held x: the drive force),
-    displacement, velocity, acceleration (of L in the carriage frame), and the static values of them.
+    force, moment (of the carriages on their guides, moments about the carriage centres), their elastic and
+    damping parts, resultant (y-z), link_load, rail_force, rail_moment, reaction (of the held dofs; held x:
+    the drive force), displacement, velocity, acceleration (of L in the carriage frame), and static values.
     A load is the force that the body exerts on its guide: weight makes y negative.
     """
 
@@ -101,24 +105,27 @@ class Result:
         return Modes.of(self.machine)
 
     def peaks(self) -> pd.DataFrame:
-        """A row per carriage: the peak resultant (y-z), when, its static value and dynamic share, and peak components.
+        """A row per carriage: peak resultant (y-z), when, its static and dynamic part, and peak components.
 
-        Columns end in their unit. Peaks are largest magnitudes over the reported instants.
+        Columns end in their unit. Peaks are largest magnitudes over the reported instants; a dynamic part is
+        the magnitude of load less static load.
         """
         import pandas as pd
 
         data = self.data
         resultant = data["resultant"].values
-        static = np.hypot(data["static_force"].sel(axis="y"), data["static_force"].sel(axis="z")).values
+        static = np.hypot(*data["static_force"].values[:, 1:].T)
         at = resultant.argmax(axis=0)
         peak = resultant.max(axis=0)
         force, moment = np.abs(data["force"].values).max(axis=0), np.abs(data["moment"].values).max(axis=0)
         dynamic = data["force"].values - data["static_force"].values
+        dynamic_moment = data["moment"].values - data["static_moment"].values
         table = {
             "peak_resultant_N": peak,
             "time_of_peak_s": data["time"].values[at],
             "static_resultant_N": static,
             "dynamic_resultant_N": np.hypot(dynamic[:, :, 1], dynamic[:, :, 2]).max(axis=0),
+            "dynamic_moment_Nm": np.linalg.norm(dynamic_moment, axis=2).max(axis=0),
         }
         table |= {f"peak_F{axis}_N": force[:, i] for i, axis in enumerate(AXES)}
         table |= {f"peak_M{axis}_Nm": moment[:, i] for i, axis in enumerate(AXES)}
@@ -131,7 +138,7 @@ class Result:
         files.write_netcdf(self, path)
 
     def to_parquet(self, path: str | PathLike[str]) -> None:
-        """Write all of it as Parquet: a column per quantity and label, what is not a history in the metadata."""
+        """Write all of it as Parquet: a column per history and label, the rest in the metadata."""
         from guideload import files
 
         files.write_parquet(self, path)
@@ -144,7 +151,7 @@ class Result:
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Result:
-        """Read a result back from a file that `to_netcdf`, `to_parquet` or `to_csv` wrote, told by its ending.
+        """Read a result back from what `to_netcdf`, `to_parquet` or `to_csv` wrote, told by its ending.
 
         Raises TraceError if the file is none of these.
         """

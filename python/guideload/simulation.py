@@ -26,14 +26,14 @@ def simulate(
 ) -> Result:
     """The load of every carriage of a machine under a motion, from static equilibrium on.
 
-    method  exact (matrix exponential: no step error, linear scenes), rk45 (Dormand-Prince 5(4)), implicit (Radau IIA
-            of order 9), or auto: the cheapest that the scene allows; the result says which and why
-    rtol    error of the link loads that rk45 and implicit may make, as a part of the load scale (the largest link load
-            at rest plus quasi-static under the peaks of the motion; the result tells it in newtons)
-    step    s, fixed step for rk45 and implicit instead of error control; no step passes a sample of the motion
+    method  exact (matrix exponential: no step error, linear scenes), rk45 (Dormand-Prince 5(4)), implicit
+            (Radau IIA of order 9), or auto: the cheapest that the scene allows; the result says which and why
+    rtol    error of the link loads that rk45 and implicit may make, as a part of the load scale (the largest
+            link load at rest plus quasi-static under the peaks of the motion; the result tells it in newtons)
+    step    s, fixed step for rk45 and implicit instead of error control; none passes a sample of the motion
     times   (m,) s, instants to report, ascending; the samples of the motion if left out
 
-    Raises SceneError (unsupported body), TraceError (a motion that is no motion), RunError (with time and step).
+    Raises SceneError (unsupported body), TraceError (a motion that is none), RunError (with time and step).
     """
     chosen, reason = _chosen(method, step)
     instants = None if times is None else np.ascontiguousarray(times, dtype=np.float64)
@@ -46,15 +46,19 @@ def simulate(
         step=step,
         times=instants,
     )
-    return Result.of_run(
-        Run(machine, motion, solution, motion.time if instants is None else instants, chosen, reason, rtol, step)
-    )
+    reported = motion.time if instants is None else instants
+    return Result.of_run(Run(machine, motion, solution, reported, chosen, reason, rtol, step))
 
 
 def peak_loads(
-    machine: Machine, motion: Motion, method: Method = "auto", *, rtol: float = 1e-6, step: float | None = None
+    machine: Machine,
+    motion: Motion,
+    method: Method = "auto",
+    *,
+    rtol: float = 1e-6,
+    step: float | None = None,
 ) -> Peaks:
-    """The extremes of every carriage's load alone: nothing is stored, so memory does not grow with the motion.
+    """The extremes of every carriage's load alone; nothing else is stored.
 
     Arguments and errors as for `simulate`.
     """
@@ -77,8 +81,7 @@ def _chosen(method: str, step: float | None) -> tuple[str, str]:
     if method not in get_args(Method):
         raise RunError(f"method: expected one of {', '.join(get_args(Method))}, got {method!r}")
     if method in ("auto", "exact") and step is not None:
-        raise RunError(f'step: method "{method}" makes no step error and takes no step; leave step out or name rk45 or implicit')
+        raise RunError(f'step: method "{method}" takes none; leave step out, or name rk45 or implicit')
     if method == "auto":
         return "exact", "all links are linear: the matrix exponential costs least and makes no step error"
     return method, "asked for"
-

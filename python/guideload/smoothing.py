@@ -3,9 +3,8 @@
 One function, `smooth`, with three methods:
 
 ``auto``            penalised spline, its strength chosen by likelihood (below); for any time stamps
-``savitzky_golay``  local cubic polynomials in a window that the user gives; for uniform stamps; for
-comparison ``differences``     plain differences of the samples; for comparison: the quantum comes out as
-noise
+``savitzky_golay``  for comparison: local cubics in a window that the user gives; for uniform stamps
+``differences``     for comparison: plain differences of the samples; the quantum comes out as noise
 
 The automatic method. The axis's snap (fourth derivative of position) is taken as white noise of unknown
 level, the samples as the true value plus white noise of unknown level: with q = strength ratio that is the
@@ -46,9 +45,7 @@ ORDER = {"position": 4, "velocity": 3}
 # rounding grows with lambda * 2^(2 order) * 1e-16, which must stay far below the quantum over the travel
 # (1e-7 in the finest logs known).
 LOWEST, HIGHEST = -3.0, 4.0
-NOISE_RATIO = (
-    4.0  # to the noise between neighbours: twice the largest seen where the trace resolves its moves
-)
+NOISE_RATIO = 4.0  # to the noise between neighbours: twice the largest seen where moves are resolved
 SUSPICIOUS = 0.01  # noise over range: encoders and their speed signals stay below 0.5 %
 FEWEST_INTERVALS = 8  # of a coarser mesh: fewer cannot follow one move of an axis
 UNIFORM = 0.01  # of the step: deviation of stamps up to which a filter for uniform ones is right

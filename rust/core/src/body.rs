@@ -5,8 +5,8 @@ use nalgebra::{Matrix3, Matrix6, SymmetricEigen, Vector3, Vector6};
 use crate::error::SceneError;
 use crate::tensor::{parallel_axes, skew};
 
-/// Relative slack of the symmetry and triangle checks: CAD systems print six digits.
-const PRINTED_DIGITS: f64 = 1e-6;
+/// Relative slack of the symmetry and triangle checks: CAD systems print six digits, the last of which may be 5e-6 off.
+const PRINTED_DIGITS: f64 = 1e-5;
 
 /// One rigid body, described about the reference point L.
 #[derive(Debug, Clone, Copy, PartialEq)]

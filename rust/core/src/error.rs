@@ -87,7 +87,9 @@ impl fmt::Display for SceneError {
             }
             Self::Stiffness { got } => write!(f, "stiffness: expected >= 0 N/m, got {got}"),
             Self::Damping { got } => write!(f, "damping: expected >= 0 N s/m, got {got}"),
-            Self::IdleLink => f.write_str("stiffness and damping are both zero; give one, or leave the link out"),
+            Self::IdleLink => {
+                f.write_str("stiffness and damping are both zero; give one, or leave the link out")
+            }
             Self::NothingFree => f.write_str("free: expected at least one of x y z rx ry rz, got none"),
             Self::NoLinks => f.write_str("links: expected at least one, got none"),
             Self::Unsupported { motion, count } => {

@@ -53,7 +53,7 @@ impl<const ROWS: usize> Recovery<ROWS> {
     /// At one instant.
     #[inline(always)]
     pub fn at(&self, state: &State, input: &Input) -> [f64; ROWS] {
-        let mut out = self.from_state(state);
+        let mut out = self.of_state(state);
         if self.by_input_at_all {
             for (column, &factor) in self.by_input.iter().zip(input) {
                 add_scaled(&mut out, column, factor);
@@ -64,7 +64,7 @@ impl<const ROWS: usize> Recovery<ROWS> {
 
     /// The part that does not come from the excitation directly.
     #[inline(always)]
-    fn from_state(&self, state: &State) -> [f64; ROWS] {
+    fn of_state(&self, state: &State) -> [f64; ROWS] {
         let mut out = self.constant;
         for (column, &factor) in self.by_state.iter().zip(state) {
             add_scaled(&mut out, column, factor);
@@ -265,7 +265,7 @@ impl<I: Fn(usize) -> Input> Kernel for Fill<'_, I> {
                 row_b[from..from + LANES].copy_from_slice(&sum_b);
             }
             for (state, row) in last.iter().zip(rows) {
-                row[from..from + LANES].copy_from_slice(&lanes.from_state(state));
+                row[from..from + LANES].copy_from_slice(&lanes.of_state(state));
             }
         }
     }

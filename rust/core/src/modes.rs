@@ -1,6 +1,6 @@
 //! Natural frequencies, damping ratios and mode shapes.
 
-use nalgebra::{Complex, Schur, SMatrix, Vector6};
+use nalgebra::{Complex, SMatrix, Schur, Vector6};
 
 use crate::system::{NO_FORCE, System};
 

@@ -2,7 +2,7 @@
 
 use guideload::{Control, Dof, ExcitationError, Free, Output, Part, RunError, SceneError};
 use nalgebra::{Matrix3, Vector3};
-use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -12,6 +12,11 @@ mod errors {
     pyo3::import_exception!(guideload.errors, SceneError);
     pyo3::import_exception!(guideload.errors, TraceError);
 }
+
+/// A NumPy array with one axis.
+pub type Array1<'py> = Bound<'py, PyArray1<f64>>;
+/// A NumPy array with two axes.
+pub type Array2<'py> = Bound<'py, PyArray2<f64>>;
 
 /// Any error of the core.
 pub enum CoreError {
@@ -74,7 +79,11 @@ fn not_contiguous(name: &str) -> PyErr {
 }
 
 pub fn matrix3([a, b, c]: [[f64; 3]; 3]) -> Matrix3<f64> {
-    Matrix3::from_rows(&[Vector3::from(a).transpose(), Vector3::from(b).transpose(), Vector3::from(c).transpose()])
+    Matrix3::from_rows(&[
+        Vector3::from(a).transpose(),
+        Vector3::from(b).transpose(),
+        Vector3::from(c).transpose(),
+    ])
 }
 
 pub fn free(names: &[String]) -> PyResult<Free> {

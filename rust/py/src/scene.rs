@@ -8,11 +8,11 @@ use guideload::{
     RunError, Scene, State, Summary, System, Wrench, eigenvalues, group_load, link_load, modes, run,
 };
 use nalgebra::Vector3;
-use numpy::{Complex64, IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
+use numpy::{Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::convert::{self, CoreError, matrix3, rows, slice};
+use crate::convert::{self, Array1, Array2, CoreError, matrix3, rows, slice};
 use crate::solution::{Inputs, PySolution};
 
 /// Interval lengths that an exact run remembers: device clocks tick in a handful of them.
@@ -44,16 +44,22 @@ impl Owned {
         part: Part,
     ) -> PyResult<Vec<Wrench>> {
         if links.len() != centers.len() {
-            let message = format!("centers: expected {} rows, one per group, got {}", links.len(), centers.len());
+            let message =
+                format!("centers: expected {} rows, one per group, got {}", links.len(), centers.len());
             return Err(PyValueError::new_err(message));
         }
         let mut loads = Vec::with_capacity(links.len());
         for (group, center) in links.iter().zip(centers) {
             let mut members = Vec::new();
             for &index in slice(group, "groups")? {
-                members.push(usize::try_from(index).ok().and_then(|i| self.links.get(i)).ok_or_else(|| {
-                    PyIndexError::new_err(format!("groups: there is no link {index} of {}", self.links.len()))
-                })?);
+                members.push(usize::try_from(index).ok().and_then(|i| self.links.get(i)).ok_or_else(
+                    || {
+                        PyIndexError::new_err(format!(
+                            "groups: there is no link {index} of {}",
+                            self.links.len()
+                        ))
+                    },
+                )?);
             }
             loads.push(group_load(&self.system, members, (*center).into(), part));
         }
@@ -78,7 +84,9 @@ impl Named {
             "exact" => Ok(Self::Exact),
             "rk45" => Ok(Self::Rk45),
             "implicit" => Ok(Self::Implicit),
-            _ => Err(PyValueError::new_err(format!("method: expected exact, rk45 or implicit, got {name:?}"))),
+            _ => {
+                Err(PyValueError::new_err(format!("method: expected exact, rk45 or implicit, got {name:?}")))
+            }
         }
     }
 
@@ -163,7 +171,9 @@ impl PyScene {
             let control = convert::control(rtol, step);
             let summary = method.run(&owned, control, &excitation, convert::output(times), &mut states)?;
             let inputs = match times {
-                None => Inputs::Samples { acceleration: acceleration.to_vec(), wrench: wrench.map(<[_]>::to_vec) },
+                None => {
+                    Inputs::Samples { acceleration: acceleration.to_vec(), wrench: wrench.map(<[_]>::to_vec) }
+                }
                 Some(times) => Inputs::At(times.iter().map(|&time| excitation.input_at(time)).collect()),
             };
             Ok::<_, CoreError>(PySolution { owned, states, inputs, summary })
@@ -172,7 +182,7 @@ impl PyScene {
 
     /// Running extremes only: (smallest, largest, time of smallest, time of largest), each (groups, 8).
     #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers))]
-    #[allow(clippy::too_many_arguments, clippy::type_complexity)] // keyword-only; a tuple of four alike
+    #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn peaks<'py>(
         &self,
         py: Python<'py>,
@@ -184,7 +194,7 @@ impl PyScene {
         step: Option<f64>,
         groups: Vec<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
-    ) -> PyResult<[Bound<'py, PyArray2<f64>>; 4]> {
+    ) -> PyResult<[Array2<'py>; 4]> {
         let method = Named::new(method)?;
         let time = slice(&time, "time")?;
         let acceleration = rows::<3>(&acceleration, "acceleration")?;
@@ -207,29 +217,19 @@ impl PyScene {
     }
 
     /// Mass, damping and stiffness matrices, each (6, 6), and the weight (6,).
-    fn matrices<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<([Bound<'py, PyArray2<f64>>; 3], Bound<'py, PyArray1<f64>>)> {
+    fn matrices<'py>(&self, py: Python<'py>) -> PyResult<([Array2<'py>; 3], Array1<'py>)> {
         let matrices = self.0.system.matrices();
-        let square = |m: &nalgebra::Matrix6<f64>| {
-            table(py, m.row_iter().map(|row| <[f64; 6]>::from(row.transpose())))
-        };
+        let square =
+            |m: &nalgebra::Matrix6<f64>| table(py, m.row_iter().map(|row| <[f64; 6]>::from(row.transpose())));
         let all = [square(&matrices.mass)?, square(&matrices.damping)?, square(&matrices.stiffness)?];
         Ok((all, matrices.weight.as_slice().to_pyarray(py)))
     }
 
     /// Angular frequencies (n,), damping ratios (n,), shapes (n, 6), eigenvalues (2 n,).
-    #[allow(clippy::type_complexity)] // four arrays
     fn modes<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<(
-        Bound<'py, PyArray1<f64>>,
-        Bound<'py, PyArray1<f64>>,
-        Bound<'py, PyArray2<f64>>,
-        Bound<'py, PyArray1<Complex64>>,
-    )> {
+    ) -> PyResult<(Array1<'py>, Array1<'py>, Array2<'py>, Bound<'py, PyArray1<Complex64>>)> {
         let system = &self.0.system;
         let values = eigenvalues(system).ok_or(CoreError::Run(RunError::Eigenvalues))?;
         Ok((
@@ -245,17 +245,17 @@ impl PyScene {
     }
 
     /// Static position of L (6,).
-    fn static_position<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn static_position<'py>(&self, py: Python<'py>) -> Array1<'py> {
         self.0.system.static_position().as_slice().to_pyarray(py)
     }
 
     /// Static reaction of the held degrees of freedom (6,).
-    fn static_reaction<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn static_reaction<'py>(&self, py: Python<'py>) -> Array1<'py> {
         reaction(&self.0.system).at_rest().to_pyarray(py)
     }
 
     /// Static load of each link (links,).
-    fn static_link_loads<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn static_link_loads<'py>(&self, py: Python<'py>) -> Array1<'py> {
         let load = |link| link_load(&self.0.system, link, Part::Total).at_rest()[0];
         self.0.links.iter().map(load).collect::<Vec<_>>().into_pyarray(py)
     }
@@ -266,7 +266,7 @@ impl PyScene {
         py: Python<'py>,
         groups: Vec<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    ) -> PyResult<Array2<'py>> {
         let loads = self.0.groups(&groups, rows::<3>(&centers, "centers")?, Part::Total)?;
         table(py, loads.iter().map(Wrench::at_rest))
     }
@@ -274,19 +274,13 @@ impl PyScene {
 
 /// The four links of a carriage: points (4, 3), directions (4, 3), stiffness (4,), damping (4,).
 #[pyfunction]
-#[allow(clippy::type_complexity)] // four arrays
 pub fn carriage_links<'py>(
     py: Python<'py>,
     center: [f64; 3],
     length: f64,
     stiffness: [f64; 2],
     damping: [f64; 2],
-) -> PyResult<(
-    Bound<'py, PyArray2<f64>>,
-    Bound<'py, PyArray2<f64>>,
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArray1<f64>>,
-)> {
+) -> PyResult<(Array2<'py>, Array2<'py>, Array1<'py>, Array1<'py>)> {
     let links =
         guideload::carriage_links(center.into(), length, stiffness, damping).map_err(CoreError::from)?;
     Ok((
@@ -301,7 +295,7 @@ pub fn carriage_links<'py>(
 fn table<'py, const N: usize>(
     py: Python<'py>,
     rows: impl Iterator<Item = [f64; N]>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
+) -> PyResult<Array2<'py>> {
     use numpy::PyArrayMethods;
     let flat: Vec<f64> = rows.flatten().collect();
     let count = flat.len() / N;

@@ -24,7 +24,9 @@ pub enum Control {
 impl Control {
     pub(crate) fn check(self) -> Result<(), RunError> {
         match self {
-            Self::Adaptive { rtol } if !(1e-13..=0.1).contains(&rtol) => Err(RunError::Tolerance { got: rtol }),
+            Self::Adaptive { rtol } if !(1e-13..=0.1).contains(&rtol) => {
+                Err(RunError::Tolerance { got: rtol })
+            }
             Self::Fixed { step } if !(step > 0.0 && step.is_finite()) => Err(RunError::Step { got: step }),
             _ => Ok(()),
         }

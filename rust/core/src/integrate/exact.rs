@@ -1,7 +1,7 @@
 //! The exact method: matrix exponential of the first-order-hold system, for linear scenes.
 
-use super::drive::{Drive, Ramp};
 use super::Method;
+use super::drive::{Drive, Ramp};
 use crate::propagator::Propagator;
 use crate::system::{State, System};
 
@@ -58,7 +58,14 @@ impl<const KEPT: usize> Method for Exact<KEPT> {
         (memory.over(system, ramp.drive, ramp.h).apply(state, ramp.start, ramp.end), [0.0; 12])
     }
 
-    fn between(&self, system: &System, memory: &mut Self::Memory, ramp: &Ramp, state: &State, theta: f64) -> State {
+    fn between(
+        &self,
+        system: &System,
+        memory: &mut Self::Memory,
+        ramp: &Ramp,
+        state: &State,
+        theta: f64,
+    ) -> State {
         if theta == 0.0 {
             return *state;
         }

@@ -38,7 +38,14 @@ pub trait Method {
     fn step(&self, system: &System, memory: &mut Self::Memory, ramp: &Ramp, state: &State) -> (State, State);
 
     /// The state at the fraction `theta` of the step that [`Method::step`] last made, from `state` (dense output).
-    fn between(&self, system: &System, memory: &mut Self::Memory, ramp: &Ramp, state: &State, theta: f64) -> State;
+    fn between(
+        &self,
+        system: &System,
+        memory: &mut Self::Memory,
+        ramp: &Ramp,
+        state: &State,
+        theta: f64,
+    ) -> State;
 }
 
 /// Which instants a run records.
@@ -108,7 +115,9 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
         let load_scale = control::scale_of(system, scene, &peak);
         let norm = ErrorNorm::new(system, scene, load_scale);
         let mut controller = match (control, M::ERROR_ORDER) {
-            (Control::Adaptive { rtol }, Some(order)) => Some(Controller::new(rtol, system, excitation, order)),
+            (Control::Adaptive { rtol }, Some(order)) => {
+                Some(Controller::new(rtol, system, excitation, order))
+            }
             _ => None,
         };
         let mut memory = method.memory(system);
@@ -166,7 +175,7 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
                         if theta > 1.0 && !last {
                             break;
                         }
-                        let theta = f64::min(f64::max(theta, 0.0), 1.0);
+                        let theta = theta.clamp(0.0, 1.0);
                         let there = method.between(system, &mut memory, &ramp, &state, theta);
                         let input = excitation.input_between(k - 1, (done + theta * h) / length);
                         record.instant(time, &there, &input);

@@ -6,9 +6,9 @@
 
 use nalgebra::{Complex, Matrix6};
 
-use super::tableau::{Eigenpart, RADAU};
-use super::drive::Ramp;
 use super::Method;
+use super::drive::Ramp;
+use super::tableau::{Eigenpart, RADAU};
 use crate::float::add_scaled;
 use crate::system::{State, System};
 

@@ -1,8 +1,8 @@
 //! Dormand-Prince 5(4): explicit, for scenes that are not stiff.
 
-use super::tableau::DORMAND_PRINCE;
-use super::drive::{Ramp, Values};
 use super::Method;
+use super::drive::{Ramp, Values};
+use super::tableau::DORMAND_PRINCE;
 use crate::float::add_scaled;
 use crate::system::{State, System};
 

@@ -1,0 +1,379 @@
+"""An independent reference in 50 digits and more, and the scenes and motions of the yardstick.
+
+The reference shares no code with guideload: it reads the description of a Machine, assembles M, C, K and Q from
+the equations of the paper in mpmath, and propagates the first-order hold by mpmath's exponential of the
+augmented matrix. All numbers of the description and of the motion count as exact binary numbers; times that are
+uniform to their rounding count as exactly uniform, as guideload takes them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mpmath import MPContext
+from numpy.typing import NDArray
+
+from guideload import Body, Carriage, Link, Machine, Motion, Rail, motion_from_trace, read_trace
+
+Array = NDArray[np.float64]
+Numbers = list[Any]  # of mpmath numbers
+
+DOFS = ("x", "y", "z", "rx", "ry", "rz")
+# Squaring and the imbalance of metres against metres per second cost up to ten digits of the 70; 50 are asked.
+DIGITS = 70
+
+# ---- the scenes and motions of the yardstick
+
+
+def body(**changes: Any) -> Body:
+    """The body of all yardstick scenes."""
+    values: dict[str, Any] = {
+        "mass": 1250.0,
+        "center_of_mass": (0.12, -0.65, 0.18),
+        "inertia": ((420.0, 15.0, -8.0), (15.0, 310.0, 22.0), (-8.0, 22.0, 380.0)),
+    }
+    return Body(**(values | changes))
+
+
+def on_rails(centers: Sequence[float], end: float, free: Sequence[str], damping: float) -> Machine:
+    """Two rails; on each a carriage at each x of `centers`, its ends at x -+ `end`, each 6e7 N/m and `damping`
+    along y and along z."""
+    rails = [Rail(name="1", position=(0.05, -0.35)), Rail(name="2", position=(0.05, 0.35))]
+    whole = {
+        "stiffness_y": 1.2e8,
+        "stiffness_z": 1.2e8,
+        "damping_y": 2.0 * damping,
+        "damping_z": 2.0 * damping,
+    }
+    carriages = [
+        Carriage(name=f"{rail.name}{'abcd'[i]}", rail=rail.name, x=x, length=2.0 * end, **whole)
+        for rail in rails
+        for i, x in enumerate(centers)
+    ]
+    return Machine(body=body(), rails=rails, carriages=carriages, free=tuple(free))
+
+
+def cart(damping: float = 5e4) -> Machine:
+    """Four carriages, 16 links, all dofs free that the guides carry."""
+    return on_rails((-0.5, 0.5), 0.06, ("y", "z", "rx", "ry", "rz"), damping)
+
+
+def cart_stiff() -> Machine:
+    """The cart overdamped: fastest eigenvalue 3.6e4 1/s."""
+    return cart(2e6)
+
+
+def paper(free: Sequence[str] = ("rx", "ry", "rz")) -> Machine:
+    """Two long carriages and the dofs of the paper's section 4.1."""
+    return on_rails((0.0,), 0.30, free, 5e4)
+
+
+def example() -> tuple[Machine, Motion]:
+    """The packaged manipulator and its measured motion."""
+    folder = Path(str(files("guideload"))) / "examples"
+    machine = Machine.from_toml(folder / "manipulator.toml")
+    return machine, motion_from_trace(read_trace(folder / "manipulator.csv"), machine.drive)
+
+
+def cycle() -> Motion:
+    """There and back, jerk-limited: 1.6 m/s, 2.2 m/s2, 25 m/s3; 7062 samples at 1 kHz."""
+    speed, acceleration, jerk = 1.6, 2.2, 25.0
+    ramp = acceleration / jerk
+    move = [(ramp, 1.0), (speed / acceleration - ramp, 1.0), (ramp, 0.0)]
+    back = [(length, -sign) for length, sign in move]
+    there = [*move, (1.0, 0.0), *back]
+    home = [(length, -sign) for length, sign in there]
+    lengths, signs = np.array([(0.0, 0.0), (0.6, 0.0), *there, (0.6, 0.0), *home, (0.6, 0.0)]).T
+    corners = np.cumsum(lengths)
+    time = np.arange(int(corners[-1] * 1000.0) + 1) / 1000.0
+    return Motion.along_x(time, np.interp(time, corners, acceleration * signs), source="cycle")
+
+
+def noisy() -> Motion:
+    """The cycle with white noise of 0.1 m/s2 rms on every sample but the first."""
+    clean = cycle()
+    noise = np.random.default_rng(0).normal(0.0, 0.1, clean.time.size)
+    noise[0] = 0.0
+    return Motion.along_x(clean.time, clean.acceleration[:, 0] + noise, source="noisy")
+
+
+def pulse() -> Motion:
+    """Rest but for one half-sine of 2.2 m/s2 from 5.00 to 5.02 s."""
+    time = cycle().time
+    inside = (time >= 5.0) & (time <= 5.02)
+    return Motion.along_x(
+        time, np.where(inside, 2.2 * np.sin(np.pi * (time - 5.0) / 0.02), 0.0), source="pulse"
+    )
+
+
+def piece(motion: Motion, start: int, stop: int) -> Motion:
+    """Samples `start` to `stop` of a motion; its scene starts at rest there."""
+    part = slice(start, stop)
+    wrench = None if motion.wrench is None else motion.wrench[part]
+    return Motion(motion.time[part], motion.acceleration[part], wrench=wrench, source=motion.source)
+
+
+# ---- the reference
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """What the reference computes, rounded once to float64. N, N m, m, rad, s; moments about carriage centres."""
+
+    time: Array
+    link_load: Array  # (time, link)
+    link_load_damping: Array
+    carriage: Array  # (time, carriage, 6)
+    reaction: Array  # (time, 6)
+    displacement: Array  # (time, 6), sag included
+    velocity: Array
+    acceleration: Array
+    static_link_load: Array  # (link,)
+    static_carriage: Array  # (carriage, 6)
+    static_reaction: Array  # (6,)
+    static_displacement: Array
+
+
+def reference(machine: Machine, motion: Motion, digits: int = DIGITS) -> Reference:
+    """The loads of a machine under a motion, from static equilibrium on, with `digits` digits throughout."""
+    exact = precise(machine, motion, digits)
+    rounded = {name: np.array(values, dtype=np.float64) for name, values in exact.items()}
+    carriages = len(machine.carriages)
+    rounded["carriage"] = rounded["carriage"].reshape(motion.time.size, carriages, 6)
+    rounded["static_carriage"] = rounded["static_carriage"].reshape(carriages, 6)
+    assert rounded.keys() == {field.name for field in fields(Reference)}
+    return Reference(**rounded)
+
+
+def precise(machine: Machine, motion: Motion, digits: int = DIGITS) -> dict[str, list[Any]]:
+    """The fields of `Reference` as nested lists of mpmath numbers."""
+    mp = MPContext()
+    mp.dps = digits
+    links = _links(mp, machine)
+    rows = [[*link.o, *_cross(link.p, link.o)] for link in links]  # eqs. 14-17
+    mass, weight = _body(mp, machine)
+    stiffness = _sum_of_squares(mp, rows, [link.k for link in links])
+    damping = _sum_of_squares(mp, rows, [link.b for link in links])
+    free = [DOFS.index(dof) for dof in machine.free]
+    held = [i for i in range(6) if i not in free]
+    n = len(free)
+
+    def block(matrix: list[Numbers], of: list[int], by: list[int]) -> Any:
+        return mp.matrix([[matrix[i][j] for j in by] for i in of])
+
+    k_ff, m_ff = block(stiffness, free, free), block(mass, free, free)
+    rest = mp.lu_solve(k_ff, mp.matrix([weight[i] for i in free]))  # section 3.5
+
+    # x = (q - q_rest, q'), x' = A x + B u; u: the components of the excitation that are not zero throughout.
+    zero = np.zeros((motion.time.size, 6))
+    inputs = np.hstack([motion.acceleration, zero if motion.wrench is None else motion.wrench])
+    used = [j for j in range(9) if inputs[:, j].any()]
+    from_input = [[-mass[i][j] if j < 3 else mp.mpf(i == j - 3) for j in range(9)] for i in range(6)]
+    inverse = m_ff**-1
+    acceleration_rows = [
+        (-(inverse * k_ff)).tolist(),
+        (-(inverse * block(damping, free, free))).tolist(),
+        (inverse * block(from_input, free, list(range(9)))).tolist(),
+    ]
+    by_elastic, by_velocity, by_input = acceleration_rows
+    a = [[mp.mpf(j == n + i) for j in range(2 * n)] for i in range(n)]
+    a += [[*by_elastic[i], *by_velocity[i]] for i in range(n)]
+    b = [[mp.zero] * len(used) for _ in range(n)] + [[by_input[i][j] for j in used] for i in range(n)]
+
+    values = [[mp.mpf(float(x)) for x in row] for row in inputs]
+    drive = [[row[j] for j in used] for row in values]
+    propagators: dict[Any, list[Numbers]] = {}
+    states = [[mp.zero] * (2 * n)]
+    for k, h in enumerate(_intervals(mp, motion.time)):
+        if h == 0:  # a jump of the excitation; the state has none
+            states.append(states[-1])
+            continue
+        if h not in propagators:
+            propagators[h] = _propagator(mp, a, b, h)
+        now = states[-1] + drive[k] + drive[k + 1]
+        states.append([mp.fdot(row, now) for row in propagators[h]])
+
+    # Quantities from states and inputs.
+    def all_dofs(part: Numbers) -> Numbers:
+        out = [mp.zero] * 6
+        for i, value in zip(free, part, strict=True):
+            out[i] = value
+        return out
+
+    rest6 = all_dofs(list(rest))
+    static_load = [link.k * mp.fdot(row, rest6) for link, row in zip(links, rows, strict=True)]
+    load_rows = [
+        [link.k * row[i] for i in free] + [link.b * row[i] for i in free]
+        for link, row in zip(links, rows, strict=True)
+    ]
+    load_damping = [[mp.fdot(row[n:], state[n:]) for row in load_rows] for state in states]
+    load = [
+        [static + mp.fdot(row, state) for static, row in zip(static_load, load_rows, strict=True)]
+        for state in states
+    ]
+    centers = _centers(mp, machine)
+    arms = [
+        [[*link.o, *_cross(_minus(link.p, center), link.o)] for link in links if link.carriage == i]
+        for i, center in enumerate(centers)
+    ]
+    members = [[j for j, link in enumerate(links) if link.carriage == i] for i in range(len(centers))]
+
+    def carriage(loads: Numbers) -> list[Numbers]:
+        return [
+            [mp.fdot([arm[axis] for arm in of], [loads[j] for j in which]) for axis in range(6)]
+            for of, which in zip(arms, members, strict=True)
+        ]
+
+    static_reaction = [mp.fdot(stiffness[i], rest6) - weight[i] if i in held else mp.zero for i in range(6)]
+    displacement, velocity, acceleration, reaction = [], [], [], []
+    by_all = [a[n + i] + by_input[i] for i in range(n)]
+    for state, u in zip(states, values, strict=True):
+        moved, speed = all_dofs(state[:n]), all_dofs(state[n:])
+        rate = all_dofs([mp.fdot(row, state + u) for row in by_all])
+        displacement.append([p + q for p, q in zip(rest6, moved, strict=True)])
+        velocity.append(speed)
+        acceleration.append(rate)
+        # Eqs. 34-36 for F.
+        force = [mp.zero] * 6
+        for i in held:
+            inertia = mp.fdot(mass[i], rate) - mp.fdot(from_input[i], u)
+            force[i] = static_reaction[i] + inertia + mp.fdot(damping[i] + stiffness[i], speed + moved)
+        reaction.append(force)
+    return {
+        "time": [mp.mpf(float(t)) for t in motion.time],
+        "link_load": load,
+        "link_load_damping": load_damping,
+        "carriage": [carriage(loads) for loads in load],
+        "reaction": reaction,
+        "displacement": displacement,
+        "velocity": velocity,
+        "acceleration": acceleration,
+        "static_link_load": static_load,
+        "static_carriage": carriage(static_load),
+        "static_reaction": static_reaction,
+        "static_displacement": rest6,
+    }
+
+
+@dataclass(frozen=True)
+class _PreciseLink:
+    p: Numbers  # m from L
+    o: Numbers  # unit vector
+    k: Any
+    b: Any
+    carriage: int  # -1: none
+
+
+def _links(mp: Any, machine: Machine) -> list[_PreciseLink]:
+    """Four links per carriage (paper, 4.1), at each end one along y and one along z; then the extra ones."""
+    links = []
+    for i, (carriage, center) in enumerate(zip(machine.carriages, _centers(mp, machine), strict=True)):
+        for sign in (-1, 1):
+            point = [center[0] + sign * mp.mpf(carriage.length) / 2, center[1], center[2]]
+            y, z = [mp.zero, mp.one, mp.zero], [mp.zero, mp.zero, mp.one]
+            half_y = (mp.mpf(carriage.stiffness_y) / 2, mp.mpf(carriage.damping_y) / 2)
+            half_z = (mp.mpf(carriage.stiffness_z) / 2, mp.mpf(carriage.damping_z) / 2)
+            links += [_PreciseLink(point, y, *half_y, i), _PreciseLink(point, z, *half_z, i)]
+    for link in machine.links:
+        direction = [mp.mpf(x) for x in link.direction]
+        length = mp.sqrt(mp.fdot(direction, direction))
+        unit = [x / length for x in direction]
+        point = [mp.mpf(x) for x in link.point]
+        links.append(_PreciseLink(point, unit, mp.mpf(link.stiffness), mp.mpf(link.damping), -1))
+    return links
+
+
+def _centers(mp: Any, machine: Machine) -> list[Numbers]:
+    rails = {rail.name: rail for rail in machine.rails}
+    return [[mp.mpf(c.x), *(mp.mpf(x) for x in rails[c.rail].position)] for c in machine.carriages]
+
+
+def _body(mp: Any, machine: Machine) -> tuple[list[Numbers], Numbers]:
+    """Mass matrix of (u, phi) of L (eqs. 8, 11, 12) and the weight, down (eq. 13 with its sign corrected)."""
+    m = mp.mpf(machine.body.mass)
+    r = [mp.mpf(x) for x in machine.body.center_of_mass]
+    s = [[mp.zero, -r[2], r[1]], [r[2], mp.zero, -r[0]], [-r[1], r[0], mp.zero]]  # eq. 5
+    inertia = [[mp.mpf(x) for x in row] for row in machine.body.inertia]
+    if machine.body.inertia_about == "center_of_mass":
+        for i in range(3):
+            for j in range(3):
+                inertia[i][j] -= m * mp.fdot(s[i], [s[k][j] for k in range(3)])  # J_S - m skew(r)^2
+    mass = [[m * (i == j) for j in range(3)] + [-m * x for x in s[i]] for i in range(3)]
+    mass += [[m * x for x in s[i]] + inertia[i] for i in range(3)]
+    force = [m * mp.mpf(g) for g in machine.gravity]
+    return mass, [*force, *_cross(r, force)]
+
+
+def _sum_of_squares(mp: Any, rows: list[Numbers], factors: Numbers) -> list[Numbers]:
+    """Sum of k d d^T (eqs. 21-24, 30-33)."""
+    return [
+        [mp.fsum(f * row[i] * row[j] for f, row in zip(factors, rows, strict=True)) for j in range(6)]
+        for i in range(6)
+    ]
+
+
+def _intervals(mp: Any, time: Array) -> Numbers:
+    """Lengths of the intervals; all the same where the stamps are uniform to their rounding."""
+    stamps = [mp.mpf(float(t)) for t in time]
+    step = (stamps[-1] - stamps[0]) / (len(stamps) - 1)
+    rounding = mp.mpf(2) ** -51 * max(abs(stamps[0]), abs(stamps[-1]))
+    if all(abs(stamps[0] + k * step - t) <= rounding for k, t in enumerate(stamps)):
+        return [step] * (len(stamps) - 1)
+    return [b - a for a, b in zip(stamps[:-1], stamps[1:], strict=True)]
+
+
+def _propagator(mp: Any, a: list[Numbers], b: list[Numbers], h: Any) -> list[Numbers]:
+    """Rows [P, G0, G1] of x(h) = P x(0) + G0 u(0) + G1 u(h), u linear in between.
+
+    exp([[A h, B h, 0], [0, 0, I], [0, 0, 0]]) takes (x(0), u(0), u(h) - u(0)) to (x(h), u(h), u(h) - u(0)).
+    """
+    n, m = len(a), len(b[0])
+    augmented = mp.matrix(n + 2 * m)
+    for i in range(n):
+        for j in range(n):
+            augmented[i, j] = a[i][j] * h
+        for j in range(m):
+            augmented[i, n + j] = b[i][j] * h
+    for j in range(m):
+        augmented[n + j, n + m + j] = mp.one
+    e = mp.expm(augmented).tolist()[:n]
+    return [
+        row[:n] + [u - w for u, w in zip(row[n : n + m], row[n + m :], strict=True)] + row[n + m :]
+        for row in e
+    ]
+
+
+def _cross(a: Numbers, b: Numbers) -> Numbers:
+    return [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+
+
+def _minus(a: Numbers, b: Numbers) -> Numbers:
+    return [x - y for x, y in zip(a, b, strict=True)]
+
+
+__all__ = [
+    "Body",
+    "Link",
+    "Reference",
+    "body",
+    "cart",
+    "cart_stiff",
+    "cycle",
+    "example",
+    "noisy",
+    "on_rails",
+    "paper",
+    "piece",
+    "precise",
+    "pulse",
+    "reference",
+]

@@ -1,0 +1,100 @@
+"""Everything that must hold, on a machine with nothing but Rust and Python: `python3 tests/run.py`.
+
+Makes a virtual environment in .venv, builds and installs the package there, and runs formatting, lints, Rust tests, the
+build without std and allocator, type checks and Python tests. Ends at the first failure.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+import venv
+from collections.abc import Callable
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+ENVIRONMENT = ROOT / ".venv"
+SCRIPTS = ENVIRONMENT / ("Scripts" if os.name == "nt" else "bin")
+EMBEDDED = ROOT / "rust" / "embedded"
+
+
+def main() -> None:
+    """Run all steps."""
+    python = str(SCRIPTS / "python")
+    if shutil.which("cargo") is None:
+        sys.exit("cargo is not on the path: install Rust from https://rustup.rs")
+    if not (SCRIPTS / ("python.exe" if os.name == "nt" else "python")).exists():
+        step("virtual environment", lambda: venv.create(ENVIRONMENT, with_pip=True))
+    run("build and install", python, "-m", "pip", "install", "--quiet", ".[test]")
+
+    if component("rustfmt"):
+        run("Rust formatting", "cargo", "fmt", "--all", "--check")
+        run("Rust formatting, embedded", "cargo", "fmt", "--check", cwd=EMBEDDED)
+    if component("clippy"):
+        run("Rust lints", "cargo", "clippy", "--workspace", "--all-targets", "--", "-D", "warnings")
+        run(
+            "Rust lints, no std",
+            "cargo",
+            "clippy",
+            "-p",
+            "guideload",
+            "--no-default-features",
+            "--",
+            "-D",
+            "warnings",
+        )
+    run("Rust tests", "cargo", "test", "-p", "guideload")
+    if sys.platform == "linux":
+        run("no std, no allocator: build", "cargo", "build", "--release", "--quiet", cwd=EMBEDDED)
+        program = EMBEDDED / "target" / "release" / "guideload-embedded"
+        run("no std, no allocator: run", str(program))
+        print(f"    program of {program.stat().st_size / 1024:.0f} KiB: the core, three methods, one scene")
+
+    run("Python lints", python, "-m", "ruff", "check", ".")
+    run("Python formatting", python, "-m", "ruff", "format", "--check", ".")
+    run("Python types", python, "-m", "mypy")
+    run("Python tests", python, "-m", "pytest", "-q")
+    print("\nall passed")
+
+
+def component(name: str) -> bool:
+    """Whether a part of the Rust toolchain is there, after trying to add it; says so if it is not."""
+    command = {"rustfmt": "fmt", "clippy": "clippy"}[name]
+    present = quiet("cargo", command, "--version")
+    if not present and shutil.which("rustup"):
+        present = quiet("rustup", "component", "add", name)
+    if not present:
+        print(f"\n==> {name} is neither installed nor to be had: its checks are LEFT OUT", flush=True)
+    return present
+
+
+def quiet(*command: str) -> bool:
+    """Whether a command succeeds."""
+    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return done.returncode == 0
+
+
+def run(name: str, *command: str, cwd: Path = ROOT) -> None:
+    """A step that is a command."""
+
+    def call() -> None:
+        code = subprocess.run(command, cwd=cwd).returncode
+        if code:
+            sys.exit(f"\n{name} failed with exit code {code}: {' '.join(command)}")
+
+    step(name, call)
+
+
+def step(name: str, action: Callable[[], None]) -> None:
+    """Do one step, with its name before and its time after it."""
+    print(f"\n==> {name}", flush=True)
+    start = time.perf_counter()
+    action()
+    print(f"    {time.perf_counter() - start:.1f} s", flush=True)
+
+
+if __name__ == "__main__":
+    main()

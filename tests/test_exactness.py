@@ -1,0 +1,327 @@
+"""Method exact against the reference in 70 digits: relative errors of the loads at most 1e-11.
+
+`pytest -s tests/test_exactness.py` prints what is reached.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pytest
+import reference as ref
+from numpy.typing import NDArray
+from reference import DOFS, Reference
+
+from guideload import Body, Carriage, Link, Machine, Motion, Rail, simulate
+
+Array = NDArray[np.float64]
+REQUIRED = 1e-11
+
+# What a double-precision run can reach here is set by the rounding of M, K and the modes: about 1e-16 times the
+# number of radians a mode turns, times how much nearly parallel links amplify. Scenes reach 1e-15 to 1e-12.
+
+
+def errors(machine: Machine, motion: Motion, exact: Reference) -> dict[str, float]:
+    """Largest difference over the largest value, of each load; `dynamic`: over the largest change from rest."""
+    data = simulate(machine, motion, "exact").data
+    load = data["link_load"].values
+    found = {
+        "link": relative(load, exact.link_load),
+        "dynamic": np.abs(load - exact.link_load).max()
+        / np.abs(exact.link_load - exact.static_link_load).max(),
+        "static": relative(data["static_link_load"].values, exact.static_link_load),
+        "reaction": relative(data["reaction"].values[:, :3], exact.reaction[:, :3]),
+        "reaction moment": relative(data["reaction"].values[:, 3:], exact.reaction[:, 3:]),
+    }
+    if exact.carriage.size:
+        found["force"] = relative(data["force"].values, exact.carriage[:, :, :3])
+        found["moment"] = relative(data["moment"].values, exact.carriage[:, :, 3:])
+    return found
+
+
+def relative(got: Array, expected: Array) -> float:
+    assert got.shape == expected.shape
+    scale = float(np.abs(expected).max())
+    difference = float(np.abs(got - expected).max())
+    return difference if scale == 0.0 else difference / scale
+
+
+def require(name: str, found: dict[str, float]) -> None:
+    print(f"\n{name}: " + ", ".join(f"{key} {value:.1e}" for key, value in found.items()), end="")
+    assert max(found.values()) <= REQUIRED, f"{name}: {found}"
+
+
+# ---- the reference itself
+
+
+@pytest.mark.parametrize("scene", [ref.cart, ref.cart_stiff, ref.paper])
+def test_the_reference_has_50_digits(scene: Callable[[], Machine]) -> None:
+    motion = ref.piece(ref.cycle(), 600, 700)
+    coarse, fine = (ref.precise(scene(), motion, digits) for digits in (ref.DIGITS, ref.DIGITS + 30))
+    for name in ("link_load", "reaction"):
+        differences = [
+            abs(a - b)
+            for row, other in zip(coarse[name], fine[name], strict=True)
+            for a, b in zip(row, other, strict=True)
+        ]
+        largest = max(abs(x) for row in fine[name] for x in row)
+        assert max(differences) <= largest * 1e-50
+
+
+def test_the_reference_obeys_a_textbook_oscillator() -> None:
+    """m q'' + b q' + k q = -m a under a constant a from t = 0: q = -a m / k (1 - e^(-z w t) (cos + ... sin))."""
+    mass, k, b, a = 1250.0, 5e7, 4e4, 2.0
+    machine = translating(mass, [("y", (0.0, 1.0, 0.0), k, b)])
+    time = np.arange(400) / 1000.0
+    motion = Motion(time, np.tile([0.0, a, 0.0], (time.size, 1)))
+    omega = np.sqrt(k / mass)
+    zeta = b / (2.0 * mass * omega)
+    damped = omega * np.sqrt(1.0 - zeta**2)
+    ring = np.cos(damped * time) + zeta * omega / damped * np.sin(damped * time)
+    expected = -mass * a / k * (1.0 - np.exp(-zeta * omega * time) * ring) - mass * 9.80665 / k
+    # The closed form in double precision: 1e-16 of 80 rad.
+    assert np.abs(ref.reference(machine, motion).displacement[:, 1] - expected).max() <= 1e-13 * mass * a / k
+
+
+# ---- the yardstick and the example
+
+
+@pytest.mark.parametrize("motion", [ref.cycle, ref.noisy, ref.pulse])
+@pytest.mark.parametrize("scene", [ref.cart, ref.cart_stiff, ref.paper])
+def test_yardstick_scenes(scene: Callable[[], Machine], motion: Callable[[], Motion]) -> None:
+    start = 4950 if motion is ref.pulse else 560
+    part = ref.piece(motion(), start, start + 300)
+    machine = scene()
+    require(f"{scene.__name__}, {motion.__name__}", errors(machine, part, ref.reference(machine, part)))
+
+
+@pytest.mark.parametrize("free", [("y", "z", "rx", "ry", "rz"), ("rx", "ry", "rz")])
+def test_the_packaged_example(free: Sequence[str]) -> None:
+    machine, motion = ref.example()
+    machine = machine.with_free(free)
+    part = ref.piece(motion, 0, 1500)  # rest, acceleration, cruise
+    require(f"example, {' '.join(free)}", errors(machine, part, ref.reference(machine, part)))
+
+
+# ---- random scenes
+
+
+def random_body(rng: np.random.Generator) -> Body:
+    """Eight point masses: an inertia that a body can have."""
+    masses = 10.0 ** rng.uniform(1.0, 3.0, 8)
+    points = rng.uniform(-0.6, 0.6, (8, 3))
+    center = masses @ points / masses.sum()
+    arms = points - center
+    inertia = sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, arms, strict=True))
+    return Body(mass=float(masses.sum()), center_of_mass=center, inertia=inertia)
+
+
+def random_links(rng: np.random.Generator, count: int, stiffness: tuple[float, float]) -> list[Link]:
+    """Links anywhere in a 2 m cube along any direction; damping 1e-3 s of the stiffness, times 0.1 to 10."""
+    links = []
+    for i in range(count):
+        k = float(10.0 ** rng.uniform(*np.log10(stiffness)))
+        links.append(
+            Link(
+                name=f"{i}",
+                point=rng.uniform(-1.0, 1.0, 3),
+                direction=rng.normal(size=3),
+                stiffness=k,
+                damping=k * 1e-3 * float(10.0 ** rng.uniform(-1.0, 1.0)),
+            )
+        )
+    return links
+
+
+def random_machine(
+    seed: int,
+    damping: float = 1.0,
+    stiffness: tuple[float, float] = (1e6, 1e8),
+    free: Sequence[str] | None = None,
+    carriages: int = 0,
+) -> Machine:
+    """3 to 10 random links, as many free dofs as they hold at most; gravity in any direction.
+
+    damping multiplies all damping; a spread of stiffness is met exactly by the first two links.
+    """
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(3, 11))
+    if free is None:
+        free = rng.permutation(DOFS)[: int(rng.integers(2, min(count, 6) + 1))].tolist()
+    links = random_links(rng, max(count, len(free)), stiffness)
+    rows = [{name: getattr(link, name) for name in Link.model_fields} for link in links]
+    rows[0]["stiffness"], rows[1]["stiffness"] = stiffness
+    for row in rows:
+        row["damping"] *= damping
+    rails = [Rail(name="r", position=rng.uniform(-0.5, 0.5, 2))] if carriages else []
+    values = ("stiffness_y", "stiffness_z", "damping_y", "damping_z")
+    on_rail = [
+        Carriage(
+            name=f"c{i}",
+            rail="r",
+            x=float(rng.uniform(-1.0, 1.0)),
+            length=float(rng.uniform(0.05, 0.5)),
+            **{name: float(rng.uniform(0.5, 2.0) * (1e5 if "damping" in name else 1e8)) for name in values},
+        )
+        for i in range(carriages)
+    ]
+    gravity = rng.normal(size=3)
+    return Machine(
+        body=random_body(rng),
+        links=[Link(**row) for row in rows],
+        rails=rails,
+        carriages=on_rail,
+        free=tuple(free),
+        gravity=9.80665 * gravity / np.linalg.norm(gravity),
+    )
+
+
+def proportional(machine: Machine, beta: float) -> Machine:
+    """The same machine with the damping of every link `beta` s times its stiffness."""
+    links = [Link(**{**link.model_dump(), "damping": beta * link.stiffness}) for link in machine.links]
+    return Machine(**{**{key: getattr(machine, key) for key in Machine.model_fields}, "links": links})
+
+
+def one_mode_critical(seed: int, mode: int) -> Machine:
+    """Damping beta K with beta = 2 / omega: one mode is critically damped, to rounding."""
+    machine = random_machine(seed, free=DOFS)
+    return proportional(machine, 2.0 / float(machine.scene.modes()[0][mode]))
+
+
+def translating(
+    mass: float, links: Sequence[tuple[str, tuple[float, float, float], float, float]]
+) -> Machine:
+    """A body that only translates, on links through L: (dof, direction, k, b)."""
+    return Machine(
+        body=ref.body(mass=mass, center_of_mass=(0.0, 0.0, 0.0)),
+        links=[Link(name=d, point=(0, 0, 0), direction=o, stiffness=k, damping=b) for d, o, k, b in links],
+        free=tuple(link[0] for link in links),
+    )
+
+
+def all_modes_critical() -> Machine:
+    """M = diag(1024, .., 256, ..) and six links that give omega = 128 and damping 1 to all six modes.
+
+    All numbers are powers of two, so M, C and K are exact in binary: one eigenvalue, six Jordan blocks of size 2.
+    """
+    k, b, a = 2.0**23, 2.0**17, 0.5
+    rows = [("x", 2), ("y", 0), ("z", 1)]  # links along this axis at -+a on that one
+    links = []
+    for axis, (name, arm) in enumerate(rows):
+        for sign in (-1.0, 1.0):
+            point, direction = np.zeros(3), np.zeros(3)
+            point[arm], direction[axis] = sign * a, 1.0
+            links.append(Link(name=f"{name}{sign}", point=point, direction=direction, stiffness=k, damping=b))
+    inertia = 256.0 * np.eye(3)
+    body = Body(mass=1024.0, center_of_mass=(0.0, 0.0, 0.0), inertia=inertia)
+    return Machine(body=body, links=links, free=DOFS)
+
+
+def random_motion(
+    seed: int,
+    axes: int = 3,
+    count: int = 250,
+    wrench: bool = False,
+    times: str = "uniform",
+    jumps: bool = False,
+) -> Motion:
+    """Random walk-like acceleration, rms about 1 m/s2, and noise.
+
+    times: uniform, random (every interval its own) or ticks (five lengths, as device clocks have).
+    """
+    rng = np.random.default_rng(seed)
+    if times == "uniform":
+        time = rng.uniform(-1.0, 1.0) + np.arange(count) * 1e-3
+    elif times == "ticks":
+        time = np.cumsum(rng.choice([0.5e-3, 0.75e-3, 1e-3, 1.25e-3, 2e-3], count))
+    else:
+        count = 60
+        time = np.cumsum(10.0 ** rng.uniform(-5.0, -2.0, count))
+    if jumps:
+        for at in (count // 5, count // 2):
+            time[at + 1] = time[at]
+    acceleration = np.zeros((count, 3))
+    slow = np.sin(np.outer(np.linspace(0.0, 12.0, count), rng.uniform(0.3, 2.0, axes)))
+    acceleration[:, :axes] = slow + 0.3 * rng.normal(size=(count, axes))
+    if not wrench:
+        return Motion(time, acceleration)
+    return Motion(
+        time, acceleration, wrench=rng.normal(size=(count, 6)) * [500.0, 800.0, 300.0, 90.0, 60.0, 120.0]
+    )
+
+
+SCENES: dict[str, tuple[Callable[[], Machine], Callable[[], Motion]]] = {
+    "damped, 1 axis": (lambda: random_machine(1), lambda: random_motion(1, axes=1)),
+    "damped, 3 axes": (lambda: random_machine(2), lambda: random_motion(2)),
+    "damped, all free": (lambda: random_machine(3, free=DOFS), lambda: random_motion(3)),
+    "damped, with carriages": (
+        lambda: random_machine(4, free=("y", "z", "rx", "ry", "rz"), carriages=3),
+        lambda: random_motion(4, wrench=True),
+    ),
+    "undamped, some free": (lambda: random_machine(5, damping=0.0), lambda: random_motion(5)),
+    "undamped, all free": (lambda: random_machine(6, damping=0.0, free=DOFS), lambda: random_motion(6)),
+    "undamped, 3 s": (
+        lambda: random_machine(7, damping=0.0, free=DOFS),
+        lambda: random_motion(7, count=3000, axes=1),
+    ),
+    "overdamped, some free": (lambda: random_machine(8, damping=30.0), lambda: random_motion(8)),
+    "overdamped, all free": (lambda: random_machine(9, damping=1e3, free=DOFS), lambda: random_motion(9)),
+    "defective, one dof": (
+        lambda: translating(1250.0, [("y", (0, 1, 0), 5e7, 5e5)]),  # 2 sqrt(k m) = 5e5, exactly
+        lambda: random_motion(10),
+    ),
+    "defective, six dofs": (all_modes_critical, lambda: random_motion(11, wrench=True)),
+    "defective to rounding, first mode": (lambda: one_mode_critical(12, 0), lambda: random_motion(12)),
+    "defective to rounding, fourth mode": (lambda: one_mode_critical(13, 3), lambda: random_motion(13)),
+    "stiffness spread 1e6": (
+        lambda: random_machine(14, stiffness=(1e3, 1e9), free=DOFS),
+        lambda: random_motion(14),
+    ),
+    "stiffness spread 1e8": (
+        lambda: random_machine(15, stiffness=(1e2, 1e10), free=DOFS),
+        lambda: random_motion(15),
+    ),
+    "stiffness spread 1e8, undamped": (
+        lambda: random_machine(16, stiffness=(1e2, 1e10), damping=0.0),
+        lambda: random_motion(16),
+    ),
+    "times all different": (lambda: random_machine(17), lambda: random_motion(17, times="random")),
+    "times of a device clock": (
+        lambda: random_machine(18, free=DOFS),
+        lambda: random_motion(18, times="ticks"),
+    ),
+    "jumps": (lambda: random_machine(19, damping=0.1), lambda: random_motion(19, times="ticks", jumps=True)),
+    "process forces, jumps, times all different": (
+        lambda: random_machine(20, free=DOFS),
+        lambda: random_motion(20, wrench=True, times="random", jumps=True),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_random_scenes(name: str) -> None:
+    machine, motion = (make() for make in SCENES[name])
+    require(name, errors(machine, motion, ref.reference(machine, motion)))
+
+
+def test_the_random_scenes_are_what_they_are_called() -> None:
+    assert len(SCENES) == 20
+
+    def ratios(name: str) -> Array:
+        eigenvalues = np.asarray(SCENES[name][0]().scene.modes()[3])
+        return np.asarray(-eigenvalues.real / np.abs(eigenvalues))
+
+    for name in SCENES:
+        links = len(SCENES[name][0]().links)
+        assert links <= 10
+        if name.startswith("undamped"):
+            assert np.abs(ratios(name)).max() < 1e-12
+        if name.startswith("overdamped"):
+            assert ratios(name).min() > 0.99
+    # A double eigenvalue splits by the square root of rounding.
+    for name, count in (("defective, one dof", 2), ("defective, six dofs", 12)):
+        eigenvalues = np.asarray(SCENES[name][0]().scene.modes()[3])
+        assert eigenvalues.size == count
+        assert np.ptp(eigenvalues.real) <= 1e-7 * np.abs(eigenvalues).max()
+        assert np.abs(eigenvalues.imag).max() <= 1e-7 * np.abs(eigenvalues).max()
