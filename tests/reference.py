@@ -118,6 +118,112 @@ def piece(motion: Motion, start: int, stop: int) -> Motion:
     return Motion(motion.time[part], motion.acceleration[part], wrench=wrench, source=motion.source)
 
 
+# ---- random scenes
+
+
+def random_body(rng: np.random.Generator) -> Body:
+    """Eight point masses: an inertia that a body can have."""
+    masses = 10.0 ** rng.uniform(1.0, 3.0, 8)
+    points = rng.uniform(-0.6, 0.6, (8, 3))
+    center = masses @ points / masses.sum()
+    arms = points - center
+    inertia = sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, arms, strict=True))
+    return Body(mass=float(masses.sum()), center_of_mass=center, inertia=inertia)
+
+
+def random_links(rng: np.random.Generator, count: int, stiffness: tuple[float, float]) -> list[Link]:
+    """Links anywhere in a 2 m cube along any direction; damping 1e-3 s of the stiffness, times 0.1 to 10."""
+    links = []
+    for i in range(count):
+        k = float(10.0 ** rng.uniform(*np.log10(stiffness)))
+        links.append(
+            Link(
+                name=f"{i}",
+                point=rng.uniform(-1.0, 1.0, 3),
+                direction=rng.normal(size=3),
+                stiffness=k,
+                damping=k * 1e-3 * float(10.0 ** rng.uniform(-1.0, 1.0)),
+            )
+        )
+    return links
+
+
+def random_machine(
+    seed: int,
+    damping: float = 1.0,
+    stiffness: tuple[float, float] = (1e6, 1e8),
+    free: Sequence[str] | None = None,
+    carriages: int = 0,
+) -> Machine:
+    """3 to 10 random links, as many free dofs as they hold at most; gravity in any direction.
+
+    damping multiplies all damping; a spread of stiffness is met exactly by the first two links.
+    """
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(3, 11))
+    if free is None:
+        free = rng.permutation(DOFS)[: int(rng.integers(2, min(count, 6) + 1))].tolist()
+    links = random_links(rng, max(count, len(free)), stiffness)
+    rows = [{name: getattr(link, name) for name in Link.model_fields} for link in links]
+    rows[0]["stiffness"], rows[1]["stiffness"] = stiffness
+    for row in rows:
+        row["damping"] *= damping
+    rails = [Rail(name="r", position=rng.uniform(-0.5, 0.5, 2))] if carriages else []
+    values = ("stiffness_y", "stiffness_z", "damping_y", "damping_z")
+    on_rail = [
+        Carriage(
+            name=f"c{i}",
+            rail="r",
+            x=float(rng.uniform(-1.0, 1.0)),
+            length=float(rng.uniform(0.05, 0.5)),
+            **{name: float(rng.uniform(0.5, 2.0) * (1e5 if "damping" in name else 1e8)) for name in values},
+        )
+        for i in range(carriages)
+    ]
+    gravity = rng.normal(size=3)
+    return Machine(
+        body=random_body(rng),
+        links=[Link(**row) for row in rows],
+        rails=rails,
+        carriages=on_rail,
+        free=tuple(free),
+        gravity=9.80665 * gravity / np.linalg.norm(gravity),
+    )
+
+
+def random_motion(
+    seed: int,
+    axes: int = 3,
+    count: int = 250,
+    wrench: bool = False,
+    times: str = "uniform",
+    jumps: bool = False,
+) -> Motion:
+    """Random walk-like acceleration, rms about 1 m/s2, and noise.
+
+    times: uniform, random (every interval its own) or ticks (five lengths, as device clocks have).
+    """
+    rng = np.random.default_rng(seed)
+    if times == "uniform":
+        time = rng.uniform(-1.0, 1.0) + np.arange(count) * 1e-3
+    elif times == "ticks":
+        time = np.cumsum(rng.choice([0.5e-3, 0.75e-3, 1e-3, 1.25e-3, 2e-3], count))
+    else:
+        count = 30
+        time = np.cumsum(10.0 ** rng.uniform(-5.0, -2.0, count))
+    if jumps:
+        for at in (count // 5, count // 2):
+            time[at + 1] = time[at]
+    acceleration = np.zeros((count, 3))
+    slow = np.sin(np.outer(np.linspace(0.0, 12.0, count), rng.uniform(0.3, 2.0, axes)))
+    acceleration[:, :axes] = slow + 0.3 * rng.normal(size=(count, axes))
+    if not wrench:
+        return Motion(time, acceleration)
+    return Motion(
+        time, acceleration, wrench=rng.normal(size=(count, 6)) * [500.0, 800.0, 300.0, 90.0, 60.0, 120.0]
+    )
+
+
 # ---- the reference
 
 
@@ -260,6 +366,18 @@ def precise(machine: Machine, motion: Motion, digits: int = DIGITS) -> dict[str,
     }
 
 
+def matrices(machine: Machine) -> tuple[Array, Array, Array, Array, Array]:
+    """M, C, K, each (6, 6), weight (6,), and the rows d (link, 6), rounded once to float64."""
+    mp = MPContext()
+    mp.dps = DIGITS
+    links = _links(mp, machine)
+    rows = [[*link.o, *_cross(link.p, link.o)] for link in links]
+    mass, weight = _body(mp, machine)
+    c, k = (_sum_of_squares(mp, rows, [getattr(link, name) for link in links]) for name in ("b", "k"))
+    m, c, k, weight, rows = (np.array(part, dtype=np.float64) for part in (mass, c, k, weight, rows))
+    return m, c, k, weight, rows
+
+
 @dataclass(frozen=True)
 class _PreciseLink:
     p: Numbers  # m from L
@@ -358,22 +476,3 @@ def _cross(a: Numbers, b: Numbers) -> Numbers:
 
 def _minus(a: Numbers, b: Numbers) -> Numbers:
     return [x - y for x, y in zip(a, b, strict=True)]
-
-
-__all__ = [
-    "Body",
-    "Link",
-    "Reference",
-    "body",
-    "cart",
-    "cart_stiff",
-    "cycle",
-    "example",
-    "noisy",
-    "on_rails",
-    "paper",
-    "piece",
-    "precise",
-    "pulse",
-    "reference",
-]

@@ -13,7 +13,7 @@ import reference as ref
 from numpy.typing import NDArray
 from reference import DOFS, Reference
 
-from guideload import Body, Carriage, Link, Machine, Motion, Rail, simulate
+from guideload import Body, Link, Machine, Motion, simulate
 
 Array = NDArray[np.float64]
 REQUIRED = 1e-11
@@ -107,76 +107,6 @@ def test_the_packaged_example(free: Sequence[str]) -> None:
 # ---- random scenes
 
 
-def random_body(rng: np.random.Generator) -> Body:
-    """Eight point masses: an inertia that a body can have."""
-    masses = 10.0 ** rng.uniform(1.0, 3.0, 8)
-    points = rng.uniform(-0.6, 0.6, (8, 3))
-    center = masses @ points / masses.sum()
-    arms = points - center
-    inertia = sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, arms, strict=True))
-    return Body(mass=float(masses.sum()), center_of_mass=center, inertia=inertia)
-
-
-def random_links(rng: np.random.Generator, count: int, stiffness: tuple[float, float]) -> list[Link]:
-    """Links anywhere in a 2 m cube along any direction; damping 1e-3 s of the stiffness, times 0.1 to 10."""
-    links = []
-    for i in range(count):
-        k = float(10.0 ** rng.uniform(*np.log10(stiffness)))
-        links.append(
-            Link(
-                name=f"{i}",
-                point=rng.uniform(-1.0, 1.0, 3),
-                direction=rng.normal(size=3),
-                stiffness=k,
-                damping=k * 1e-3 * float(10.0 ** rng.uniform(-1.0, 1.0)),
-            )
-        )
-    return links
-
-
-def random_machine(
-    seed: int,
-    damping: float = 1.0,
-    stiffness: tuple[float, float] = (1e6, 1e8),
-    free: Sequence[str] | None = None,
-    carriages: int = 0,
-) -> Machine:
-    """3 to 10 random links, as many free dofs as they hold at most; gravity in any direction.
-
-    damping multiplies all damping; a spread of stiffness is met exactly by the first two links.
-    """
-    rng = np.random.default_rng(seed)
-    count = int(rng.integers(3, 11))
-    if free is None:
-        free = rng.permutation(DOFS)[: int(rng.integers(2, min(count, 6) + 1))].tolist()
-    links = random_links(rng, max(count, len(free)), stiffness)
-    rows = [{name: getattr(link, name) for name in Link.model_fields} for link in links]
-    rows[0]["stiffness"], rows[1]["stiffness"] = stiffness
-    for row in rows:
-        row["damping"] *= damping
-    rails = [Rail(name="r", position=rng.uniform(-0.5, 0.5, 2))] if carriages else []
-    values = ("stiffness_y", "stiffness_z", "damping_y", "damping_z")
-    on_rail = [
-        Carriage(
-            name=f"c{i}",
-            rail="r",
-            x=float(rng.uniform(-1.0, 1.0)),
-            length=float(rng.uniform(0.05, 0.5)),
-            **{name: float(rng.uniform(0.5, 2.0) * (1e5 if "damping" in name else 1e8)) for name in values},
-        )
-        for i in range(carriages)
-    ]
-    gravity = rng.normal(size=3)
-    return Machine(
-        body=random_body(rng),
-        links=[Link(**row) for row in rows],
-        rails=rails,
-        carriages=on_rail,
-        free=tuple(free),
-        gravity=9.80665 * gravity / np.linalg.norm(gravity),
-    )
-
-
 def proportional(machine: Machine, beta: float) -> Machine:
     """The same machine with the damping of every link `beta` s times its stiffness."""
     links = [Link(**{**link.model_dump(), "damping": beta * link.stiffness}) for link in machine.links]
@@ -185,7 +115,7 @@ def proportional(machine: Machine, beta: float) -> Machine:
 
 def one_mode_critical(seed: int, mode: int) -> Machine:
     """Damping beta K with beta = 2 / omega: one mode is critically damped, to rounding."""
-    machine = random_machine(seed, free=DOFS)
+    machine = ref.random_machine(seed, free=DOFS)
     return proportional(machine, 2.0 / float(machine.scene.modes()[0][mode]))
 
 
@@ -218,83 +148,59 @@ def all_modes_critical() -> Machine:
     return Machine(body=body, links=links, free=DOFS)
 
 
-def random_motion(
-    seed: int,
-    axes: int = 3,
-    count: int = 250,
-    wrench: bool = False,
-    times: str = "uniform",
-    jumps: bool = False,
-) -> Motion:
-    """Random walk-like acceleration, rms about 1 m/s2, and noise.
-
-    times: uniform, random (every interval its own) or ticks (five lengths, as device clocks have).
-    """
-    rng = np.random.default_rng(seed)
-    if times == "uniform":
-        time = rng.uniform(-1.0, 1.0) + np.arange(count) * 1e-3
-    elif times == "ticks":
-        time = np.cumsum(rng.choice([0.5e-3, 0.75e-3, 1e-3, 1.25e-3, 2e-3], count))
-    else:
-        count = 60
-        time = np.cumsum(10.0 ** rng.uniform(-5.0, -2.0, count))
-    if jumps:
-        for at in (count // 5, count // 2):
-            time[at + 1] = time[at]
-    acceleration = np.zeros((count, 3))
-    slow = np.sin(np.outer(np.linspace(0.0, 12.0, count), rng.uniform(0.3, 2.0, axes)))
-    acceleration[:, :axes] = slow + 0.3 * rng.normal(size=(count, axes))
-    if not wrench:
-        return Motion(time, acceleration)
-    return Motion(
-        time, acceleration, wrench=rng.normal(size=(count, 6)) * [500.0, 800.0, 300.0, 90.0, 60.0, 120.0]
-    )
-
-
 SCENES: dict[str, tuple[Callable[[], Machine], Callable[[], Motion]]] = {
-    "damped, 1 axis": (lambda: random_machine(1), lambda: random_motion(1, axes=1)),
-    "damped, 3 axes": (lambda: random_machine(2), lambda: random_motion(2)),
-    "damped, all free": (lambda: random_machine(3, free=DOFS), lambda: random_motion(3)),
+    "damped, 1 axis": (lambda: ref.random_machine(1), lambda: ref.random_motion(1, axes=1)),
+    "damped, 3 axes": (lambda: ref.random_machine(2), lambda: ref.random_motion(2)),
+    "damped, all free": (lambda: ref.random_machine(3, free=DOFS), lambda: ref.random_motion(3)),
     "damped, with carriages": (
-        lambda: random_machine(4, free=("y", "z", "rx", "ry", "rz"), carriages=3),
-        lambda: random_motion(4, wrench=True),
+        lambda: ref.random_machine(4, free=("y", "z", "rx", "ry", "rz"), carriages=3),
+        lambda: ref.random_motion(4, wrench=True),
     ),
-    "undamped, some free": (lambda: random_machine(5, damping=0.0), lambda: random_motion(5)),
-    "undamped, all free": (lambda: random_machine(6, damping=0.0, free=DOFS), lambda: random_motion(6)),
+    "undamped, some free": (lambda: ref.random_machine(5, damping=0.0), lambda: ref.random_motion(5)),
+    "undamped, all free": (
+        lambda: ref.random_machine(6, damping=0.0, free=DOFS),
+        lambda: ref.random_motion(6),
+    ),
     "undamped, 3 s": (
-        lambda: random_machine(7, damping=0.0, free=DOFS),
-        lambda: random_motion(7, count=3000, axes=1),
+        lambda: ref.random_machine(7, damping=0.0, free=DOFS),
+        lambda: ref.random_motion(7, count=3000, axes=1),
     ),
-    "overdamped, some free": (lambda: random_machine(8, damping=30.0), lambda: random_motion(8)),
-    "overdamped, all free": (lambda: random_machine(9, damping=1e3, free=DOFS), lambda: random_motion(9)),
+    "overdamped, some free": (lambda: ref.random_machine(8, damping=300.0), lambda: ref.random_motion(8)),
+    "overdamped, all free": (
+        lambda: ref.random_machine(9, damping=1e3, free=DOFS),
+        lambda: ref.random_motion(9),
+    ),
     "defective, one dof": (
         lambda: translating(1250.0, [("y", (0, 1, 0), 5e7, 5e5)]),  # 2 sqrt(k m) = 5e5, exactly
-        lambda: random_motion(10),
+        lambda: ref.random_motion(10),
     ),
-    "defective, six dofs": (all_modes_critical, lambda: random_motion(11, wrench=True)),
-    "defective to rounding, first mode": (lambda: one_mode_critical(12, 0), lambda: random_motion(12)),
-    "defective to rounding, fourth mode": (lambda: one_mode_critical(13, 3), lambda: random_motion(13)),
+    "defective, six dofs": (all_modes_critical, lambda: ref.random_motion(11, wrench=True)),
+    "defective to rounding, first mode": (lambda: one_mode_critical(12, 0), lambda: ref.random_motion(12)),
+    "defective to rounding, fourth mode": (lambda: one_mode_critical(13, 3), lambda: ref.random_motion(13)),
     "stiffness spread 1e6": (
-        lambda: random_machine(14, stiffness=(1e3, 1e9), free=DOFS),
-        lambda: random_motion(14),
+        lambda: ref.random_machine(14, stiffness=(1e3, 1e9), free=DOFS),
+        lambda: ref.random_motion(14),
     ),
     "stiffness spread 1e8": (
-        lambda: random_machine(15, stiffness=(1e2, 1e10), free=DOFS),
-        lambda: random_motion(15),
+        lambda: ref.random_machine(15, stiffness=(1e2, 1e10), free=DOFS),
+        lambda: ref.random_motion(15),
     ),
     "stiffness spread 1e8, undamped": (
-        lambda: random_machine(16, stiffness=(1e2, 1e10), damping=0.0),
-        lambda: random_motion(16),
+        lambda: ref.random_machine(16, stiffness=(1e2, 1e10), damping=0.0),
+        lambda: ref.random_motion(16),
     ),
-    "times all different": (lambda: random_machine(17), lambda: random_motion(17, times="random")),
+    "times all different": (lambda: ref.random_machine(17), lambda: ref.random_motion(17, times="random")),
     "times of a device clock": (
-        lambda: random_machine(18, free=DOFS),
-        lambda: random_motion(18, times="ticks"),
+        lambda: ref.random_machine(18, free=DOFS),
+        lambda: ref.random_motion(18, times="ticks"),
     ),
-    "jumps": (lambda: random_machine(19, damping=0.1), lambda: random_motion(19, times="ticks", jumps=True)),
+    "jumps": (
+        lambda: ref.random_machine(19, damping=0.1),
+        lambda: ref.random_motion(19, times="ticks", jumps=True),
+    ),
     "process forces, jumps, times all different": (
-        lambda: random_machine(20, free=DOFS),
-        lambda: random_motion(20, wrench=True, times="random", jumps=True),
+        lambda: ref.random_machine(20, free=DOFS),
+        lambda: ref.random_motion(20, wrench=True, times="random", jumps=True),
     ),
 }
 

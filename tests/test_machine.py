@@ -1,6 +1,7 @@
 """The machine: units, links, inertias that a body can have, immutability, and the packaged descriptions."""
 
 import math
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -250,3 +251,11 @@ def test_two_ends_resist_tilting_as_a_row_of_balls_does() -> None:
     along_y = table.directions[:, 1] == 1.0
     tilting = float(np.sum(table.stiffness[along_y] * table.points[along_y, 0] ** 2))
     assert tilting == pytest.approx(stiffness * row**2 / 12.0, rel=1e-14)
+
+
+def test_a_machine_survives_pickling_with_what_was_computed_from_it() -> None:
+    machine = Machine.from_toml(EXAMPLES / "manipulator.toml")
+    assert machine.scene is machine.scene
+    again = pickle.loads(pickle.dumps(machine))
+    assert again == machine
+    assert np.array_equal(again.scene.static_link_loads(), machine.scene.static_link_loads())

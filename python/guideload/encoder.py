@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from guideload.trace_table import TableLike
 
 Array = NDArray[np.float64]
+# First acceleration, of the largest, from which on a trace has begun under way; smoothed standstill stays below.
+UNDER_WAY = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,6 +157,13 @@ def motion_from_trace(
     found = smooth(
         trace.time, trace.value * ratio, kind, smoothing, quantum=abs(ratio) * trace.quantum, window=window
     )
+    notes = [*trace.notes, found.note]
+    first, peak = abs(found.acceleration[0]), np.abs(found.acceleration).max()
+    if first > UNDER_WAY * peak:
+        notes.append(
+            f"the trace begins at {found.acceleration[0]:.3g} m/s2: a run starts at rest, so its first loads are "
+            "those of a sudden start; record from standstill, or read peaks after that"
+        )
     return Motion.along_x(
         trace.time,
         found.acceleration,
@@ -162,7 +171,7 @@ def motion_from_trace(
         position=found.position,
         motor_speed=trace.value if trace.kind == "motor_speed" else None,
         source=f"{trace.source}, column {trace.column}",
-        notes=(*trace.notes, found.note),
+        notes=tuple(notes),
     )
 
 

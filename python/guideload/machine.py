@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property, partial
 from os import PathLike
-from typing import Annotated, Any, Literal, TypeVar, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,14 +29,13 @@ from pydantic import (
 from pydantic.functional_validators import ModelWrapValidatorHandler
 from pydantic_core import ErrorDetails, InitErrorDetails
 
-from guideload._core import Scene, carriage_links
+from guideload._core import Scene
 from guideload.config import Part, entries, located, number, read
 from guideload.errors import ConfigError, KeyPath, ValueRefused, shown
+from guideload.links import ENDS, LinkTable, read_only, table_of
 
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 DOFS: tuple[Dof, ...] = get_args(Dof)
-
-ENDS = ("-y", "-z", "+y", "+z")  # the links of a carriage: "-" at x - length/2, "+" at x + length/2
 
 Name = Annotated[StrictStr, Field(min_length=1)]
 Length = Annotated[float, PlainValidator(partial(number, unit="m"))]
@@ -211,18 +209,6 @@ class Drive(Part):
         return self.screw_lead / (2.0 * math.pi) / self.gear_ratio
 
 
-@dataclass(frozen=True, eq=False)
-class LinkTable:
-    """All links: four for each carriage, in the carriages' order, then the extra ones. Read-only."""
-
-    names: tuple[str, ...]
-    points: Array  # (n, 3) m, from L
-    directions: Array  # (n, 3) unit vectors
-    stiffness: Array  # (n,) N/m
-    damping: Array  # (n,) N s/m
-    carriage: NDArray[np.intp]  # (n,) index into the carriages, -1 for an extra link
-
-
 class Machine(Part):
     """A machine as `simulate` takes it. Raises ConfigError with all that is wrong, not only the first."""
 
@@ -287,26 +273,26 @@ class Machine(Part):
         """Centres of the carriages from L, shape (carriage, 3) [m]."""
         rails = [self.rails[i].position for i in self.rail_of_carriage]
         centers = [(carriage.x, *rail) for carriage, rail in zip(self.carriages, rails, strict=True)]
-        return _frozen(np.array(centers, dtype=np.float64).reshape(-1, 3))
+        return read_only(np.array(centers, dtype=np.float64).reshape(-1, 3))
 
     @cached_property
     def rail_of_carriage(self) -> NDArray[np.intp]:
         """Index of each carriage's rail, shape (carriage,)."""
         index = {rail.name: i for i, rail in enumerate(self.rails)}
-        return _frozen(np.array([index[carriage.rail] for carriage in self.carriages], dtype=np.intp))
+        return read_only(np.array([index[carriage.rail] for carriage in self.carriages], dtype=np.intp))
 
     @cached_property
     def links_of_carriages(self) -> list[NDArray[np.int64]]:
         """Indices into the link table of the links of each carriage."""
         owner = self.link_table().carriage
-        return [_frozen(np.flatnonzero(owner == i).astype(np.int64)) for i in range(len(self.carriages))]
+        return [read_only(np.flatnonzero(owner == i).astype(np.int64)) for i in range(len(self.carriages))]
 
     @cached_property
     def links_of_rails(self) -> list[NDArray[np.int64]]:
         """Indices into the link table of the links of each rail's carriages."""
         table = self.link_table()
         rail = np.append(self.rail_of_carriage, -1)[table.carriage]  # extra links (-1) run on no rail
-        return [_frozen(np.flatnonzero(rail == i).astype(np.int64)) for i in range(len(self.rails))]
+        return [read_only(np.flatnonzero(rail == i).astype(np.int64)) for i in range(len(self.rails))]
 
     @cached_property
     def rail_centers(self) -> Array:
@@ -314,7 +300,7 @@ class Machine(Part):
         centers = np.zeros((len(self.rails), 3))
         for i in set(self.rail_of_carriage.tolist()):
             centers[i] = self.carriage_centers[self.rail_of_carriage == i].mean(axis=0)
-        return _frozen(centers)
+        return read_only(centers)
 
     @cached_property
     def scene(self) -> Scene:
@@ -338,27 +324,13 @@ class Machine(Part):
 
     @cached_property
     def _links(self) -> LinkTable:
-        names: list[str] = []
-        rows: list[list[float]] = []  # point, direction, stiffness, damping
-        for carriage, center in zip(self.carriages, self.carriage_centers.tolist(), strict=True):
-            stiffness = (carriage.stiffness_y, carriage.stiffness_z)
-            damping = (carriage.damping_y, carriage.damping_z)
-            four = carriage_links(center, carriage.length, stiffness, damping)
-            rows += np.column_stack(four).tolist()
-            names += [f"{carriage.name}:{end}" for end in ENDS]
-        for link in self.links:
-            rows.append([*link.point, *link.direction, link.stiffness, link.damping])
-            names.append(link.name)
-        table = np.array(rows, dtype=np.float64).reshape(-1, 8)
-        owner = np.repeat(np.arange(len(self.carriages)), 4)
-        return LinkTable(
-            names=tuple(names),
-            points=_frozen(table[:, 0:3]),
-            directions=_frozen(table[:, 3:6]),
-            stiffness=_frozen(table[:, 6]),
-            damping=_frozen(table[:, 7]),
-            carriage=_frozen(np.append(owner, np.full(len(self.links), -1)).astype(np.intp)),
-        )
+        return table_of(self)
+
+    def __getstate__(self) -> dict[Any, Any]:
+        """Fields only: what is computed from them is computed again where it is needed."""
+        state = super().__getstate__()
+        state["__dict__"] = {key: state["__dict__"][key] for key in type(self).model_fields}
+        return state
 
 
 def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
@@ -403,12 +375,3 @@ def _names(values: dict[str, Any], key: str, name: str) -> list[tuple[int, str]]
         return []
     texts = [part.get(name) if isinstance(part, dict) else getattr(part, name, None) for part in parts]
     return [(i, text) for i, text in enumerate(texts) if isinstance(text, str)]
-
-
-_Numbers = TypeVar("_Numbers", Array, NDArray[np.intp])
-
-
-def _frozen(array: _Numbers) -> _Numbers:
-    array = array.copy()  # contiguous, and nobody else's
-    array.setflags(write=False)
-    return array

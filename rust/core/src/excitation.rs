@@ -1,5 +1,7 @@
 //! What drives a scene: samples that are knots, piecewise linear between them (first-order hold).
 
+use nalgebra::Vector3;
+
 use crate::error::ExcitationError;
 use crate::system::{Input, joined};
 
@@ -162,6 +164,12 @@ impl<'a> Excitation<'a> {
         }
         joined(largest(self.acceleration), self.wrench.map_or([0.0; 6], largest))
     }
+}
+
+/// The external load that a `force` N at `point` (m from L) and a `moment` N m make: force and moment about L.
+pub fn wrench_at(point: [f64; 3], force: [f64; 3], moment: [f64; 3]) -> [f64; 6] {
+    let about = Vector3::from(point).cross(&Vector3::from(force)) + Vector3::from(moment);
+    [force[0], force[1], force[2], about.x, about.y, about.z]
 }
 
 /// Whether `test` holds for all; unlike `Iterator::all` it does not stop early, and so works on many at once.

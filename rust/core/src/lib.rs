@@ -51,7 +51,7 @@ pub use assemble::{Matrices, assemble};
 pub use body::Body;
 pub use dof::{Dof, Free};
 pub use error::{ExcitationError, RunError, SceneError};
-pub use excitation::Excitation;
+pub use excitation::{Excitation, wrench_at};
 pub use integrate::{Control, Exact, Method, Output, Radau, Rk45, Summary, load_scale, run};
 pub use link::{Link, carriage_links};
 pub use loads::{Axial, Part, Wrench, group_load, link_load};
@@ -59,3 +59,8 @@ pub use modes::{Mode, eigenvalues, modes};
 pub use record::{Extremes, History, Peaks, Record};
 pub use scene::Scene;
 pub use system::{Input, State, System};
+
+/// The Rust of the README, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

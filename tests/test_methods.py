@@ -1,0 +1,311 @@
+"""The three methods against each other and against independent solvers; what simulate accepts and refuses."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+import reference as ref
+import scipy.integrate
+import scipy.signal
+from numpy.typing import NDArray
+from reference import DOFS
+
+from guideload import GuideloadError, Machine, Motion, RunError, peak_loads, simulate
+
+Array = NDArray[np.float64]
+
+MACHINES: dict[str, Callable[[], Machine]] = {
+    "cart": ref.cart,
+    "cart_stiff": ref.cart_stiff,
+    "paper": ref.paper,
+    "random damped": lambda: ref.random_machine(4, free=("y", "z", "rx", "ry", "rz"), carriages=3),
+    "random undamped": lambda: ref.random_machine(6, damping=0.0, free=DOFS),
+}
+MOTIONS: dict[str, Callable[[], Motion]] = {
+    "clean": lambda: ref.piece(ref.cycle(), 560, 860),  # rest, jerk, constant acceleration
+    "noisy": lambda: ref.piece(ref.noisy(), 560, 860),
+    "forces, jumps, uneven": lambda: ref.random_motion(8, wrench=True, times="ticks", jumps=True),
+}
+
+
+@cache
+def machine_of(name: str) -> Machine:
+    return MACHINES[name]()
+
+
+@cache
+def motion_of(name: str) -> Motion:
+    return MOTIONS[name]()
+
+
+@cache
+def exact_loads(machine: str, motion: str) -> Array:
+    return link_loads(machine_of(machine), motion_of(motion), "exact")
+
+
+def link_loads(machine: Machine, motion: Motion, method: str, **options: Any) -> Array:
+    loads: Array = simulate(machine, motion, method, **options).data["link_load"].values  # type: ignore[arg-type]
+    return loads
+
+
+def load_error(machine: Machine, motion: Motion, method: str, expected: Array, **options: Any) -> float:
+    """Largest error of a link load over the load scale that rtol refers to."""
+    data = simulate(machine, motion, method, **options).data  # type: ignore[arg-type]
+    return float(np.abs(data["link_load"].values - expected).max() / data.attrs["load_scale_N"])
+
+
+# ---- against each other
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8, 1e-10])
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("machine", MACHINES)
+def test_methods_agree_within_ten_times_the_tolerance(machine: str, motion: str, rtol: float) -> None:
+    for method in ("rk45", "implicit"):
+        error = load_error(
+            machine_of(machine), motion_of(motion), method, exact_loads(machine, motion), rtol=rtol
+        )
+        print(f"\n{machine}, {motion}, {method}, rtol {rtol:g}: {error / rtol:.2g} x rtol", end="")
+        assert error <= 10.0 * rtol
+
+
+@pytest.mark.parametrize("method", ["rk45", "implicit"])
+def test_error_falls_with_a_fixed_step(method: str) -> None:
+    """A fixed step of h / 2 and h / 4: the error falls by 2^5 (rk45); Radau IIA of order 9 is at rounding."""
+    machine, motion = machine_of("cart"), motion_of("noisy")
+    expected = exact_loads("cart", "noisy")
+    coarse, fine = (load_error(machine, motion, method, expected, step=s) for s in (0.5e-3, 0.25e-3))
+    assert fine <= coarse / 2.0**4.5 or fine <= 1e-13
+    assert coarse <= 1e-3
+    taken = [
+        simulate(machine, motion, method, step=s).data.attrs["steps"] for s in (1e-3, 0.25e-3, 0.3e-3, 1.0)
+    ]  # type: ignore[arg-type]
+    intervals = motion.time.size - 1
+    # No step passes a sample, and 0.3 ms does not divide 1 ms: four equal steps of 0.25 ms.
+    assert taken == [intervals, 4 * intervals, 4 * intervals, intervals]
+    assert simulate(machine, motion, method, step=1e-3).data.attrs["step_s"] == 1e-3  # type: ignore[arg-type]
+
+
+def test_a_fixed_step_outside_the_stability_region_is_an_error_and_no_result() -> None:
+    # 3.6e4 1/s times 1 ms is far outside the region of rk45 (3.3); the stiffly accurate method takes it.
+    machine, motion = machine_of("cart_stiff"), motion_of("clean")
+    with pytest.raises(
+        RunError, match=r"t = 0\.\d+ s with a step of 1\.000e-3 s.*stability region.*implicit"
+    ):
+        simulate(machine, motion, "rk45", step=1e-3)
+    assert load_error(machine, motion, "implicit", exact_loads("cart_stiff", "clean"), step=1e-3) < 1e-4
+
+
+# ---- against other people's solvers
+
+
+def state_space(machine: Machine) -> tuple[Array, Array, Array, Array]:
+    """A, B of x = (q - q_rest, q') with the excitation (a, wrench); C to link loads; static link loads."""
+    m, c, k, weight, rows = ref.matrices(machine)
+    free = [DOFS.index(dof) for dof in machine.free]
+    n = len(free)
+    square = np.ix_(free, free)
+    inverse = np.linalg.inv(m[square])
+    a = np.zeros((2 * n, 2 * n))
+    a[:n, n:] = np.eye(n)
+    a[n:, :n], a[n:, n:] = -inverse @ k[square], -inverse @ c[square]
+    b = np.zeros((2 * n, 9))
+    b[n:] = inverse @ np.hstack([-m[free, :3], np.eye(6)[free]])
+    table = machine.link_table()
+    d = rows[:, free]
+    recovery = np.hstack([table.stiffness[:, None] * d, table.damping[:, None] * d])
+    static = table.stiffness * (d @ np.linalg.solve(k[square], weight[free]))
+    return a, b, recovery, static
+
+
+def excitation(motion: Motion) -> Array:
+    wrench = np.zeros((motion.time.size, 6)) if motion.wrench is None else motion.wrench
+    return np.hstack([motion.acceleration, wrench])
+
+
+@pytest.mark.parametrize("motion", ["clean", "noisy"])
+@pytest.mark.parametrize("machine", MACHINES)
+def test_exact_agrees_with_scipy_lsim(machine: str, motion: str) -> None:
+    a, b, recovery, static = state_space(machine_of(machine))
+    system = scipy.signal.StateSpace(a, b, recovery, np.zeros((recovery.shape[0], 9)))
+    part = motion_of(motion)
+    time = np.arange(part.time.size) * 1e-3
+    _, dynamic, _ = scipy.signal.lsim(system, excitation(part), time, interp=True)
+    expected = exact_loads(machine, motion)
+    # lsim takes the exponential of metres and seconds as they stand, and so loses some digits.
+    assert np.abs(static + dynamic - expected).max() <= 1e-9 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("machine", ["cart", "paper", "random undamped"])
+@pytest.mark.parametrize("motion", list(MOTIONS))
+def test_exact_agrees_with_dop853(machine: str, motion: str) -> None:
+    """SciPy's DOP853, restarted at every sample, as it does not know them."""
+    a, b, recovery, static = state_space(machine_of(machine))
+    part, state = motion_of(motion), np.zeros(a.shape[0])
+    time, u = part.time[:120], excitation(part)[:120]
+    loads = [static]
+    for k in range(time.size - 1):
+        start, h = time[k], time[k + 1] - time[k]
+        force, slope = b @ u[k], b @ (u[k + 1] - u[k])
+
+        def rate(
+            t: float, x: Array, force: Array = force, slope: Array = slope, start: float = start, h: float = h
+        ) -> Array:
+            return a @ x + force + slope * ((t - start) / h)
+
+        if h > 0.0:
+            state = scipy.integrate.solve_ivp(
+                rate, (start, time[k + 1]), state, method="DOP853", rtol=1e-12, atol=1e-20
+            ).y[:, -1]
+        loads.append(static + recovery @ state)
+    expected = exact_loads(machine, motion)[:120]
+    # A sample's time is rounded to 1e-16 s, an interval of 1 ms to 1e-13 of it.
+    assert np.abs(np.array(loads) - expected).max() <= 1e-10 * np.abs(expected).max()
+
+
+# ---- output times
+
+
+def with_stamps(motion: Motion, times: Array) -> Motion:
+    """The same motion with further samples where it is linear anyway."""
+    time = np.union1d(motion.time, times)
+    return Motion.along_x(time, np.interp(time, motion.time, motion.acceleration[:, 0]))
+
+
+@pytest.mark.parametrize(("method", "rtol"), [("exact", 1e-12), ("rk45", 1e-6), ("implicit", 1e-6)])
+def test_loads_between_the_samples(method: str, rtol: float) -> None:
+    machine, motion = machine_of("cart"), motion_of("noisy")
+    times = np.sort(np.random.default_rng(0).uniform(motion.time[0], motion.time[-1], 400))
+    times = np.concatenate([motion.time[:1], times, motion.time[-1:]])
+    finer = with_stamps(motion, times)
+    data = simulate(machine, finer, "exact").data
+    expected = data["link_load"].values[np.searchsorted(finer.time, times)]
+    assert load_error(machine, motion, method, expected, times=times, rtol=rtol) <= 10.0 * rtol
+    got = simulate(machine, motion, method, times=times).data  # type: ignore[arg-type]
+    assert np.array_equal(got["time"].values, times)
+    at = np.interp(times, motion.time, motion.acceleration[:, 0])
+    assert got["cart_acceleration"].values[:, 0] == pytest.approx(at, abs=1e-12)
+
+
+@pytest.mark.parametrize("method", ["exact", "rk45", "implicit"])
+def test_times_at_the_samples_are_the_samples(method: str) -> None:
+    machine, motion = machine_of("cart"), motion_of("clean")
+    loads = link_loads(machine, motion, method)
+    again = link_loads(machine, motion, method, times=motion.time)
+    assert np.abs(again - loads).max() <= 1e-12 * np.abs(loads).max()
+
+
+def test_times_at_a_jump_and_a_single_time_and_none() -> None:
+    machine = machine_of("cart")
+    motion = Motion.along_x([0.0, 0.1, 0.1, 0.2], [0.0, 0.0, 1.0, 1.0])
+    data = simulate(machine, motion, times=[0.1]).data
+    assert data["link_load"].values[0] == pytest.approx(data["static_link_load"].values, rel=1e-12)
+    assert simulate(machine, motion, times=[]).data.sizes["time"] == 0
+    assert simulate(machine, motion, times=[0.05, 0.05]).data.sizes["time"] == 2
+
+
+# ---- a pulse after rest
+
+
+@pytest.mark.parametrize("method", ["exact", "rk45", "implicit"])
+@pytest.mark.parametrize("stamps", ["1 kHz", "one interval of rest"])
+def test_a_pulse_after_rest_is_never_missed(method: str, stamps: str) -> None:
+    motion = ref.pulse()
+    if stamps != "1 kHz":  # 5 s without a sample, the pulse, 2 s without a sample
+        keep = (motion.time >= 5.0) & (motion.time <= 5.05)
+        keep[[0, -1]] = True
+        motion = Motion(motion.time[keep], motion.acceleration[keep])
+    machine = machine_of("cart")
+    part = ref.piece(ref.pulse(), 4990, 5060)
+    force = ref.reference(machine, part).carriage
+    expected = np.abs(force - force[0]).max(axis=(0, 1))
+    loads = simulate(machine, motion, method, rtol=1e-4).carriage_loads  # type: ignore[arg-type]
+    found = np.abs(loads - loads[0]).max(axis=(0, 1))
+    assert np.all(expected[1:3] > 10.0)  # N: the pulse is there
+    assert found == pytest.approx(expected, rel=0.02, abs=1e-9)
+    extremes = peak_loads(machine, motion, method, rtol=1e-4)  # type: ignore[arg-type]
+    assert np.all((extremes.time_of_largest[:, 1] > 4.99) & (extremes.time_of_largest[:, 1] < 5.1))
+
+
+# ---- the choice, refusals
+
+
+def test_auto_is_exact_for_linear_scenes_and_says_why() -> None:
+    machine, motion = machine_of("cart"), motion_of("clean")
+    auto, exact = (simulate(machine, motion, method).data for method in ("auto", "exact"))  # type: ignore[arg-type]
+    assert np.array_equal(auto["force"].values, exact["force"].values)
+    assert auto.attrs["method"] == exact.attrs["method"] == "exact"
+    assert "linear" in auto.attrs["method_reason"]
+    assert exact.attrs["method_reason"] == "asked for"
+    assert simulate(machine, motion, "rk45").data.attrs["method"] == "rk45"
+
+
+REFUSED: list[tuple[dict[str, Any], str]] = [
+    ({"method": "bdf"}, r"method: expected one of auto, exact, rk45, implicit, got 'bdf'"),
+    ({"method": "exact", "step": 1e-3}, r'step: method "exact".*name rk45 or implicit'),
+    ({"method": "auto", "step": 1e-3}, r'step: method "auto".*name rk45 or implicit'),
+    ({"method": "rk45", "rtol": 0.0}, r"rtol: expected 1e-13 to 0.1.*got 0"),
+    ({"method": "rk45", "rtol": -1e-6}, r"rtol: .*got -0.000001"),
+    ({"method": "implicit", "rtol": 1e-15}, r'rtol: .*use method "exact"'),
+    ({"method": "implicit", "rtol": 0.5}, r"rtol: .*got 0.5"),
+    ({"method": "rk45", "rtol": float("nan")}, r"rtol: .*got NaN"),
+    ({"method": "rk45", "step": 0.0}, r"step: expected > 0 s, got 0"),
+    ({"method": "rk45", "step": -1e-3}, r"step: expected > 0 s, got -0.001"),
+    ({"method": "implicit", "step": float("inf")}, r"step: expected > 0 s, got inf"),
+    ({"times": [0.0, 0.6]}, r"times\[0\]: expected 0.56 to 0.859 s, ascending, got 0 s"),
+    ({"times": [0.6, 1.0]}, r"times\[1\]: expected 0.6 to 0.859 s, ascending, got 1 s"),
+    ({"times": [0.7, 0.6]}, r"times\[1\]: expected 0.7 to 0.859 s, ascending, got 0.6 s"),
+    ({"times": [float("nan")]}, r"times\[0\]: .*got NaN"),
+    ({"times": [[0.6, 0.7]]}, r"times"),
+    ({"times": ["soon"]}, r"times"),
+]
+
+
+@pytest.mark.parametrize(("options", "text"), REFUSED, ids=[str(options) for options, _ in REFUSED])
+def test_bad_arguments_are_refused_with_numbers(options: dict[str, Any], text: str) -> None:
+    with pytest.raises(GuideloadError, match=text) as caught:
+        simulate(machine_of("cart"), motion_of("clean"), **options)
+    assert type(caught.value) is RunError
+    if "times" not in options:
+        with pytest.raises(RunError, match=text):
+            peak_loads(machine_of("cart"), motion_of("clean"), **options)
+
+
+# ---- determinism
+
+
+@pytest.mark.parametrize("method", ["exact", "rk45", "implicit"])
+def test_the_same_bits_every_time_and_from_every_thread(method: str) -> None:
+    def run(name: str) -> bytes:
+        return simulate(machine_of(name), motion_of("noisy"), method).carriage_loads.tobytes()  # type: ignore[arg-type]
+
+    names = ["cart", "paper"] * 8
+    alone = {name: run(name) for name in ("cart", "paper")}
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(run, names)) == [alone[name] for name in names]
+
+
+def test_a_fresh_machine_gives_the_same_bits() -> None:
+    motion = motion_of("noisy")
+    assert np.array_equal(
+        simulate(ref.cart(), motion).carriage_loads, simulate(ref.cart(), motion).carriage_loads
+    )
+
+
+def test_the_interpreter_is_free_during_a_run() -> None:
+    machine, motion = machine_of("cart"), motion_of("clean")
+    machine.scene  # noqa: B018  made before the clock starts
+    thread = threading.Thread(target=lambda: simulate(machine, motion, "rk45", step=2e-7))  # some 0.3 s
+    thread.start()
+    turns = 0
+    while thread.is_alive():
+        turns += 1
+    thread.join()
+    # A held interpreter would leave this loop a few switches of 5 ms, of some ten thousand turns each.
+    assert turns > 100_000
