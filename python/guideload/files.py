@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
+from itertools import product
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -13,7 +15,7 @@ import pyarrow.csv
 import pyarrow.parquet
 import xarray as xr
 
-from guideload.errors import TraceError
+from guideload.errors import GuideloadError, TraceError
 from guideload.machine import Machine
 from guideload.result import Result
 
@@ -43,7 +45,7 @@ def read(path: str | PathLike[str]) -> Result:
     try:
         data = _data(path)
         return Result(_machine(data), data)
-    except (KeyError, ValueError, OSError, pa.ArrowException) as error:
+    except (LookupError, TypeError, ValueError, OSError, GuideloadError, pa.ArrowException) as error:
         raise TraceError(f"{path}: expected a result that guideload wrote, got {error}") from error
 
 
@@ -52,11 +54,19 @@ def _data(path: Path) -> xr.Dataset:
         return xr.load_dataset(path, engine="h5netcdf")
     if path.suffix == ".parquet":
         table = pyarrow.parquet.read_table(path)
-        return _assembled(table, json.loads(table.schema.metadata[KEY]))
+        return _assembled(table, json.loads((table.schema.metadata or {})[KEY]))
     if path.suffix == ".csv":
         rest = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
-        return _assembled(pyarrow.csv.read_csv(path), rest)
+        return _assembled(_numbers(path), rest)
     raise ValueError(f"the ending {path.suffix!r}: expected .nc, .parquet or .csv")
+
+
+def _numbers(path: Path) -> pa.Table:
+    """The columns of a CSV file, whole numbers too as float64."""
+    with pyarrow.csv.open_csv(path) as reader:
+        names = reader.schema.names
+    options = pyarrow.csv.ConvertOptions(column_types=dict.fromkeys(names, pa.float64()))
+    return pyarrow.csv.read_csv(path, convert_options=options)
 
 
 def _machine(data: xr.Dataset) -> Machine:
@@ -70,18 +80,14 @@ def _columns(data: xr.Dataset) -> pa.Table:
     for name, variable in data.data_vars.items():
         if "time" in variable.dims:
             flat = variable.values.reshape(variable.sizes["time"], -1)
-            names = _labels(variable)
+            names = _labels(*[variable[dim].values for dim in variable.dims if dim != "time"])
             columns |= {f"{name}{label}": flat[:, i] for i, label in enumerate(names)}
     return pa.table({name: np.ascontiguousarray(values) for name, values in columns.items()})
 
 
-def _labels(variable: xr.DataArray) -> list[str]:
-    sizes = [variable[dim].values for dim in variable.dims if dim != "time"]
-    if not sizes:
-        return [""]
-    grid = np.meshgrid(*[np.arange(len(labels)) for labels in sizes], indexing="ij")
-    rows = zip(*[labels[index.ravel()] for labels, index in zip(sizes, grid, strict=True)], strict=True)
-    return [f"[{','.join(str(label) for label in row)}]" for row in rows]
+def _labels(*labels: Iterable[Any]) -> list[str]:
+    """`[label,label]` of each entry of a history, in the order of its array; nothing if it has one entry."""
+    return [f"[{','.join(str(label) for label in row)}]" if row else "" for row in product(*labels)]
 
 
 def _rest(data: xr.Dataset) -> dict[str, Any]:
@@ -104,8 +110,7 @@ def _rest(data: xr.Dataset) -> dict[str, Any]:
 def _assembled(table: pa.Table, rest: dict[str, Any]) -> xr.Dataset:
     """The inverse of `_columns` and `_rest`."""
     labels = rest["labels"]
-    columns = iter(table.columns)
-    time = next(columns).to_numpy()
+    time = table.column("time").to_numpy()
     data = xr.Dataset(coords={"time": ("time", time, rest["quantities"].pop("time")["attributes"]), **labels})
     for name, quantity in rest["quantities"].items():
         dims = quantity["dims"]
@@ -114,10 +119,10 @@ def _assembled(table: pa.Table, rest: dict[str, Any]) -> xr.Dataset:
             values = np.array(quantity["values"], dtype=np.float64).reshape(sizes)
         else:
             shape = [time.size, *[len(labels[dim]) for dim in dims[1:]]]
-            count = int(np.prod(shape[1:]))
-            values = np.empty((time.size, count))
-            for i in range(count):
-                values[:, i] = next(columns).to_numpy()
+            columns = [f"{name}{label}" for label in _labels(*[labels[dim] for dim in dims[1:]])]
+            values = np.empty((time.size, len(columns)))
+            for i, column in enumerate(columns):
+                values[:, i] = table.column(column).to_numpy()
             values = values.reshape(shape)
         data[name] = (dims, values, quantity["attributes"])
     data.attrs = rest["attributes"]

@@ -168,7 +168,7 @@ class Motion:
 def _history(name: str, given: ArrayLike, shape: tuple[int, ...]) -> Array:
     """A read-only float64 copy of shape `shape`, all finite."""
     try:
-        history = np.array(given, dtype=np.float64)
+        history = np.array(given, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
         raise TraceError(f"{name}: expected numbers of shape {shape}, got {error}") from None
     if history.shape != shape:

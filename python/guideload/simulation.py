@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from guideload.errors import RunError
 from guideload.machine import Machine
 from guideload.motion import Motion
-from guideload.result import Peaks, Result, Run
+from guideload.result import Array, Peaks, Result, Run
 
 Method = Literal["auto", "exact", "rk45", "implicit"]
 
@@ -36,7 +36,7 @@ def simulate(
     Raises SceneError (unsupported body), TraceError (a motion that is none), RunError (with time and step).
     """
     chosen, reason = _chosen(method, step)
-    instants = None if times is None else np.ascontiguousarray(times, dtype=np.float64)
+    instants = None if times is None else _instants(times)
     solution = machine.scene.solve(
         motion.time,
         motion.acceleration,
@@ -74,6 +74,17 @@ def peak_loads(
         centers=machine.carriage_centers,
     )
     return Peaks(tuple(carriage.name for carriage in machine.carriages), *extremes)
+
+
+def _instants(times: ArrayLike) -> Array:
+    """The instants to report, as numbers of our own."""
+    try:
+        instants = np.array(times, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise RunError(f"times: expected numbers of shape (m,), in s, got {error}") from None
+    if instants.ndim != 1:
+        raise RunError(f"times: expected shape (m,), got {instants.shape}")
+    return instants
 
 
 def _chosen(method: str, step: float | None) -> tuple[str, str]:

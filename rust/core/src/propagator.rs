@@ -1,7 +1,7 @@
-//! The exact solution over one interval of linearly changing force.
+//! The exact solution over one interval of linearly changing force, as a matrix and as a series.
 
-use crate::float::add_scaled;
-use crate::integrate::Values;
+use crate::float::{add_scaled, ceil};
+use crate::integrate::{Ramp, Values};
 use crate::system::{Force, NO_FORCE, State, System};
 
 /// Terms of the exponential series: the first one left out is below rounding where the norm is at most one (1/19! = 8e-18).
@@ -103,6 +103,54 @@ impl Propagator {
     }
 }
 
+/// The power series of the solution over an interval, in parts short enough for it to end after [`TERMS`] terms.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Series {
+    norm: f64,
+}
+
+impl Series {
+    pub(crate) fn new(system: &System) -> Self {
+        Self { norm: norm_1(&matrix(system)) }
+    }
+
+    /// Number of parts of an interval of length `h`.
+    #[inline(always)]
+    pub(crate) fn parts(&self, h: f64) -> f64 {
+        f64::max(1.0, ceil(h * self.norm))
+    }
+
+    /// The state at the end of a ramp.
+    #[inline(always)]
+    pub(crate) fn advance(&self, system: &System, ramp: &Ramp, state: &State) -> State {
+        let parts = self.parts(ramp.h);
+        let tau = ramp.h / parts;
+        let (first, last) = (ramp.force(0.0), ramp.force(1.0));
+        let mut rise = NO_FORCE;
+        for i in 0..6 {
+            rise[i] = (last[i] - first[i]) / parts;
+        }
+        let mut state = *state;
+        let mut part = 0.0;
+        while part < parts {
+            // Derivatives of the solution: x' = A x + f, x'' = A x' + f', and from there on A alone.
+            let mut term = system.rate(&state, &ramp.force(part / parts));
+            scale(&mut term, tau);
+            add_scaled(&mut state, &term, 1.0);
+            term = system.rate(&term, &rise);
+            scale(&mut term, tau / 2.0);
+            add_scaled(&mut state, &term, 1.0);
+            for k in 3..=TERMS {
+                term = system.rate(&term, &NO_FORCE);
+                scale(&mut term, tau / k as f64);
+                add_scaled(&mut state, &term, 1.0);
+            }
+            part += 1.0;
+        }
+        state
+    }
+}
+
 /// The system matrix A by columns.
 fn matrix(system: &System) -> Columns<12> {
     let mut a = identity::<12>(0);
@@ -150,8 +198,13 @@ fn series_term<const N: usize>(a: &Columns<12>, sum: &Columns<N>, factor: f64, f
 #[inline(always)]
 fn scale_by<const N: usize>(columns: &mut Columns<N>, factor: f64) {
     for column in columns {
-        for entry in column {
-            *entry *= factor;
-        }
+        scale(column, factor);
+    }
+}
+
+#[inline(always)]
+fn scale(column: &mut [f64; 12], factor: f64) {
+    for entry in column {
+        *entry *= factor;
     }
 }

@@ -3,6 +3,7 @@
 mod control;
 mod drive;
 mod exact;
+mod kept;
 mod radau;
 mod rk45;
 mod tableau;

@@ -8,6 +8,7 @@ use nalgebra::{Complex, Matrix6};
 
 use super::Method;
 use super::drive::Ramp;
+use super::kept::Kept;
 use super::tableau::{Eigenpart, RADAU};
 use crate::float::add_scaled;
 use crate::system::{State, System};
@@ -16,11 +17,13 @@ use crate::system::{State, System};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Radau;
 
-/// Factorisations for one step length, and the last step.
+/// Step lengths of which the inverses are remembered, 1.7 kB each.
+const KEPT: usize = 8;
+
+/// Inverses for some step lengths, and the last step.
 #[derive(Debug, Clone)]
 pub struct Stages {
-    length: f64,
-    inverses: [Inverse; 3],
+    kept: Kept<[Inverse; 3], KEPT>,
     /// Stage parts of the last step: real and imaginary halves.
     parts: [[State; 2]; 3],
 }
@@ -33,6 +36,12 @@ struct Inverse {
 }
 
 impl Inverse {
+    /// Those of all eigenvalues for steps of length `h`.
+    #[inline(never)]
+    fn all(system: &System, h: f64) -> [Self; 3] {
+        RADAU.parts.each_ref().map(|part| Self::new(system, h, part))
+    }
+
     fn new(system: &System, h: f64, part: &Eigenpart) -> Self {
         let lambda = Complex::new(part.value[0], part.value[1]);
         let mut matrix = system.modal_damping().map(|c| lambda * (h * c));
@@ -47,16 +56,6 @@ impl Inverse {
         };
         Self { re: columns(|z| z.re), im: columns(|z| z.im) }
     }
-}
-
-impl Stages {
-    #[inline(never)]
-    fn factorise(&mut self, system: &System, h: f64) {
-        self.length = h;
-        for (inverse, part) in self.inverses.iter_mut().zip(&RADAU.parts) {
-            *inverse = Inverse::new(system, h, part);
-        }
-    }
 
     /// Solves `(γ - h A) x = r` for the real eigenvalue γ.
     #[inline(always)]
@@ -66,7 +65,7 @@ impl Stages {
         for i in 0..6 {
             moved[i] = gamma * r[6 + i] - h * system.frequency[i] * r[i];
         }
-        let v = times(&self.inverses[0].re, &moved);
+        let v = times(&self.re, &moved);
         let mut x = [0.0; 12];
         for i in 0..6 {
             x[i] = (r[i] + h * system.frequency[i] * v[i]) / gamma;
@@ -77,8 +76,8 @@ impl Stages {
 
     /// Solves `(λ - h A) w = r` for a complex eigenvalue.
     #[inline(always)]
-    fn solve_complex(&self, system: &System, h: f64, index: usize, r: &[State; 2]) -> [State; 2] {
-        let [a, b] = RADAU.parts[index].value;
+    fn solve_complex(&self, system: &System, h: f64, lambda: [f64; 2], r: &[State; 2]) -> [State; 2] {
+        let [a, b] = lambda;
         let size = a * a + b * b;
         let [re, im] = r;
         let mut moved = [[0.0; 6]; 2];
@@ -87,9 +86,8 @@ impl Stages {
             moved[0][i] = a * re[6 + i] - b * im[6 + i] - hw * re[i];
             moved[1][i] = a * im[6 + i] + b * re[6 + i] - hw * im[i];
         }
-        let inverse = &self.inverses[index];
-        let (rr, ri) = (times(&inverse.re, &moved[0]), times(&inverse.re, &moved[1]));
-        let (ir, ii) = (times(&inverse.im, &moved[0]), times(&inverse.im, &moved[1]));
+        let (rr, ri) = (times(&self.re, &moved[0]), times(&self.re, &moved[1]));
+        let (ir, ii) = (times(&self.im, &moved[0]), times(&self.im, &moved[1]));
         let mut w = [[0.0; 12]; 2];
         for i in 0..6 {
             let (v_re, v_im) = (rr[i] - ii[i], ri[i] + ir[i]);
@@ -109,16 +107,14 @@ impl Method for Radau {
     const ERROR_ORDER: Option<u32> = Some(5);
 
     fn memory(&self, _: &System) -> Stages {
-        let inverse = Inverse { re: [[0.0; 6]; 6], im: [[0.0; 6]; 6] };
-        Stages { length: f64::NAN, inverses: [inverse; 3], parts: [[[0.0; 12]; 2]; 3] }
+        Stages { kept: Kept::new(), parts: [[[0.0; 12]; 2]; 3] }
     }
 
     #[inline(always)]
     fn step(&self, system: &System, memory: &mut Stages, ramp: &Ramp, state: &State) -> (State, State) {
         let h = ramp.h;
-        if memory.length != h {
-            memory.factorise(system, h);
-        }
+        let Stages { kept, parts } = memory;
+        let inverses = kept.place(h).0.get_or_insert_with(|| Inverse::all(system, h));
         // The force is linear in time, so all right-hand sides lie in two vectors: the rate at the start and the rise.
         let start = ramp.force(0.0);
         let end = ramp.force(1.0);
@@ -136,22 +132,22 @@ impl Method for Radau {
                 }
             }
             let (w, count) = if index == 0 {
-                ([memory.solve_real(system, h, &r[0]), [0.0; 12]], 1.0)
+                ([inverses[0].solve_real(system, h, &r[0]), [0.0; 12]], 1.0)
             } else {
-                (memory.solve_complex(system, h, index, &r), 2.0)
+                (inverses[index].solve_complex(system, h, part.value, &r), 2.0)
             };
             for i in 0..12 {
                 next[i] += count * w[0][i];
                 residual[i] += count * (part.error[0] * w[0][i] - part.error[1] * w[1][i]);
             }
-            memory.parts[index] = w;
+            parts[index] = w;
         }
         // Filtered by (γ - h A)⁻¹, so that stiff parts do not inflate it (Hairer & Wanner, eq. IV.8.19).
         let gamma = RADAU.parts[0].value[0];
         for i in 0..12 {
             residual[i] = h * rate[i] + gamma * residual[i];
         }
-        (next, memory.solve_real(system, h, &residual))
+        (next, inverses[0].solve_real(system, h, &residual))
     }
 
     fn between(&self, _: &System, memory: &mut Stages, _: &Ramp, state: &State, theta: f64) -> State {

@@ -1,0 +1,507 @@
+"""What a result holds: labels, units, parts, peaks; the files it writes; what an import costs; the stubs."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet
+import pytest
+import reference as ref
+import xarray as xr
+
+import guideload
+from guideload import Carriage, Link, Machine, Motion, Rail, Result, TraceError, peak_loads, simulate
+from guideload import _core as core
+
+WRITERS = {"nc": Result.to_netcdf, "parquet": Result.to_parquet, "csv": Result.to_csv}
+OF_L = ("displacement", "velocity", "acceleration", "reaction")
+
+
+@cache
+def cart_result() -> Result:
+    return simulate(ref.cart(), ref.piece(ref.noisy(), 500, 900))
+
+
+def rich_machine() -> Machine:
+    """Extra links, names that are awkward in files, a rail without carriages."""
+    whole = {"length": 0.1, "stiffness_y": 1.2e8, "stiffness_z": 9e7, "damping_y": 1e5, "damping_z": 3e4}
+    return Machine(
+        name='größe, "A"',
+        body=ref.body(),
+        rails=[
+            Rail(name=name, position=(0.05, z)) for name, z in (("l,1", -0.3), ('r "2"', 0.4), ("spare", 1.0))
+        ],
+        carriages=[
+            Carriage(name="front, left", rail="l,1", x=-0.5, **whole),
+            Carriage(name="rear [left]", rail="l,1", x=0.5, **whole),
+            Carriage(name="右", rail='r "2"', x=0.1, **whole),
+        ],
+        links=[Link(name="rack", point=(0, 0.01, 0), direction=(1, 0, 0.2), stiffness=8e7, damping=2e4)],
+        free=ref.DOFS,
+    )
+
+
+@cache
+def rich_result() -> Result:
+    """Everything that a result can hold, and a jump."""
+    rng = np.random.default_rng(3)
+    time = np.concatenate([np.arange(40) * 1e-3, 0.039 + np.arange(60) * 1.5e-3])  # 0.039 s stands twice
+    assert np.count_nonzero(np.diff(time) == 0.0) == 1
+    speed = rng.normal(size=100)
+    motion = Motion(
+        time,
+        rng.normal(size=(100, 3)),
+        velocity=rng.normal(size=(100, 3)),
+        position=rng.normal(size=(100, 3)),
+        wrench=100.0 * rng.normal(size=(100, 6)),
+        motor_speed=speed,
+        source="made up, ümlaut",
+        notes=("first note", "second; with\ttab"),
+    )
+    return simulate(rich_machine(), motion, "rk45", step=5e-4)
+
+
+# ---- labels, units, parts
+
+
+def test_labels() -> None:
+    data = rich_result().data
+    assert data["carriage"].values.tolist() == ["front, left", "rear [left]", "右"]
+    assert data["rail"].values.tolist() == ["l,1", 'r "2"', "spare"]
+    assert data["link"].values.tolist() == list(rich_machine().link_table().names)
+    assert data["axis"].values.tolist() == ["x", "y", "z"]
+    assert data["dof"].values.tolist() == list(ref.DOFS)
+    assert data["force"].dims == data["moment"].dims == ("time", "carriage", "axis")
+    assert data["link_load"].dims == ("time", "link")
+    assert data["rail_force"].dims == ("time", "rail", "axis")
+    assert data["resultant"].dims == ("time", "carriage")
+    for name in OF_L:
+        assert data[name].dims == ("time", "dof")
+    # Selection by label is selection by place.
+    assert np.array_equal(
+        data["force"].sel(carriage="rear [left]", axis="z").values, data["force"].values[:, 1, 2]
+    )
+
+
+UNITS = {
+    "force": "N",
+    "moment": "N m",
+    "link_load": "N",
+    "resultant": "N",
+    "cart_acceleration": "m/s2",
+    "cart_velocity": "m/s",
+    "cart_position": "m",
+    "motor_speed": "rad/s",
+    "time": "s",
+    "displacement": "m, m, m, rad, rad, rad",
+    "velocity": "m/s, m/s, m/s, rad/s, rad/s, rad/s",
+    "acceleration": "m/s2, m/s2, m/s2, rad/s2, rad/s2, rad/s2",
+    "reaction": "N, N, N, N m, N m, N m",
+    "wrench": "N, N, N, N m, N m, N m",
+}
+
+
+def test_every_quantity_has_its_unit_and_a_name_in_words() -> None:
+    data = rich_result().data
+    assert UNITS.keys() <= set(data.variables)
+    for name, quantity in data.variables.items():
+        if name in data.coords and name != "time":
+            continue
+        text = str(name).removeprefix("static_").removesuffix("_elastic").removesuffix("_damping")
+        assert quantity.attrs["units"] == UNITS[text.removeprefix("rail_")], name
+        assert quantity.attrs["long_name"]
+
+
+def test_attributes_tell_what_was_run() -> None:
+    data = rich_result().data
+    machine = rich_machine()
+    expected = {
+        "method": "rk45",
+        "free": "x y z rx ry rz",
+        "step_s": 5e-4,
+        "motion_source": "made up, ümlaut",
+    }
+    assert expected.items() <= data.attrs.items()
+    assert data.attrs["motion_notes"] == "first note\nsecond; with\ttab"
+    assert machine.name in data.attrs["title"]
+    assert data.attrs["program"].startswith("guideload ")
+    assert data.attrs["steps"] > data.sizes["time"]
+    assert json.loads(data.attrs["machine"])["name"] == machine.name
+
+
+@pytest.mark.parametrize("make", [cart_result, rich_result])
+def test_total_is_elastic_plus_damping(make: Callable[[], Result]) -> None:
+    data = make().data
+    for name in ("force", "moment", "link_load"):
+        total = data[name].values
+        parts = data[f"{name}_elastic"].values + data[f"{name}_damping"].values
+        assert np.abs(total - parts).max() <= 1e-14 * np.abs(data[f"{name}_elastic"].values).max()
+        assert np.abs(data[f"{name}_damping"].values).max() > 0.0
+
+
+@pytest.mark.parametrize("make", [cart_result, rich_result])
+def test_a_run_starts_from_its_static_parts(make: Callable[[], Result]) -> None:
+    data = make().data
+    for name in ("force", "moment", "link_load", "displacement"):
+        assert np.array_equal(data[name].values[0], data[f"static_{name}"].values)
+    assert not data["velocity"].values[0].any()
+    assert not data["force_damping"].values[0].any()
+
+
+@pytest.mark.parametrize("make", [cart_result, rich_result])
+def test_carriages_are_sums_of_their_links_and_rails_of_their_carriages(make: Callable[[], Result]) -> None:
+    result = make()
+    data, machine = result.data, result.machine
+    table, centers = machine.link_table(), machine.carriage_centers
+    load = data["link_load"].values[:, :, None]
+    for i in range(len(machine.carriages)):
+        of = table.carriage == i
+        force = load[:, of] * table.directions[of]
+        moment = np.cross(table.points[of] - centers[i], force).sum(axis=1)
+        assert np.abs(data["force"].values[:, i] - force.sum(axis=1)).max() <= 1e-14 * np.abs(load).max()
+        assert np.abs(data["moment"].values[:, i] - moment).max() <= 1e-14 * np.abs(load).max()
+    for i, rail in enumerate(machine.rails):
+        of = [j for j, carriage in enumerate(machine.carriages) if carriage.rail == rail.name]
+        force = data["force"].values[:, of].sum(axis=1)
+        assert np.abs(data["rail_force"].values[:, i] - force).max() <= 1e-14 * np.abs(load).max()
+        moment = data["moment"].values[:, of].sum(axis=1)
+        if of:
+            arms = centers[of] - centers[of].mean(axis=0)
+            moment = moment + np.cross(arms, data["force"].values[:, of]).sum(axis=1)
+        assert np.abs(data["rail_moment"].values[:, i] - moment).max() <= 1e-13 * np.abs(load).max()
+
+
+def test_plain_arrays_and_resultant() -> None:
+    result = cart_result()
+    loads, data = result.carriage_loads, result.data
+    assert np.array_equal(loads[:, :, :3], data["force"].values)
+    assert np.array_equal(loads[:, :, 3:], data["moment"].values)
+    assert data["resultant"].values == pytest.approx(np.hypot(loads[:, :, 1], loads[:, :, 2]), rel=1e-15)
+
+
+def test_the_motion_is_in_the_result_as_it_was_given() -> None:
+    data = rich_result().data
+    rng = np.random.default_rng(3)
+    assert np.array_equal(data["motor_speed"].values, rng.normal(size=100))
+    for name in ("cart_acceleration", "cart_velocity", "cart_position"):
+        assert np.array_equal(data[name].values, rng.normal(size=(100, 3)))
+    assert np.array_equal(data["wrench"].values, 100.0 * rng.normal(size=(100, 6)))
+
+
+def test_derivatives_fit_together() -> None:
+    """Displacement, velocity, acceleration of L are derivatives of each other: trapezoids of short steps."""
+    motion = ref.piece(ref.cycle(), 560, 760)
+    times = np.linspace(motion.time[0], motion.time[-1], 4001)
+    data = simulate(ref.cart(), motion, times=times).data
+    h = np.diff(times)[:, None]
+    for low, high in (("displacement", "velocity"), ("velocity", "acceleration")):
+        rates = data[high].values
+        moved = np.cumsum(0.5 * h * (rates[1:] + rates[:-1]), axis=0)
+        change = data[low].values[1:] - data[low].values[0]
+        assert (
+            np.abs(moved - change).max() <= 2e-3 * np.abs(change).max()
+        )  # (omega h)^2 / 12 of the fast modes
+
+
+# ---- files
+
+
+@pytest.mark.parametrize("ending", WRITERS)
+@pytest.mark.parametrize("make", [cart_result, rich_result])
+def test_files_read_back_bit_by_bit(make: Callable[[], Result], ending: str, tmp_path: Path) -> None:
+    result = make()
+    path = tmp_path / f"loads.{ending}"
+    WRITERS[ending](result, path)
+    again = Result.load(path)
+    assert set(again.data.variables) == set(result.data.variables)
+    for name, quantity in result.data.variables.items():
+        other = again.data.variables[name]
+        assert other.dims == quantity.dims, name
+        assert other.attrs == quantity.attrs, name
+        if quantity.dtype.kind == "f":
+            assert other.dtype == np.float64, name
+            assert other.values.tobytes() == np.ascontiguousarray(quantity.values).tobytes(), name
+        else:
+            assert other.values.tolist() == quantity.values.tolist(), name
+    assert again.data.attrs == result.data.attrs
+    assert again.data.identical(result.data)
+    assert again.machine == result.machine
+    assert again.carriage_loads.tobytes() == result.carriage_loads.tobytes()
+    assert again.modes.frequency.tolist() == result.modes.frequency.tolist()
+    pd.testing.assert_frame_equal(again.peaks(), result.peaks(), check_exact=True)
+    # A file of a file is the same.
+    second = tmp_path / f"second.{ending}"
+    WRITERS[ending](again, second)
+    assert Result.load(second).data.identical(result.data)
+
+
+@pytest.mark.parametrize("ending", WRITERS)
+def test_whole_seconds_and_zeros_stay_numbers_with_a_point(ending: str, tmp_path: Path) -> None:
+    result = simulate(ref.cart(), Motion.along_x([0.0, 1.0, 2.0], [0.0, 0.0, 0.0]))
+    path = tmp_path / f"loads.{ending}"
+    WRITERS[ending](result, path)
+    again = Result.load(path).data
+    for name, quantity in result.data.variables.items():
+        assert again[name].dtype.kind == quantity.dtype.kind, name
+    assert again.identical(result.data)
+    assert again["time"].values.tobytes() == result.data["time"].values.tobytes()
+
+
+@pytest.mark.parametrize("ending", WRITERS)
+def test_paths_may_be_text_and_carriages_may_be_missing(ending: str, tmp_path: Path) -> None:
+    machine = ref.random_machine(3, free=ref.DOFS)
+    result = simulate(machine, ref.random_motion(3))
+    path = str(tmp_path / f"loads.{ending}")
+    WRITERS[ending](result, path)
+    assert Result.load(path).data.identical(result.data)
+
+
+def junk(path: Path) -> None:
+    path.write_bytes(b"\x00\xff\xfejunk\n" * 20)
+
+
+def text(path: Path) -> None:
+    path.write_text("time,load\n0,1\n1,2\n", encoding="utf-8")
+    path.with_suffix(".json").write_text("{}", encoding="utf-8")
+
+
+def empty(path: Path) -> None:
+    path.touch()
+    path.with_suffix(".json").touch()
+
+
+def nothing(path: Path) -> None:
+    del path
+
+
+def folder(path: Path) -> None:
+    path.mkdir()
+
+
+def foreign(path: Path) -> None:
+    """A sound file of its kind that guideload did not write."""
+    if path.suffix == ".parquet":
+        pyarrow.parquet.write_table(pa.table({"time": [0.0, 1.0]}), path)
+    elif path.suffix == ".nc":
+        xr.Dataset({"load": ("time", [1.0, 2.0])}).to_netcdf(path, engine="h5netcdf")
+    else:
+        path.write_text("time\n0.5\n", encoding="utf-8")
+        path.with_suffix(".json").write_text("[1, 2, 3]", encoding="utf-8")
+
+
+def halved(path: Path) -> None:
+    """A file of guideload's that was cut off."""
+    WRITERS[path.suffix[1:]](cart_result(), path)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+
+
+def without_columns(path: Path) -> None:
+    """A file of guideload's from which someone removed columns, or attributes."""
+    WRITERS[path.suffix[1:]](cart_result(), path)
+    if path.suffix == ".parquet":
+        table = pyarrow.parquet.read_table(path)
+        pyarrow.parquet.write_table(table.select(table.column_names[:5]), path)
+    elif path.suffix == ".csv":
+        lines = path.read_text(encoding="utf-8").splitlines()
+        path.write_text("\n".join(line.rsplit(",", 3)[0] for line in lines), encoding="utf-8")
+    else:
+        xr.load_dataset(path, engine="h5netcdf").drop_attrs().to_netcdf(path, engine="h5netcdf")
+
+
+def another_machine(path: Path) -> None:
+    """A file whose machine was edited into one that cannot be."""
+    result = Result(cart_result().machine, cart_result().data.copy())
+    values = json.loads(result.data.attrs["machine"])
+    values["body"]["mass"] = -1.0
+    result.data.attrs["machine"] = json.dumps(values)
+    WRITERS[path.suffix[1:]](result, path)
+
+
+@pytest.mark.parametrize("ending", [*WRITERS, "xyz"])
+@pytest.mark.parametrize(
+    "write", [junk, text, empty, nothing, folder, foreign, halved, without_columns, another_machine]
+)
+def test_what_is_no_result_is_refused_by_name(
+    write: Callable[[Path], None], ending: str, tmp_path: Path
+) -> None:
+    path = tmp_path / f"loads.{ending}"
+    if ending not in WRITERS and write in (halved, without_columns, another_machine):
+        write(path.with_suffix(".csv"))
+        path.with_suffix(".csv").rename(path)
+    else:
+        write(path)
+    with pytest.raises(TraceError) as caught:
+        Result.load(path)
+    assert str(path) in str(caught.value)
+    assert "expected" in str(caught.value)
+
+
+# ---- peaks
+
+
+def test_peaks_are_those_of_plain_numpy() -> None:
+    result = cart_result()
+    loads, table = result.carriage_loads, result.peaks()
+    time = result.data["time"].values
+    static = loads[0]
+    across = np.sqrt(loads[:, :, 1] ** 2 + loads[:, :, 2] ** 2)
+    dynamic = loads - static
+    assert table.index.tolist() == result.data["carriage"].values.tolist()
+    expected = {
+        "peak_resultant_N": across.max(axis=0),
+        "time_of_peak_s": time[across.argmax(axis=0)],
+        "static_resultant_N": np.sqrt(static[:, 1] ** 2 + static[:, 2] ** 2),
+        "dynamic_resultant_N": np.sqrt(dynamic[:, :, 1] ** 2 + dynamic[:, :, 2] ** 2).max(axis=0),
+        "dynamic_moment_Nm": np.sqrt((dynamic[:, :, 3:] ** 2).sum(axis=2)).max(axis=0),
+    }
+    expected |= {f"peak_F{axis}_N": np.abs(loads[:, :, i]).max(axis=0) for i, axis in enumerate("xyz")}
+    expected |= {f"peak_M{axis}_Nm": np.abs(loads[:, :, 3 + i]).max(axis=0) for i, axis in enumerate("xyz")}
+    assert table.columns.tolist() == list(expected)
+    for name, values in expected.items():
+        assert table[name].to_numpy() == pytest.approx(values, rel=1e-12, abs=1e-9), name
+
+
+@pytest.mark.parametrize("method", ["exact", "rk45", "implicit"])
+@pytest.mark.parametrize("scene", [ref.cart, rich_machine])
+def test_peak_loads_are_the_extremes_of_simulate(scene: Callable[[], Machine], method: Any) -> None:
+    machine = scene()
+    motion = ref.random_motion(5, wrench=True, times="ticks", jumps=True)
+    loads = simulate(machine, motion, method).carriage_loads
+    found = peak_loads(machine, motion, method)
+    across = np.hypot(loads[:, :, 1], loads[:, :, 2])
+    magnitude = np.linalg.norm(loads[:, :, 3:], axis=2)
+    all_of_it = np.concatenate([loads, across[:, :, None], magnitude[:, :, None]], axis=2)
+    rounding = 1e-14 * np.abs(all_of_it).max()
+    assert found.carriages == tuple(carriage.name for carriage in machine.carriages)
+    for values, times, best in (
+        (found.smallest, found.time_of_smallest, all_of_it.min(axis=0)),
+        (found.largest, found.time_of_largest, all_of_it.max(axis=0)),
+    ):
+        assert np.abs(values - best).max() <= rounding
+        # At the time it tells, the load is as told, before or after a jump.
+        at = [
+            motion.time.searchsorted(times, side=side) - shift for side, shift in (("left", 0), ("right", 1))
+        ]
+        i, j = np.indices(times.shape)
+        there = np.minimum(*(np.abs(all_of_it[np.clip(k, 0, motion.time.size - 1), i, j] - best) for k in at))
+        assert there.max() <= rounding
+
+
+# ---- nothing that is passed in is kept
+
+
+def test_altering_what_was_passed_in_changes_no_result() -> None:
+    source = ref.piece(ref.noisy(), 500, 700)
+    time, acceleration = source.time.copy(), source.acceleration.copy()
+    wrench, times = np.ones((200, 6)), np.linspace(0.5, 0.69, 50)
+    motion = Motion(time, acceleration, wrench=wrench)
+    result, at_times = simulate(ref.cart(), motion), simulate(ref.cart(), motion, times=times)
+    for array in (time, acceleration, wrench, times):
+        array[:] = -7.0
+    fresh = Motion(source.time, source.acceleration, wrench=np.ones((200, 6)))
+    assert result.data.identical(simulate(ref.cart(), fresh).data)
+    assert at_times.data.identical(simulate(ref.cart(), fresh, times=np.linspace(0.5, 0.69, 50)).data)
+
+
+def test_arrays_of_any_layout_give_the_same() -> None:
+    motion = ref.piece(ref.noisy(), 500, 700)
+    columns = np.asfortranarray(motion.acceleration)
+    wide = np.repeat(np.repeat(motion.acceleration, 2, axis=0), 2, axis=1)[::2, ::2]
+    expected = simulate(ref.cart(), motion).carriage_loads
+    for acceleration in (columns, wide, motion.acceleration.tolist()):
+        again = Motion(motion.time.tolist(), acceleration)
+        assert np.array_equal(simulate(ref.cart(), again).carriage_loads, expected)
+    times = np.repeat(motion.time, 2)[::2]
+    assert simulate(ref.cart(), motion, times=times).data.sizes["time"] == 200
+
+
+@pytest.mark.xfail(strict=True, reason="the core reads an array in Fortran's order as if it were in C's")
+def test_the_core_takes_no_array_in_the_wrong_order() -> None:
+    motion, scene = ref.piece(ref.noisy(), 500, 700), ref.cart().scene
+    columns = np.asfortranarray(motion.acceleration)
+    with pytest.raises(ValueError, match="acceleration: expected a C-contiguous array"):
+        scene.solve(motion.time, columns, method="exact", rtol=1e-6)
+
+
+# ---- the package
+
+
+def test_import_loads_nothing_heavy() -> None:
+    code = "import sys, guideload; print(*sorted({name.split('.')[0] for name in sys.modules}))"
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert "guideload" in loaded
+    heavy = {
+        "pandas",
+        "xarray",
+        "scipy",
+        "matplotlib",
+        "pint",
+        "pydantic",
+        "pyarrow",
+        "h5netcdf",
+        "h5py",
+        "rich",
+    }
+    assert not heavy & set(loaded)
+
+
+def test_every_public_name_resolves() -> None:
+    assert guideload.__all__ == sorted(guideload.__all__)
+    for name in guideload.__all__:
+        assert getattr(guideload, name).__module__.startswith("guideload."), name
+        assert getattr(guideload, name).__doc__, name
+    assert set(guideload.__all__) <= set(dir(guideload))
+    with pytest.raises(AttributeError, match="no attribute 'Simulate'"):
+        guideload.Simulate  # noqa: B018
+
+
+def arguments(function: ast.FunctionDef) -> list[str]:
+    names = [argument.arg for argument in function.args.args] + ["*"] * bool(function.args.kwonlyargs)
+    return names + [argument.arg for argument in function.args.kwonlyargs]
+
+
+def arguments_of(function: Any) -> list[str]:
+    names: list[str] = []
+    for parameter in inspect.signature(function).parameters.values():
+        if parameter.kind is inspect.Parameter.KEYWORD_ONLY and "*" not in names:
+            names.append("*")
+        names.append(parameter.name)
+    return names
+
+
+def test_the_stubs_are_the_exports() -> None:
+    """Names, arguments and their order; mypy.stubtest would take ten times as long as all of this file."""
+    tree = ast.parse((Path(guideload.__file__).parent / "_core.pyi").read_text(encoding="utf-8"))
+    stubs = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef | ast.FunctionDef)}
+    public = {name for name in dir(core) if not name.startswith("_")}
+    assert public == stubs.keys()
+    for name, node in stubs.items():
+        export = getattr(core, name)
+        if isinstance(node, ast.FunctionDef):
+            assert arguments_of(export) == arguments(node), name
+            continue
+        members = {item.name: item for item in node.body if isinstance(item, ast.FunctionDef)}
+        exported = {member for member in vars(export) if not member.startswith("_")}
+        assert exported == members.keys() - {"__new__"}, name
+        for member, stub in members.items():
+            what = vars(export).get(member)
+            if stub.decorator_list:  # a property
+                assert inspect.isgetsetdescriptor(what), member
+            elif member == "__new__":
+                assert arguments_of(export) == arguments(stub)[1:], name
+            else:
+                assert arguments_of(what) == arguments(stub), f"{name}.{member}"
