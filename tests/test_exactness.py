@@ -206,21 +206,7 @@ SCENES: dict[str, tuple[Callable[[], Machine], Callable[[], Motion]]] = {
 }
 
 
-# Not yet: the load of a link is recovered as k d . Phi eta, and where a stiff link hardly moves in a soft mode that
-# product cancels, which costs eps (omega_max / omega_min)^2 of the load at most. The question itself is well posed:
-# one ulp on every input moves these loads by less than 1e-14 (`test_the_question_is_well_posed`).
-CANCELS = ("stiffness spread 1e6", "stiffness spread 1e8, undamped")
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=pytest.mark.xfail(strict=True, reason="cancellation in k d . Phi"))
-        if name in CANCELS
-        else name
-        for name in SCENES
-    ],
-)
+@pytest.mark.parametrize("name", SCENES)
 def test_random_scenes(name: str) -> None:
     machine, motion = (make() for make in SCENES[name])
     require(name, errors(machine, motion, ref.reference(machine, motion)))

@@ -201,7 +201,6 @@ def test_times_at_the_samples_are_the_samples(method: str) -> None:
     assert np.abs(again - loads).max() <= 1e-12 * np.abs(loads).max()
 
 
-@pytest.mark.xfail(strict=True, reason="the core's uniform grid ends an ulp before the last sample")
 def test_the_last_sample_may_be_asked_for_on_every_uniform_grid() -> None:
     time = (np.arange(168) + 37) / 1000.0
     motion = Motion.along_x(time, np.zeros(time.size))

@@ -427,7 +427,6 @@ def test_arrays_of_any_layout_give_the_same() -> None:
     assert simulate(ref.cart(), motion, times=times).data.sizes["time"] == 200
 
 
-@pytest.mark.xfail(strict=True, reason="the core reads an array in Fortran's order as if it were in C's")
 def test_the_core_takes_no_array_in_the_wrong_order() -> None:
     motion, scene = ref.piece(ref.noisy(), 500, 700), ref.cart().scene
     columns = np.asfortranarray(motion.acceleration)

@@ -104,10 +104,10 @@ class Solution:
     def load_scale(self) -> float:
         """The load that the tolerance was relative to, N."""
 
-    def group_loads(self, groups: Groups, centers: Array, part_of_load: str) -> Array:
-        """(time, groups, 6) force [N] and moment about the centre [N m]; part_of_load: total, elastic or damping."""
+    def group_loads(self, groups: Groups, centers: Array, part: str) -> Array:
+        """(time, groups, 6) force [N] and moment about the centre [N m]; part: total, elastic or damping."""
 
-    def link_loads(self, part_of_load: str) -> Array:
+    def link_loads(self, part: str) -> Array:
         """(time, links) N along each link."""
 
     def position(self) -> Array:

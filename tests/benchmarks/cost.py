@@ -1,28 +1,33 @@
-"""What a run costs and how right it is, beside what others take for the same job: `python tests/benchmarks/cost.py`.
+"""What a run costs and how right it is, beside what others take for the same: `python tests/benchmarks/cost.py`.
 
-Four carriages, 16 links, 5 free dofs, 7062 samples at 1 kHz: the yardstick's `cart` on `cycle` (clean) and `noisy`
-(the same with 0.1 m/s2 rms of white noise, a kink at every sample). guideload is timed by its public calls:
-`simulate(machine, motion, method=...)` with `.carriage_loads`, which holds force and moment of every carriage (24
-histories), and `peak_loads`. The peers (see peers.py) give the 8 histories of force along y and z, all but the one
-written by hand in Numba, which gives all 24. numba and pydiffsol are left out where they are not installed.
+Four carriages, 16 links, 5 free dofs, 7062 samples at 1 kHz: the yardstick's `cart` on its `cycle` (clean) and on
+`noisy` (0.1 m/s2 rms of white noise on top, so that every sample is a kink). guideload is timed by its public calls:
+`simulate(machine, motion, method=...)` with `.carriage_loads`, the 24 histories of force and moment of all
+carriages, and `peak_loads`. The peers (peers.py says what each does) give the 8 histories of force along y and z;
+only the one written by hand in Numba gives all 24. numba and pydiffsol are left out where they are not installed.
 
-All take turns in one process on one thread, after a first call each; times are medians. Calls under 0.1 s are timed
-5 times a turn in 15 turns, others once in 3. An error is the largest difference of any carriage's y or z force to
-method "exact", over the largest such force: with the static part, and without it (dynamic). "exact" itself is held
-against lsim with matrices assembled anew in NumPy, so the two lines show the same figure. Of the peaks, the
-difference is that to the extremes of the history.
+All take turns in one process, on one thread, after a first call each; times are medians. Calls under 0.1 s are timed
+5 times in each of 15 turns, others once in 3 of them. The spread is that between the quartiles; ratios to solve_ivp
+RK45 are to the quicker of its two calls.
 
-Then fresh processes: `import guideload` (names are imported when first used, so the names a script needs are timed
-too), and the whole of `guideload run --no-pictures` on 25 s of 1 kHz cart velocity.
+An error is the largest difference of any carriage's y or z force to method "exact", as a part of the largest such
+force: of the whole force, and of its dynamic part. "exact" is held against lsim on matrices assembled anew in NumPy,
+so these two show the same figures. Of peaks, the difference is that to the extremes of the history.
+
+Then fresh processes: `import guideload` (its names are imported when first used, so those that a script needs are
+timed too), and the whole of `guideload run --no-pictures` on 25 s of cart velocity at 1 kHz.
 """
 
 from __future__ import annotations
 
 import os
 
-for _library in ("OPENBLAS", "OMP", "MKL", "RAYON", "NUMBA"):  # read when NumPy and the others are imported
-    os.environ[f"{_library}_NUM_THREADS"] = "1"
+# One thread each; read when NumPy and the others are imported.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+os.environ["OMP_NUM_THREADS"] = "1"
+os.environ["MKL_NUM_THREADS"] = "1"
 os.environ["VECLIB_MAXIMUM_THREADS"] = "1"
+os.environ["RAYON_NUM_THREADS"] = "1"
 
 import gc
 import platform
@@ -37,79 +42,257 @@ from dataclasses import dataclass, field
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import scipy
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from peers import RTOL, Array, Problem, peers, problem
+from peers import LSIM, RK45, RTOL, Array, found_peers, problem
 from reference import cart, cycle, noisy
 
 from guideload import Machine, Motion, peak_loads, simulate
+from guideload.result import Peaks
+from guideload.simulation import Method
 
 TURNS, CALLS = 15, 5
-SLOW = 0.1  # s, a call from which on it is timed once in every fifth turn
+SLOW, EVERY = 0.1, 5  # s, from which on a call is timed once, and in every fifth turn only
+METHODS = [method for method in get_args(Method) if method != "auto"]
 EXACT = "guideload exact"
-LSIM = "scipy.signal.lsim"
-RK45 = ("solve_ivp RK45", "solve_ivp RK45, max_step 1 ms")
+NAMES = "from guideload import Machine, motion_from_trace, read_trace, simulate"
 
-# What issue 2 asks: seconds, or ratio of noisy to clean.
+# What issue 2 asks: s on the clean motion, noisy to clean, s.
 LIMITS = {EXACT: 0.4e-3, "guideload rk45": 3e-3, "guideload implicit": 8e-3}
 NOISE_LIMIT, IMPORT_LIMIT, RUN_LIMIT = 1.3, 0.3, 1.5
 
 
 @dataclass(eq=False)
 class Job:
-    """One method on one motion: the call, its times [s], and its loads on y and z or their extremes."""
+    """One method on one motion."""
 
-    call: Callable[[], Any]
-    first: float = 0.0
-    times: list[float] = field(default_factory=list)
-    histories: str = ""
-    error: float = 0.0
-    dynamic_error: float = 0.0
+    call: Callable[[], Array | Peaks]
+    histories: str  # how many a call gives
+    first: float  # s, of preparation and first call, with all that is compiled or imported then
+    error: float  # of the whole force
+    dynamic_error: float
+    times: list[float] = field(default_factory=list)  # s
 
     @property
     def median(self) -> float:
         return statistics.median(self.times)
 
 
+Jobs = dict[str, Job]
+
+
 def main() -> None:
-    """Measure everything, print it."""
-    machine, motions = cart(), {"clean": cycle(), "noisy": noisy()}
-    jobs, missing = {}, []
-    for name, motion in motions.items():
-        jobs[name], missing = jobs_of(machine, motion)
-    measure([job for of in jobs.values() for job in of.values()])
-    for name, of in jobs.items():
-        print_details(name, of)
+    """Measure all, print all."""
+    machine = cart()
+    clean, missing = jobs_of(machine, cycle())
+    noise, _ = jobs_of(machine, noisy())
+    measure([*clean.values(), *noise.values()])
+    imports = {"import guideload": import_time("import guideload"), NAMES: import_time(NAMES)}
+    whole, bare = run_time()
+    print_details("clean", clean)
+    print_details("noisy", noise)
     if missing:
         print(f"left out, not installed: {', '.join(missing)}\n")
-    importing = [import_time(statement) for statement in ("guideload", NAMES)]
-    whole, bare = run_time()
-    print_markdown(jobs["clean"], jobs["noisy"], importing, whole, bare)
-    print_limits(jobs["clean"], jobs["noisy"], importing[0], whole)
+    print_markdown(clean, noise)
+    for statement, seconds in imports.items():
+        print(f"- `{statement}`: {seconds:.3f} s")
+    print(f"- `guideload run --no-pictures` on 25 s at 1 kHz: {whole:.2f} s (a bare Python: {bare:.2f} s)")
+    print_limits(clean, noise, imports["import guideload"], whole)
 
 
-def jobs_of(machine: Machine, motion: Motion) -> tuple[dict[str, Job], list[str]]:
-    """All jobs on a motion, each called once and held against "exact"."""
-    jobs: dict[str, Job] = {}
-    for method in ("exact", "rk45", "implicit"):
-        jobs[f"guideload {method}"] = started(partial(history, machine, motion, method))
-    for method in ("exact", "rk45", "implicit"):
-        jobs[f"guideload {method}, peaks"] = started(partial(extremes, machine, motion, method))
-    given: Problem = problem(machine, motion)
-    others, missing = peers()
-    for name, peer in others.items():
-        jobs[name] = started(lambda peer=peer: peer(given))
+# ---- in process
+
+
+def jobs_of(machine: Machine, motion: Motion) -> tuple[Jobs, list[str]]:
+    """All jobs on a motion, each called once; and the packages that are not installed."""
+    exact = histories(machine, motion, "exact")[:, :, 1:3]
+    jobs = {f"guideload {m}": started(partial(histories, machine, motion, m), exact) for m in METHODS}
+    jobs |= {f"guideload {m}, peaks": started(partial(peaks, machine, motion, m), exact) for m in METHODS}
+    given = problem(machine, motion)
+    peers, missing = found_peers()
+    for name, peer in peers.items():
+        start = time.perf_counter()
+        call = peer(given)
+        jobs[name] = started(call, exact, time.perf_counter() - start)
+    jobs[EXACT].error, jobs[EXACT].dynamic_error = jobs[LSIM].error, jobs[LSIM].dynamic_error
     return jobs, missing
 
 
-def history(machine: Machine, motion: Motion, method: Any) -> Callable[[], Array]:
-    return lambda: simulate(machine, motion, method=method, rtol=RTOL).carriage_loads
+def histories(machine: Machine, motion: Motion, method: Method) -> Array:
+    return simulate(machine, motion, method=method, rtol=RTOL).carriage_loads
 
 
-def extremes(machine: Machine, motion: Motion, method: Any) -> Callable[[], Any]:
-    return lambda: peak_loads(machine, motion, method=method, rtol=RTOL)
+def peaks(machine: Machine, motion: Motion, method: Method) -> Peaks:
+    return peak_loads(machine, motion, method=method, rtol=RTOL)
+
+
+def started(call: Callable[[], Array | Peaks], exact: Array, prepared: float = 0.0) -> Job:
+    """A job called once and held against the y and z forces `exact`, (time, carriage, 2)."""
+    start = time.perf_counter()
+    given = call()
+    first = prepared + time.perf_counter() - start
+    if isinstance(given, Peaks):
+        differences = [given.smallest[:, 1:3] - exact.min(axis=0), given.largest[:, 1:3] - exact.max(axis=0)]
+        count = "peaks"
+    else:
+        differences = [(given[:, :, 1:3] if given.shape[2] == 6 else given) - exact]
+        count = str(given[0].size)
+    worst = max(float(np.abs(difference).max()) for difference in differences)
+    dynamic = exact - exact[0]  # all motions begin at rest
+    return Job(call, count, first, worst / np.abs(exact).max(), worst / np.abs(dynamic).max())
+
+
+def measure(jobs: list[Job]) -> None:
+    """Let all jobs take turns, so that what else the machine does hits them alike."""
+    slow = {id(job): timed(job.call) > SLOW for job in jobs}
+    gc.disable()
+    for turn in range(TURNS):
+        for job in jobs:
+            if not slow[id(job)]:
+                job.times += [timed(job.call) for _ in range(CALLS)]
+            elif turn % EVERY == 0:
+                job.times.append(timed(job.call))
+        gc.collect()
+    gc.enable()
+
+
+def timed(call: Callable[[], Any]) -> float:
+    """Seconds that a call takes."""
+    start = time.perf_counter()
+    given = call()
+    seconds = time.perf_counter() - start
+    del given  # freed outside
+    return seconds
+
+
+# ---- processes
+
+
+def import_time(statement: str, runs: int = 7) -> float:
+    """Seconds of an import in a fresh process, median."""
+    code = f"import time; start = time.perf_counter(); {statement}; print(time.perf_counter() - start)"
+
+    def once() -> float:
+        done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+        return float(done.stdout)
+
+    once()
+    return statistics.median(once() for _ in range(runs))
+
+
+def run_time(runs: int = 5) -> tuple[float, float]:
+    """Seconds of `guideload run` on 25 s of 1 kHz data as a whole process, and of a bare Python; medians."""
+    program = shutil.which("guideload", path=str(Path(sys.executable).parent))
+    if program is None:
+        sys.exit(f"no command guideload beside {sys.executable}: install the package with that Python's pip")
+
+    def once(*command: str) -> float:
+        return timed(lambda: subprocess.run(command, check=True, capture_output=True))
+
+    with tempfile.TemporaryDirectory() as folder:
+        trace, out = Path(folder) / "trace.csv", Path(folder) / "out"
+        write_trace(trace)
+        machine = str(files("guideload") / "examples" / "manipulator.toml")
+        command = (program, "run", machine, str(trace), "-o", str(out), "--no-pictures", "--overwrite")
+        once(*command)
+        whole = statistics.median(once(*command) for _ in range(runs))
+    return whole, statistics.median(once(sys.executable, "-c", "pass") for _ in range(runs))
+
+
+def write_trace(path: Path) -> None:
+    """25 s of cycles: cart velocity in steps of 0.1 mm/s, as an encoder gives it."""
+    acceleration = cycle().acceleration[:, 0]
+    velocity = np.concatenate([[0.0], np.cumsum(0.5 * (acceleration[1:] + acceleration[:-1]) * 1e-3)])
+    stamps = np.arange(25_000) / 1000.0
+    rows = np.column_stack([stamps, np.resize(np.round(velocity * 1e3, 1), stamps.size)])
+    np.savetxt(
+        path, rows, delimiter=",", header="time_s,velocity_mm_per_s", comments="", fmt=("%.3f", "%.1f")
+    )
+
+
+# ---- tables
+
+
+def quicker_rk45(jobs: Jobs) -> float:
+    return min(jobs[name].median for name in RK45)
+
+
+def print_details(title: str, jobs: Jobs) -> None:
+    """A line per job."""
+    lsim, rk45 = jobs[LSIM].median, quicker_rk45(jobs)
+    columns = ("ms", "spread", "first ms", "lsim / it", "RK45 / it", "histories", "error", "dynamic")
+    print(f"{title:32}" + "".join(f"{column:>11}" for column in columns))
+    for name, job in jobs.items():
+        low, high = np.percentile(job.times, [25.0, 75.0])
+        cells = [
+            f"{job.median * 1e3:.3f}",
+            f"{(high - low) / job.median:.0%}",
+            f"{job.first * 1e3:.1f}",
+            short(lsim / job.median),
+            short(rk45 / job.median),
+            job.histories,
+            part(job.error),
+            part(job.dynamic_error),
+        ]
+        print(f"{name:32}" + "".join(f"{cell:>11}" for cell in cells))
+    print()
+
+
+def print_markdown(clean: Jobs, noise: Jobs) -> None:
+    """The table for the README."""
+    print(
+        "| | clean | noisy | noisy / clean | times as fast as lsim | as solve_ivp RK45 | error, dynamic part |"
+    )
+    print("|---|---:|---:|---:|---:|---:|---:|")
+    for name, job in clean.items():
+        other = noise[name]
+        pairs = (
+            f"{short(job.median * 1e3)} ms",
+            f"{short(other.median * 1e3)} ms",
+            f"{other.median / job.median:.2f}",
+            f"{short(clean[LSIM].median / job.median)}, {short(noise[LSIM].median / other.median)}",
+            f"{short(quicker_rk45(clean) / job.median)}, {short(quicker_rk45(noise) / other.median)}",
+            f"{part(job.dynamic_error)}, {part(other.dynamic_error)}",
+        )
+        print(f"| {name} | {' | '.join(pairs)} |")
+    versions = f"Python {platform.python_version()}, NumPy {np.__version__}, SciPy {scipy.__version__}"
+    print("\nWhere a cell has two figures: clean, noisy. `cart`, 7062 samples, rtol 1e-6, one thread of")
+    print(f"{processor()}; {versions}.\n")
+
+
+def print_limits(clean: Jobs, noise: Jobs, importing: float, whole: float) -> None:
+    """What issue 2 asks and what was found."""
+    found = [(f"{name}, ms", clean[name].median * 1e3, limit * 1e3) for name, limit in LIMITS.items()]
+    ratios = {name: noise[name].median / clean[name].median for name in LIMITS}
+    found += [(f"{name}, noisy / clean", ratio, NOISE_LIMIT) for name, ratio in ratios.items()]
+    found += [("import guideload, s", importing, IMPORT_LIMIT), ("guideload run, s", whole, RUN_LIMIT)]
+    print("\nasked in issue 2")
+    for what, value, limit in found:
+        print(f"  {what:36}{value:8.3f} of {limit:g}{'' if value <= limit else '   MISSED'}")
+
+
+def short(value: float) -> str:
+    """Two digits, three from 100 on, and no exponent."""
+    return f"{float(f'{value:.3g}'):.0f}" if value >= 10.0 else f"{value:.2g}"
+
+
+def part(value: float) -> str:
+    """An error as a part of something."""
+    return f"{value:.0e}" if value else "0"
+
+
+def processor() -> str:
+    """The processor's name."""
+    info = Path("/proc/cpuinfo")  # of Linux; platform knows no more than "x86_64" there
+    lines = info.read_text().splitlines() if info.exists() else []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+if __name__ == "__main__":
+    main()

@@ -53,6 +53,13 @@ pub enum SceneError {
     NothingFree,
     /// No link.
     NoLinks,
+    /// More links than there is room for without an allocator.
+    TooManyLinks {
+        /// That room.
+        room: usize,
+        /// Links of the scene.
+        got: usize,
+    },
     /// The links leave a motion of the free degrees of freedom unresisted.
     Unsupported {
         /// That motion `(u, φ)`, largest entry 1.
@@ -92,6 +99,12 @@ impl fmt::Display for SceneError {
             }
             Self::NothingFree => f.write_str("free: expected at least one of x y z rx ry rz, got none"),
             Self::NoLinks => f.write_str("links: expected at least one, got none"),
+            Self::TooManyLinks { room, got } => {
+                write!(
+                    f,
+                    "links: expected up to {room} without an allocator, got {got}; build with the feature std"
+                )
+            }
             Self::Unsupported { motion, count } => {
                 f.write_str("the body is not supported: nothing resists ")?;
                 write_motion(f, motion)?;

@@ -8,8 +8,12 @@ use crate::system::{Input, joined};
 /// Times of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Knots<'a> {
-    Uniform { start: f64, step: f64, count: usize },
-    At(&'a [f64]),
+    Every {
+        start: f64,
+        step: f64,
+    },
+    /// With the step if they are uniform to within their rounding.
+    At(&'a [f64], Option<f64>),
 }
 
 /// Acceleration of L and external load over time.
@@ -24,7 +28,7 @@ pub struct Excitation<'a> {
 
 impl<'a> Excitation<'a> {
     /// Samples at `time` s: `acceleration` of L (x y z, m/s²) and, if any, an external load `wrench` on the body (force in N
-    /// and moment about L in N m). Times that are uniform to within their own rounding are taken as exactly so.
+    /// and moment about L in N m). Intervals between times that are uniform to within their rounding are taken as equal.
     ///
     /// # Errors
     /// [`ExcitationError`] names the sample that is out of order, not finite or repeated, or the history that is short.
@@ -60,7 +64,7 @@ impl<'a> Excitation<'a> {
         if step <= 0.0 {
             return Err(ExcitationError::Order { index: 1, before: start, got: start + step });
         }
-        let knots = Knots::Uniform { start, step, count: acceleration.len() };
+        let knots = Knots::Every { start, step };
         Self { knots, acceleration, wrench: None }.checked()
     }
 
@@ -92,8 +96,8 @@ impl<'a> Excitation<'a> {
     #[inline(always)]
     pub fn time(&self, k: usize) -> f64 {
         match self.knots {
-            Knots::Uniform { start, step, .. } => start + step * k as f64,
-            Knots::At(time) => time[k],
+            Knots::Every { start, step } => start + step * k as f64,
+            Knots::At(time, _) => time[k],
         }
     }
 
@@ -101,8 +105,8 @@ impl<'a> Excitation<'a> {
     #[inline(always)]
     pub fn interval(&self, k: usize) -> f64 {
         match self.knots {
-            Knots::Uniform { step, .. } => step,
-            Knots::At(time) => time[k + 1] - time[k],
+            Knots::Every { step, .. } | Knots::At(_, Some(step)) => step,
+            Knots::At(time, None) => time[k + 1] - time[k],
         }
     }
 
@@ -201,7 +205,7 @@ fn check_order(time: &[f64]) -> Result<(), ExcitationError> {
 fn knots(time: &[f64]) -> Knots<'_> {
     let count = time.len();
     if count < 2 {
-        return Knots::At(time);
+        return Knots::At(time, None);
     }
     let (start, end) = (time[0], time[count - 1]);
     let step = (end - start) / (count - 1) as f64;
@@ -210,5 +214,5 @@ fn knots(time: &[f64]) -> Knots<'_> {
     // A 32-bit index converts to a double in one vector instruction.
     let on_grid = |(k, t): (u32, &f64)| (start + step * f64::from(k) - t).abs() <= rounding;
     let uniform = step > 0.0 && u32::try_from(count).is_ok() && every((0..).zip(time), on_grid);
-    if uniform { Knots::Uniform { start, step, count } } else { Knots::At(time) }
+    Knots::At(time, uniform.then_some(step))
 }

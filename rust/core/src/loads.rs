@@ -6,7 +6,7 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::dof::Dof;
 use crate::float::add_scaled;
-use crate::link::Link;
+use crate::rows::Row;
 use crate::simd::{Kernel, widest};
 use crate::system::{Input, NO_FORCE, State, System};
 
@@ -72,48 +72,49 @@ impl<const ROWS: usize> Recovery<ROWS> {
         out
     }
 
-    /// Adds `factor` times the load of a link, as a multiple of `direction`.
-    fn add_link(&mut self, system: &System, link: &Link, part: Part, direction: &[f64; ROWS]) {
+    /// Adds the load of a link, as a multiple of `direction`.
+    fn add_link(&mut self, system: &System, row: &Row, part: Part, direction: &[f64; ROWS]) {
         if part != Part::Damping {
-            let row = system.elastic_row(link);
-            let rest: f64 = row.iter().zip(system.rest()).map(|(r, s)| r * s).sum();
-            for i in 0..ROWS {
-                self.constant[i] += direction[i] * rest;
-                for mode in 0..6 {
-                    self.by_state[mode][i] += direction[i] * row[mode];
-                }
+            let rest: f64 = row.elastic.iter().zip(system.rest()).map(|(r, s)| r * s).sum();
+            add_scaled(&mut self.constant, direction, rest);
+            for (column, load) in self.by_state[..6].iter_mut().zip(row.elastic) {
+                add_scaled(column, direction, load);
             }
         }
         if part != Part::Elastic {
-            let row = system.damping_row(link);
-            for i in 0..ROWS {
-                for mode in 0..6 {
-                    self.by_state[6 + mode][i] += direction[i] * row[mode];
-                }
+            for (column, load) in self.by_state[6..].iter_mut().zip(row.damping) {
+                add_scaled(column, direction, load);
             }
         }
     }
 }
 
-/// The load of one link along its direction, N.
-pub fn link_load(system: &System, link: &Link, part: Part) -> Axial {
+/// The load of one link, by its index in the scene, along its direction, N.
+///
+/// # Panics
+/// If there is no such link.
+pub fn link_load(system: &System, link: usize, part: Part) -> Axial {
     let mut load = Axial::NOTHING;
-    load.add_link(system, link, part, &[1.0]);
+    load.add_link(system, &system.rows()[link], part, &[1.0]);
     load
 }
 
-/// The load of a group of links (a carriage, a rail) as a force and a moment about `center` (m from L).
-pub fn group_load<'l>(
+/// The load of a group of links (a carriage, a rail), by their indices in the scene, as a force and a moment about `center` (m from L).
+///
+/// # Panics
+/// If there is no such link.
+pub fn group_load(
     system: &System,
-    links: impl IntoIterator<Item = &'l Link>,
+    links: impl IntoIterator<Item = usize>,
     center: Vector3<f64>,
     part: Part,
 ) -> Wrench {
     let mut load = Wrench::NOTHING;
-    for link in links {
-        let o = link.direction();
-        let m = (link.point() - center).cross(&o);
-        load.add_link(system, link, part, &[o.x, o.y, o.z, m.x, m.y, m.z]);
+    for index in links {
+        let row = &system.rows()[index];
+        let o = row.link.direction();
+        let m = (row.link.point() - center).cross(&o);
+        load.add_link(system, row, part, &[o.x, o.y, o.z, m.x, m.y, m.z]);
     }
     load
 }
@@ -157,7 +158,7 @@ pub fn acceleration(system: &System) -> Wrench {
 /// Reaction of the held degrees of freedom, that of a held x being the drive force: N, N m (eqs. 34-36 solved for F); zero for the
 /// free ones.
 ///
-/// `reaction = (M q'' + M_u a - Q - E + C q' + K q)` in the held rows.
+/// `reaction = M q'' + M_u a - Q - E + C q' + K q` in the held rows; the last two are the loads of all links about L.
 pub fn reaction(system: &System) -> Wrench {
     let matrices = system.matrices();
     let mut out = Wrench { by_input_at_all: true, ..Wrench::NOTHING };
@@ -175,8 +176,7 @@ pub fn reaction(system: &System) -> Wrench {
         }
     };
     add(&matrices.mass, &acceleration(system));
-    add(&matrices.damping, &velocity(system));
-    add(&matrices.stiffness, &position(system));
+    add(&Matrix6::identity(), &group_load(system, 0..system.rows().len(), Vector3::zeros(), Part::Total));
     let mut outside = Wrench::NOTHING;
     outside.constant = (-matrices.weight).into();
     for axis in 0..3 {

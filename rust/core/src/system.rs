@@ -9,16 +9,17 @@
 //!
 //! `|s|² / 2` is the energy of the motion, so without damping the system matrix is skew and with damping it only
 //! dissipates: nothing in it depends on whether lengths are metres or millimetres, and small motion is not lost beside
-//! the sag. Modes come from the link rows by one-sided Jacobi (Demmel & Veselić 1992), without squaring them into K, so that
-//! soft directions keep their digits beside stiff ones.
+//! the sag.
 
 use nalgebra::{Matrix6, Vector6};
 
 use crate::assemble::{Matrices, assemble};
 use crate::dof::Free;
 use crate::error::SceneError;
-use crate::float::{add_scaled, fma, sqrt};
+use crate::factor::{Modes, factor};
+use crate::float::{add_scaled, fma};
 use crate::link::Link;
+use crate::rows::{Row, Rows};
 use crate::scene::Scene;
 
 /// Deviation from the static position in energy coordinates: `ω η` (six), then `η'` (six), both in √J. Entries past the number
@@ -40,11 +41,8 @@ pub fn joined([x, y, z]: [f64; 3], [a, b, c, d, e, f]: [f64; 6]) -> Input {
     [x, y, z, a, b, c, d, e, f]
 }
 
-/// A frequency below this fraction of the highest counts as no support: rounding leaves 1e-15, real machines span 1e6.
-const UNSUPPORTED: f64 = 1e-12;
-
 /// A linear scene, ready to integrate.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct System {
     matrices: Matrices,
     free: Free,
@@ -55,45 +53,48 @@ pub struct System {
     /// Columns of the influence of an [`Input`] on f.
     influence: [Force; 9],
     rest: [f64; 6],
+    rows: Rows,
 }
 
 impl System {
     /// Assembles a scene, finds its modes and its static equilibrium `K q = Q` (section 3.5).
     ///
     /// # Errors
-    /// [`SceneError::Unsupported`] names the motion that no link resists.
+    /// [`SceneError::Unsupported`] names the motion that no link resists; [`SceneError::TooManyLinks`] only without `std`.
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
         let matrices = assemble(scene);
-        let n = scene.free().count();
-        let (shapes, frequency) = modes(scene, &matrices);
-        let highest = frequency[..n].iter().copied().fold(0.0, f64::max);
-        let loose = frequency[..n].iter().filter(|&&w| w <= UNSUPPORTED * highest).count();
-        if loose > 0 {
-            return Err(SceneError::Unsupported { motion: plainest_motion(&shapes, loose), count: loose });
-        }
+        let mut rows = Rows::new(scene.links())?;
+        let Modes { shapes, frequency } = factor(scene, &matrices.mass, rows.all_mut())?;
         let mut damping = [[0.0; 6]; 6];
-        for link in scene.links() {
-            let d = shapes.transpose() * link.row();
+        for row in rows.all().iter().filter(|row| row.link.damping() > 0.0) {
             for (j, column) in damping.iter_mut().enumerate() {
-                for (i, entry) in column.iter_mut().enumerate() {
-                    *entry += link.damping() * d[i] * d[j];
-                }
+                add_scaled(column, &row.damping, row.damping[j] / row.link.damping());
             }
         }
         let mut influence = [NO_FORCE; 9];
-        for axis in 0..3 {
-            let column = shapes.transpose() * -matrices.mass.column(axis);
-            influence[axis][..6].copy_from_slice(column.as_slice());
-        }
-        for axis in 0..6 {
-            influence[3 + axis][..6].copy_from_slice(shapes.row(axis).transpose().as_slice());
+        for (axis, column) in influence.iter_mut().enumerate() {
+            let force = match axis {
+                0..3 => -matrices.mass.column(axis),
+                _ => Matrix6::identity().column(axis - 3).into_owned(),
+            };
+            column[..6].copy_from_slice((shapes.transpose() * force).as_slice());
         }
         let weight = shapes.transpose() * matrices.weight;
         let mut rest = [0.0; 6];
-        for mode in 0..n {
+        for mode in 0..scene.free().count() {
             rest[mode] = weight[mode] / frequency[mode];
         }
-        Ok(Self { matrices, free: scene.free(), shapes, frequency, damping, influence, rest })
+        Ok(Self { matrices, free: scene.free(), shapes, frequency, damping, influence, rest, rows })
+    }
+
+    /// The links, in the order of the scene.
+    pub fn links(&self) -> impl ExactSizeIterator<Item = &Link> {
+        self.rows.all().iter().map(|row| &row.link)
+    }
+
+    /// The links with their loads in the modes.
+    pub(crate) fn rows(&self) -> &[Row] {
+        self.rows.all()
     }
 
     /// The matrices of all six degrees of freedom.
@@ -150,21 +151,6 @@ impl System {
         &self.influence
     }
 
-    /// Elastic load of a link per unit of each `ω η`, N/√J: `k d·Φ / ω`.
-    pub(crate) fn elastic_row(&self, link: &Link) -> [f64; 6] {
-        let d = self.shapes.transpose() * link.row();
-        let mut row = [0.0; 6];
-        for mode in 0..self.mode_count() {
-            row[mode] = link.stiffness() * d[mode] / self.frequency[mode];
-        }
-        row
-    }
-
-    /// Damping load of a link per unit of each `η'`, N/√J: `b d·Φ`.
-    pub(crate) fn damping_row(&self, link: &Link) -> [f64; 6] {
-        (self.shapes.transpose() * link.row() * link.damping()).into()
-    }
-
     /// Rate of change of a state under the modal force `force`.
     #[inline(always)]
     pub(crate) fn rate(&self, state: &State, force: &Force) -> State {
@@ -182,144 +168,4 @@ impl System {
         rate[6..].copy_from_slice(&slow);
         rate
     }
-}
-
-/// Undamped mode shapes (mass-normalised, in the first columns) and angular frequencies, ascending.
-fn modes(scene: &Scene, matrices: &Matrices) -> (Matrix6<f64>, [f64; 6]) {
-    let free = scene.free();
-    let n = free.count();
-    let mut dofs = [0; 6];
-    for (slot, dof) in dofs.iter_mut().zip(free.iter()) {
-        *slot = dof as usize;
-    }
-    // M_ff = L Lᵀ; what is past n is the identity.
-    let mut lower = Matrix6::identity();
-    for j in 0..n {
-        for i in j..n {
-            let mut sum = matrices.mass[(dofs[i], dofs[j])];
-            for k in 0..j {
-                sum -= lower[(i, k)] * lower[(j, k)];
-            }
-            lower[(i, j)] = if i == j { sqrt(sum) } else { sum / lower[(j, j)] };
-        }
-    }
-    // The rows √k d folded into a triangle R with K_ff = Rᵀ R, one Givens rotation per entry.
-    let mut triangle = Matrix6::<f64>::zeros();
-    for link in scene.links() {
-        let d = link.row() * sqrt(link.stiffness());
-        let mut row = [0.0; 6];
-        for i in 0..n {
-            row[i] = d[dofs[i]];
-        }
-        for i in 0..n {
-            let length = libm::hypot(triangle[(i, i)], row[i]);
-            if length == 0.0 {
-                continue;
-            }
-            let (cos, sin) = (triangle[(i, i)] / length, row[i] / length);
-            for j in i..n {
-                let (above, below) = (triangle[(i, j)], row[j]);
-                triangle[(i, j)] = cos * above + sin * below;
-                row[j] = cos * below - sin * above;
-            }
-        }
-    }
-    // R L⁻ᵀ: its right singular vectors are the modes, its singular values the frequencies.
-    let mut work = triangle;
-    for j in 0..n {
-        for k in 0..j {
-            let factor = lower[(j, k)];
-            for i in 0..n {
-                work[(i, j)] -= work[(i, k)] * factor;
-            }
-        }
-        for i in 0..n {
-            work[(i, j)] /= lower[(j, j)];
-        }
-    }
-    let mut turned = Matrix6::identity();
-    one_sided_jacobi(&mut work, &mut turned, n);
-
-    let mut order = [0, 1, 2, 3, 4, 5];
-    let mut length = [0.0; 6];
-    for j in 0..n {
-        length[j] = work.column(j).norm();
-    }
-    order[..n].sort_unstable_by(|&a, &b| length[a].total_cmp(&length[b]));
-    let mut shapes = Matrix6::zeros();
-    let mut frequency = [0.0; 6];
-    for mode in 0..n {
-        frequency[mode] = length[order[mode]];
-        // L⁻ᵀ v by back substitution.
-        let mut v = turned.column(order[mode]).into_owned();
-        for i in (0..n).rev() {
-            for k in i + 1..n {
-                v[i] -= lower[(k, i)] * v[k];
-            }
-            v[i] /= lower[(i, i)];
-            shapes[(dofs[i], mode)] = v[i];
-        }
-    }
-    (shapes, frequency)
-}
-
-/// Turns the first n columns of `work` orthogonal by plane rotations, which `turned` collects.
-fn one_sided_jacobi(work: &mut Matrix6<f64>, turned: &mut Matrix6<f64>, n: usize) {
-    // Quadratic convergence: five or six sweeps settle a 6 x 6; the bound is for a matrix of rounding noise.
-    for _ in 0..30 {
-        let mut settled = true;
-        for p in 0..n {
-            for q in p + 1..n {
-                let (a, b) = (work.column(p).norm_squared(), work.column(q).norm_squared());
-                let c = work.column(p).dot(&work.column(q));
-                if c.abs() <= f64::EPSILON * sqrt(a) * sqrt(b) {
-                    continue;
-                }
-                settled = false;
-                let zeta = (b - a) / (2.0 * c);
-                let tan = libm::copysign(1.0, zeta) / (zeta.abs() + libm::hypot(1.0, zeta));
-                let cos = 1.0 / libm::hypot(1.0, tan);
-                let sin = cos * tan;
-                for matrix in [&mut *work, &mut *turned] {
-                    for i in 0..6 {
-                        let (x, y) = (matrix[(i, p)], matrix[(i, q)]);
-                        matrix[(i, p)] = cos * x - sin * y;
-                        matrix[(i, q)] = sin * x + cos * y;
-                    }
-                }
-            }
-        }
-        if settled {
-            return;
-        }
-    }
-}
-
-/// Of the motions spanned by the first `count` shapes the one with the fewest components, largest entry 1.
-fn plainest_motion(shapes: &Matrix6<f64>, count: usize) -> Vector6<f64> {
-    let mut span = *shapes;
-    // Echelon form: each pivot row is cleared in all other columns.
-    let mut cleared = [false; 6];
-    for column in 0..count {
-        let mut pivot = 0;
-        let mut largest = -1.0;
-        for row in 0..6 {
-            let size = span[(row, column)].abs();
-            if !cleared[row] && size > largest {
-                (pivot, largest) = (row, size);
-            }
-        }
-        cleared[pivot] = true;
-        let scaled = span.column(column) / span[(pivot, column)];
-        span.set_column(column, &scaled);
-        for other in (0..count).filter(|&other| other != column) {
-            let reduced = span.column(other) - scaled * span[(pivot, other)];
-            span.set_column(other, &reduced);
-        }
-    }
-    let components = |column: usize| span.column(column).iter().filter(|x| x.abs() > 1e-9).count();
-    let plainest = (0..count).min_by_key(|&column| components(column)).unwrap_or(0);
-    let motion = span.column(plainest).into_owned();
-    let motion = motion.map(|x| if x.abs() > 1e-9 { x } else { 0.0 });
-    motion / motion.amax()
 }

@@ -65,6 +65,10 @@ pub fn rows<'a, const N: usize>(
         let message = format!("{name}: expected shape (n, {N}), got ({}, {})", shape[0], shape[1]);
         return Err(PyValueError::new_err(message));
     }
+    // `as_slice` alone takes columns that lie one after the other for rows.
+    if !array.is_c_contiguous() {
+        return Err(not_contiguous(name));
+    }
     let flat = array.as_slice().map_err(|_| not_contiguous(name))?;
     Ok(flat.as_chunks::<N>().0)
 }

@@ -4,10 +4,9 @@ use std::sync::Arc;
 
 use guideload::loads::reaction;
 use guideload::{
-    Body, Control, Exact, Excitation, Extremes, Free, Link, Output, Part, Peaks, Radau, Record, Rk45,
-    RunError, Scene, State, Summary, System, Wrench, eigenvalues, group_load, link_load, modes, run,
+    Body, Control, Exact, Excitation, Extremes, Link, Output, Part, Peaks, Radau, Record, Rk45, RunError,
+    Scene, State, Summary, System, Wrench, eigenvalues, group_load, link_load, modes, run,
 };
-use nalgebra::Vector3;
 use numpy::{Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
@@ -18,57 +17,8 @@ use crate::solution::{Inputs, PySolution};
 /// Interval lengths that an exact run remembers: device clocks tick in a handful of them.
 const KEPT: usize = 16;
 
-/// What a [`Scene`] borrows, owned, and the system made of it.
-pub struct Owned {
-    body: Body,
-    links: Vec<Link>,
-    gravity: Vector3<f64>,
-    free: Free,
-    pub system: System,
-}
-
-impl Owned {
-    pub fn scene(&self) -> Result<Scene<'_>, CoreError> {
-        Ok(Scene::new(self.body, &self.links, self.gravity, self.free)?)
-    }
-
-    pub fn links(&self) -> &[Link] {
-        &self.links
-    }
-
-    /// The load of each group of links about its centre.
-    pub fn groups(
-        &self,
-        links: &[PyReadonlyArray1<'_, i64>],
-        centers: &[[f64; 3]],
-        part: Part,
-    ) -> PyResult<Vec<Wrench>> {
-        if links.len() != centers.len() {
-            let message =
-                format!("centers: expected {} rows, one per group, got {}", links.len(), centers.len());
-            return Err(PyValueError::new_err(message));
-        }
-        let mut loads = Vec::with_capacity(links.len());
-        for (group, center) in links.iter().zip(centers) {
-            let mut members = Vec::new();
-            for &index in slice(group, "groups")? {
-                members.push(usize::try_from(index).ok().and_then(|i| self.links.get(i)).ok_or_else(
-                    || {
-                        PyIndexError::new_err(format!(
-                            "groups: there is no link {index} of {}",
-                            self.links.len()
-                        ))
-                    },
-                )?);
-            }
-            loads.push(group_load(&self.system, members, (*center).into(), part));
-        }
-        Ok(loads)
-    }
-}
-
 #[pyclass(name = "Scene", module = "guideload._core", frozen)]
-pub struct PyScene(Arc<Owned>);
+pub struct PyScene(Arc<System>);
 
 /// The methods that a user can name.
 #[derive(Clone, Copy)]
@@ -92,17 +42,16 @@ impl Named {
 
     fn run<R: Record>(
         self,
-        owned: &Owned,
+        system: &System,
         control: Control,
         excitation: &Excitation,
         output: Output,
         record: &mut R,
     ) -> Result<Summary, CoreError> {
-        let (scene, system) = (&owned.scene()?, &owned.system);
         Ok(match self {
-            Self::Exact => run(scene, system, &Exact::<KEPT>, control, excitation, output, record),
-            Self::Rk45 => run(scene, system, &Rk45, control, excitation, output, record),
-            Self::Implicit => run(scene, system, &Radau, control, excitation, output, record),
+            Self::Exact => run(system, &Exact::<KEPT>, control, excitation, output, record),
+            Self::Rk45 => run(system, &Rk45, control, excitation, output, record),
+            Self::Implicit => run(system, &Radau, control, excitation, output, record),
         }?)
     }
 }
@@ -140,10 +89,9 @@ impl PyScene {
             links.push(link.map_err(|error| CoreError::Link(i, error))?);
         }
         let free = convert::free(&free)?;
-        let gravity = gravity.into();
-        let scene = Scene::new(body, &links, gravity, free).map_err(CoreError::from)?;
+        let scene = Scene::new(body, &links, gravity.into(), free).map_err(CoreError::from)?;
         let system = System::new(&scene).map_err(CoreError::from)?;
-        Ok(Self(Arc::new(Owned { body, links, gravity, free, system })))
+        Ok(Self(Arc::new(system)))
     }
 
     #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, times=None))]
@@ -164,19 +112,19 @@ impl PyScene {
         let acceleration = rows::<3>(&acceleration, "acceleration")?;
         let wrench = wrench.as_ref().map(|wrench| rows::<6>(wrench, "wrench")).transpose()?;
         let times = times.as_ref().map(|times| slice(times, "times")).transpose()?;
-        let owned = Arc::clone(&self.0);
+        let system = Arc::clone(&self.0);
         Ok(py.detach(|| {
             let excitation = Excitation::new(time, acceleration, wrench)?;
             let mut states: Vec<State> = Vec::new();
             let control = convert::control(rtol, step);
-            let summary = method.run(&owned, control, &excitation, convert::output(times), &mut states)?;
+            let summary = method.run(&system, control, &excitation, convert::output(times), &mut states)?;
             let inputs = match times {
                 None => {
                     Inputs::Samples { acceleration: acceleration.to_vec(), wrench: wrench.map(<[_]>::to_vec) }
                 }
                 Some(times) => Inputs::At(times.iter().map(|&time| excitation.input_at(time)).collect()),
             };
-            Ok::<_, CoreError>(PySolution { owned, states, inputs, summary })
+            Ok::<_, CoreError>(PySolution { system, states, inputs, summary })
         })?)
     }
 
@@ -199,7 +147,7 @@ impl PyScene {
         let time = slice(&time, "time")?;
         let acceleration = rows::<3>(&acceleration, "acceleration")?;
         let wrench = wrench.as_ref().map(|wrench| rows::<6>(wrench, "wrench")).transpose()?;
-        let loads = self.0.groups(&groups, rows::<3>(&centers, "centers")?, Part::Total)?;
+        let loads = groups_of(&self.0, &groups, rows::<3>(&centers, "centers")?, Part::Total)?;
         let extremes = py.detach(|| {
             let excitation = Excitation::new(time, acceleration, wrench)?;
             let mut extremes = vec![Extremes::NONE; loads.len()];
@@ -218,7 +166,7 @@ impl PyScene {
 
     /// Mass, damping and stiffness matrices, each (6, 6), and the weight (6,).
     fn matrices<'py>(&self, py: Python<'py>) -> PyResult<([Array2<'py>; 3], Array1<'py>)> {
-        let matrices = self.0.system.matrices();
+        let matrices = self.0.matrices();
         let square =
             |m: &nalgebra::Matrix6<f64>| table(py, m.row_iter().map(|row| <[f64; 6]>::from(row.transpose())));
         let all = [square(&matrices.mass)?, square(&matrices.damping)?, square(&matrices.stiffness)?];
@@ -230,7 +178,7 @@ impl PyScene {
         &self,
         py: Python<'py>,
     ) -> PyResult<(Array1<'py>, Array1<'py>, Array2<'py>, Bound<'py, PyArray1<Complex64>>)> {
-        let system = &self.0.system;
+        let system = &self.0;
         let values = eigenvalues(system).ok_or(CoreError::Run(RunError::Eigenvalues))?;
         Ok((
             modes(system).map(|mode| mode.frequency).collect::<Vec<_>>().into_pyarray(py),
@@ -246,18 +194,18 @@ impl PyScene {
 
     /// Static position of L (6,).
     fn static_position<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        self.0.system.static_position().as_slice().to_pyarray(py)
+        self.0.static_position().as_slice().to_pyarray(py)
     }
 
     /// Static reaction of the held degrees of freedom (6,).
     fn static_reaction<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        reaction(&self.0.system).at_rest().to_pyarray(py)
+        reaction(&self.0).at_rest().to_pyarray(py)
     }
 
     /// Static load of each link (links,).
     fn static_link_loads<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        let load = |link| link_load(&self.0.system, link, Part::Total).at_rest()[0];
-        self.0.links.iter().map(load).collect::<Vec<_>>().into_pyarray(py)
+        let load = |link| link_load(&self.0, link, Part::Total).at_rest()[0];
+        (0..self.0.links().len()).map(load).collect::<Vec<_>>().into_pyarray(py)
     }
 
     /// Static load of each group of links about its centre (groups, 6).
@@ -267,9 +215,36 @@ impl PyScene {
         groups: Vec<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Array2<'py>> {
-        let loads = self.0.groups(&groups, rows::<3>(&centers, "centers")?, Part::Total)?;
+        let loads = groups_of(&self.0, &groups, rows::<3>(&centers, "centers")?, Part::Total)?;
         table(py, loads.iter().map(Wrench::at_rest))
     }
+}
+
+/// The load of each group of links about its centre.
+pub fn groups_of(
+    system: &System,
+    groups: &[PyReadonlyArray1<'_, i64>],
+    centers: &[[f64; 3]],
+    part: Part,
+) -> PyResult<Vec<Wrench>> {
+    if groups.len() != centers.len() {
+        let message =
+            format!("centers: expected {} rows, one per group, got {}", groups.len(), centers.len());
+        return Err(PyValueError::new_err(message));
+    }
+    let count = system.links().len();
+    let mut loads = Vec::with_capacity(groups.len());
+    for (group, center) in groups.iter().zip(centers) {
+        let mut links = Vec::new();
+        for &index in slice(group, "groups")? {
+            let link = usize::try_from(index).ok().filter(|&link| link < count);
+            links.push(link.ok_or_else(|| {
+                PyIndexError::new_err(format!("groups: there is no link {index} of {count}"))
+            })?);
+        }
+        loads.push(group_load(system, links, (*center).into(), part));
+    }
+    Ok(loads)
 }
 
 /// The four links of a carriage: points (4, 3), directions (4, 3), stiffness (4,), damping (4,).

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use guideload::loads::{Recovery, acceleration, fill, position, reaction, velocity};
 use guideload::system::joined;
-use guideload::{Input, Link, State, Summary, System, Wrench, link_load};
+use guideload::{Input, State, Summary, System, Wrench, link_load};
 use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use crate::convert::{part, rows};
-use crate::scene::Owned;
+use crate::convert::{self, rows};
+use crate::scene::groups_of;
 
 /// Excitation at the recorded instants: as it was given, or at times between its samples.
 pub enum Inputs {
@@ -30,7 +30,7 @@ impl Inputs {
 
 #[pyclass(name = "Solution", module = "guideload._core", frozen)]
 pub struct PySolution {
-    pub owned: Arc<Owned>,
+    pub system: Arc<System>,
     pub states: Vec<State>,
     pub inputs: Inputs,
     pub summary: Summary,
@@ -59,18 +59,18 @@ impl PySolution {
         py: Python<'py>,
         groups: Vec<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
-        part_of_load: &str,
+        part: &str,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let loads = self.owned.groups(&groups, rows::<3>(&centers, "centers")?, part(part_of_load)?)?;
+        let loads = groups_of(&self.system, &groups, rows::<3>(&centers, "centers")?, convert::part(part)?)?;
         let flat = self.recover(py, &loads);
         flat.into_pyarray(py).reshape([self.states.len(), loads.len(), 6])
     }
 
     /// Loads of the links along their directions, (time, links).
-    fn link_loads<'py>(&self, py: Python<'py>, part_of_load: &str) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let part = part(part_of_load)?;
-        let load = |link: &Link| link_load(&self.owned.system, link, part);
-        let loads: Vec<_> = self.owned.links().iter().map(load).collect();
+    fn link_loads<'py>(&self, py: Python<'py>, part: &str) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let part = convert::part(part)?;
+        let load = |link| link_load(&self.system, link, part);
+        let loads: Vec<_> = (0..self.system.links().len()).map(load).collect();
         self.recover(py, &loads).into_pyarray(py).reshape([self.states.len(), loads.len()])
     }
 
@@ -107,7 +107,7 @@ impl PySolution {
         py: Python<'py>,
         quantity: fn(&System) -> Wrench,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let quantity = [quantity(&self.owned.system)];
+        let quantity = [quantity(&self.system)];
         self.recover(py, &quantity).into_pyarray(py).reshape([self.states.len(), 6])
     }
 

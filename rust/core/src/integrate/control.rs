@@ -3,7 +3,6 @@
 use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::float::{ceil, pow, sqrt};
-use crate::scene::Scene;
 use crate::system::{Input, State, System};
 
 /// How the steps of a run are chosen. No step passes a knot, whatever is asked here.
@@ -35,16 +34,16 @@ impl Control {
 
 /// The load that tolerances are relative to, N: the largest that a link can carry at rest plus what it would carry if the peaks of
 /// the excitation stood still (quasi-static). Zero only if neither weight nor excitation reaches any link.
-pub fn load_scale(system: &System, scene: &Scene, excitation: &Excitation) -> f64 {
-    scale_of(system, scene, &excitation.peak())
+pub fn load_scale(system: &System, excitation: &Excitation) -> f64 {
+    scale_of(system, &excitation.peak())
 }
 
 /// [`load_scale`] of an excitation with these peaks.
-pub(crate) fn scale_of(system: &System, scene: &Scene, peak: &Input) -> f64 {
+pub(crate) fn scale_of(system: &System, peak: &Input) -> f64 {
     let mut scale: f64 = 0.0;
-    for link in scene.links() {
-        let row = system.elastic_row(link);
-        let load = |elastic: &[f64; 6]| row.iter().zip(elastic).map(|(r, e)| r * e).sum::<f64>().abs();
+    for row in system.rows() {
+        let load =
+            |elastic: &[f64; 6]| row.elastic.iter().zip(elastic).map(|(r, e)| r * e).sum::<f64>().abs();
         let mut total = load(system.rest());
         for (component, &size) in peak.iter().enumerate().filter(|(_, size)| **size > 0.0) {
             let mut elastic = [0.0; 6];
@@ -66,13 +65,12 @@ pub(crate) struct ErrorNorm {
 }
 
 impl ErrorNorm {
-    pub(crate) fn new(system: &System, scene: &Scene, scale: f64) -> Self {
+    pub(crate) fn new(system: &System, scale: f64) -> Self {
         let mut weight = [0.0; 12];
-        for link in scene.links() {
-            let (elastic, damping) = (system.elastic_row(link), system.damping_row(link));
+        for row in system.rows() {
             for i in 0..6 {
-                weight[i] = f64::max(weight[i], elastic[i].abs());
-                weight[6 + i] = f64::max(weight[6 + i], damping[i].abs());
+                weight[i] = f64::max(weight[i], row.elastic[i].abs());
+                weight[6 + i] = f64::max(weight[6 + i], row.damping[i].abs());
             }
         }
         // Without damping a velocity carries no load now, but does a quarter of a period later.

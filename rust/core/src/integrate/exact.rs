@@ -55,6 +55,7 @@ impl<const KEPT: usize> Method for Exact<KEPT> {
         (memory.advance(system, ramp, state), [0.0; 12])
     }
 
+    #[inline(always)]
     fn between(
         &self,
         system: &System,

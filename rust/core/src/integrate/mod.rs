@@ -21,7 +21,6 @@ use drive::Drive;
 use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::record::Record;
-use crate::scene::Scene;
 use crate::simd::{Kernel, widest};
 use crate::system::{State, System};
 
@@ -71,12 +70,11 @@ pub struct Summary {
     pub load_scale: f64,
 }
 
-/// Runs a scene from static equilibrium through an excitation and hands each instant to `record`.
+/// Runs a system from static equilibrium through an excitation and hands each instant to `record`.
 ///
 /// # Errors
 /// [`RunError`] with time, step and error; what was recorded until then stays in `record`.
 pub fn run<M: Method, R: Record>(
-    scene: &Scene,
     system: &System,
     method: &M,
     control: Control,
@@ -84,12 +82,11 @@ pub fn run<M: Method, R: Record>(
     output: Output,
     record: &mut R,
 ) -> Result<Summary, RunError> {
-    widest(Job { scene, system, method, control, excitation, output, record })
+    widest(Job { system, method, control, excitation, output, record })
 }
 
 /// All that [`run`] is given.
 struct Job<'a, M, R> {
-    scene: &'a Scene<'a>,
     system: &'a System,
     method: &'a M,
     control: Control,
@@ -103,7 +100,7 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        let Self { scene, system, method, control, excitation, output, record } = self;
+        let Self { system, method, control, excitation, output, record } = self;
         control.check()?;
         check_output(output, excitation)?;
         let expected = match output {
@@ -113,8 +110,8 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
         record.reserve(expected)?;
 
         let peak = excitation.peak();
-        let load_scale = control::scale_of(system, scene, &peak);
-        let norm = ErrorNorm::new(system, scene, load_scale);
+        let load_scale = control::scale_of(system, &peak);
+        let norm = ErrorNorm::new(system, load_scale);
         let mut controller = match (control, M::ERROR_ORDER) {
             (Control::Adaptive { rtol }, Some(order)) => {
                 Some(Controller::new(rtol, system, excitation, order))

@@ -150,6 +150,7 @@ impl Method for Radau {
         (next, inverses[0].solve_real(system, h, &residual))
     }
 
+    #[inline(always)]
     fn between(&self, _: &System, memory: &mut Stages, _: &Ramp, state: &State, theta: f64) -> State {
         // The collocation polynomial through the start and the five stages.
         let nodes = &RADAU.nodes;

@@ -50,6 +50,7 @@ impl Method for Rk45 {
         (next, error)
     }
 
+    #[inline(always)]
     fn between(&self, _: &System, memory: &mut Stages, ramp: &Ramp, state: &State, theta: f64) -> State {
         let mut there = *state;
         for (rate, polynomial) in memory.rates.iter().zip(&DORMAND_PRINCE.dense) {

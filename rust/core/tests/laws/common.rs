@@ -1,0 +1,246 @@
+//! The yardstick scenes, the motion `cycle`, and what every law measures with.
+
+use guideload::loads::fill;
+use guideload::{
+    Axial, Body, Control, Exact, Excitation, Free, Link, Method, Output, Part, RunError, Scene, State,
+    Summary, System, Wrench, carriage_links, group_load, link_load, run,
+};
+use nalgebra::{Matrix3, Vector3};
+
+pub const GRAVITY: Vector3<f64> = Vector3::new(0.0, -9.80665, 0.0);
+
+/// A scene that owns its links.
+#[derive(Clone)]
+pub struct Machine {
+    pub body: Body,
+    pub links: Vec<Link>,
+    pub gravity: Vector3<f64>,
+    pub free: Free,
+}
+
+impl Machine {
+    pub fn scene(&self) -> Scene<'_> {
+        Scene::new(self.body, &self.links, self.gravity, self.free).expect("a sound scene")
+    }
+
+    pub fn system(&self) -> System {
+        System::new(&self.scene()).expect("a supported body")
+    }
+
+    /// The same with the damping of every link times `factor`, stiffness left alone.
+    pub fn with_damping(mut self, factor: f64) -> Self {
+        for link in &mut self.links {
+            *link = Link::new(link.point(), link.direction(), link.stiffness(), link.damping() * factor)
+                .expect("a sound link");
+        }
+        self
+    }
+
+    pub fn with_free(mut self, free: Free) -> Self {
+        self.free = free;
+        self
+    }
+
+    /// Load of each link as rows of a state.
+    pub fn link_loads(&self, system: &System) -> Vec<Axial> {
+        (0..self.links.len()).map(|link| link_load(system, link, Part::Total)).collect()
+    }
+
+    /// Force and moment about the origin of all links.
+    pub fn guide_load(&self, system: &System) -> Wrench {
+        group_load(system, 0..self.links.len(), Vector3::zeros(), Part::Total)
+    }
+
+    /// Runs and keeps every state; the summary is whatever the run said.
+    pub fn run<M: Method>(
+        &self,
+        method: &M,
+        control: Control,
+        excitation: &Excitation,
+        output: Output,
+    ) -> (Vec<State>, Result<Summary, RunError>) {
+        let mut states: Vec<State> = Vec::new();
+        let outcome = run(&self.system(), method, control, excitation, output, &mut states);
+        (states, outcome)
+    }
+
+    /// As [`Machine::run`], for a run that must succeed at the samples.
+    pub fn states<M: Method>(
+        &self,
+        method: &M,
+        control: Control,
+        excitation: &Excitation,
+    ) -> (Vec<State>, Summary) {
+        let (states, outcome) = self.run(method, control, excitation, Output::Samples);
+        (states, outcome.expect("a run that succeeds"))
+    }
+
+    /// Link loads at the samples by the exact method, instant after instant, N.
+    pub fn exact_loads(&self, excitation: &Excitation) -> Vec<f64> {
+        let (states, _) = self.states(&Exact::<4>, ADAPTIVE, excitation);
+        self.loads_of(&states)
+    }
+
+    /// Link loads of given states, instant after instant, N.
+    pub fn loads_of(&self, states: &[State]) -> Vec<f64> {
+        let loads = self.link_loads(&self.system());
+        let mut out = vec![0.0; states.len() * loads.len()];
+        fill(&loads, states, |_| [0.0; 9], &mut out);
+        out
+    }
+}
+
+/// A control for the exact method, which has no use for it.
+pub const ADAPTIVE: Control = Control::Adaptive { rtol: 1e-6 };
+
+/// The body of the yardstick.
+pub fn body() -> Body {
+    let inertia = Matrix3::new(420.0, 15.0, -8.0, 15.0, 310.0, 22.0, -8.0, 22.0, 380.0);
+    Body::new(1250.0, Vector3::new(0.12, -0.65, 0.18), inertia).expect("a body")
+}
+
+/// Where the carriages of `cart` sit.
+pub const CART_CENTERS: [[f64; 3]; 4] =
+    [[-0.5, 0.05, -0.35], [-0.5, 0.05, 0.35], [0.5, 0.05, -0.35], [0.5, 0.05, 0.35]];
+
+fn guided(centers: &[[f64; 3]], length: f64, damping: f64, free: Free) -> Machine {
+    let links = centers
+        .iter()
+        .flat_map(|&center| {
+            carriage_links(Vector3::from(center), length, [1.2e8; 2], [2.0 * damping; 2]).expect("a carriage")
+        })
+        .collect();
+    Machine { body: body(), links, gravity: GRAVITY, free }
+}
+
+/// Yardstick `cart`: 16 links, five free degrees of freedom.
+pub fn cart() -> Machine {
+    guided(&CART_CENTERS, 0.12, 5e4, Free::GUIDED)
+}
+
+/// Yardstick `cart-stiff`: `cart` overdamped.
+pub fn cart_stiff() -> Machine {
+    guided(&CART_CENTERS, 0.12, 2e6, Free::GUIDED)
+}
+
+/// Yardstick `paper`: the two carriages and the three rotations of the paper's section 4.1.
+pub fn paper() -> Machine {
+    guided(&[[0.0, 0.05, -0.35], [0.0, 0.05, 0.35]], 0.6, 5e4, Free::PAPER)
+}
+
+/// One vertical link under a body that moves along y only: x'' + (b/m) x' + (k/m) x = -a_y, 100 kg.
+pub fn one_dof(frequency: f64, damping_ratio: f64) -> Machine {
+    let mass = 100.0;
+    let body = Body::new(mass, Vector3::zeros(), Matrix3::identity()).expect("a body");
+    let (k, b) = (mass * frequency * frequency, 2.0 * damping_ratio * mass * frequency);
+    let links = vec![Link::new(Vector3::zeros(), Vector3::y(), k, b).expect("a link")];
+    Machine { body, links, gravity: GRAVITY, free: Free::only(&[guideload::Dof::Y]) }
+}
+
+/// A body on twelve links anywhere in any direction, all six degrees of freedom free.
+pub fn random_machine(random: &mut Random) -> Machine {
+    let skewed = Matrix3::from_fn(|_, _| random.between(-0.3, 0.3));
+    let inertia = (Matrix3::identity() + skewed * skewed.transpose()) * random.between(50.0, 500.0);
+    let body = Body::new(random.between(200.0, 2000.0), random.vector(0.5), inertia).expect("a body");
+    let links = (0..12)
+        .map(|_| {
+            let (k, b) = (random.between(1e6, 1e8), random.between(1e3, 1e5));
+            Link::new(random.vector(0.7), random.vector(1.0), k, b).expect("a link")
+        })
+        .collect();
+    Machine { body, links, gravity: random.vector(10.0), free: Free::ALL }
+}
+
+/// The motion `cycle`: acceleration along x of a there-and-back jerk-limited move at 1 kHz, 7 062 samples.
+pub fn cycle() -> Vec<[f64; 3]> {
+    let (v, a, jerk) = (1.6, 2.2, 25.0);
+    let mut knots = vec![(0.0, 0.0), (0.6, 0.0)];
+    let mut now = 0.6;
+    let mut add = |length: f64, end: f64| {
+        now += length;
+        knots.push((now, end));
+    };
+    for forth in [a, -a] {
+        for (change, rest) in [(forth, 1.0), (-forth, 0.6)] {
+            add(a / jerk, change);
+            add(v / a - a / jerk, change);
+            add(a / jerk, 0.0);
+            add(rest, 0.0);
+        }
+    }
+    let count = (now * 1000.0 + 1e-6) as usize + 1;
+    let mut segment = 0;
+    (0..count)
+        .map(|k| {
+            let t = k as f64 / 1000.0;
+            while segment + 2 < knots.len() && t > knots[segment + 1].0 {
+                segment += 1;
+            }
+            let ((t0, a0), (t1, a1)) = (knots[segment], knots[segment + 1]);
+            [a0 + (a1 - a0) * ((t - t0) / (t1 - t0)).clamp(0.0, 1.0), 0.0, 0.0]
+        })
+        .collect()
+}
+
+/// Accelerations in all three axes without any order.
+pub fn noise(random: &mut Random, count: usize) -> Vec<[f64; 3]> {
+    (0..count).map(|_| random.vector(3.0).into()).collect()
+}
+
+/// Largest magnitude.
+pub fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, x| f64::max(most, x.abs()))
+}
+
+/// Largest difference.
+pub fn difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).fold(0.0, |most, (a, b)| {
+        assert!(a.is_finite() && b.is_finite());
+        f64::max(most, (a - b).abs())
+    })
+}
+
+/// Fails unless `got` is within `tolerance` of `want`, both of the size `scale`.
+#[track_caller]
+pub fn close(got: f64, want: f64, tolerance: f64, scale: f64) {
+    assert!(
+        (got - want).abs() <= tolerance * scale,
+        "got {got}, want {want}: off by {:e} of {scale}, allowed {tolerance:e}",
+        (got - want).abs() / scale
+    );
+}
+
+/// As [`close`] for histories, relative to the largest of `want`; returns the relative difference.
+#[track_caller]
+pub fn alike(got: &[f64], want: &[f64], tolerance: f64) -> f64 {
+    let off = difference(got, want) / largest(want);
+    assert!(off <= tolerance, "off by {off:e}, allowed {tolerance:e}");
+    off
+}
+
+/// A wrench at one state without excitation.
+pub fn at(wrench: &Wrench, state: &State) -> nalgebra::Vector6<f64> {
+    nalgebra::Vector6::from(wrench.at(state, &[0.0; 9]))
+}
+
+/// Xorshift64* (Vigna 2016): the same numbers on every machine.
+pub struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        let bits = self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 11;
+        low + (high - low) * bits as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn vector(&mut self, size: f64) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| self.between(-size, size))
+    }
+}

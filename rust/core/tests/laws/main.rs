@@ -1,0 +1,14 @@
+//! The laws that the core keeps, through its public interface. One binary, a file per theme, in the order of the data.
+
+mod common;
+
+mod assembly;
+mod dynamics;
+mod excitation;
+mod invariance;
+mod loads;
+mod methods;
+mod modes;
+mod orders;
+mod stability;
+mod statics;

@@ -1,0 +1,168 @@
+//! Natural frequencies, shapes, damping ratios, eigenvalues.
+
+use guideload::{Free, Link, Mode, Scene, System, eigenvalues, modes};
+use nalgebra::{Complex, DMatrix, Matrix6, Vector6};
+
+use crate::common::{Machine, Random, cart, cart_stiff, close, one_dof, paper, random_machine};
+
+fn machines(random: &mut Random) -> Vec<Machine> {
+    let mut machines: Vec<_> = (0..20).map(|_| random_machine(random)).collect();
+    machines.extend([cart(), paper(), cart_stiff()]);
+    machines
+}
+
+/// Rows and columns of the free degrees of freedom.
+fn free_block(matrix: &Matrix6<f64>, free: Free) -> DMatrix<f64> {
+    let dofs: Vec<usize> = free.iter().map(|dof| dof as usize).collect();
+    DMatrix::from_fn(dofs.len(), dofs.len(), |i, j| matrix[(dofs[i], dofs[j])])
+}
+
+fn free_rows(vector: &Vector6<f64>, free: Free) -> nalgebra::DVector<f64> {
+    nalgebra::DVector::from_iterator(free.count(), free.iter().map(|dof| vector[dof as usize]))
+}
+
+#[test]
+fn shapes_solve_the_eigenproblem_and_are_orthogonal() {
+    let mut random = Random::new(61);
+    for machine in machines(&mut random) {
+        let system = machine.system();
+        let k = free_block(&system.matrices().stiffness, machine.free);
+        let m = free_block(&system.matrices().mass, machine.free);
+        let modes: Vec<Mode> = modes(&system).collect();
+        assert_eq!(modes.len(), machine.free.count());
+        assert!(modes.windows(2).all(|pair| pair[0].frequency <= pair[1].frequency));
+        for (i, mode) in modes.iter().enumerate() {
+            let shape = free_rows(&mode.shape, machine.free);
+            let lambda = mode.frequency * mode.frequency;
+            // A backward error of tens of roundings of the two matrices.
+            let missing = &k * &shape - &m * &shape * lambda;
+            let size = (k.norm() + lambda * m.norm()) * shape.norm();
+            assert!(missing.norm() <= 1e-14 * size, "{:e}", missing.norm() / size);
+            for (j, other) in modes.iter().enumerate() {
+                let other_shape = free_rows(&other.shape, machine.free);
+                let same = f64::from(i == j);
+                let size = m.norm() * shape.norm() * other_shape.norm();
+                close(shape.dot(&(&m * &other_shape)), same, 1e-14, size);
+                let size = k.norm() * shape.norm() * other_shape.norm();
+                close(shape.dot(&(&k * &other_shape)), same * lambda, 1e-14, size);
+            }
+        }
+    }
+}
+
+#[test]
+fn one_dof_has_the_frequency_and_damping_of_the_textbook() {
+    for ratio in [0.0, 0.02, 1.0, 4.0] {
+        let system = one_dof(250.0, ratio).system();
+        let mode = modes(&system).next().expect("one");
+        close(mode.frequency, 250.0, 1e-15, 250.0); // A root and a quotient.
+        close(mode.damping_ratio, ratio, 4e-16, ratio);
+        let values = eigenvalues(&system).expect("they settle");
+        let root = Complex::new(ratio * ratio - 1.0, 0.0).sqrt();
+        let want = [(root - ratio) * 250.0, (-root - ratio) * 250.0];
+        for value in &values[..2] {
+            let off = want.iter().map(|want| (want - value).norm()).fold(f64::INFINITY, f64::min);
+            // A double eigenvalue feels the root of a rounding.
+            let tolerance = if ratio == 1.0 { 1e-7 } else { 1e-13 };
+            assert!(off <= tolerance * 250.0 * ratio.max(1.0), "{ratio}: {value} {want:?}");
+        }
+        assert!(values[2..].iter().all(|value| value.norm() == 0.0), "{ratio}: {values:?}");
+    }
+}
+
+/// `b = β k` for every link: ζ = β ω / 2 for every mode, and no coupling between them.
+#[test]
+fn proportional_damping_gives_each_mode_its_ratio() {
+    let mut random = Random::new(62);
+    for mut machine in machines(&mut random) {
+        let beta = 1e-4;
+        for link in &mut machine.links {
+            *link = Link::new(link.point(), link.direction(), link.stiffness(), beta * link.stiffness())
+                .expect("a link");
+        }
+        let system = machine.system();
+        let highest = system.frequencies().iter().copied().fold(0.0, f64::max);
+        for (i, mode) in modes(&system).enumerate() {
+            // Roundings of b φᵀ d dᵀ φ, whose size the highest mode sets.
+            close(mode.damping_ratio, beta * mode.frequency / 2.0, 1e-13, beta * highest * highest / mode.frequency);
+            for j in 0..i {
+                close(system.modal_damping()[(i, j)], 0.0, 1e-13, beta * highest * highest);
+            }
+        }
+        let values = eigenvalues(&system).expect("they settle");
+        for mode in modes(&system) {
+            let (w, z) = (mode.frequency, mode.damping_ratio);
+            let root = Complex::new(z * z - 1.0, 0.0).sqrt();
+            for want in [(root - z) * w, (-root - z) * w] {
+                let off = values.iter().map(|value| (value - want).norm()).fold(f64::INFINITY, f64::min);
+                assert!(off <= 1e-11 * highest, "{want} is missing by {off}"); // QR on 12 x 12.
+            }
+        }
+    }
+}
+
+/// Each eigenvalue makes `λ² M + λ C + K` singular, and they add up to the trace.
+#[test]
+fn eigenvalues_solve_the_damped_problem() {
+    let mut random = Random::new(63);
+    for machine in machines(&mut random) {
+        let system = machine.system();
+        let n = machine.free.count();
+        let [m, c, k] = [&system.matrices().mass, &system.matrices().damping, &system.matrices().stiffness]
+            .map(|matrix| free_block(matrix, machine.free));
+        let values = eigenvalues(&system).expect("they settle");
+        let values = &values[..2 * n];
+        let fastest = values.iter().map(|value| value.norm()).fold(0.0, f64::max);
+        for value in values {
+            assert!(value.re <= 1e-12 * fastest); // Passive: nothing grows.
+            let pencil = m.map(|x| value * value * x) + c.map(|x| value * x) + k.map(Complex::from);
+            let size = pencil.norm();
+            let smallest = pencil.singular_values().min();
+            // QR errs by roundings of the fastest eigenvalue, in λ as in what λ multiplies.
+            let slip = 1e-13 * fastest * (2.0 * value.norm() * m.norm() + c.norm());
+            assert!(smallest <= 1e-13 * size + slip, "{value}: {smallest:e} of {size:e}");
+            let twin = values.iter().map(|other| (other - value.conj()).norm()).fold(f64::INFINITY, f64::min);
+            assert!(twin <= 1e-12 * fastest); // Real, or with its conjugate.
+        }
+        let trace: f64 = values.iter().map(|value| value.re).sum();
+        close(trace, -system.modal_damping().trace(), 1e-12, fastest);
+    }
+}
+
+#[test]
+fn the_yardstick_scenes_are_where_the_yardstick_says() {
+    let stiff = eigenvalues(&cart_stiff().system()).expect("they settle");
+    let stiff = &stiff[..10];
+    assert!(stiff.iter().all(|value| value.im == 0.0), "overdamped: real eigenvalues {stiff:?}");
+    close(stiff[9].re, -3.6e4, 0.02, 3.6e4); // The yardstick prints two digits.
+    let clean = eigenvalues(&cart().system()).expect("they settle");
+    assert!(clean[..10].iter().all(|value| value.im != 0.0 && value.re < 0.0));
+}
+
+#[test]
+fn eigenvalues_come_slowest_first() {
+    let mut random = Random::new(64);
+    for machine in machines(&mut random) {
+        let values = eigenvalues(&machine.system()).expect("they settle");
+        let n = 2 * machine.free.count();
+        assert!(values[..n].windows(2).all(|pair| pair[0].norm() <= pair[1].norm() * (1.0 + 1e-12)));
+        assert!(values[..n].iter().all(|value| value.norm() > 0.0));
+    }
+}
+
+/// A light part far out on a heavy arm: near-singular, but a body all the same.
+#[test]
+fn a_nearly_singular_mass_matrix_gives_numbers_or_an_error() {
+    let base = cart();
+    for size in [1e-6, 1e-9, 1e-12, 1e-15] {
+        let inertia = nalgebra::Matrix3::identity() * size;
+        let center = nalgebra::Vector3::new(3.0, -7.0, 5.0);
+        let body = guideload::Body::new(1250.0, center, inertia).expect("a body");
+        let scene = Scene::new(body, &base.links, base.gravity, Free::GUIDED).expect("a scene");
+        let s = System::new(&scene);println!("{size:e} {:?}", s.as_ref().map(|s| (s.frequencies().clone(), s.static_position(), s.matrices().mass)));
+        if let Ok(system) = System::new(&scene) {
+            assert!(system.frequencies().iter().all(|w| w.is_finite()), "{size:e}: {:?}", system.frequencies());
+            assert!(system.static_position().iter().all(|x| x.is_finite()));
+        }
+    }
+}
