@@ -11,18 +11,20 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from guideload.encoder import Trace, motion_from_trace, read_trace
     from guideload.errors import ConfigError, GuideloadError, RunError, SceneError, TraceError
-    from guideload.machine import Body, Carriage, Drive, Link, Machine, Rail
+    from guideload.machine import Machine
     from guideload.modes import Modes
     from guideload.motion import Motion
+    from guideload.parts import Body, Carriage, Drive, Link, Rail
     from guideload.result import Result
     from guideload.simulation import peak_loads, simulate
 
 _HOMES = {
     "encoder": ("Trace", "motion_from_trace", "read_trace"),
     "errors": ("ConfigError", "GuideloadError", "RunError", "SceneError", "TraceError"),
-    "machine": ("Body", "Carriage", "Drive", "Link", "Machine", "Rail"),
+    "machine": ("Machine",),
     "modes": ("Modes",),
     "motion": ("Motion",),
+    "parts": ("Body", "Carriage", "Drive", "Link", "Rail"),
     "result": ("Result",),
     "simulation": ("peak_loads", "simulate"),
 }

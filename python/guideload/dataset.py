@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from guideload.modes import DOFS
-from guideload.result import AXES, Array, Run
+from guideload.runs import AXES, Array, Run
 
 Variable = tuple[str, tuple[str, ...], Array, str, str]
 SIX = "N, N, N, N m, N m, N m"

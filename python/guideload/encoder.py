@@ -29,7 +29,7 @@ from guideload.trace_table import (
 from guideload.units import factor, quantity
 
 if TYPE_CHECKING:
-    from guideload.machine import Drive
+    from guideload.parts import Drive
     from guideload.trace_table import TableLike
 
 Array = NDArray[np.float64]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from itertools import product
 from os import PathLike
 from pathlib import Path
@@ -17,34 +19,46 @@ import xarray as xr
 
 from guideload.errors import GuideloadError, TraceError
 from guideload.machine import Machine
-from guideload.result import Result
 
 KEY = b"guideload"  # of the metadata in a Parquet file
 
 
-def write_netcdf(result: Result, path: str | PathLike[str]) -> None:
-    """netCDF 4; variables and attributes as in `result.data`."""
-    result.data.to_netcdf(path, engine="h5netcdf")
+def write_netcdf(data: xr.Dataset, path: str | PathLike[str]) -> None:
+    """netCDF 4; variables and attributes as in `data`."""
+    with _whole(path) as draft:
+        data.to_netcdf(draft, engine="h5netcdf")
 
 
-def write_parquet(result: Result, path: str | PathLike[str]) -> None:
+def write_parquet(data: xr.Dataset, path: str | PathLike[str]) -> None:
     """Histories as columns, the rest as JSON in the metadata of the schema."""
-    table = _columns(result.data).replace_schema_metadata({KEY: json.dumps(_rest(result.data))})
-    pyarrow.parquet.write_table(table, path)
+    table = _columns(data).replace_schema_metadata({KEY: json.dumps(_rest(data))})
+    with _whole(path) as draft:
+        pyarrow.parquet.write_table(table, draft)
 
 
-def write_csv(result: Result, path: str | PathLike[str]) -> None:
+def write_csv(data: xr.Dataset, path: str | PathLike[str]) -> None:
     """Histories as columns, the rest as JSON beside it."""
-    pyarrow.csv.write_csv(_columns(result.data), path)
-    Path(path).with_suffix(".json").write_text(json.dumps(_rest(result.data), indent=1), encoding="utf-8")
+    with _whole(path) as draft, _whole(Path(path).with_suffix(".json")) as rest:
+        pyarrow.csv.write_csv(_columns(data), draft)
+        rest.write_text(json.dumps(_rest(data), indent=1), encoding="utf-8")
 
 
-def read(path: str | PathLike[str]) -> Result:
-    """A result from any of the three. Raises TraceError if the file holds none."""
+@contextmanager
+def _whole(path: str | PathLike[str]) -> Iterator[Path]:
+    """A draft beside `path` that takes its place when all is written; what was there stays if anything fails."""
+    path = Path(path)
+    with tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as space:
+        draft = Path(space) / path.name
+        yield draft
+        draft.replace(path)
+
+
+def read(path: str | PathLike[str]) -> tuple[Machine, xr.Dataset]:
+    """The machine and the data of a result, from any of the three. Raises TraceError if the file holds none."""
     path = Path(path)
     try:
         data = _data(path)
-        return Result(_machine(data), data)
+        return _machine(data), data
     except (LookupError, TypeError, ValueError, OSError, GuideloadError, pa.ArrowException) as error:
         raise TraceError(f"{path}: expected a result that guideload wrote, got {error}") from error
 

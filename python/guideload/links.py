@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from guideload._core import carriage_links
-
-if TYPE_CHECKING:
-    from guideload.machine import Machine
-
-Array = NDArray[np.float64]
+from guideload.parts import Array, Carriage, Link
 
 ENDS = ("-y", "-z", "+y", "+z")  # the links of a carriage: "-" at x - length/2, "+" at x + length/2
 
@@ -30,27 +27,27 @@ class LinkTable:
     carriage: NDArray[np.intp]  # (n,) index into the carriages, -1 for an extra link
 
 
-def table_of(machine: Machine) -> LinkTable:
-    """All links of a machine."""
+def table_of(carriages: Sequence[Carriage], centers: Array, links: Sequence[Link]) -> LinkTable:
+    """All links of a machine. centers: of the carriages from L, shape (carriage, 3) [m]."""
     names: list[str] = []
     rows: list[list[float]] = []  # point, direction, stiffness, damping
-    for carriage, center in zip(machine.carriages, machine.carriage_centers.tolist(), strict=True):
+    for carriage, center in zip(carriages, centers.tolist(), strict=True):
         stiffness = (carriage.stiffness_y, carriage.stiffness_z)
         damping = (carriage.damping_y, carriage.damping_z)
         rows += np.column_stack(carriage_links(center, carriage.length, stiffness, damping)).tolist()
         names += [f"{carriage.name}:{end}" for end in ENDS]
-    for link in machine.links:
+    for link in links:
         rows.append([*link.point, *link.direction, link.stiffness, link.damping])
         names.append(link.name)
     table = np.array(rows, dtype=np.float64).reshape(-1, 8)
-    owner = np.repeat(np.arange(len(machine.carriages)), 4)
+    owner = np.repeat(np.arange(len(carriages)), 4)
     return LinkTable(
         names=tuple(names),
         points=read_only(table[:, 0:3]),
         directions=read_only(table[:, 3:6]),
         stiffness=read_only(table[:, 6]),
         damping=read_only(table[:, 7]),
-        carriage=read_only(np.append(owner, np.full(len(machine.links), -1)).astype(np.intp)),
+        carriage=read_only(np.append(owner, np.full(len(links), -1)).astype(np.intp)),
     )
 
 

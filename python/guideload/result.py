@@ -8,42 +8,14 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.modes import DOFS, Modes
+from guideload.machine import Machine
+from guideload.modes import Modes
+from guideload.runs import AXES, Array, Run
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-    from guideload._core import Solution
-    from guideload.machine import Machine
-    from guideload.motion import Motion
-
-Array = NDArray[np.float64]
-AXES = ("x", "y", "z")
-
-
-@dataclass(frozen=True, eq=False)
-class Run:
-    """What `simulate` ran, and the states it got."""
-
-    machine: Machine
-    motion: Motion
-    solution: Solution
-    time: Array
-    method: str
-    reason: str
-    rtol: float
-    step: float | None
-
-    def carriage_loads(self, part: str = "total") -> Array:
-        """(time, carriage, 6) force [N] and moment about the carriage centre [N m].
-
-        part: total, elastic or damping.
-        """
-        machine = self.machine
-        return self.solution.group_loads(machine.links_of_carriages, machine.carriage_centers, part)
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,19 +107,19 @@ class Result:
         """Write all of it as netCDF 4."""
         from guideload import files
 
-        files.write_netcdf(self, path)
+        files.write_netcdf(self.data, path)
 
     def to_parquet(self, path: str | PathLike[str]) -> None:
         """Write all of it as Parquet: a column per history and label, the rest in the metadata."""
         from guideload import files
 
-        files.write_parquet(self, path)
+        files.write_parquet(self.data, path)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the histories as CSV, and what is not a history as JSON beside it (same name, .json)."""
         from guideload import files
 
-        files.write_csv(self, path)
+        files.write_csv(self.data, path)
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Result:
@@ -157,7 +129,4 @@ class Result:
         """
         from guideload import files
 
-        return files.read(path)
-
-
-__all__ = ["AXES", "DOFS", "Array", "Peaks", "Result", "Run"]
+        return cls(*files.read(path))

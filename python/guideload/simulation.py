@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from guideload.errors import RunError
 from guideload.machine import Machine
 from guideload.motion import Motion
-from guideload.result import Array, Peaks, Result, Run
+from guideload.result import Peaks, Result
+from guideload.runs import Array, Run
 
 Method = Literal["auto", "exact", "rk45", "implicit"]
 

@@ -1,6 +1,6 @@
 //! NumPy arrays and errors, from one side to the other.
 
-use guideload::{Control, Dof, ExcitationError, Free, Output, Part, RunError, SceneError};
+use guideload::{Control, Dof, Excitation, ExcitationError, Free, Output, Part, RunError, SceneError};
 use nalgebra::{Matrix3, Vector3};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -76,6 +76,31 @@ pub fn rows<'a, const N: usize>(
 /// `array` as a slice; `name` for the error.
 pub fn slice<'a, T: numpy::Element>(array: &'a PyReadonlyArray1<'_, T>, name: &str) -> PyResult<&'a [T]> {
     array.as_slice().map_err(|_| not_contiguous(name))
+}
+
+/// The samples of an excitation as they come from Python.
+pub struct Samples<'a> {
+    time: &'a [f64],
+    pub acceleration: &'a [[f64; 3]],
+    pub wrench: Option<&'a [[f64; 6]]>,
+}
+
+impl<'a> Samples<'a> {
+    pub fn new(
+        time: &'a PyReadonlyArray1<'_, f64>,
+        acceleration: &'a PyReadonlyArray2<'_, f64>,
+        wrench: Option<&'a PyReadonlyArray2<'_, f64>>,
+    ) -> PyResult<Self> {
+        Ok(Self {
+            time: slice(time, "time")?,
+            acceleration: rows(acceleration, "acceleration")?,
+            wrench: wrench.map(|wrench| rows(wrench, "wrench")).transpose()?,
+        })
+    }
+
+    pub fn excitation(&self) -> Result<Excitation<'a>, CoreError> {
+        Ok(Excitation::new(self.time, self.acceleration, self.wrench)?)
+    }
 }
 
 fn not_contiguous(name: &str) -> PyErr {

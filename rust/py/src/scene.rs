@@ -5,14 +5,14 @@ use std::sync::Arc;
 use guideload::loads::reaction;
 use guideload::{
     Body, Control, Exact, Excitation, Extremes, Link, Output, Part, Peaks, Radau, Record, Rk45, RunError,
-    Scene, State, Summary, System, Wrench, eigenvalues, group_load, link_load, modes, run,
+    Scene, State, Summary, System, Wrench, eigenvalues, link_load, modes, run,
 };
 use numpy::{Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
-use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array1, Array2, CoreError, matrix3, rows, slice};
-use crate::solution::{Inputs, PySolution};
+use crate::convert::{self, Array1, Array2, CoreError, Samples, matrix3, rows, slice};
+use crate::solution::{Inputs, PySolution, groups_of};
 
 /// Interval lengths that an exact run remembers: device clocks tick in a handful of them.
 const KEPT: usize = 16;
@@ -108,13 +108,11 @@ impl PyScene {
         times: Option<PyReadonlyArray1<'_, f64>>,
     ) -> PyResult<PySolution> {
         let method = Named::new(method)?;
-        let time = slice(&time, "time")?;
-        let acceleration = rows::<3>(&acceleration, "acceleration")?;
-        let wrench = wrench.as_ref().map(|wrench| rows::<6>(wrench, "wrench")).transpose()?;
+        let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let times = times.as_ref().map(|times| slice(times, "times")).transpose()?;
         let system = Arc::clone(&self.0);
         Ok(py.detach(|| {
-            let excitation = Excitation::new(time, acceleration, wrench)?;
+            let excitation = samples.excitation()?;
             let mut states: Vec<State> = Vec::new();
             let control = convert::control(rtol, step);
             let summary = method.run(&system, control, &excitation, convert::output(times), &mut states)?;
@@ -144,12 +142,10 @@ impl PyScene {
         centers: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<[Array2<'py>; 4]> {
         let method = Named::new(method)?;
-        let time = slice(&time, "time")?;
-        let acceleration = rows::<3>(&acceleration, "acceleration")?;
-        let wrench = wrench.as_ref().map(|wrench| rows::<6>(wrench, "wrench")).transpose()?;
+        let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let loads = groups_of(&self.0, &groups, rows::<3>(&centers, "centers")?, Part::Total)?;
         let extremes = py.detach(|| {
-            let excitation = Excitation::new(time, acceleration, wrench)?;
+            let excitation = samples.excitation()?;
             let mut extremes = vec![Extremes::NONE; loads.len()];
             let mut record = Peaks::new(&loads, &mut extremes);
             method.run(&self.0, convert::control(rtol, step), &excitation, Output::Samples, &mut record)?;
@@ -218,33 +214,6 @@ impl PyScene {
         let loads = groups_of(&self.0, &groups, rows::<3>(&centers, "centers")?, Part::Total)?;
         table(py, loads.iter().map(Wrench::at_rest))
     }
-}
-
-/// The load of each group of links about its centre.
-pub fn groups_of(
-    system: &System,
-    groups: &[PyReadonlyArray1<'_, i64>],
-    centers: &[[f64; 3]],
-    part: Part,
-) -> PyResult<Vec<Wrench>> {
-    if groups.len() != centers.len() {
-        let message =
-            format!("centers: expected {} rows, one per group, got {}", groups.len(), centers.len());
-        return Err(PyValueError::new_err(message));
-    }
-    let count = system.links().len();
-    let mut loads = Vec::with_capacity(groups.len());
-    for (group, center) in groups.iter().zip(centers) {
-        let mut links = Vec::new();
-        for &index in slice(group, "groups")? {
-            let link = usize::try_from(index).ok().filter(|&link| link < count);
-            links.push(link.ok_or_else(|| {
-                PyIndexError::new_err(format!("groups: there is no link {index} of {count}"))
-            })?);
-        }
-        loads.push(group_load(system, links, (*center).into(), part));
-    }
-    Ok(loads)
 }
 
 /// The four links of a carriage: points (4, 3), directions (4, 3), stiffness (4,), damping (4,).

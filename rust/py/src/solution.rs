@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use guideload::loads::{Recovery, acceleration, fill, position, reaction, velocity};
 use guideload::system::joined;
-use guideload::{Input, State, Summary, System, Wrench, link_load};
+use guideload::{Input, Part, State, Summary, System, Wrench, group_load, link_load};
 use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::convert::{self, rows};
-use crate::scene::groups_of;
+use crate::convert::{self, rows, slice};
 
 /// Excitation at the recorded instants: as it was given, or at times between its samples.
 pub enum Inputs {
@@ -118,4 +118,31 @@ impl PySolution {
             out
         })
     }
+}
+
+/// The load of each group of links about its centre.
+pub fn groups_of(
+    system: &System,
+    groups: &[PyReadonlyArray1<'_, i64>],
+    centers: &[[f64; 3]],
+    part: Part,
+) -> PyResult<Vec<Wrench>> {
+    if groups.len() != centers.len() {
+        let message =
+            format!("centers: expected {} rows, one per group, got {}", groups.len(), centers.len());
+        return Err(PyValueError::new_err(message));
+    }
+    let count = system.links().len();
+    let mut loads = Vec::with_capacity(groups.len());
+    for (group, center) in groups.iter().zip(centers) {
+        let mut links = Vec::new();
+        for &index in slice(group, "groups")? {
+            let link = usize::try_from(index).ok().filter(|&link| link < count);
+            links.push(link.ok_or_else(|| {
+                PyIndexError::new_err(format!("groups: there is no link {index} of {count}"))
+            })?);
+        }
+        loads.push(group_load(system, links, (*center).into(), part));
+    }
+    Ok(loads)
 }

@@ -2,14 +2,14 @@
 
 use guideload::loads::{acceleration, fill, position, reaction, velocity};
 use guideload::{
-    Control, Dof, Exact, Excitation, Extremes, Free, Link, Output, Part, Peaks, Radau, Rk45, RunError, State, Wrench,
-    group_load, link_load, run,
+    Control, Dof, Exact, Excitation, Extremes, Free, Link, Output, Part, Peaks, Radau, Rk45, RunError, State,
+    Wrench, group_load, link_load, run,
 };
 use nalgebra::{Vector3, Vector6};
 
 use crate::common::{
-    ADAPTIVE, CART_CENTERS, Machine, Random, cart, cart_stiff, close, cycle, difference, largest, noise, paper,
-    random_machine,
+    ADAPTIVE, CART_CENTERS, Machine, Random, cart, cart_stiff, close, cycle, difference, largest, noise,
+    paper, random_machine,
 };
 
 fn machines(random: &mut Random) -> Vec<Machine> {
@@ -117,7 +117,9 @@ fn the_load_of_all_links_is_that_of_the_groups_with_their_arms() {
             sum += Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z);
             // And each is the vector sum of its links.
             let links: Vector3<f64> = group
-                .map(|i| machine.links[i].direction() * link_load(&system, i, Part::Total).at(state, &input)[0])
+                .map(|i| {
+                    machine.links[i].direction() * link_load(&system, i, Part::Total).at(state, &input)[0]
+                })
                 .sum();
             assert!((links - force).amax() <= 1e-13 * scale);
         }
@@ -222,8 +224,7 @@ fn a_record_without_room_is_refused_before_the_run() {
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
     let mut room: [State; 4] = [[f64::NAN; 12]; 4];
     let mut history = guideload::History::new(&mut room);
-    let outcome =
-        run(&machine.system(), &Rk45, ADAPTIVE, &excitation, Output::Samples, &mut history);
+    let outcome = run(&machine.system(), &Rk45, ADAPTIVE, &excitation, Output::Samples, &mut history);
     assert_eq!(outcome, Err(RunError::Capacity { expected: 5, got: 4 }));
     assert!(room[0][0].is_nan());
 }

@@ -66,7 +66,6 @@ fn one_dof_has_the_frequency_and_damping_of_the_textbook() {
             let tolerance = if ratio == 1.0 { 1e-7 } else { 1e-13 };
             assert!(off <= tolerance * 250.0 * ratio.max(1.0), "{ratio}: {value} {want:?}");
         }
-        assert!(values[2..].iter().all(|value| value.norm() == 0.0), "{ratio}: {values:?}");
     }
 }
 
@@ -84,7 +83,12 @@ fn proportional_damping_gives_each_mode_its_ratio() {
         let highest = system.frequencies().iter().copied().fold(0.0, f64::max);
         for (i, mode) in modes(&system).enumerate() {
             // Roundings of b φᵀ d dᵀ φ, whose size the highest mode sets.
-            close(mode.damping_ratio, beta * mode.frequency / 2.0, 1e-13, beta * highest * highest / mode.frequency);
+            close(
+                mode.damping_ratio,
+                beta * mode.frequency / 2.0,
+                1e-13,
+                beta * highest * highest / mode.frequency,
+            );
             for j in 0..i {
                 close(system.modal_damping()[(i, j)], 0.0, 1e-13, beta * highest * highest);
             }
@@ -150,19 +154,22 @@ fn eigenvalues_come_slowest_first() {
     }
 }
 
-/// A light part far out on a heavy arm: near-singular, but a body all the same.
+/// A point mass on an arm, near enough: the mass matrix is singular to rounding, and still no number is lost.
 #[test]
-fn a_nearly_singular_mass_matrix_gives_numbers_or_an_error() {
+fn a_nearly_singular_mass_matrix_gives_numbers() {
+    let mut random = Random::new(65);
     let base = cart();
     for size in [1e-6, 1e-9, 1e-12, 1e-15] {
-        let inertia = nalgebra::Matrix3::identity() * size;
-        let center = nalgebra::Vector3::new(3.0, -7.0, 5.0);
-        let body = guideload::Body::new(1250.0, center, inertia).expect("a body");
-        let scene = Scene::new(body, &base.links, base.gravity, Free::GUIDED).expect("a scene");
-        let s = System::new(&scene);println!("{size:e} {:?}", s.as_ref().map(|s| (s.frequencies().clone(), s.static_position(), s.matrices().mass)));
-        if let Ok(system) = System::new(&scene) {
-            assert!(system.frequencies().iter().all(|w| w.is_finite()), "{size:e}: {:?}", system.frequencies());
-            assert!(system.static_position().iter().all(|x| x.is_finite()));
+        for free in [Free::GUIDED, Free::ALL, Free::PAPER] {
+            let inertia = nalgebra::Matrix3::identity() * size;
+            let body = guideload::Body::new(1250.0, random.vector(9.0), inertia).expect("a body");
+            let mut links = base.links.clone();
+            links.push(Link::new(random.vector(0.5), nalgebra::Vector3::x(), 1e7, 0.0).expect("a drive"));
+            let scene = Scene::new(body, &links, base.gravity, free).expect("a scene");
+            let system = System::new(&scene).unwrap_or_else(|error| panic!("{size:e} {free:?}: {error}"));
+            let sag = system.static_position();
+            let mut numbers = system.frequencies().iter().chain(sag.as_slice());
+            assert!(numbers.all(|x| x.is_finite()), "{size:e} {free:?}: {:?}", system.frequencies());
         }
     }
 }

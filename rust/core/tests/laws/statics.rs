@@ -29,8 +29,7 @@ fn guides_and_held_reactions_carry_the_weight() {
     for free in [Free::GUIDED, Free::PAPER, Free::ALL, Free::only(&[Dof::Y, Dof::Rz])] {
         let machine = random_machine(&mut random).with_free(free);
         let system = machine.system();
-        let carried =
-            at(&machine.guide_load(&system), &[0.0; 12]);
+        let carried = at(&machine.guide_load(&system), &[0.0; 12]);
         let held = at(&reaction(&system), &[0.0; 12]);
         let weight = system.matrices().weight;
         // Loads push on the guides and reactions on the body: held - carried + weight = 0.
@@ -172,8 +171,7 @@ fn a_softly_supported_body_is_supported() {
         let machine = Machine { body, links: soft, gravity: GRAVITY, free: Free::ALL };
         let system = System::new(&machine.scene()).expect("soft, not loose");
         // Every link load is a digit of the weight, so the soft ones have to be right beside the stiff ones.
-        let carried =
-            at(&machine.guide_load(&system), &[0.0; 12]);
+        let carried = at(&machine.guide_load(&system), &[0.0; 12]);
         let weight = system.matrices().weight;
         assert!((carried - weight).amax() <= 1e-10 * weight.amax(), "{}", (carried - weight).amax());
     }
