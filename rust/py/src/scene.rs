@@ -117,9 +117,10 @@ impl PyScene {
             let control = convert::control(rtol, step);
             let summary = method.run(&system, control, &excitation, convert::output(times), &mut states)?;
             let inputs = match times {
-                None => {
-                    Inputs::Samples { acceleration: acceleration.to_vec(), wrench: wrench.map(<[_]>::to_vec) }
-                }
+                None => Inputs::Samples {
+                    acceleration: samples.acceleration.to_vec(),
+                    wrench: samples.wrench.map(<[_]>::to_vec),
+                },
                 Some(times) => Inputs::At(times.iter().map(|&time| excitation.input_at(time)).collect()),
             };
             Ok::<_, CoreError>(PySolution { system, states, inputs, summary })
