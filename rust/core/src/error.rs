@@ -221,7 +221,7 @@ pub enum RunError {
         /// As asked.
         got: f64,
     },
-    /// Fixed step that is not positive.
+    /// Fixed step that is not positive, or below rounding.
     Step {
         /// s.
         got: f64,
@@ -270,7 +270,7 @@ impl fmt::Display for RunError {
                 "rtol: expected 1e-13 to 0.1 of the load scale, got {got}; below 1e-13 rounding decides: use method \
                  \"exact\", which has no step error"
             ),
-            Self::Step { got } => write!(f, "step: expected > 0 s, got {got}"),
+            Self::Step { got } => write!(f, "step: expected > 0 s and longer than the rounding of the times, got {got} s"),
             Self::StepTooSmall { time, step, error } => write!(
                 f,
                 "step {step:.3e} s at t = {time:.9} s is below rounding (error {error:.3} x tolerance): loosen rtol, or use \

@@ -213,6 +213,7 @@ fn knots(time: &[f64]) -> Knots<'_> {
     let rounding = 2.0 * f64::EPSILON * f64::max(start.abs(), end.abs());
     // A 32-bit index converts to a double in one vector instruction.
     let on_grid = |(k, t): (u32, &f64)| (start + step * f64::from(k) - t).abs() <= rounding;
-    let uniform = step > 0.0 && u32::try_from(count).is_ok() && every((0..).zip(time), on_grid);
+    // A step of two roundings or less could hide a jump, whose samples must not be drawn apart.
+    let uniform = step > 2.0 * rounding && u32::try_from(count).is_ok() && every((0..).zip(time), on_grid);
     Knots::At(time, uniform.then_some(step))
 }

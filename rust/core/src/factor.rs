@@ -5,8 +5,9 @@
 //! Rows sorted by size, QR with column pivoting (Cox & Higham 1998) and one-sided Jacobi on the triangle (Drmač & Veselić 2008) give all
 //! three their digits whatever the spread of stiffness; `k d·Φ` would lose them where a stiff link hardly moves in a soft mode.
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
 
+use crate::body::Body;
 use crate::error::SceneError;
 use crate::float::sqrt;
 use crate::rows::Row;
@@ -28,14 +29,14 @@ const UNSUPPORTED: f64 = 1e-12;
 ///
 /// # Errors
 /// [`SceneError::Unsupported`].
-pub(crate) fn factor(scene: &Scene, mass: &Matrix6<f64>, rows: &mut [Row]) -> Result<Modes, SceneError> {
+pub(crate) fn factor(scene: &Scene, rows: &mut [Row]) -> Result<Modes, SceneError> {
     let n = scene.free().count();
     let mut dofs = [0; 6];
     for (slot, dof) in dofs.iter_mut().zip(scene.free().iter()) {
         *slot = dof as usize;
     }
     let dofs = &dofs[..n];
-    let lower = cholesky(mass, dofs);
+    let lower = mass_factor(scene.body(), dofs);
 
     // A, row by row in the place of the result; `damping` keeps the norm to sort by and where the row belongs.
     for (index, row) in rows.iter_mut().enumerate() {
@@ -126,18 +127,38 @@ fn set_shape(shapes: &mut Matrix6<f64>, mode: usize, mut v: [f64; 6], lower: &Ma
 }
 
 /// L with `M_ff = L Lᵀ`, the identity past the free degrees of freedom.
-fn cholesky(mass: &Matrix6<f64>, dofs: &[usize]) -> Matrix6<f64> {
+///
+/// Twice the kinetic energy is a sum of six squares, the velocities of the centre of mass and the turning about the principal axes, and
+/// L is the triangle of their rows: what is nearly a point mass on an arm has a mass matrix that is singular to rounding, but not those.
+fn mass_factor(body: &Body, dofs: &[usize]) -> Matrix6<f64> {
+    let principal = SymmetricEigen::new(body.inertia());
     let mut lower = Matrix6::identity();
-    for j in 0..dofs.len() {
-        for i in j..dofs.len() {
-            let mut sum = mass[(dofs[i], dofs[j])];
-            for k in 0..j {
-                sum -= lower[(i, k)] * lower[(j, k)];
-            }
-            lower[(i, j)] = if i == j { sqrt(sum) } else { sum / lower[(j, j)] };
-        }
+    lower.view_mut((0, 0), (dofs.len(), dofs.len())).fill(0.0);
+    for axis in 0..3 {
+        let along = Vector3::ith(axis, sqrt(body.mass()));
+        let arm = body.center_of_mass().cross(&along);
+        fold(&mut lower, dofs, &Vector6::new(along.x, along.y, along.z, arm.x, arm.y, arm.z));
+        let turn = principal.eigenvectors.column(axis) * sqrt(principal.eigenvalues[axis]);
+        fold(&mut lower, dofs, &Vector6::new(0.0, 0.0, 0.0, turn.x, turn.y, turn.z));
     }
     lower
+}
+
+/// Adds `row rowᵀ` to `L Lᵀ`, one Givens rotation per entry.
+fn fold(lower: &mut Matrix6<f64>, dofs: &[usize], row: &Vector6<f64>) {
+    let mut row = *row;
+    for (i, &pivot) in dofs.iter().enumerate() {
+        let length = libm::hypot(lower[(i, i)], row[pivot]);
+        if length == 0.0 {
+            continue;
+        }
+        let (cos, sin) = (lower[(i, i)] / length, row[pivot] / length);
+        for (j, &dof) in dofs.iter().enumerate().skip(i) {
+            let (kept, added) = (lower[(j, i)], row[dof]);
+            lower[(j, i)] = cos * kept + sin * added;
+            row[dof] = cos * added - sin * kept;
+        }
+    }
 }
 
 /// Householder QR with column pivoting of the rows' n columns: leaves Q in the rows, returns R and the order of the columns.

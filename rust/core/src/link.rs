@@ -14,7 +14,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// A link that holds the body at `point` (m from L) along `direction` (any length but zero; kept as a unit vector)
+    /// A link that holds the body at `point` (m from L) along `direction` (of any ordinary length; kept as a unit vector)
     /// with `stiffness` N/m and `damping` N s/m, either of which may be zero, but not both.
     ///
     /// # Errors

@@ -64,7 +64,7 @@ impl System {
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
         let matrices = assemble(scene);
         let mut rows = Rows::new(scene.links())?;
-        let Modes { shapes, frequency } = factor(scene, &matrices.mass, rows.all_mut())?;
+        let Modes { shapes, frequency } = factor(scene, rows.all_mut())?;
         let mut damping = [[0.0; 6]; 6];
         for row in rows.all().iter().filter(|row| row.link.damping() > 0.0) {
             for (j, column) in damping.iter_mut().enumerate() {

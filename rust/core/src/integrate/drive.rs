@@ -1,7 +1,7 @@
 //! The excitation as the equations of motion see it.
 
 use crate::excitation::Excitation;
-use crate::float::add_scaled;
+use crate::float::{add_scaled, sqrt};
 use crate::system::{Force, Input, NO_FORCE, System};
 
 /// The components of an excitation that are not zero throughout, mostly one of nine, and the modal force of each.
@@ -62,6 +62,13 @@ impl Ramp<'_> {
             values[i] = (1.0 - theta) * self.start[i] + theta * self.end[i];
         }
         values
+    }
+
+    /// What the force can add to the size of a state over the step, at most.
+    #[inline(always)]
+    pub(crate) fn impulse(&self) -> f64 {
+        let size = |force: Force| sqrt(force.iter().map(|f| f * f).sum());
+        self.h * f64::max(size(self.force(0.0)), size(self.force(1.0)))
     }
 
     /// Modal force at the fraction `theta` of the step.

@@ -2,7 +2,9 @@
 
 use guideload::{Control, Excitation, ExcitationError, Output, Radau, Rk45};
 
-use crate::common::{Machine, Random, alike, cart, cart_stiff, largest, noise, paper, random_machine};
+use crate::common::{
+    ADAPTIVE, Machine, Random, alike, cart, cart_stiff, largest, noise, paper, random_machine,
+};
 
 fn machines(random: &mut Random) -> Vec<Machine> {
     let mut machines: Vec<_> = (0..3).map(|_| random_machine(random)).collect();
@@ -168,4 +170,29 @@ fn what_is_no_trace_is_refused_with_its_sample() {
     let hole = Excitation::uniform(0.0, 1.0, &hole).expect_err("no trace");
     assert_eq!(hole, ExcitationError::NotFinite { field: "acceleration", index: 1 });
     assert!(matches!(Excitation::uniform(0.0, 0.0, &zeros), Err(ExcitationError::Order { .. })));
+}
+
+/// Asked for by its time, the instant of a jump has the excitation after it, however it is asked.
+#[test]
+fn the_instant_of_a_jump_comes_after_it() {
+    struct Inputs(Vec<(f64, f64)>);
+    impl guideload::Record for Inputs {
+        fn reserve(&mut self, _: usize) -> Result<(), guideload::RunError> {
+            Ok(())
+        }
+        fn instant(&mut self, time: f64, _: &[f64; 12], input: &[f64; 9]) {
+            self.0.push((time, input[0]));
+        }
+    }
+    let time = [0.0, 0.1, 0.1, 0.3, 0.3];
+    let samples = [0.0, 1.0, 2.0, 3.0, 4.0].map(|a| [a, 0.0, 0.0]);
+    let excitation = Excitation::new(&time, &samples, None).expect("sound");
+    let mut record = Inputs(Vec::new());
+    let output = guideload::Output::Times(&[0.1, 0.2, 0.3]);
+    guideload::run(&cart().system(), &guideload::Exact::<1>, ADAPTIVE, &excitation, output, &mut record)
+        .expect("runs");
+    assert_eq!(record.0, [(0.1, 2.0), (0.2, 2.5), (0.3, 4.0)]);
+    for (time, a) in record.0 {
+        assert_eq!(excitation.input_at(time)[0], a);
+    }
 }

@@ -77,7 +77,7 @@ fn methods_agree_on_the_stiff_cart() {
 /// Nothing damps an error here: it lives for all of the time.
 #[test]
 fn methods_agree_over_seconds_without_damping() {
-    let mut samples = vec![[0.0; 3]; 3000];
+    let mut samples = vec![[0.0; 3]; 1500];
     for (k, sample) in samples[..400].iter_mut().enumerate() {
         sample[0] = 2.2 * f64::min(1.0, k as f64 / 88.0);
     }
@@ -86,11 +86,11 @@ fn methods_agree_over_seconds_without_damping() {
     assert_agree("rk45", &Rk45, &machine, &excitation, &TOLERANCES);
     assert_agree("radau", &Radau, &machine, &excitation, &TOLERANCES);
     // And where a few knots leave the step to the control.
-    let time = [0.0, 0.088, 0.4, 0.4, 3.0];
+    let time = [0.0, 0.088, 0.4, 0.4, 1.5];
     let samples = [[0.0; 3], [2.2, 0.0, 0.0], [2.2, 0.0, 0.0], [0.0; 3], [0.0; 3]];
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
-    assert_agree("rk45, few knots", &Rk45, &machine, &excitation, &TOLERANCES);
-    assert_agree("radau, few knots", &Radau, &machine, &excitation, &DECADES);
+    assert_agree("rk45, few knots", &Rk45, &machine, &excitation, &[1e-4, 1e-7, 1e-9]);
+    assert_agree("radau, few knots", &Radau, &machine, &excitation, &TOLERANCES);
 }
 
 #[test]
@@ -119,7 +119,7 @@ fn a_pulse_after_rest_is_never_missed() {
     let mut samples = vec![[0.0; 3]];
     time.extend((0..=20).map(|k| 5.0 + f64::from(k) * 1e-3));
     samples.extend((0..20).map(half_sine).chain([[0.0; 3]]));
-    time.push(6.0);
+    time.push(5.1);
     samples.push([0.0; 3]);
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
     for machine in [cart(), cart_stiff(), paper(), cart().with_damping(0.0)] {
@@ -131,20 +131,14 @@ fn a_pulse_after_rest_is_never_missed() {
         };
         for decade in 2..=10 {
             let rtol = 10f64.powi(-decade);
-            let runs = [
-                misses(&Rk45, &machine, &excitation, &exact, rtol),
-                misses(&Radau, &machine, &excitation, &exact, rtol),
-            ];
-            for (times, summary) in runs {
-                assert!(times <= 10.0, "{rtol:e}: off by {times} x the tolerance");
-                assert!(summary.steps >= 22);
-            }
             let control = Control::Adaptive { rtol };
-            let loads = [
-                machine.loads_of(&machine.states(&Rk45, control, &excitation).0),
-                machine.loads_of(&machine.states(&Radau, control, &excitation).0),
-            ];
-            for loads in loads {
+            for (states, summary) in
+                [machine.states(&Rk45, control, &excitation), machine.states(&Radau, control, &excitation)]
+            {
+                assert!(summary.steps >= 22);
+                let loads = machine.loads_of(&states);
+                let off = difference(&loads, &exact) / summary.load_scale;
+                assert!(off <= 10.0 * rtol, "{rtol:e}: off by {off:e} of the load scale");
                 // Even at 1e-2 of the load scale: every knot is a step, so the pulse is seen as it is.
                 close(peak(&loads), peak(&exact), f64::min(0.05, 10.0 * rtol), peak(&exact));
             }

@@ -30,8 +30,8 @@ fn assert_order<M: Method>(method: &M, machine: &Machine, length: f64, steps: [u
 
 #[test]
 fn rk45_has_order_five() {
-    // ω h = 0.1 and 0.05: the next term of the error is below 1 % of it.
-    assert_order(&Rk45, &one_dof(100.0, 0.0), 1.0, [1000, 2000], 5.0);
+    // ω h = 0.1 and less: the next term of the error is below 1 % of it.
+    assert_order(&Rk45, &one_dof(100.0, 0.0), 1.0, [2000, 4000], 5.0);
     assert_order(&Rk45, &one_dof(100.0, 0.05), 0.1, [100, 200], 5.0);
     assert_order(&Rk45, &cart(), 0.05, [500, 1000], 5.0);
 }
@@ -71,6 +71,9 @@ fn assert_order_inside<M: Method>(method: &M, theta: f64, steps: [f64; 2], nomin
 fn dense_output_has_order_four_in_rk45_and_five_in_radau() {
     for theta in [0.25, 0.5, 0.75] {
         assert_order_inside(&Rk45, theta, [1e-3, 5e-4], 4.0);
+    }
+    // Where the error polynomial of the collocation is not near one of its zeros.
+    for theta in [0.25, 0.5] {
         assert_order_inside(&Radau, theta, [2e-3, 1e-3], 5.0);
     }
     assert_order_inside(&Rk45, 1.0, [1e-3, 5e-4], 5.0);
@@ -81,7 +84,7 @@ fn dense_output_has_order_four_in_rk45_and_five_in_radau() {
 #[track_caller]
 fn assert_order_of_estimate<M: Method>(method: &M, order: f64, tolerances: [f64; 2]) {
     let machine = one_dof(100.0, 0.0);
-    let time = [0.0, 60.0];
+    let time = [0.0, 20.0];
     let excitation = Excitation::new(&time, &SAMPLES, None).expect("sound");
     let [loose, tight] = tolerances.map(|rtol| {
         let (_, summary) = machine.states(method, Control::Adaptive { rtol }, &excitation);
@@ -95,6 +98,6 @@ fn assert_order_of_estimate<M: Method>(method: &M, order: f64, tolerances: [f64;
 
 #[test]
 fn error_estimates_have_order_four_in_rk45_and_five_in_radau() {
-    assert_order_of_estimate(&Rk45, 4.0, [1e-5, 1e-7]);
+    assert_order_of_estimate(&Rk45, 4.0, [1e-4, 1e-6]);
     assert_order_of_estimate(&Radau, 5.0, [1e-6, 1e-9]);
 }

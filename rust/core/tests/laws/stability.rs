@@ -156,3 +156,21 @@ fn a_tolerance_below_rounding_is_reported_with_its_numbers() {
         other => panic!("expected StepTooSmall, got {other:?}"),
     }
 }
+
+#[test]
+fn a_few_diverging_steps_are_told_too() {
+    // Far from overflow: 1e17 N after five steps, were it let through.
+    let (states, outcome) = rk45_at(3.0 * DP5_REAL_LIMIT, 5);
+    assert!(matches!(outcome, Err(RunError::Diverged { .. })), "{outcome:?}");
+    assert_eq!(states.len(), 1);
+}
+
+#[test]
+fn a_fixed_step_below_rounding_is_refused_at_once() {
+    let samples = [[2.2, 0.0, 0.0]; 3];
+    let excitation = Excitation::uniform(1.0, 1e-3, &samples).expect("sound");
+    for step in [1e-30, 1e-17, f64::MIN_POSITIVE] {
+        let (_, outcome) = cart().run(&Rk45, Control::Fixed { step }, &excitation, Output::Samples);
+        assert_eq!(outcome, Err(RunError::Step { got: step }));
+    }
+}
