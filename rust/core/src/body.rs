@@ -8,6 +8,9 @@ use crate::tensor::{parallel_axes, skew};
 /// Relative slack of the symmetry and triangle checks: CAD systems print six digits, the last of which may be 5e-6 off.
 const PRINTED_DIGITS: f64 = 1e-5;
 
+/// What turning a tensor, or moving it to another point, leaves of a principal moment that is zero, relative to the largest.
+const ROUNDING: f64 = 1e-12;
+
 /// One rigid body, described about the reference point L.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Body {
@@ -41,7 +44,7 @@ impl Body {
         let inertia = (inertia + inertia.transpose()) * 0.5;
         let mut principal: [f64; 3] = SymmetricEigen::new(inertia).eigenvalues.into();
         principal.sort_unstable_by(f64::total_cmp);
-        if principal[0] <= 0.0 {
+        if principal[0] <= ROUNDING * principal[2] {
             return Err(SceneError::InertiaNotPositive { principal });
         }
         if principal[2] > (principal[0] + principal[1]) * (1.0 + PRINTED_DIGITS) {

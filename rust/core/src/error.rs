@@ -251,6 +251,15 @@ pub enum RunError {
         /// First and last time allowed there, s.
         range: [f64; 2],
     },
+    /// More steps than anyone wants to wait for.
+    TooManySteps {
+        /// When it gave up, s.
+        time: f64,
+        /// Step by then, s.
+        step: f64,
+    },
+    /// An excitation of which the loads are beyond the range of numbers.
+    OutOfRange,
     /// Eigenvalues that the iteration did not settle.
     Eigenvalues,
     /// A record that cannot hold all samples.
@@ -267,14 +276,14 @@ impl fmt::Display for RunError {
         match self {
             Self::Tolerance { got } => write!(
                 f,
-                "rtol: expected 1e-13 to 0.1 of the load scale, got {got}; below 1e-13 rounding decides: use method \
-                 \"exact\", which has no step error"
+                "rtol: expected 1e-13 to 0.1 of the load scale, got {got:e}; for less than rounding use method \"exact\", \
+                 which has no step error"
             ),
-            Self::Step { got } => write!(f, "step: expected > 0 s and longer than the rounding of the times, got {got} s"),
+            Self::Step { got } => write!(f, "step: expected > 0 s and at least 1e-9 of the intervals between samples, got {got} s"),
             Self::StepTooSmall { time, step, error } => write!(
                 f,
-                "step {step:.3e} s at t = {time:.9} s is below rounding (error {error:.3} x tolerance): loosen rtol, or use \
-                 method \"exact\" or \"implicit\""
+                "step {step:.3e} s at t = {time:.9} s is below 1e-9 of the interval between samples (error {error:.3} x \
+                 tolerance): loosen rtol, or use method \"exact\" or \"implicit\""
             ),
             Self::Diverged { time, step } => write!(
                 f,
@@ -284,6 +293,14 @@ impl fmt::Display for RunError {
             Self::OutputTime { index, got, range: [from, to] } => {
                 write!(f, "times[{index}]: expected {from} to {to} s, ascending, got {got} s")
             }
+            Self::TooManySteps { time, step } => write!(
+                f,
+                "1e8 steps reach only t = {time:.9} s, the last of {step:.3e} s: lengthen the step or loosen rtol, or use \
+                 method \"exact\" or \"implicit\""
+            ),
+            Self::OutOfRange => f.write_str(
+                "the loads are beyond the range of numbers: are the accelerations and forces in m/s2, N and N m?",
+            ),
             Self::Eigenvalues => f.write_str(
                 "the eigenvalues of the damped system did not settle; frequencies and shapes without damping are available",
             ),

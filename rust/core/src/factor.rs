@@ -9,7 +9,7 @@ use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
 
 use crate::body::Body;
 use crate::error::SceneError;
-use crate::float::sqrt;
+use crate::float::{copysign, hypot, sqrt};
 use crate::rows::Row;
 use crate::scene::Scene;
 
@@ -148,7 +148,7 @@ fn mass_factor(body: &Body, dofs: &[usize]) -> Matrix6<f64> {
 fn fold(lower: &mut Matrix6<f64>, dofs: &[usize], row: &Vector6<f64>) {
     let mut row = *row;
     for (i, &pivot) in dofs.iter().enumerate() {
-        let length = libm::hypot(lower[(i, i)], row[pivot]);
+        let length = hypot(lower[(i, i)], row[pivot]);
         if length == 0.0 {
             continue;
         }
@@ -178,7 +178,7 @@ fn pivoted_qr(rows: &mut [Row], n: usize) -> (Matrix6<f64>, [usize; 6]) {
             continue;
         }
         let first = rows[j].elastic[j];
-        let diagonal = -libm::copysign(norm, first);
+        let diagonal = -copysign(norm, first);
         tau[j] = (diagonal - first) / diagonal;
         rows[j].elastic[j] = diagonal;
         for row in &mut rows[j + 1..] {
@@ -235,8 +235,8 @@ fn one_sided_jacobi(work: &mut Matrix6<f64>, turned: &mut Matrix6<f64>, n: usize
                 }
                 settled = false;
                 let zeta = (b - a) / (2.0 * c);
-                let tan = libm::copysign(1.0, zeta) / (zeta.abs() + libm::hypot(1.0, zeta));
-                let cos = 1.0 / libm::hypot(1.0, tan);
+                let tan = copysign(1.0, zeta) / (zeta.abs() + hypot(1.0, zeta));
+                let cos = 1.0 / hypot(1.0, tan);
                 let sin = cos * tan;
                 for matrix in [&mut *work, &mut *turned] {
                     for i in 0..6 {

@@ -10,15 +10,16 @@ const TERMS: usize = 18;
 /// A block of columns that act on a state.
 type Columns<const N: usize> = [[f64; 12]; N];
 
-/// State after a time h: `x(h) = exp(A h) x(0) + B₀ f(0) + B₁ f(h)` for a force that is linear in between
+/// State after a time h: `x(h) = x(0) + E x(0) + B₀ f(0) + B₁ f(h)`, `E = exp(A h) - I`, for a force that is linear in between
 /// (first-order hold).
 ///
-/// Scaling and squaring of the three functions `exp(A τ)`, `∫ exp(A s) ds g` and `∫∫ exp(A s) ds² g` together, so that defective,
-/// overdamped and undamped matrices are all alike. In energy coordinates `|exp(A τ)| <= 1`, so squaring does not lose digits
-/// (why no Padé quotient is needed; cf. Higham 2005, Moler & Van Loan 2003, method 3).
+/// Scaling and doubling of `E`, `∫ exp(A s) ds g` and `∫∫ exp(A s) ds² g` together, so that defective, overdamped and undamped matrices are
+/// all alike. E and not the exponential: beside 1 a slow mode of a strongly damped machine would lose the digits that every doubling
+/// doubles the loss of. In energy coordinates `|exp(A τ)| <= 1`, so nothing grows (cf. Higham 2005; Moler & Van Loan 2003, method 3).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Propagator {
-    transition: Columns<12>,
+    /// E.
+    change: Columns<12>,
     /// Effect of each component of the excitation at the start and at the end, as many as there are.
     from_start: Columns<9>,
     from_end: Columns<9>,
@@ -39,30 +40,30 @@ impl Propagator {
         }
         let mut tau = h * scale;
 
-        // Horner from the last term: P = Σ (Aτ)^k / k!, and the same powers serve S₁ = Σ (Aτ)^k / (k+1)! and
-        // S₂ = Σ (Aτ)^k / (k+2)!, of which only the columns of the force are wanted.
-        let mut transition = identity::<12>(0);
-        let mut once = identity::<6>(6);
+        // Horner from the last term: S₁ = Σ (Aτ)^k / (k+1)!, with E = Aτ S₁, and S₂ = Σ (Aτ)^k / (k+2)!; of the integrals only the
+        // columns of the force are wanted.
+        let mut inner = identity::<12>(0);
         let mut twice = identity::<6>(6);
         for k in (1..=TERMS).rev() {
-            transition = series_term(&a, &transition, tau / k as f64, 0);
-            once = series_term(&a, &once, tau / (k + 1) as f64, 6);
+            inner = series_term(&a, &inner, tau / (k + 1) as f64, 0);
             twice = series_term(&a, &twice, tau / (k + 2) as f64, 6);
         }
+        let mut change = product(&a, &inner);
+        scale_by(&mut change, tau);
+        let mut once = identity::<6>(6);
+        once.copy_from_slice(&inner[6..]);
         scale_by(&mut once, tau);
         scale_by(&mut twice, tau * tau / 2.0);
 
         // Two steps of τ: the force starts the second one at f + τ f'.
         for _ in 0..halvings {
-            let twice_moved = product(&transition, &twice);
-            let once_moved = product(&transition, &once);
-            for j in 0..6 {
-                for i in 0..12 {
-                    twice[j][i] += twice_moved[j][i] + tau * once[j][i];
-                    once[j][i] += once_moved[j][i];
-                }
+            double(&mut twice, &change);
+            for (twice, once) in twice.iter_mut().zip(&once) {
+                add_scaled(twice, once, tau);
             }
-            transition = product(&transition, &transition);
+            double(&mut once, &change);
+            let before = change;
+            double(&mut change, &before);
             tau *= 2.0;
         }
 
@@ -78,7 +79,7 @@ impl Propagator {
                 from_start[component][i] -= from_end[component][i];
             }
         }
-        Self { transition, from_start, from_end, components: influence.len() }
+        Self { change, from_start, from_end, components: influence.len() }
     }
 
     /// The state at the end of the interval.
@@ -86,15 +87,15 @@ impl Propagator {
     pub(crate) fn apply(&self, state: &State, start: &Values, end: &Values) -> State {
         // Two sums side by side: one alone would wait for its own additions. The excitation first: it is known before the
         // state.
-        let mut even = [0.0; 12];
+        let mut even = *state;
         let mut odd = [0.0; 12];
         for j in 0..self.components {
             add_scaled(&mut even, &self.from_start[j], start[j]);
             add_scaled(&mut odd, &self.from_end[j], end[j]);
         }
         for j in (0..12).step_by(2) {
-            add_scaled(&mut even, &self.transition[j], state[j]);
-            add_scaled(&mut odd, &self.transition[j + 1], state[j + 1]);
+            add_scaled(&mut even, &self.change[j], state[j]);
+            add_scaled(&mut odd, &self.change[j + 1], state[j + 1]);
         }
         for i in 0..12 {
             even[i] += odd[i];
@@ -182,6 +183,17 @@ fn product<const N: usize>(left: &Columns<12>, right: &Columns<N>) -> Columns<N>
         }
     }
     out
+}
+
+/// `columns + columns + E columns`: what they are after twice the time.
+#[inline(always)]
+fn double<const N: usize>(columns: &mut Columns<N>, change: &Columns<12>) {
+    let moved = product(change, columns);
+    for (column, moved) in columns.iter_mut().zip(&moved) {
+        for i in 0..12 {
+            column[i] = 2.0 * column[i] + moved[i];
+        }
+    }
 }
 
 /// `I + factor A sum`.

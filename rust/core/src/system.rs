@@ -84,6 +84,12 @@ impl System {
         for mode in 0..scene.free().count() {
             rest[mode] = weight[mode] / frequency[mode];
         }
+        let numbers = frequency.iter().chain(&rest).chain(damping.as_flattened());
+        if !numbers.chain(influence.as_flattened()).all(|x| x.is_finite()) {
+            return Err(SceneError::NotFinite {
+                field: "scene: mass, inertia, stiffness, damping or gravity out of range",
+            });
+        }
         Ok(Self { matrices, free: scene.free(), shapes, frequency, damping, influence, rest, rows })
     }
 

@@ -3,6 +3,7 @@
 use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::float::{ceil, pow, sqrt};
+use crate::modes::eigenvalues;
 use crate::system::{Input, State, System};
 
 /// How the steps of a run are chosen. No step passes a knot, whatever is asked here.
@@ -21,8 +22,10 @@ pub enum Control {
 }
 
 impl Control {
-    pub(crate) fn check(self) -> Result<(), RunError> {
+    /// Whether it can be followed; `adapts`: by a method that estimates its error.
+    pub(crate) fn check(self, adapts: bool) -> Result<(), RunError> {
         match self {
+            Self::Adaptive { .. } if !adapts => Ok(()),
             Self::Adaptive { rtol } if !(1e-13..=0.1).contains(&rtol) => {
                 Err(RunError::Tolerance { got: rtol })
             }
@@ -52,7 +55,8 @@ pub(crate) fn scale_of(system: &System, peak: &Input) -> f64 {
             }
             total += load(&elastic);
         }
-        scale = f64::max(scale, total);
+        // Unlike `max` this keeps a NaN.
+        scale = if total <= scale { scale } else { total };
     }
     scale
 }
@@ -121,12 +125,10 @@ pub(crate) struct Controller {
 impl Controller {
     /// `order` is that of the error estimate: the estimate falls as `h^(order + 1)`.
     pub(crate) fn new(rtol: f64, system: &System, excitation: &Excitation, order: u32) -> Self {
-        let mut slowest = f64::INFINITY;
-        for mode in 0..system.mode_count() {
-            let (rate, frequency) = (system.damping[mode][mode], system.frequency[mode]);
-            // Overdamped modes creep back at ω²/c.
-            slowest = f64::min(slowest, f64::min(rate / 2.0, frequency * frequency / rate));
-        }
+        // Not the modal damping: modes that are damped together ring longer than each would alone.
+        let slowest = eigenvalues(system).map_or(0.0, |values| {
+            values[..2 * system.mode_count()].iter().map(|value| value.re.abs()).fold(f64::INFINITY, f64::min)
+        });
         Self {
             rtol,
             memory: f64::min(excitation.duration(), 1.0 / slowest),
@@ -142,8 +144,7 @@ impl Controller {
         if rest <= self.trusted && self.ratio <= CAUTION_RATIO {
             return 1.0;
         }
-        let factor = CAUTION * pow(f64::max(self.ratio, 1e-30), self.exponent);
-        let allowed = self.trusted * factor.clamp(SHRINKAGE, GROWTH);
+        let allowed = self.allowed(self.trusted, self.ratio);
         // Up to a few ulp more is the same step, not one step and a crumb.
         if rest <= allowed { 1.0 } else { ceil(rest / allowed * (1.0 - 1e-12)) }
     }
@@ -152,9 +153,27 @@ impl Controller {
     #[inline(always)]
     pub(crate) fn accept(&mut self, h: f64, error: f64) -> bool {
         let share = f64::min(1.0, STEPS_WITHIN_MARGIN * h / self.memory);
-        self.ratio = error / (self.rtol * share);
-        self.trusted = h;
-        self.ratio <= 1.0
+        let mut ratio = error / (self.rtol * share);
+        if error == 0.0 {
+            ratio = 0.0; // however small the share
+        } else if ratio.is_nan() {
+            ratio = f64::INFINITY; // no number, no trust
+        }
+        // A step cut short by a knot says little about how long the next may be.
+        if h >= self.trusted
+            || ratio > CAUTION_RATIO
+            || self.allowed(h, ratio) > self.allowed(self.trusted, self.ratio)
+        {
+            (self.trusted, self.ratio) = (h, ratio);
+        }
+        ratio <= 1.0
+    }
+
+    /// The step that the error `ratio` of one of length `h` allows.
+    #[inline(always)]
+    fn allowed(&self, h: f64, ratio: f64) -> f64 {
+        let factor = CAUTION * pow(f64::max(ratio, 1e-30), self.exponent);
+        h * factor.clamp(SHRINKAGE, GROWTH)
     }
 
     /// Error of the last step as a multiple of the tolerance.
@@ -163,5 +182,5 @@ impl Controller {
     }
 }
 
-/// Error ratio up to which a step of the same length will do: `CAUTION^(1 / exponent)` for the lowest order in use.
+/// Error ratio up to which a step of the same length will do: below `CAUTION^5` and `CAUTION^6`.
 const CAUTION_RATIO: f64 = 0.5;

@@ -67,11 +67,12 @@ impl<const KEPT: usize> Method for Exact<KEPT> {
         if theta == 0.0 {
             return *state;
         }
+        // Lengths between knots seldom come again, and must not drive out those that do.
         let end = ramp.values(theta);
-        memory.advance(
-            system,
-            &Ramp { h: theta * ramp.h, start: ramp.start, end: &end, drive: ramp.drive },
-            state,
-        )
+        let part = Ramp { h: theta * ramp.h, start: ramp.start, end: &end, drive: ramp.drive };
+        if memory.series.parts(part.h) <= LONG_SERIES {
+            return memory.series.advance(system, &part, state);
+        }
+        Propagator::new(system, ramp.drive.influence(), part.h).apply(state, part.start, part.end)
     }
 }

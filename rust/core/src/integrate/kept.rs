@@ -12,6 +12,7 @@ pub struct Kept<T, const N: usize> {
 
 impl<T, const N: usize> Kept<T, N> {
     pub(crate) fn new() -> Self {
+        const { assert!(N > 0, "at least one step length must be kept") };
         Self { lengths: [f64::NAN; N], values: [const { None }; N], last: 0 }
     }
 

@@ -102,7 +102,7 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
     #[inline(always)]
     fn run(self) -> Self::Output {
         let Self { system, method, control, excitation, output, record } = self;
-        control.check()?;
+        control.check(M::ERROR_ORDER.is_some())?;
         check_output(output, excitation)?;
         let expected = match output {
             Output::Samples => excitation.count(),
@@ -112,6 +112,9 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
 
         let peak = excitation.peak();
         let load_scale = control::scale_of(system, &peak);
+        if !load_scale.is_finite() {
+            return Err(RunError::OutOfRange);
+        }
         let norm = ErrorNorm::new(system, load_scale);
         let mut controller = match (control, M::ERROR_ORDER) {
             (Control::Adaptive { rtol }, Some(order)) => {
@@ -136,32 +139,49 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
             let length = excitation.interval(k - 1);
             drive.sample(excitation, k, to);
             let whole = Ramp { h: length, start: from, end: to, drive: &drive };
-            let mut parts;
-            let mut done = 0.0;
             if let Control::Fixed { step } = control
-                && step < smallest_step(start, length)
+                && step < SHORTEST * length
             {
                 return Err(RunError::Step { got: step });
             }
+            let mut parts;
+            let mut done = 0.0;
+            // Equal steps that are planned for the rest, and their length.
+            let (mut left, mut h) = (0.0, 0.0);
             while done < length {
                 let rest = length - done;
-                let splits = match (&mut controller, control) {
+                let wanted = match (&mut controller, control) {
                     (Some(controller), _) => controller.split(rest),
-                    (None, Control::Fixed { step }) => f64::max(1.0, ceil(rest / step * (1.0 - 1e-12))),
+                    (None, Control::Fixed { step }) if left == 0.0 => ceil(rest / step * (1.0 - 1e-12)),
+                    (None, Control::Fixed { .. }) => left,
                     (None, Control::Adaptive { .. }) => 1.0,
                 };
-                let ramp = if splits == 1.0 && done == 0.0 {
+                if left == 0.0 || wanted > left || 1.25 * wanted <= left {
+                    left = wanted.clamp(1.0, f64::max(1.0, rest / length / SHORTEST));
+                    h = rest / left;
+                }
+                let last = left == 1.0;
+                let ramp = if last && done == 0.0 {
+                    h = length;
                     whole
                 } else {
-                    let h = rest / splits;
-                    let end = if splits == 1.0 { 1.0 } else { (done + h) / length };
+                    let end = if last { 1.0 } else { (done + h) / length };
                     parts = [whole.values(done / length), whole.values(end)];
                     Ramp { h, start: &parts[0], end: &parts[1], drive: &drive }
                 };
-                let h = ramp.h;
                 let (next, error) = method.step(system, &mut memory, &ramp, &state);
                 let mut sound = finite(&next);
-                if M::ERROR_ORDER.is_some() && matches!(control, Control::Fixed { .. }) {
+                if let Some(controller) = &mut controller {
+                    if !controller.accept(h, if sound { norm.of(&error) } else { f64::INFINITY }) {
+                        summary.rejected += 1;
+                        if h <= 2.0 * SHORTEST * length {
+                            let error = controller.ratio();
+                            return Err(RunError::StepTooSmall { time: start + done, step: h, error });
+                        }
+                        left = 0.0;
+                        continue;
+                    }
+                } else if M::ERROR_ORDER.is_some() {
                     // Springs and dampers are passive: |s| grows no faster than |f|.
                     reach += ramp.impulse();
                     sound &= size(&next) <= DIVERGENCE * reach;
@@ -169,21 +189,14 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
                 if !sound {
                     return Err(RunError::Diverged { time: start + done, step: h });
                 }
-                if let Some(controller) = &mut controller
-                    && !controller.accept(h, norm.of(&error))
-                {
-                    summary.rejected += 1;
-                    if h < smallest_step(start, length) {
-                        let error = controller.ratio();
-                        return Err(RunError::StepTooSmall { time: start + done, step: h, error });
-                    }
-                    continue;
+                if summary.steps == MOST_STEPS {
+                    return Err(RunError::TooManySteps { time: start + done, step: h });
                 }
                 if let Output::Times(times) = output {
-                    let last = k + 1 == excitation.count() && splits == 1.0;
+                    let end = last && k + 1 == excitation.count();
                     while let Some(&time) = times.get(summary.recorded) {
                         let theta = (time - start - done) / h;
-                        if theta > 1.0 && !last {
+                        if theta > 1.0 && !end {
                             break;
                         }
                         let theta = theta.clamp(0.0, 1.0);
@@ -194,7 +207,8 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
                 }
                 state = next;
                 summary.steps += 1;
-                done = if splits == 1.0 { length } else { done + h };
+                done = if last { length } else { done + h };
+                left -= 1.0;
             }
             core::mem::swap(&mut from, &mut to);
             if let Output::Samples = output {
@@ -235,10 +249,11 @@ fn finite(state: &State) -> bool {
     sums == [0.0; 4]
 }
 
-/// The step below which `time + step` or a fraction of the interval `length` is rounding, s.
-fn smallest_step(time: f64, length: f64) -> f64 {
-    f64::max(4.0 * f64::EPSILON * time.abs(), 1e-9 * length)
-}
+/// Shortest step, as a fraction of the interval between two knots that it stands in.
+const SHORTEST: f64 = 1e-9;
+
+/// Steps of one run, some ten seconds of work, after which it is taken for a mistake.
+const MOST_STEPS: usize = 100_000_000;
 
 fn check_output(output: Output, excitation: &Excitation) -> Result<(), RunError> {
     let Output::Times(times) = output else { return Ok(()) };

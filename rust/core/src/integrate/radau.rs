@@ -49,8 +49,10 @@ impl Inverse {
             let hw = h * system.frequency[i];
             matrix[(i, i)] += lambda * lambda + hw * hw;
         }
-        // The eigenvalues of A lie in the left half plane and λ in the right: never singular.
-        let inverse = matrix.try_inverse().unwrap_or_else(Matrix6::zeros);
+        // The eigenvalues of A lie in the left half plane and λ in the right: never singular, unless it is out of range, and then
+        // the run ends with that.
+        let inverse =
+            matrix.try_inverse().unwrap_or_else(|| Matrix6::repeat(Complex::new(f64::NAN, f64::NAN)));
         let columns = |pick: fn(Complex<f64>) -> f64| {
             core::array::from_fn(|j| core::array::from_fn(|i| pick(inverse[(i, j)])))
         };

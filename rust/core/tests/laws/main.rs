@@ -5,6 +5,7 @@ mod common;
 mod assembly;
 mod dynamics;
 mod excitation;
+mod extremes;
 mod invariance;
 mod loads;
 mod methods;
