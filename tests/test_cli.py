@@ -10,7 +10,7 @@ from click.testing import CliRunner, Result
 
 from guideload import cli
 from guideload import result as results
-from guideload.cli import EXAMPLES, FORMATS, PICTURES, main
+from guideload.cli import EXAMPLES, FORMATS, MANIFEST, PICTURE_ENDINGS, PICTURES, main
 from guideload.errors import RunError
 from guideload.machine import Machine
 from guideload.modes import Modes
@@ -51,7 +51,12 @@ def refused_after_output(*arguments: object) -> str:
 
 
 def names(folder: Path) -> set[str]:
-    return {path.name for path in folder.iterdir()}
+    """What is in a folder, but for the list of our files."""
+    return {path.name for path in folder.iterdir()} - {MANIFEST}
+
+
+def contents(folder: Path) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def test_run_writes_loads_report_and_pictures(tmp_path: Path, trace: str) -> None:
@@ -115,6 +120,108 @@ def test_output_is_not_overwritten_unless_asked(tmp_path: Path, trace: str) -> N
     assert names(out) == {"loads.nc", "report.txt", "notes.txt"}  # ours are replaced or gone, others stay
 
 
+@pytest.fixture
+def no_computation(monkeypatch: pytest.MonkeyPatch) -> None:
+    def computes(*_: object, **__: object) -> None:
+        raise AssertionError("computed before the output was refused")
+
+    monkeypatch.setattr("guideload.simulation.simulate", computes)
+    monkeypatch.setattr("guideload.modes.Modes.of", computes)
+
+
+def test_overwrite_never_takes_files_that_are_not_ours(
+    tmp_path: Path, trace: str, no_computation: None
+) -> None:
+    mine = tmp_path / "loads.csv"
+    mine.write_bytes(Path(trace).read_bytes())
+    before = contents(tmp_path)
+    run = ("run", MACHINE, mine, "-o", tmp_path, "--overwrite", "--no-pictures", "--format", "csv")
+    assert f"{mine} was not written by an earlier run" in refused(*run)
+    assert contents(tmp_path) == before
+
+
+def test_overwrite_leaves_files_of_ours_names_that_it_does_not_need(tmp_path: Path, trace: str) -> None:
+    for name in ("loads.csv", "scene.png"):
+        (tmp_path / name).write_text("mine")
+    run = ("run", MACHINE, trace, "-o", tmp_path, "--overwrite", "--no-pictures")
+    assert guideload(*run).exit_code == 0
+    assert guideload(*run).exit_code == 0  # the second time over our own files
+    assert {name: (tmp_path / name).read_text() for name in ("loads.csv", "scene.png")} == {
+        "loads.csv": "mine",
+        "scene.png": "mine",
+    }
+    assert {"loads.nc", "report.txt"} < names(tmp_path)
+
+
+def test_a_list_of_other_files_is_not_believed(tmp_path: Path, trace: str) -> None:
+    out = tmp_path / "out"
+    run = ("run", MACHINE, trace, "-o", out, "--overwrite", "--no-pictures")
+    assert guideload(*run).exit_code == 0
+    (out / "notes.txt").write_text("mine")
+    (tmp_path / "above.txt").write_text("mine")
+    with (out / MANIFEST).open("a") as file:
+        file.write("notes.txt\n../above.txt\n")
+    assert guideload(*run).exit_code == 0
+    assert (out / "notes.txt").exists() and (tmp_path / "above.txt").exists()
+    (out / MANIFEST).write_text("a list of somebody else\nloads.nc\n")
+    assert f"{out / MANIFEST} was not written" in refused(*run)
+
+
+def test_overwrite_never_takes_the_input(tmp_path: Path, trace: str) -> None:
+    out = tmp_path / "out"
+    assert guideload("run", MACHINE, trace, "-o", out, "--no-pictures", "--format", "csv").exit_code == 0
+    before = contents(out)
+    for file_format in ("csv", "netcdf"):  # replaced, and removed
+        run = ("run", MACHINE, out / "loads.csv", "-o", out, "--overwrite", "--format", file_format)
+        assert f"{out / 'loads.csv'} is read by this run" in refused(*run)
+    assert contents(out) == before
+
+
+def test_demo_leaves_the_files_of_a_run(tmp_path: Path, trace: str) -> None:
+    out = tmp_path / "out"
+    assert guideload("run", MACHINE, trace, "-o", out, "--no-pictures").exit_code == 0
+    before = contents(out)
+    assert guideload("demo", "-o", out, "--overwrite", "--no-pictures").exit_code == 0
+    assert before.items() < contents(out).items()
+    (out / "paper" / MANIFEST).unlink()
+    assert f"{out / 'paper' / 'loads.nc'} was not" in refused("demo", "-o", out, "--overwrite")
+
+
+def test_outputs_that_cannot_be_are_refused_before_any_work(
+    tmp_path: Path, trace: str, no_computation: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("mine")
+    before = contents(tmp_path)
+    for below in ("sub", "sub/sub"):
+        out = tmp_path / "file" / below
+        message = refused("run", MACHINE, trace, "-o", out)
+        assert message == f"Error: {out}: {tmp_path / 'file'} is a file, not a folder\n"
+        assert "is a file, not a folder" in refused("modes", MACHINE, "-o", out.with_suffix(".png"))
+        assert "is a file, not a folder" in refused("init", out.with_suffix(".toml"))
+
+    def read_only(*_: object, **__: object) -> None:  # root may write anywhere, so no mode bits here
+        raise PermissionError(13, "Permission denied", "/tmp/.draft-x")
+
+    monkeypatch.setattr("tempfile.TemporaryDirectory", read_only)
+    for command in (("run", MACHINE, trace, "-o", out := tmp_path / "a" / "b"), ("demo", "-o", out)):
+        assert refused(*command) == f"Error: {out}: cannot be written: Permission denied\n"
+    picture = tmp_path / "x.png"
+    message = refused("modes", MACHINE, "-o", picture)
+    assert message == f"Error: {picture}: cannot be written: Permission denied\n"
+    assert contents(tmp_path) == before
+    assert not (tmp_path / "a").exists()
+
+
+def test_the_folder_that_one_stands_in_stays(
+    tmp_path: Path, trace: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("here").mkdir()
+    monkeypatch.chdir("here")
+    assert guideload("run", MACHINE, trace, "-o", ".", "--no-pictures").exit_code == 0
+    assert names(Path.cwd()) == {"loads.nc", "report.txt"}
+
+
 def test_an_empty_folder_may_be_written(tmp_path: Path, trace: str) -> None:
     (tmp_path / "out").mkdir()
     assert guideload("run", MACHINE, trace, "-o", tmp_path / "out", "--no-pictures").exit_code == 0
@@ -163,7 +270,9 @@ def test_an_unsupported_body_is_exit_code_2_and_named(tmp_path: Path, trace: str
     loose = tmp_path / "loose.toml"
     loose.write_text(text.replace('free = ["y"', 'free = ["x", "y"'), encoding="utf-8")
     for command in (("check", loose), ("modes", loose), ("run", loose, trace, "-o", tmp_path / "out")):
-        assert "resists" in refused(*command)
+        assert f"{loose}: the body is not supported" in refused(*command)
+    message = refused("run", MACHINE, trace, "-o", tmp_path / "out", "--free", "x,y")
+    assert f"{MACHINE} with --free x,y: the body is not supported" in message
 
 
 def test_bad_traces_are_exit_code_2(tmp_path: Path) -> None:
@@ -175,6 +284,7 @@ def test_bad_traces_are_exit_code_2(tmp_path: Path) -> None:
     assert "bad.csv" in refused("run", MACHINE, bad, "-o", out)
     assert "bad.csv" in refused_after_output("check", MACHINE, bad)
     assert "missing.csv" in refused("run", MACHINE, tmp_path / "missing.csv", "-o", out)
+    assert "is a folder" in refused("run", MACHINE, tmp_path, "-o", out)
     assert "no column 'speed'" in refused_after_output("check", MACHINE, bad, "--column", "speed")
     assert not out.exists()
 
@@ -187,7 +297,14 @@ def test_bad_traces_are_exit_code_2(tmp_path: Path) -> None:
         (("--rtol", "small"), "--rtol"),
         (("--step", "-1"), "--step"),
         (("--step", "1e-3"), "--step is for --method rk45 and implicit"),
-        (("--free", "y,roll"), "roll"),
+        (("--rtol", "nan"), "--rtol"),
+        (("--step", "inf"), "--step"),
+        (("--free", "y,roll"), '--free: expected one or more of x,y,z,rx,ry,rz, each once, got "y,roll"'),
+        (("--free", "y,y"), "--free"),
+        (("--free", ""), '--free: expected one or more of x,y,z,rx,ry,rz, each once, got ""'),
+        (("--max-speed", "-1"), "max_speed: expected > 0 m/s, got -1"),
+        (("--max-speed", "nan"), "max_speed"),
+        (("--rate", "nan"), "rate"),
         (("--format", "xlsx"), "xlsx"),
         (("--smoothing", "none"), "none"),
         (("--kind", "torque"), "torque"),
@@ -211,7 +328,8 @@ def test_init_writes_a_machine_that_checks(tmp_path: Path) -> None:
     before = path.read_bytes()
     assert "exists" in refused("init", path)
     assert path.read_bytes() == before
-    assert refused("init", tmp_path / "no folder" / "machine.toml", code=1).startswith("Error: ")
+    nowhere = tmp_path / "no folder"
+    assert f"{nowhere / 'm.toml'}: there is no folder {nowhere}" in refused("init", nowhere / "m.toml")
 
 
 def test_check_tells_what_was_understood(trace: str) -> None:
@@ -236,8 +354,21 @@ def test_modes_prints_and_draws(tmp_path: Path) -> None:
     assert b"<svg" in picture.read_bytes()
     assert "exists" in refused("modes", MACHINE, "-o", picture)
     assert guideload("modes", MACHINE, "-o", picture, "--overwrite").exit_code == 0
-    assert "modes.bmp" in refused("modes", MACHINE, "-o", tmp_path / "modes.bmp")
+    for name in ("modes.bmp", "modes"):
+        message = refused("modes", MACHINE, "-o", tmp_path / name)
+        assert f"{tmp_path / name}: expected a name that ends in .png, .svg, .pdf" in message
+    nowhere = tmp_path / "no folder"
+    assert f"there is no folder {nowhere}" in refused("modes", MACHINE, "-o", nowhere / "m.png")
     assert names(tmp_path) == {"modes.svg"}
+    machine = tmp_path / "machine.svg"
+    machine.write_bytes(Path(MACHINE).read_bytes())
+    assert "is the machine's file" in refused("modes", machine, "-o", machine, "--overwrite")
+
+
+@pytest.mark.parametrize("ending", PICTURE_ENDINGS)
+def test_every_ending_that_is_named_works(tmp_path: Path, ending: str) -> None:
+    assert guideload("modes", MACHINE, "-o", tmp_path / f"modes{ending}").exit_code == 0
+    assert names(tmp_path) == {f"modes{ending}"}
 
 
 def test_demo_shows_that_the_papers_dofs_hide_the_weight(tmp_path: Path) -> None:

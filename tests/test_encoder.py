@@ -202,6 +202,46 @@ def test_files_that_are_no_table(tmp_path, write):
         read_trace(write({"t_s": [], "x_m": []}))
 
 
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "the file is empty; expected a line of column names"),
+        (b"\xef\xbb\xbf\r\n", "the file is empty"),
+        (b"PK\x03\x04\x14\x00rest", "Excel workbook.*export the sheet as CSV"),
+        ("t_s,x_m\n0,1\n".encode("utf-16"), "UTF-16.*save it as UTF-8"),
+        ("t_s,x_m\n0,1\n".encode("utf-16-le"), "UTF-16.*save it as UTF-8"),
+        ("t_s,x_m\n0,1\n".encode("utf-16-be"), "UTF-16.*save it as UTF-8"),
+        (b"t_s,x_m\n0,\x00\n", "not a text table.*save it as UTF-8"),
+        (bytes(range(256)), "not a text table.*export it as CSV"),
+        (b"\x81\x8d\x8f\x90", "not a text table.*export it as CSV"),
+    ],
+)
+def test_files_that_are_no_text_are_told_apart(tmp_path, content, message):
+    path = tmp_path / "trace.csv"
+    path.write_bytes(content)
+    with pytest.raises(TraceError, match=f"trace.csv: .*{message}"):
+        read_trace(path)
+
+
+def test_a_folder_is_no_trace(tmp_path):
+    with pytest.raises(TraceError, match="is a folder; give the file"):
+        read_trace(tmp_path)
+
+
+def test_text_of_old_programs_is_read(tmp_path):
+    """Windows' Western encoding, also where the first line does not show it."""
+    path = tmp_path / "trace.csv"
+    rows = "".join(f"{t:.3f};{x:.6f};lauf\xe4uft\n" for t, x in zip(TIME, PLACE, strict=True))
+    path.write_bytes(f"t_s;x_m;note\n{rows}".encode("cp1252"))
+    assert read_trace(path).time == pytest.approx(TIME, abs=5e-4)
+
+
+def test_limits_must_be_positive_numbers():
+    for name, wrong in (("rate", np.nan), ("rate", 0.0), ("max_speed", -1.0), ("max_speed", np.inf)):
+        with pytest.raises(TraceError, match=f"{name}: expected > 0 "):
+            read_trace({"x_m": PLACE} if name == "rate" else {"t_s": TIME, "x_m": PLACE}, **{name: wrong})
+
+
 def test_gaps_are_refused_or_accepted_by_name():
     keep = np.ones(COUNT, bool)
     keep[[60, 61, 120]] = False

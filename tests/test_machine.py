@@ -259,3 +259,13 @@ def test_a_machine_survives_pickling_with_what_was_computed_from_it() -> None:
     again = pickle.loads(pickle.dumps(machine))
     assert again == machine
     assert np.array_equal(again.scene.static_link_loads(), machine.scene.static_link_loads())
+
+
+def test_a_copy_with_other_values_is_checked_and_computes_anew() -> None:
+    machine = Machine.from_toml(EXAMPLES / "manipulator.toml")
+    lighter = machine.model_copy(update={"gravity": (0.0, -1.0, 0.0)})
+    assert lighter.scene.static_link_loads() == pytest.approx(
+        machine.scene.static_link_loads() / 9.80665, rel=1e-12
+    )
+    with pytest.raises(ConfigError, match="mass"):
+        machine.body.model_copy(update={"mass": -1.0})

@@ -119,6 +119,12 @@ def test_moment_of_every_carriage_with_its_static_level(result: Result) -> None:
     assert ax.get_ylabel().endswith("[N m]") and ax.get_xlabel() == "time [s]"
 
 
+def test_pictures_tell_machine_and_free_dofs(result: Result) -> None:
+    for picture in (plots.resultant, plots.moments, plots.spectrum):
+        title = picture(result).get_title(loc="left")
+        assert title.splitlines()[1] == f"{result.machine.name}: free y, z, rx, ry, rz"
+
+
 def test_a_carriage_has_one_colour_in_every_picture(result: Result) -> None:
     for index, name in enumerate(result.data["carriage"].values):
         color = carriage_look(index).color

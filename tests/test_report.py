@@ -19,9 +19,9 @@ def machine() -> Machine:
     return Machine.from_toml(str(EXAMPLES / "manipulator.toml"))
 
 
-def move(machine: Machine, **options: object) -> Result:
+def move(machine: Machine, shift: float = 0.0, **options: object) -> Result:
     pull = np.where((TIME > 0.2) & (TIME < 0.6), 2.2, 0.0)
-    motion = Motion.along_x(TIME, pull, source="a push", notes=("typed in", "by hand"))
+    motion = Motion.along_x(TIME + shift, pull, source="a push", notes=("typed in", "by hand"))
     return simulate(machine, motion, **options)
 
 
@@ -176,3 +176,73 @@ def test_numbers_of_the_tables(value: float, text: str) -> None:
 
 def test_lines_fit_the_width(result: Result) -> None:
     assert max(len(line) for line in report.result_report(result).splitlines()) <= report.WIDTH
+
+
+def test_long_names_and_times_keep_their_lines(machine: Machine) -> None:
+    """Where the table of peaks does not fit, the moments stand in a second one, with the same figures."""
+    names = ("left rear", "left front", "right rear", "right front")
+    parts = zip(machine.carriages, names, strict=True)
+    renamed = with_changes(
+        machine, carriages=[{**carriage.model_dump(), "name": name} for carriage, name in parts]
+    )
+    for of_machine, shift in ((renamed, 0.0), (machine, 100.0)):
+        result = move(of_machine, shift=shift)
+        narrow, wide = report.result_report(result), report.result_report(result, width=120)
+        assert max(len(line) for line in narrow.splitlines()) <= report.WIDTH
+        narrow_lines, wide_lines = narrow.splitlines(), wide.splitlines()
+        for carriage in of_machine.carriages:
+            forces, moments = (line for line in narrow_lines if line.strip().startswith(carriage.name))
+            (whole,) = (line for line in wide_lines if line.strip().startswith(carriage.name))
+            count = len(carriage.name.split())
+            assert forces.split() + moments.split()[count:] == whole.split()
+
+
+def test_a_motion_under_way_is_said_under_the_peaks(machine: Machine) -> None:
+    """The artefact dies with the slowest mode; carriages whose largest loads come later are not named."""
+    slowest = Modes.of(machine)
+    until = 3 / (2 * np.pi * slowest.frequency * slowest.damping_ratio).min()
+    late = one_line(
+        report.result_report(simulate(machine, Motion.along_x(TIME, np.where(TIME < 0.6, 1, -4))))
+    )
+    assert "Note: the motion begins at 1 m/s2, but a run starts at rest" in late
+    assert f"until {until:.3g} s the loads are those of a sudden start" in late
+    assert "no carriage's peak falls into it" in late
+    early = simulate(machine, Motion.along_x(TIME, np.where(TIME < 0.6, 2.0, 0.0)))
+    said = one_line(report.result_report(early))
+    assert "peaks of all carriages fall into it" in said
+    assert said.index("the motion begins at") < said.index("Forces of the body on the carriage")
+    assert "the motion begins at" in one_line(report.comparison({"Run": early}))
+
+
+def test_a_motion_from_rest_or_seen_later_has_no_such_note(machine: Machine, result: Result) -> None:
+    assert "the motion begins at" not in one_line(report.result_report(result))
+    later = simulate(machine, Motion.along_x(TIME, np.ones_like(TIME)), times=TIME[500:])
+    assert "the motion begins at" not in one_line(report.result_report(later))
+
+
+def test_samples_coarser_than_the_highest_mode_are_said(machine: Machine, result: Result) -> None:
+    highest = Modes.of(machine).frequency.max()
+    for cycles, said in ((0.49, False), (0.51, True)):
+        time = np.arange(20) * cycles / highest
+        coarse = simulate(machine, Motion.along_x(time, np.where((time > 0.01) & (time < 0.03), 2.0, 0.0)))
+        assert ("peaks between the samples are missed" in one_line(report.result_report(coarse))) is said
+
+
+def test_modes_of_no_machine_are_taken_for_a_slip_of_units(machine: Machine) -> None:
+    question = "are stiffness and damping in N/m and N s/m?"
+    assert question not in one_line(report.machine_report(machine))
+    for factors, found in (
+        (("stiffness", 1e-6), "the lowest mode is at"),
+        (("damping", 1e3), "a damping ratio is"),
+    ):
+        part, factor = factors
+        changed = [
+            {
+                **carriage.model_dump(),
+                **{f"{part}_{axis}": getattr(carriage, f"{part}_{axis}") * factor for axis in "yz"},
+            }
+            for carriage in machine.carriages
+        ]
+        slipped = with_changes(machine, carriages=changed)
+        said = one_line(report.machine_report(slipped))
+        assert found in said and question in said

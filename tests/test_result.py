@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 import json
+import pickle
 import subprocess
 import sys
 from collections.abc import Callable
@@ -21,7 +22,18 @@ import reference as ref
 import xarray as xr
 
 import guideload
-from guideload import Carriage, Link, Machine, Motion, Rail, Result, TraceError, peak_loads, simulate
+from guideload import (
+    Carriage,
+    GuideloadError,
+    Link,
+    Machine,
+    Motion,
+    Rail,
+    Result,
+    TraceError,
+    peak_loads,
+    simulate,
+)
 from guideload import _core as core
 
 WRITERS = {"nc": Result.to_netcdf, "parquet": Result.to_parquet, "csv": Result.to_csv}
@@ -504,3 +516,25 @@ def test_the_stubs_are_the_exports() -> None:
                 assert arguments_of(export) == arguments(stub)[1:], name
             else:
                 assert arguments_of(what) == arguments(stub), f"{name}.{member}"
+
+
+def test_loads_cannot_be_changed_behind_their_labels() -> None:
+    result = simulate(ref.cart(), ref.piece(ref.cycle(), 550, 600))
+    with pytest.raises(ValueError, match="read-only"):
+        result.carriage_loads[:] = 0.0
+    assert isinstance(result.machine.links_of_carriages, tuple)
+
+
+def test_a_result_survives_pickling() -> None:
+    result = simulate(ref.cart(), ref.piece(ref.cycle(), 550, 600))
+    again = pickle.loads(pickle.dumps(result))
+    assert again.machine == result.machine
+    assert again.data.identical(result.data)
+
+
+def test_a_file_name_that_load_would_not_know_is_refused(tmp_path: Path) -> None:
+    result = simulate(ref.cart(), ref.piece(ref.cycle(), 550, 560))
+    for write, name in ((result.to_csv, "x.json"), (result.to_netcdf, "x.h5"), (result.to_parquet, "x.nc")):
+        with pytest.raises(GuideloadError, match="a file name that ends in"):
+            write(tmp_path / name)
+    assert not list(tmp_path.iterdir())

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from guideload.encoder import Trace, motion_from_trace, read_trace
-    from guideload.errors import ConfigError, GuideloadError, RunError, SceneError, TraceError
+    from guideload.errors import ArgumentError, ConfigError, GuideloadError, RunError, SceneError, TraceError
     from guideload.machine import Machine
     from guideload.modes import Modes
     from guideload.motion import Motion
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "encoder": ("Trace", "motion_from_trace", "read_trace"),
-    "errors": ("ConfigError", "GuideloadError", "RunError", "SceneError", "TraceError"),
+    "errors": ("ArgumentError", "ConfigError", "GuideloadError", "RunError", "SceneError", "TraceError"),
     "machine": ("Machine",),
     "modes": ("Modes",),
     "motion": ("Motion",),
@@ -31,6 +31,7 @@ _HOMES = {
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "ArgumentError",
     "Body",
     "Carriage",
     "ConfigError",

@@ -46,8 +46,10 @@ class Scene:
 
         time: (n,) s. acceleration: (n, 3) m/s2 of L. wrench: (n, 6) external force [N] and moment about L
         [N m]. method: exact, rk45 or implicit. rtol: error of the link loads, relative to the load scale.
-        step: s, fixed instead. times: (m,) s, instants to record instead of the samples.
-        Raises TraceError, RunError.
+        load_scale: the largest load that a link can carry at rest plus what it would carry if the peaks of the
+        excitation stood still. step: s, fixed instead; exact needs neither. times: (m,) s, instants to record
+        instead of the samples, ascending within them. All arrays float64 and C-contiguous, else ValueError or
+        TypeError. Raises TraceError, ArgumentError, RunError.
         """
 
     def peaks(

@@ -6,9 +6,10 @@ and `run --no-pictures` loads no matplotlib.
 
 from __future__ import annotations
 
+import math
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from importlib.resources import files
 from pathlib import Path
@@ -28,11 +29,13 @@ EXAMPLES = files("guideload") / "examples"
 FORMATS = {"netcdf": "loads.nc", "parquet": "loads.parquet", "csv": "loads.csv"}
 PICTURES = ("scene.png", "figures_7_to_11.png", "resultant.png", "moments.png", "modes.png", "spectrum.png")
 OUTPUTS = (*FORMATS.values(), "loads.json", *PICTURES, "report.txt")
+MANIFEST = ".guideload"  # hidden, in every folder that we write: the names of our files there
+MANIFEST_TITLE = "Files that guideload wrote into this folder; --overwrite replaces these and no others:"
+PICTURE_ENDINGS = (".png", ".svg", ".pdf", ".eps", ".jpg", ".tif", ".webp")
 PAPER_DOFS = ("rx", "ry", "rz")
 BAD_INPUT = 2
 
 InputFile = click.Path(path_type=Path)
-POSITIVE = click.FloatRange(min=0.0, min_open=True)
 Folder = click.Path(path_type=Path, file_okay=False)
 
 
@@ -40,6 +43,22 @@ class Refused(click.ClickException):
     """Input that cannot be used."""
 
     exit_code = BAD_INPUT
+
+
+class Positive(click.FloatRange):
+    """A finite number above 0."""
+
+    def __init__(self) -> None:
+        super().__init__(min=0.0, min_open=True)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        number = float(super().convert(value, param, ctx))
+        if not math.isfinite(number):
+            self.fail(f"{value} is not a finite number", param, ctx)
+        return number
+
+
+POSITIVE = Positive()
 
 
 class NumberOrText(click.ParamType[float | str]):
@@ -62,6 +81,8 @@ class Commands(click.Group):
             return super().invoke(ctx)
         except (ConfigError, SceneError, TraceError) as error:
             raise Refused(str(error)) from error
+        except BrokenPipeError:  # the reader of our output has gone, as `head` does: click ends quietly
+            raise
         except (GuideloadError, OSError) as error:
             raise click.ClickException(str(error)) from error
 
@@ -90,16 +111,17 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
     from guideload.machine import Machine
     from guideload.simulation import simulate
 
-    _require_free(output, overwrite)
-    with _working("reading the example"):
-        machine = Machine.from_toml(str(EXAMPLES / "manipulator.toml"))
-        motion = _read_motion(Path(str(EXAMPLES / "manipulator.csv")), machine)
+    names = _names_of_run("netcdf", not no_pictures)
+    _require_free(output, {"guides": names, "paper": names}, overwrite)
     results = {}
     with _written_whole(output) as folder:
+        with _working("reading the example"):
+            machine = Machine.from_toml(str(EXAMPLES / "manipulator.toml"))
+            motion = _read_motion(Path(str(EXAMPLES / "manipulator.csv")), machine)
         for name, machine_with_dofs in (("guides", machine), ("paper", machine.with_free(PAPER_DOFS))):
             with _working(f"computing the loads, {name}"):
                 results[name] = simulate(machine_with_dofs, motion)
-            _write(results[name], folder / name, "netcdf", not no_pictures)
+            _write(results[name], folder / name, "netcdf", not no_pictures, output / name)
     titles = {"All dofs that the guides carry": results["guides"], "The paper's dofs": results["paper"]}
     _print(report.comparison(titles, encoding=_encoding()))
     _print(f"Loads, reports and pictures are in {output}: guides (all dofs) and paper (the paper's dofs).")
@@ -109,13 +131,16 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
 @click.argument("path", type=InputFile, default=Path("machine.toml"))
 def init(path: Path) -> None:
     """Write a commented machine.toml to fill in."""
+    template = (EXAMPLES / "machine.toml").read_text(encoding="utf-8")
     try:
         with path.open("x", encoding="utf-8", newline="\n") as file:
-            file.write((EXAMPLES / "machine.toml").read_text(encoding="utf-8"))
+            file.write(template)
     except FileExistsError:
         raise Refused(
             f"{path} exists and is left as it is; give another name: guideload init NAME.toml"
         ) from None
+    except OSError as error:
+        raise _unwritable(path, error) from None
     _print(f"Wrote {path}. Fill it in, then: guideload check {path}")
 
 
@@ -161,9 +186,8 @@ def trace_options(command: Any) -> Any:
 def check(machine_file: Path, trace_file: Path | None, **reading: Any) -> None:
     """Check a machine, and a trace if one is given, and tell what was understood."""
     from guideload import report
-    from guideload.machine import Machine
 
-    machine = Machine.from_toml(machine_file)
+    machine = _read_machine(machine_file)
     _print(report.machine_report(machine, encoding=_encoding()))
     if trace_file is not None:
         _print(report.motion_report(_read_motion(trace_file, machine, **reading), encoding=_encoding()))
@@ -175,28 +199,26 @@ def check(machine_file: Path, trace_file: Path | None, **reading: Any) -> None:
     "-o",
     "--output",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="Picture to write (png, svg, pdf).",
+    help=f"Picture to write ({', '.join(ending[1:] for ending in PICTURE_ENDINGS)}).",
 )
 @click.option("--overwrite", is_flag=True, help="Replace the picture if it exists.")
 def natural_modes(machine_file: Path, output: Path | None, overwrite: bool) -> None:
     """Natural frequencies, damping ratios and mode shapes of a machine."""
     from guideload import report
-    from guideload.machine import Machine
     from guideload.modes import Modes
 
-    if output is not None and output.exists() and not overwrite:
-        raise Refused(f"{output} exists; give another name, or --overwrite")
-    machine = Machine.from_toml(machine_file)
-    modes = Modes.of(machine)
     if output is not None:
-        from guideload import plots
+        _require_picture(output, overwrite, machine_file)
+    with nullcontext() if output is None else _draft_beside(output) as draft:
+        machine = _read_machine(machine_file)
+        modes = Modes.of(machine)
+        if output is not None and draft is not None:
+            from guideload import plots
 
-        with tempfile.TemporaryDirectory(prefix=f".{output.name}-", dir=output.parent) as space:
             try:
-                draft = plots.save(plots.modes(machine, modes)[0], Path(space) / output.name)
-            except ValueError as error:  # an ending that matplotlib does not know
-                raise Refused(f"{output}: {error}") from error
-            draft.replace(output)
+                plots.save(plots.modes(machine, modes)[0], draft / output.name).replace(output)
+            except OSError as error:
+                raise _unwritable(output, error) from error
     _print(report.modes_report(machine, modes, encoding=_encoding()))
     if output is not None:
         _print(f"Wrote {output}.")
@@ -239,23 +261,38 @@ def run(
 ) -> None:
     """Compute the load of every carriage of a machine under a measured motion."""
     from guideload import report
-    from guideload.machine import Machine
     from guideload.simulation import simulate
 
     if step is not None and method in ("auto", "exact"):
         raise click.UsageError(f"--step is for --method rk45 and implicit; {method} makes no step error")
-    _require_free(output, overwrite)
-    with _working("reading"):
-        machine = Machine.from_toml(machine_file)
-        if free is not None:
-            machine = machine.with_free([dof.strip() for dof in free.split(",")])
-        motion = _read_motion(trace_file, machine, **reading)
-    with _working("computing the loads"):
-        result = simulate(machine, motion, method=method, rtol=rtol, step=step)
+    names = _names_of_run(file_format, not no_pictures)
+    _require_free(output, {"": names}, overwrite, inputs=(machine_file, trace_file))
     with _written_whole(output) as folder:
-        _write(result, folder, file_format, not no_pictures)
+        with _working("reading"):
+            machine = _read_machine(machine_file, free)
+            motion = _read_motion(trace_file, machine, **reading)
+        with _working("computing the loads"):
+            result = simulate(machine, motion, method=method, rtol=rtol, step=step)
+        _write(result, folder, file_format, not no_pictures, output)
     _print(report.result_report(result, encoding=_encoding()))
     _print(f"Wrote {output}.")
+
+
+def _read_machine(machine_file: Path, free: str | None = None) -> Machine:
+    """The machine, with other free dofs if they are given; a body that nothing supports is refused here."""
+    from guideload.machine import DOFS, Machine
+
+    machine, place = Machine.from_toml(machine_file), str(machine_file)
+    if free is not None:
+        dofs = [dof.strip() for dof in free.split(",")]
+        if len(set(dofs)) < len(dofs) or not set(dofs) <= set(DOFS):
+            raise Refused(f'--free: expected one or more of {",".join(DOFS)}, each once, got "{free}"')
+        machine, place = machine.with_free(dofs), f"{machine_file} with --free {free}"
+    try:
+        _ = machine.scene  # made once, and kept by the machine
+    except SceneError as error:
+        raise Refused(f"{place}: {error}") from error
+    return machine
 
 
 def _read_motion(trace_file: Path, machine: Machine, **reading: Any) -> Motion:
@@ -266,54 +303,143 @@ def _read_motion(trace_file: Path, machine: Machine, **reading: Any) -> Motion:
     return motion_from_trace(read_trace(trace_file, **given), drive=machine.drive, **smoothing)
 
 
-def _write(result: Result, folder: Path, file_format: str, pictures: bool) -> None:
-    """Loads, report and pictures of a run."""
+def _names_of_run(file_format: str, pictures: bool) -> set[str]:
+    """The names that `_write` may write."""
+    names = {FORMATS[file_format], "report.txt", *(PICTURES if pictures else ())}
+    return names | {"loads.json"} if file_format == "csv" else names
+
+
+def _write(result: Result, folder: Path, file_format: str, pictures: bool, shown: Path) -> None:
+    """Loads, report, pictures and manifest of a run; errors call the folder `shown`."""
     from guideload import report
 
-    folder.mkdir(exist_ok=True)
-    with _working("writing the loads"):
-        getattr(result, f"to_{file_format}")(folder / FORMATS[file_format])
-        (folder / "report.txt").write_text(report.result_report(result), encoding="utf-8")
-    if pictures:
-        with _working("drawing the pictures"):
-            from guideload import plots
+    try:
+        folder.mkdir(exist_ok=True)
+        with _working("writing the loads"):
+            getattr(result, f"to_{file_format}")(folder / FORMATS[file_format])
+            (folder / "report.txt").write_text(report.result_report(result), encoding="utf-8")
+        if pictures:
+            with _working("drawing the pictures"):
+                from guideload import plots
 
-            plots.save_all(result, folder)
+                plots.save_all(result, folder)
+        lines = [MANIFEST_TITLE, *sorted(path.name for path in folder.iterdir())]
+        (folder / MANIFEST).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise click.ClickException(f"{shown}: cannot be written: {error.strerror or error}") from error
 
 
-def _require_free(output: Path, overwrite: bool) -> None:
-    """Before any work: the folder is new or empty, or the user wants its files replaced."""
-    if not overwrite and output.is_dir() and any(output.iterdir()):
+def _ours(folder: Path) -> set[str]:
+    """Names of files that we wrote into a folder, by its manifest: none but our own names are believed."""
+    try:
+        lines = (folder / MANIFEST).read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        return set()
+    return {*lines[1:], MANIFEST} & {*OUTPUTS, MANIFEST} if lines[:1] == [MANIFEST_TITLE] else set()
+
+
+def _require_free(
+    output: Path, names: Mapping[str, set[str]], overwrite: bool, inputs: tuple[Path, ...] = ()
+) -> None:
+    """Before any work: the folder is new or empty; or its files may be replaced, and are ours.
+
+    names: what will be written into each folder below `output`; inputs: files that must stay.
+    """
+    if not output.is_dir() or not any(output.iterdir()):
+        return
+    if not overwrite:
         raise Refused(
-            f"the folder {output} is not empty; give another one, or --overwrite to replace its files"
+            f"the folder {output} is not empty; give another one, or --overwrite to replace the files of an "
+            "earlier run in it"
         )
+    for below, written in names.items():
+        folder = output / below
+        ours = _ours(folder)
+        for name in sorted({*written, MANIFEST} - ours):
+            if (folder / name).exists() or (folder / name).is_symlink():
+                raise Refused(
+                    f"{folder / name} was not written by an earlier run, so --overwrite leaves it alone; "
+                    "move it, or give another folder"
+                )
+        for name in sorted(ours):
+            for path in inputs:
+                if path.exists() and (folder / name).exists() and path.samefile(folder / name):
+                    raise Refused(
+                        f"{path} is read by this run and would be replaced; give another folder to write"
+                    )
+
+
+def _require_picture(output: Path, overwrite: bool, machine_file: Path) -> None:
+    """Before any work: the picture can have that name, and replaces nothing that is not to be replaced."""
+    if output.suffix.lower() not in PICTURE_ENDINGS:
+        raise Refused(f"{output}: expected a name that ends in {', '.join(PICTURE_ENDINGS)}")
+    if output.exists() and not overwrite:
+        raise Refused(f"{output} exists; give another name, or --overwrite")
+    if output.exists() and machine_file.exists() and output.samefile(machine_file):
+        raise Refused(f"{output} is the machine's file; give another name for the picture")
+
+
+def _unwritable(path: Path, error: OSError) -> Refused:
+    """The refusal of a path to write, with the path as the user gave it."""
+    above = next((folder for folder in path.absolute().parents if folder.exists()), path)
+    if not above.is_dir():
+        return Refused(f"{path}: {above} is a file, not a folder")
+    if isinstance(error, FileNotFoundError):
+        return Refused(f"{path}: there is no folder {path.parent}")
+    return Refused(f"{path}: cannot be written: {error.strerror or error}")
+
+
+@contextmanager
+def _draft_beside(output: Path) -> Iterator[Path]:
+    """A hidden folder to draft a file in, in the folder of the file; made now, to see that it can be."""
+    try:
+        space = tempfile.TemporaryDirectory(prefix=f".{output.name}-", dir=output.parent)
+    except OSError as error:
+        raise _unwritable(output, error) from None
+    with space as name:
+        yield Path(name)
 
 
 @contextmanager
 def _written_whole(output: Path) -> Iterator[Path]:
-    """A draft folder to write in, which becomes `output` when all is written; on failure nothing is left.
+    """A draft folder to write in, whose files go to `output` when all are written; on failure nothing is left.
 
+    It is made before anything is computed, so that a place where nothing can be written is refused early.
     In a folder with files in it, ours of an earlier run are replaced or removed, and all others stay.
     """
-    output = output.resolve()
-    output.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{output.name}-", dir=output.parent) as space:
-        draft = Path(space) / output.name
-        draft.mkdir()
-        yield draft
-        if output.is_dir() and any(output.iterdir()):
-            _move_into(draft, output)
-        else:
-            if output.is_dir():
-                output.rmdir()
-            draft.rename(output)
+    place = output.absolute()
+    missing = [folder for folder in place.parents if not folder.exists()]
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        # In a folder that is there already: its parent may be read-only, or on another disk.
+        home = place if place.is_dir() else place.parent
+        space = tempfile.TemporaryDirectory(prefix=f".{place.name}-", dir=home)
+    except OSError as error:
+        raise _unwritable(output, error) from None
+    try:
+        with space as name:
+            draft = Path(name) / "draft"
+            draft.mkdir()
+            yield draft
+            if place.is_dir():
+                _move_into(draft, place)
+            else:
+                draft.rename(place)
+    except BaseException:
+        for folder in missing:
+            if folder.is_dir() and not any(folder.iterdir()):
+                folder.rmdir()
+        raise
 
 
 def _move_into(draft: Path, folder: Path) -> None:
+    """Files of a draft to their folder; the manifest first, so that no file of ours is ever unlisted."""
     folder.mkdir(exist_ok=True)
-    for name in OUTPUTS:
-        if not (draft / name).exists():
-            (folder / name).unlink(missing_ok=True)
+    if (draft / MANIFEST).exists():
+        for name in _ours(folder):
+            if not (draft / name).exists():
+                (folder / name).unlink(missing_ok=True)
+        (draft / MANIFEST).replace(folder / MANIFEST)
     for path in draft.iterdir():
         if path.is_dir():
             _move_into(path, folder / path.name)

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -21,6 +21,9 @@ from pydantic_core import ErrorDetails
 
 from guideload.errors import ConfigError, KeyPath, Problem, ValueRefused, shortened, shown
 from guideload.units import quantity
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -194,6 +197,11 @@ class Part(BaseModel):
             super().__init__(**values)
         except ValidationError as error:
             raise ConfigError(problems_of(error, type(self))) from None
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """The same part with other values, checked like any; nothing computed from the old ones is kept."""
+        values = {key: getattr(self, key) for key in type(self).model_fields}
+        return type(self)(**{**values, **(update or {})})
 
     # Pydantic's own mark (as on its RootModel) for an __init__ that only wraps: parts within parts are then
     # validated without it, so that the outermost part sees the problems of all of them at once.

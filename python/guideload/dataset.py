@@ -8,7 +8,7 @@ from importlib.metadata import version
 import numpy as np
 import xarray as xr
 
-from guideload.modes import DOFS
+from guideload.machine import DOFS
 from guideload.runs import AXES, Array, Run
 
 Variable = tuple[str, tuple[str, ...], Array, str, str]

@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from guideload.trace_table import TableLike
 
 Array = NDArray[np.float64]
-# First acceleration, of the largest, from which on a trace has begun under way; smoothed standstill stays below.
-UNDER_WAY = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +120,7 @@ def read_trace(
         else:
             both = (value, other) if kind == "position" else (other, value)
             notes.append(checks.check_partner(data, column, partner, stamps, *both))
-    limit = None if max_speed is None else _argument(data, "max_speed", max_speed, _speed_unit(kind))
+    limit = None if max_speed is None else _positive(data, "max_speed", max_speed, _speed_unit(kind))
     checks.check_jumps(data, column, stamps, value, kind, limit)
     if np.ptp(value) == 0.0:
         moves = value[0] != 0.0 and kind in ("velocity", "motor_speed")
@@ -157,13 +155,6 @@ def motion_from_trace(
     found = smooth(
         trace.time, trace.value * ratio, kind, smoothing, quantum=abs(ratio) * trace.quantum, window=window
     )
-    notes = [*trace.notes, found.note]
-    first, peak = abs(found.acceleration[0]), np.abs(found.acceleration).max()
-    if first > UNDER_WAY * peak:
-        notes.append(
-            f"the trace begins at {found.acceleration[0]:.3g} m/s2: a run starts at rest, so its first loads are "
-            "those of a sudden start; record from standstill, or read peaks after that"
-        )
     return Motion.along_x(
         trace.time,
         found.acceleration,
@@ -171,7 +162,7 @@ def motion_from_trace(
         position=found.position,
         motor_speed=trace.value if trace.kind == "motor_speed" else None,
         source=f"{trace.source}, column {trace.column}",
-        notes=tuple(notes),
+        notes=(*trace.notes, found.note),
     )
 
 
@@ -231,8 +222,8 @@ def _meaning(data: Table, column: str, kind: str | None, unit: str | float | Non
                 f"{place}: counts need the cart's travel per count: unit='5e-8 m' (--unit '5e-8 m')"
             )
         scale = _argument(data, "unit", unit, "m")
-        if scale == 0.0:
-            raise TraceError(f"{place}: unit: expected metres per count, got 0")
+        if scale == 0.0 or not np.isfinite(scale):
+            raise TraceError(f"{place}: unit: expected metres per count, got {scale:g}")
         return kind, scale
     if unit is not None and not isinstance(unit, str):
         raise TraceError(f"{place}: unit: expected a string such as 'mm/s', got {unit!r}")
@@ -255,9 +246,7 @@ def _stamps(data: Table, clock: str | None, rate: float | str | None, count: int
     """Time stamps in s, the name they have in errors, and a note."""
     if clock is None:
         assert rate is not None
-        per_second = _argument(data, "rate", rate, "Hz")
-        if per_second <= 0.0:
-            raise TraceError(f"{data.source}: rate: expected > 0 Hz, got {per_second:g}")
+        per_second = _positive(data, "rate", rate, "Hz")
         unused = [name for name in data.names if Header.of(name).is_time]
         note = f"time from the rate {per_second:g} Hz" + (f"; column {unused[0]} not used" if unused else "")
         return np.arange(count) / per_second, "time", note
@@ -286,3 +275,11 @@ def _argument(data: Table, name: str, value: float | str, unit: str) -> float:
         return quantity(value, unit)
     except ValueRefused as error:
         raise TraceError(f"{data.source}: {name}: {error}") from None
+
+
+def _positive(data: Table, name: str, value: float | str, unit: str) -> float:
+    number = _argument(data, name, value, unit)
+    if not 0.0 < number < np.inf:
+        option = f"--{name.replace('_', '-')}"
+        raise TraceError(f"{data.source}: {name}: expected > 0 {unit}, got {number:g} ({option})")
+    return number

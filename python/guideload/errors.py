@@ -22,7 +22,11 @@ class SceneError(GuideloadError):
 
 
 class RunError(GuideloadError):
-    """A run stopped: a step outside the stability region, a tolerance below rounding; the text says when."""
+    """A run stopped: the text names time and step, and the next move."""
+
+
+class ArgumentError(RunError, ValueError):
+    """An argument of a run that it cannot have: method, rtol, step or times."""
 
 
 class ValueRefused(GuideloadError, ValueError):

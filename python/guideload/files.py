@@ -17,7 +17,7 @@ import pyarrow.csv
 import pyarrow.parquet
 import xarray as xr
 
-from guideload.errors import GuideloadError, TraceError
+from guideload.errors import GuideloadError, TraceError, ValueRefused
 from guideload.machine import Machine
 
 KEY = b"guideload"  # of the metadata in a Parquet file
@@ -25,28 +25,38 @@ KEY = b"guideload"  # of the metadata in a Parquet file
 
 def write_netcdf(data: xr.Dataset, path: str | PathLike[str]) -> None:
     """netCDF 4; variables and attributes as in `data`."""
-    with _whole(path) as draft:
+    with _whole(_ending(path, ".nc")) as draft:
         data.to_netcdf(draft, engine="h5netcdf")
 
 
 def write_parquet(data: xr.Dataset, path: str | PathLike[str]) -> None:
     """Histories as columns, the rest as JSON in the metadata of the schema."""
     table = _columns(data).replace_schema_metadata({KEY: json.dumps(_rest(data))})
-    with _whole(path) as draft:
+    with _whole(_ending(path, ".parquet")) as draft:
         pyarrow.parquet.write_table(table, draft)
 
 
 def write_csv(data: xr.Dataset, path: str | PathLike[str]) -> None:
     """Histories as columns, the rest as JSON beside it."""
-    with _whole(path) as draft, _whole(Path(path).with_suffix(".json")) as rest:
+    with _whole(_ending(path, ".csv")) as draft, _whole(Path(path).with_suffix(".json")) as rest:
         pyarrow.csv.write_csv(_columns(data), draft)
         rest.write_text(json.dumps(_rest(data), indent=1), encoding="utf-8")
+
+
+def _ending(path: str | PathLike[str], ending: str) -> Path:
+    """`path`, which must end so, or `Result.load` would not know what to read."""
+    path = Path(path)
+    if path.suffix != ending:
+        raise ValueRefused(f"a file name that ends in {ending}", str(path))
+    return path
 
 
 @contextmanager
 def _whole(path: str | PathLike[str]) -> Iterator[Path]:
     """A draft beside `path` that takes its place when all is written; what was there stays if anything fails."""
     path = Path(path)
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{path}: there is no folder {path.parent}")
     with tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as space:
         draft = Path(space) / path.name
         yield draft
@@ -58,8 +68,19 @@ def read(path: str | PathLike[str]) -> tuple[Machine, xr.Dataset]:
     path = Path(path)
     try:
         data = _data(path)
+        missing = {"force", "moment", "resultant", "static_force", "static_moment"} - set(data.data_vars)
+        if missing:
+            raise ValueError(f"one without {', '.join(sorted(missing))}")
         return _machine(data), data
-    except (LookupError, TypeError, ValueError, OSError, GuideloadError, pa.ArrowException) as error:
+    except (
+        AttributeError,
+        LookupError,
+        TypeError,
+        ValueError,
+        OSError,
+        GuideloadError,
+        pa.ArrowException,
+    ) as error:
         raise TraceError(f"{path}: expected a result that guideload wrote, got {error}") from error
 
 

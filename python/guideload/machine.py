@@ -59,8 +59,7 @@ class Machine(Part):
 
     def with_free(self, free: Iterable[str]) -> Machine:
         """The same machine with other free dofs; the drive holds the rest."""
-        values = {key: getattr(self, key) for key in Machine.model_fields}
-        return Machine(**{**values, "free": tuple(free)})
+        return self.model_copy(update={"free": tuple(free)})
 
     @field_validator("free")
     @classmethod
@@ -101,17 +100,19 @@ class Machine(Part):
         return read_only(np.array([index[carriage.rail] for carriage in self.carriages], dtype=np.intp))
 
     @cached_property
-    def links_of_carriages(self) -> list[NDArray[np.int64]]:
+    def links_of_carriages(self) -> tuple[NDArray[np.int64], ...]:
         """Indices into the link table of the links of each carriage."""
         owner = self.link_table().carriage
-        return [read_only(np.flatnonzero(owner == i).astype(np.int64)) for i in range(len(self.carriages))]
+        return tuple(
+            read_only(np.flatnonzero(owner == i).astype(np.int64)) for i in range(len(self.carriages))
+        )
 
     @cached_property
-    def links_of_rails(self) -> list[NDArray[np.int64]]:
+    def links_of_rails(self) -> tuple[NDArray[np.int64], ...]:
         """Indices into the link table of the links of each rail's carriages."""
         table = self.link_table()
         rail = np.append(self.rail_of_carriage, -1)[table.carriage]  # extra links (-1) run on no rail
-        return [read_only(np.flatnonzero(rail == i).astype(np.int64)) for i in range(len(self.rails))]
+        return tuple(read_only(np.flatnonzero(rail == i).astype(np.int64)) for i in range(len(self.rails)))
 
     @cached_property
     def rail_centers(self) -> Array:

@@ -82,9 +82,8 @@ class Motion:
         source: str = "",
         notes: tuple[str, ...] = (),
     ) -> Motion:
-        """A motion along the rails: acceleration (n,) m/s2, velocity (n,) m/s, position (n,) m, all along
-        x."""
-        stamps = np.asarray(time, float)
+        """A motion along the rails: acceleration (n,) m/s2, velocity (n,) m/s, position (n,) m, all along x."""
+        stamps = _history("time", time, (np.size(time),))
 
         def axis_x(name: str, given: ArrayLike) -> Array:
             history = np.zeros((stamps.size, 3))
@@ -96,7 +95,7 @@ class Motion:
             acceleration=axis_x("acceleration", acceleration),
             velocity=None if velocity is None else axis_x("velocity", velocity),
             position=None if position is None else axis_x("position", position),
-            motor_speed=None if motor_speed is None else np.asarray(motor_speed, float),
+            motor_speed=None if motor_speed is None else _history("motor_speed", motor_speed, (stamps.size,)),
             source=source,
             notes=notes,
         )
@@ -113,9 +112,8 @@ class Motion:
 
         point: (3,) m from L, where the force acts; the moment about L becomes moment + point x force.
         force: (3,) or (k, 3) N; moment: (3,) or (k, 3) N m; global axes. (3,) is a constant.
-        time: (k,) s, stamps of the two, linear between them, equal neighbours are a jump; zero before the
-            first and
-        after the last. Without it they belong to the motion's own stamps. The result has the stamps of both,
+        time: (k,) s, stamps of the two, linear between them, equal neighbours are a jump; zero before the first
+        and after the last. Without it they belong to the motion's own stamps. The result has the stamps of both,
         which is exact because all histories are linear between stamps. What lies outside the motion's time is
         cut off.
         """

@@ -14,7 +14,8 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from guideload.modes import DOFS, moving_dofs
+from guideload.machine import DOFS
+from guideload.modes import Modes, moving_dofs
 from guideload.motion import Motion
 
 if TYPE_CHECKING:
@@ -22,10 +23,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from guideload.machine import Machine
-    from guideload.modes import Modes
     from guideload.result import Result
 
 WIDTH = 80
+
+# First acceleration, of the largest, from which on a motion has begun under way; smoothed standstill stays below.
+UNDER_WAY = 0.2
+# Guides carry machines at tens to hundreds of Hz, damped by some percent. What lies beyond these limits is a slip
+# of units: N/mm read as N/m lowers the frequencies 32 times.
+SLOWEST_MODE = 1.0  # Hz
+LARGEST_DAMPING = 2.0  # of critical
+
 
 DEFINITIONS = (
     "Forces of the body on the carriage, global axes, static load included; moments about the carriage's "
@@ -43,8 +51,8 @@ def result_report(result: Result, width: int = WIDTH, encoding: str = "utf-8") -
         [
             *_heading(result.machine),
             *_section("Peak loads of the carriages"),
-            peaks_table(result),
-            *_remark(DEFINITIONS),
+            *peaks_tables(result, width),
+            *_remark(*start_notes(result), *sample_notes(result), DEFINITIONS),
             *weight_lines(result.machine),
             *_section("Drive and held dofs"),
             *reaction_lines(result),
@@ -64,7 +72,9 @@ def comparison(results: Mapping[str, Result], width: int = WIDTH, encoding: str 
     """The table of peaks of several runs of one machine under one motion, one below the other."""
     parts: list[RenderableType] = []
     for title, result in results.items():
-        parts += [*_section(f"{title}: free {', '.join(result.machine.free)}"), peaks_table(result)]
+        parts += _section(f"{title}: free {', '.join(result.machine.free)}")
+        parts += peaks_tables(result, width)
+        parts += _remark(*start_notes(result), *sample_notes(result))
         parts += weight_lines(result.machine)
     return to_text([*parts, *_remark(DEFINITIONS)], width, encoding)
 
@@ -101,7 +111,8 @@ def machine_report(machine: Machine, width: int = WIDTH, encoding: str = "utf-8"
     own = f", {len(machine.links)} of them extra: {', '.join(link.name for link in machine.links)}"
     parts += [*_section(f"Carriages and links ({links} links{own if machine.links else ''})"), table]
     parts += [*_section("At rest: supported in every free dof"), static_table(machine)]
-    return to_text([*parts, *_remark(STATIC_DEFINITIONS), *weight_lines(machine)], width, encoding)
+    notes = unit_notes(Modes.of(machine))
+    return to_text([*parts, *_remark(STATIC_DEFINITIONS, *notes), *weight_lines(machine)], width, encoding)
 
 
 def motion_report(motion: Motion, width: int = WIDTH, encoding: str = "utf-8") -> str:
@@ -111,26 +122,91 @@ def motion_report(motion: Motion, width: int = WIDTH, encoding: str = "utf-8") -
 
 def modes_report(machine: Machine, modes: Modes, width: int = WIDTH, encoding: str = "utf-8") -> str:
     """The natural modes of a machine."""
-    return to_text([*_heading(machine), modes_table(machine, modes)], width, encoding)
+    notes = _remark(*unit_notes(modes))
+    return to_text([*_heading(machine), modes_table(machine, modes), *notes], width, encoding)
 
 
-def peaks_table(result: Result) -> Table:
-    """A row per carriage; see `DEFINITIONS`."""
-    headings = ("peak\nN", "at\ns", "|Fy|\nN", "|Fz|\nN", "static\nN", "dyn.\nN", "share\n%")
-    table = _table("carriage", *headings, "|Mx|\nN m", "|My|\nN m", "|Mz|\nN m", "dyn.\nN m")
+def peaks_tables(result: Result, width: int = WIDTH) -> list[RenderableType]:
+    """A row per carriage; see `DEFINITIONS`. One table if it fits the width, else the moments in a second."""
+    force_headings = ("peak\nN", "at\ns", "|Fy|\nN", "|Fz|\nN", "static\nN", "dyn.\nN", "share\n%")
+    moment_headings = ("|Mx|\nN m", "|My|\nN m", "|Mz|\nN m", "dyn.\nN m")
+    whole = _table("carriage", *force_headings, *moment_headings)
+    forces, moments = _table("carriage", *force_headings), _table("carriage", *moment_headings)
     loads = ("peak_Fy_N", "peak_Fz_N", "static_resultant_N", "dynamic_resultant_N")
     for name, peaks in result.peaks().iterrows():
         peak = float(peaks["peak_resultant_N"])
-        table.add_row(
-            Text(str(name)),
+        force = (
             number(peak),
             f"{peaks['time_of_peak_s']:.3f}",
             *(number(float(peaks[load])) for load in loads),
             f"{100 * float(peaks['dynamic_resultant_N']) / peak:.1f}" if peak else "0.0",
-            *(number(float(peaks[f"peak_M{axis}_Nm"])) for axis in "xyz"),
-            number(_dynamic_moment(result, str(name))),
         )
-    return table
+        moment = (
+            *(number(float(peaks[f"peak_M{axis}_Nm"])) for axis in "xyz"),
+            number(float(peaks["dynamic_moment_Nm"])),
+        )
+        whole.add_row(Text(str(name)), *force, *moment)
+        forces.add_row(Text(str(name)), *force)
+        moments.add_row(Text(str(name)), *moment)
+    needed = Console(width=10 * width, color_system=None).measure(whole).maximum
+    return [whole] if needed <= width else [forces, moments]
+
+
+def start_notes(result: Result) -> list[str]:
+    """What a motion that begins under way does to the peaks: the run starts at rest, as by a sudden start.
+
+    The time until that has died away is 3 / (zeta omega) of the slowest mode: 5 % of it is left then.
+    """
+    data = result.data
+    size = np.linalg.norm(data["cart_acceleration"].transpose("time", "axis").values, axis=1)
+    under_way = size[0] > UNDER_WAY * size.max()
+    if not under_way or np.any(data["velocity"].values[0]):  # reported from a later instant on
+        return []
+    slowest = float(-np.real(result.modes.eigenvalues).max())
+    time = data["time"].values
+    until = float(time[0]) + 3.0 / slowest if slowest > 0 else np.inf
+    early = [str(name) for name in data["carriage"].values if _instants_of_peaks(result, name).min() < until]
+    if until < time[-1]:
+        period = f"until {until:.3g} s"
+        way_out = "record from standstill, or read the peaks after that"
+    else:
+        period, way_out = "over the whole run", "record from standstill"
+    names = "all carriages" if len(early) == data.sizes["carriage"] else ", ".join(early)
+    whose = f"peaks of {names} fall into it" if early else "no carriage's peak falls into it"
+    return [
+        f"Note: the motion begins at {size[0]:.3g} m/s2, but a run starts at rest: {period} the loads are those "
+        f"of a sudden start; {whose}. To see those of the motion, {way_out}."
+    ]
+
+
+def sample_notes(result: Result) -> list[str]:
+    """A warning where the samples are too far apart to show the peaks of the highest mode."""
+    if not result.modes.frequency.size or result.data.sizes["time"] < 2:
+        return []
+    steps = np.diff(result.data["time"].values)
+    step, highest = float(np.median(steps[steps > 0])), float(result.modes.frequency.max())
+    if step * highest <= 0.5:
+        return []
+    return [
+        f"Note: a sample every {1e3 * step:.3g} ms is coarser than half a period of the highest mode, "
+        f"{highest:.3g} Hz: peaks between the samples are missed. Take a faster trace, or in Python report at "
+        "finer instants: simulate(machine, motion, times=...)."
+    ]
+
+
+def unit_notes(modes: Modes) -> list[str]:
+    """A warning where the modes are those of no machine on guides: mostly N/mm taken for N/m."""
+    odd = []
+    if modes.frequency.size and modes.frequency.min() < SLOWEST_MODE:
+        odd.append(f"the lowest mode is at {modes.frequency.min():.3g} Hz")
+    if modes.damping_ratio.size and modes.damping_ratio.max() > LARGEST_DAMPING:
+        odd.append(f"a damping ratio is {100 * modes.damping_ratio.max():.3g} %")
+    if not odd:
+        return []
+    return [
+        f"Note: {' and '.join(odd)}: are stiffness and damping in N/m and N s/m? Plain numbers are SI; "
+        'others need their unit, as in "350 N/um".'
+    ]
 
 
 def static_table(machine: Machine) -> Table:
@@ -273,10 +349,18 @@ def _remark(*lines: str) -> list[RenderableType]:
     return [Padding(line, (0, 0, 1, 0)) for line in lines]
 
 
-def _dynamic_moment(result: Result, carriage: str) -> float:
-    """Largest distance of a carriage's moment from its static value [N m]."""
+def _instants_of_peaks(result: Result, carriage: str) -> NDArray[np.float64]:
+    """When the figures of a carriage's row in the table of peaks are reached [s]."""
     one = result.data.sel(carriage=carriage)
-    return _largest((one["moment"] - one["static_moment"]).transpose("time", "axis").values)
+    force = one["force"].transpose("time", "axis").values[:, 1:]
+    moment = one["moment"].transpose("time", "axis").values
+    histories = (
+        np.linalg.norm(force, axis=1),
+        np.linalg.norm(force - one["static_force"].values[1:], axis=1),
+        np.linalg.norm(moment - one["static_moment"].values, axis=1),
+    )
+    time: NDArray[np.float64] = result.data["time"].values
+    return time[[int(history.argmax()) for history in histories]]
 
 
 def _largest(vectors: NDArray[np.float64]) -> float:

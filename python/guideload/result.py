@@ -59,6 +59,9 @@ class Result:
 
     _run: Run
 
+    def __reduce__(self) -> tuple[type[Result], tuple[Machine, xr.Dataset]]:
+        return Result, (self.machine, self.data)
+
     @cached_property
     def data(self) -> xr.Dataset:
         """All quantities with labels and units."""

@@ -34,4 +34,6 @@ class Run:
         part: total, elastic or damping.
         """
         machine = self.machine
-        return self.solution.group_loads(machine.links_of_carriages, machine.carriage_centers, part)
+        loads = self.solution.group_loads(machine.links_of_carriages, machine.carriage_centers, part)
+        loads.setflags(write=False)  # the labelled arrays are views of it
+        return loads

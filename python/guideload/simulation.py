@@ -7,7 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from guideload.errors import RunError
+from guideload.errors import ArgumentError
 from guideload.machine import Machine
 from guideload.motion import Motion
 from guideload.result import Peaks, Result
@@ -34,8 +34,9 @@ def simulate(
     step    s, fixed step for rk45 and implicit instead of error control; none passes a sample of the motion
     times   (m,) s, instants to report, ascending; the samples of the motion if left out
 
-    Raises SceneError (unsupported body), TraceError (a motion that is none), RunError (with time and step).
+    Raises SceneError (unsupported body), ArgumentError (method, rtol, step or times), RunError (with time and step).
     """
+    _require_kinds(machine, motion, rtol, step)
     chosen, reason = _chosen(method, step)
     instants = None if times is None else _instants(times)
     solution = machine.scene.solve(
@@ -63,6 +64,7 @@ def peak_loads(
 
     Arguments and errors as for `simulate`.
     """
+    _require_kinds(machine, motion, rtol, step)
     chosen, _ = _chosen(method, step)
     extremes = machine.scene.peaks(
         motion.time,
@@ -77,23 +79,37 @@ def peak_loads(
     return Peaks(tuple(carriage.name for carriage in machine.carriages), *extremes)
 
 
+def _require_kinds(machine: object, motion: object, rtol: object, step: object) -> None:
+    """Tell a slip of the arguments by its way out; everything else is checked where it is used."""
+    if not isinstance(machine, Machine):
+        raise TypeError(f"machine: expected a Machine, as from Machine.from_toml(file), got {machine!r:.80}")
+    if not isinstance(motion, Motion):
+        raise TypeError(
+            "motion: expected a Motion, as from motion_from_trace(read_trace(file), machine.drive), "
+            f"got {motion!r:.80}"
+        )
+    for name, value in (("rtol", rtol), ("step", 0.0 if step is None else step)):
+        if not isinstance(value, int | float | np.number) or isinstance(value, bool):
+            raise ArgumentError(f"{name}: expected a number, got {value!r}")
+
+
 def _instants(times: ArrayLike) -> Array:
     """The instants to report, as numbers of our own."""
     try:
         instants = np.array(times, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise RunError(f"times: expected numbers of shape (m,), in s, got {error}") from None
+        raise ArgumentError(f"times: expected numbers of shape (m,), in s, got {error}") from None
     if instants.ndim != 1:
-        raise RunError(f"times: expected shape (m,), got {instants.shape}")
+        raise ArgumentError(f"times: expected shape (m,), got {instants.shape}")
     return instants
 
 
 def _chosen(method: str, step: float | None) -> tuple[str, str]:
     """The method to run and why."""
     if method not in get_args(Method):
-        raise RunError(f"method: expected one of {', '.join(get_args(Method))}, got {method!r}")
+        raise ArgumentError(f"method: expected one of {', '.join(get_args(Method))}, got {method!r}")
     if method in ("auto", "exact") and step is not None:
-        raise RunError(f'step: method "{method}" takes none; leave step out, or name rk45 or implicit')
+        raise ArgumentError(f'step: method "{method}" takes none; leave step out, or name rk45 or implicit')
     if method == "auto":
         return "exact", "all links are linear: the matrix exponential costs least and makes no step error"
     return method, "asked for"

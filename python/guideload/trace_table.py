@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 SHOWN = 10  # rows named in an error; the count says how many there are
+OPENING = 65536  # characters of a text file that are searched for its first line, and for what is no text
 LISTED = 24  # columns named in an error
 
 # What a column can be, and its SI unit. Counts become a position.
@@ -56,6 +57,7 @@ SUFFIXES = {
     "s": "s",
     "m": "m",
 }
+CONTROL = re.compile(r"[\x00-\x08\x0e-\x19\x1b-\x1f]")  # in no text; a last Ctrl-Z (1a) is in some of DOS
 TIME_WORDS = {"t", "time", "times", "timestamp", "time_stamp", "elapsed", "elapsed_time", "zeit"}
 POSITION_WORDS = ("position", "pos")
 VELOCITY_WORDS = ("velocity", "vel", "speed")
@@ -196,6 +198,8 @@ def load_table(source: TableLike) -> Table:
     """A table from a .csv (or any text), .parquet, .npy or .npz file, a mapping, a data frame or an array."""
     if isinstance(source, str | Path):
         path = Path(source)
+        if path.is_dir():
+            raise TraceError(f"{path}: is a folder; give the file of the trace in it")
         if not path.is_file():
             raise TraceError(f"{path}: no such file")
         suffix = path.suffix.lower()
@@ -254,14 +258,7 @@ def _text(path: Path) -> Table:
     """A CSV file; the separator is the one of ; tab , that stands most often in the first line."""
     import pandas
 
-    try:
-        with path.open(encoding="utf-8-sig") as file:
-            top = file.readline()
-        encoding = "utf-8-sig"
-    except UnicodeDecodeError:
-        with path.open(encoding="cp1252") as file:
-            top = file.readline()
-        encoding = "cp1252"
+    encoding, top = _opening(path)
     separator = max((";", "\t", ","), key=top.count)
     cells = next(csv.reader([top], delimiter=separator), [])
     bare = bool(cells) and all(_is_number(cell) for cell in cells)
@@ -295,6 +292,40 @@ def _text(path: Path) -> Table:
     names = [re.sub(r"^Unnamed: \d+$", f"column {i + 1}", name) for i, name in enumerate(names)]
     columns = {name: frame.iloc[:, i] for i, name in enumerate(names)}
     return Table(path.name, columns, "row", 1 if bare else 2, notes=notes)
+
+
+def _opening(path: Path) -> tuple[str, str]:
+    """Encoding and first line of a text file. Raises TraceError for a file that is none, or empty."""
+    content = path.read_bytes()
+    if content.startswith(b"PK\x03\x04") or content.startswith(b"\xd0\xcf\x11\xe0"):
+        raise TraceError(
+            f"{path.name}: not a text table but an Excel workbook (or another archive); export the sheet as CSV"
+        )
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")) or _looks_like_utf_16(content[:4096]):
+        raise TraceError(f"{path.name}: text in UTF-16, expected UTF-8; save it as UTF-8")
+    if not content.strip(b"\xef\xbb\xbf \t\r\n"):
+        raise TraceError(
+            f"{path.name}: the file is empty; expected a line of column names and a line for each sample, as in "
+            '"time_s,position_mm"'
+        )
+    for encoding in ("utf-8-sig", "cp1252"):
+        try:
+            text = content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        opening = text[:OPENING]
+        if not CONTROL.search(opening):
+            return encoding, opening.splitlines()[0]
+    raise TraceError(
+        f"{path.name}: not a text table (it holds bytes that are no text); export it as CSV, or save it as UTF-8"
+    )
+
+
+def _looks_like_utf_16(content: bytes) -> bool:
+    """Without a mark at its start: every other byte of Western text is then NUL."""
+    return any(content[start::2].count(0) > 0.4 * len(content[start::2]) for start in (0, 1)) and (
+        content.count(0) < 0.6 * len(content)
+    )
 
 
 def _is_number(cell: str) -> bool:

@@ -88,7 +88,8 @@ def resultant(result: Result, ax: Axes | None = None) -> Axes:
     static = result.data["static_force"].sel(axis=["y", "z"]).transpose("carriage", "axis").values
     with look():
         ax = axes_or_new(ax, 9.0, 4.4)
-        ax.set(title="Resultant load of the carriages", ylabel="√(F$_y$² + F$_z$²) [N]")
+        ax.set_ylabel("√(F$_y$² + F$_z$²) [N]")
+        _set_title(ax, result, "Resultant load of the carriages")
         _draw_carriages(ax, result, result.data["resultant"].values, np.linalg.norm(static, axis=1), "N")
     return ax
 
@@ -103,9 +104,8 @@ def moments(result: Result, ax: Axes | None = None) -> Axes:
     static = result.data["static_moment"].transpose("carriage", "axis").values
     with look():
         ax = axes_or_new(ax, 9.0, 4.4)
-        ax.set(
-            title="Moments of the carriages about their centres", ylabel="√(M$_x$² + M$_y$² + M$_z$²) [N m]"
-        )
+        ax.set_ylabel("√(M$_x$² + M$_y$² + M$_z$²) [N m]")
+        _set_title(ax, result, "Moments of the carriages about their centres")
         sizes, at_rest = np.linalg.norm(moment, axis=2), np.linalg.norm(static, axis=1)
         _draw_carriages(ax, result, sizes, at_rest, "N m")
     return ax
@@ -130,7 +130,8 @@ def spectrum(result: Result, ax: Axes | None = None) -> Axes:
             ax.plot(
                 frequency, amplitude[:, index], color=color, linestyle=dash, linewidth=width, label=str(name)
             )
-        ax.set(xscale="log", title="Spectrum of the dynamic loads", xlabel="frequency [Hz]")
+        ax.set(xscale="log", xlabel="frequency [Hz]")
+        _set_title(ax, result, "Spectrum of the dynamic loads")
         ax.set_ylabel("dynamic load, y and z together [N/√Hz]")
         top = float(amplitude.max(initial=0.0))
         if top > 0:
@@ -283,3 +284,8 @@ def _mark_modes(ax: Axes, frequencies: NDArray[np.float64]) -> None:
 
 def _headline(result: Result) -> str:
     return f"{result.machine.name}: free {', '.join(result.machine.free)}"
+
+
+def _set_title(ax: Axes, result: Result, title: str) -> None:
+    """A title above the machine and its free dofs, which tell runs of one machine apart."""
+    ax.set_title(f"{title}\n{_headline(result)}", parse_math=False)  # a name may hold dollar signs

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 
 /// The exception tree stands in `guideload.errors`.
 mod errors {
+    pyo3::import_exception!(guideload.errors, ArgumentError);
     pyo3::import_exception!(guideload.errors, RunError);
     pyo3::import_exception!(guideload.errors, SceneError);
     pyo3::import_exception!(guideload.errors, TraceError);
@@ -50,6 +51,9 @@ impl From<CoreError> for PyErr {
             CoreError::Scene(error) => errors::SceneError::new_err(error.to_string()),
             CoreError::Link(index, error) => errors::SceneError::new_err(format!("links[{index}].{error}")),
             CoreError::Excitation(error) => errors::TraceError::new_err(error.to_string()),
+            CoreError::Run(
+                error @ (RunError::Tolerance { .. } | RunError::Step { .. } | RunError::OutputTime { .. }),
+            ) => errors::ArgumentError::new_err(error.to_string()),
             CoreError::Run(error) => errors::RunError::new_err(error.to_string()),
         }
     }

@@ -132,6 +132,9 @@ pub fn groups_of(
             format!("centers: expected {} rows, one per group, got {}", groups.len(), centers.len());
         return Err(PyValueError::new_err(message));
     }
+    if !centers.as_flattened().iter().all(|x| x.is_finite()) {
+        return Err(PyValueError::new_err("centers: expected finite numbers"));
+    }
     let count = system.links().len();
     let mut loads = Vec::with_capacity(groups.len());
     for (group, center) in groups.iter().zip(centers) {
