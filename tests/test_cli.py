@@ -11,7 +11,7 @@ from click.testing import CliRunner, Result
 from guideload import cli
 from guideload import result as results
 from guideload.cli import EXAMPLES, FORMATS, MANIFEST, PICTURE_ENDINGS, PICTURES, main
-from guideload.errors import RunError
+from guideload.errors import ArgumentError, RunError
 from guideload.machine import Machine
 from guideload.modes import Modes
 
@@ -247,6 +247,18 @@ def test_a_failed_run_is_exit_code_1(tmp_path: Path, trace: str, monkeypatch: py
     message = refused("run", MACHINE, trace, "-o", tmp_path / "out", code=1)
     assert message == "Error: step 3.1e-14 s at t = 0.42 s is below rounding\n"
     assert not (tmp_path / "out").exists()
+
+
+def test_a_refused_argument_is_exit_code_2(
+    tmp_path: Path, trace: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuses(*_: object, **__: object) -> None:
+        raise ArgumentError("rtol: expected a number above 1e-14")
+
+    monkeypatch.setattr("guideload.simulation.simulate", refuses)
+    message = refused("run", MACHINE, trace, "-o", tmp_path / "new" / "out")
+    assert message == "Error: rtol: expected a number above 1e-14\n"
+    assert not (tmp_path / "new").exists()
 
 
 def test_bad_machines_are_exit_code_2(tmp_path: Path, trace: str) -> None:

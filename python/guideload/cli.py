@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from guideload.errors import ConfigError, GuideloadError, SceneError, TraceError
+from guideload.errors import ArgumentError, ConfigError, GuideloadError, SceneError, TraceError
 
 if TYPE_CHECKING:
     from guideload.machine import Machine
@@ -79,7 +79,7 @@ class Commands(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         try:
             return super().invoke(ctx)
-        except (ConfigError, SceneError, TraceError) as error:
+        except (ArgumentError, ConfigError, SceneError, TraceError) as error:
             raise Refused(str(error)) from error
         except BrokenPipeError:  # the reader of our output has gone, as `head` does: click ends quietly
             raise
@@ -415,6 +415,7 @@ def _written_whole(output: Path) -> Iterator[Path]:
         home = place if place.is_dir() else place.parent
         space = tempfile.TemporaryDirectory(prefix=f".{place.name}-", dir=home)
     except OSError as error:
+        _remove_empty(missing)
         raise _unwritable(output, error) from None
     try:
         with space as name:
@@ -426,10 +427,14 @@ def _written_whole(output: Path) -> Iterator[Path]:
             else:
                 draft.rename(place)
     except BaseException:
-        for folder in missing:
-            if folder.is_dir() and not any(folder.iterdir()):
-                folder.rmdir()
+        _remove_empty(missing)
         raise
+
+
+def _remove_empty(folders: list[Path]) -> None:
+    for folder in folders:
+        if folder.is_dir() and not any(folder.iterdir()):
+            folder.rmdir()
 
 
 def _move_into(draft: Path, folder: Path) -> None:

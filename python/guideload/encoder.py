@@ -222,8 +222,8 @@ def _meaning(data: Table, column: str, kind: str | None, unit: str | float | Non
                 f"{place}: counts need the cart's travel per count: unit='5e-8 m' (--unit '5e-8 m')"
             )
         scale = _argument(data, "unit", unit, "m")
-        if scale == 0.0 or not np.isfinite(scale):
-            raise TraceError(f"{place}: unit: expected metres per count, got {scale:g}")
+        if scale == 0.0:
+            raise TraceError(f"{place}: unit: expected metres per count, got 0")
         return kind, scale
     if unit is not None and not isinstance(unit, str):
         raise TraceError(f"{place}: unit: expected a string such as 'mm/s', got {unit!r}")
@@ -279,7 +279,7 @@ def _argument(data: Table, name: str, value: float | str, unit: str) -> float:
 
 def _positive(data: Table, name: str, value: float | str, unit: str) -> float:
     number = _argument(data, name, value, unit)
-    if not 0.0 < number < np.inf:
+    if number <= 0.0:
         option = f"--{name.replace('_', '-')}"
         raise TraceError(f"{data.source}: {name}: expected > 0 {unit}, got {number:g} ({option})")
     return number
