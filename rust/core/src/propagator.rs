@@ -85,14 +85,17 @@ impl Propagator {
     /// The state at the end of the interval.
     #[inline(always)]
     pub(crate) fn apply(&self, state: &State, start: &Values, end: &Values) -> State {
-        // Two sums side by side: one alone would wait for its own additions. The excitation first: it is known before the
-        // state.
-        let mut even = *state;
-        let mut odd = [0.0; 12];
+        // The excitation by itself, as it is known before the state; then two sums side by side: one alone would wait for its own
+        // additions.
+        let mut even = [0.0; 12];
         for j in 0..self.components {
             add_scaled(&mut even, &self.from_start[j], start[j]);
-            add_scaled(&mut odd, &self.from_end[j], end[j]);
+            add_scaled(&mut even, &self.from_end[j], end[j]);
         }
+        for i in 0..12 {
+            even[i] += state[i];
+        }
+        let mut odd = [0.0; 12];
         for j in (0..12).step_by(2) {
             add_scaled(&mut even, &self.change[j], state[j]);
             add_scaled(&mut odd, &self.change[j + 1], state[j + 1]);

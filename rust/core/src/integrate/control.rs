@@ -159,10 +159,11 @@ impl Controller {
         } else if ratio.is_nan() {
             ratio = f64::INFINITY; // no number, no trust
         }
-        // A step cut short by a knot says little about how long the next may be.
+        // A step cut short by a knot says little about how long the next may be; if it is very short, nothing.
+        let short = GROWTH * h <= self.trusted && self.ratio <= CAUTION_RATIO;
         if h >= self.trusted
             || ratio > CAUTION_RATIO
-            || self.allowed(h, ratio) > self.allowed(self.trusted, self.ratio)
+            || !short && self.allowed(h, ratio) > self.allowed(self.trusted, self.ratio)
         {
             (self.trusted, self.ratio) = (h, ratio);
         }

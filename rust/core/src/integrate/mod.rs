@@ -157,8 +157,11 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
                     (None, Control::Adaptive { .. }) => 1.0,
                 };
                 if left == 0.0 || wanted > left || 1.25 * wanted <= left {
-                    left = wanted.clamp(1.0, f64::max(1.0, rest / length / SHORTEST));
-                    h = rest / left;
+                    (left, h) = (1.0, rest);
+                    if wanted > 1.0 {
+                        left = f64::min(wanted, f64::max(1.0, rest / length / SHORTEST));
+                        h = rest / left;
+                    }
                 }
                 let last = left == 1.0;
                 let ramp = if last && done == 0.0 {
@@ -170,7 +173,8 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
                     Ramp { h, start: &parts[0], end: &parts[1], drive: &drive }
                 };
                 let (next, error) = method.step(system, &mut memory, &ramp, &state);
-                let mut sound = finite(&next);
+                // Without step error nothing grows by itself, and what is out of range stays so: asked once, at the end.
+                let mut sound = M::ERROR_ORDER.is_none() || finite(&next);
                 if let Some(controller) = &mut controller {
                     if !controller.accept(h, if sound { norm.of(&error) } else { f64::INFINITY }) {
                         summary.rejected += 1;
@@ -215,6 +219,9 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
                 record.instant(excitation.time(k), &state, &excitation.input(k));
                 summary.recorded += 1;
             }
+        }
+        if !finite(&state) {
+            return Err(RunError::OutOfRange);
         }
         if let Output::Times(times) = output {
             // All that is left when the excitation has no duration.
