@@ -10,10 +10,11 @@ from click.testing import CliRunner, Result
 
 from guideload import cli
 from guideload import result as results
-from guideload.cli import EXAMPLES, FORMATS, MANIFEST, PICTURE_ENDINGS, PICTURES, main
+from guideload.cli import EXAMPLES, main
 from guideload.errors import ArgumentError, RunError
 from guideload.machine import Machine
 from guideload.modes import Modes
+from guideload.outputs import FORMATS, MANIFEST, PICTURE_ENDINGS, PICTURES
 
 MACHINE = str(EXAMPLES / "manipulator.toml")
 LOADS = list(FORMATS.values())

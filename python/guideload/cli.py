@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import math
 import sys
-import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +16,19 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from guideload.errors import ArgumentError, ConfigError, GuideloadError, SceneError, TraceError
+from guideload.outputs import (
+    FORMATS,
+    MANIFEST,
+    MANIFEST_TITLE,
+    PICTURE_ENDINGS,
+    PICTURES,
+    Refused,
+    draft_beside,
+    require_free,
+    require_picture,
+    unwritable,
+    written_whole,
+)
 
 if TYPE_CHECKING:
     from guideload.machine import Machine
@@ -26,23 +37,10 @@ if TYPE_CHECKING:
     from guideload.simulation import Method
 
 EXAMPLES = files("guideload") / "examples"
-FORMATS = {"netcdf": "loads.nc", "parquet": "loads.parquet", "csv": "loads.csv"}
-PICTURES = ("scene.png", "figures_7_to_11.png", "resultant.png", "moments.png", "modes.png", "spectrum.png")
-OUTPUTS = (*FORMATS.values(), "loads.json", *PICTURES, "report.txt")
-MANIFEST = ".guideload"  # hidden, in every folder that we write: the names of our files there
-MANIFEST_TITLE = "Files that guideload wrote into this folder; --overwrite replaces these and no others:"
-PICTURE_ENDINGS = (".png", ".svg", ".pdf", ".eps", ".jpg", ".tif", ".webp")
 PAPER_DOFS = ("rx", "ry", "rz")
-BAD_INPUT = 2
 
 InputFile = click.Path(path_type=Path)
 Folder = click.Path(path_type=Path, file_okay=False)
-
-
-class Refused(click.ClickException):
-    """Input that cannot be used."""
-
-    exit_code = BAD_INPUT
 
 
 class Positive(click.FloatRange):
@@ -112,9 +110,9 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
     from guideload.simulation import simulate
 
     names = _names_of_run("netcdf", not no_pictures)
-    _require_free(output, {"guides": names, "paper": names}, overwrite)
+    require_free(output, {"guides": names, "paper": names}, overwrite)
     results = {}
-    with _written_whole(output) as folder:
+    with written_whole(output) as folder:
         with _working("reading the example"):
             machine = Machine.from_toml(str(EXAMPLES / "manipulator.toml"))
             motion = _read_motion(Path(str(EXAMPLES / "manipulator.csv")), machine)
@@ -140,7 +138,7 @@ def init(path: Path) -> None:
             f"{path} exists and is left as it is; give another name: guideload init NAME.toml"
         ) from None
     except OSError as error:
-        raise _unwritable(path, error) from None
+        raise unwritable(path, error) from None
     _print(f"Wrote {path}. Fill it in, then: guideload check {path}")
 
 
@@ -208,8 +206,8 @@ def natural_modes(machine_file: Path, output: Path | None, overwrite: bool) -> N
     from guideload.modes import Modes
 
     if output is not None:
-        _require_picture(output, overwrite, machine_file)
-    with nullcontext() if output is None else _draft_beside(output) as draft:
+        require_picture(output, overwrite, machine_file)
+    with nullcontext() if output is None else draft_beside(output) as draft:
         machine = _read_machine(machine_file)
         modes = Modes.of(machine)
         if output is not None and draft is not None:
@@ -218,7 +216,7 @@ def natural_modes(machine_file: Path, output: Path | None, overwrite: bool) -> N
             try:
                 plots.save(plots.modes(machine, modes)[0], draft / output.name).replace(output)
             except OSError as error:
-                raise _unwritable(output, error) from error
+                raise unwritable(output, error) from error
     _print(report.modes_report(machine, modes, encoding=_encoding()))
     if output is not None:
         _print(f"Wrote {output}.")
@@ -266,8 +264,8 @@ def run(
     if step is not None and method in ("auto", "exact"):
         raise click.UsageError(f"--step is for --method rk45 and implicit; {method} makes no step error")
     names = _names_of_run(file_format, not no_pictures)
-    _require_free(output, {"": names}, overwrite, inputs=(machine_file, trace_file))
-    with _written_whole(output) as folder:
+    require_free(output, {"": names}, overwrite, inputs=(machine_file, trace_file))
+    with written_whole(output) as folder:
         with _working("reading"):
             machine = _read_machine(machine_file, free)
             motion = _read_motion(trace_file, machine, **reading)
@@ -327,129 +325,6 @@ def _write(result: Result, folder: Path, file_format: str, pictures: bool, shown
         (folder / MANIFEST).write_text("\n".join(lines) + "\n", encoding="utf-8")
     except OSError as error:
         raise click.ClickException(f"{shown}: cannot be written: {error.strerror or error}") from error
-
-
-def _ours(folder: Path) -> set[str]:
-    """Names of files that we wrote into a folder, by its manifest: none but our own names are believed."""
-    try:
-        lines = (folder / MANIFEST).read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError):
-        return set()
-    return {*lines[1:], MANIFEST} & {*OUTPUTS, MANIFEST} if lines[:1] == [MANIFEST_TITLE] else set()
-
-
-def _require_free(
-    output: Path, names: Mapping[str, set[str]], overwrite: bool, inputs: tuple[Path, ...] = ()
-) -> None:
-    """Before any work: the folder is new or empty; or its files may be replaced, and are ours.
-
-    names: what will be written into each folder below `output`; inputs: files that must stay.
-    """
-    if not output.is_dir() or not any(output.iterdir()):
-        return
-    if not overwrite:
-        raise Refused(
-            f"the folder {output} is not empty; give another one, or --overwrite to replace the files of an "
-            "earlier run in it"
-        )
-    for below, written in names.items():
-        folder = output / below
-        ours = _ours(folder)
-        for name in sorted({*written, MANIFEST} - ours):
-            if (folder / name).exists() or (folder / name).is_symlink():
-                raise Refused(
-                    f"{folder / name} was not written by an earlier run, so --overwrite leaves it alone; "
-                    "move it, or give another folder"
-                )
-        for name in sorted(ours):
-            for path in inputs:
-                if path.exists() and (folder / name).exists() and path.samefile(folder / name):
-                    raise Refused(
-                        f"{path} is read by this run and would be replaced; give another folder to write"
-                    )
-
-
-def _require_picture(output: Path, overwrite: bool, machine_file: Path) -> None:
-    """Before any work: the picture can have that name, and replaces nothing that is not to be replaced."""
-    if output.suffix.lower() not in PICTURE_ENDINGS:
-        raise Refused(f"{output}: expected a name that ends in {', '.join(PICTURE_ENDINGS)}")
-    if output.exists() and not overwrite:
-        raise Refused(f"{output} exists; give another name, or --overwrite")
-    if output.exists() and machine_file.exists() and output.samefile(machine_file):
-        raise Refused(f"{output} is the machine's file; give another name for the picture")
-
-
-def _unwritable(path: Path, error: OSError) -> Refused:
-    """The refusal of a path to write, with the path as the user gave it."""
-    above = next((folder for folder in path.absolute().parents if folder.exists()), path)
-    if not above.is_dir():
-        return Refused(f"{path}: {above} is a file, not a folder")
-    if isinstance(error, FileNotFoundError):
-        return Refused(f"{path}: there is no folder {path.parent}")
-    return Refused(f"{path}: cannot be written: {error.strerror or error}")
-
-
-@contextmanager
-def _draft_beside(output: Path) -> Iterator[Path]:
-    """A hidden folder to draft a file in, in the folder of the file; made now, to see that it can be."""
-    try:
-        space = tempfile.TemporaryDirectory(prefix=f".{output.name}-", dir=output.parent)
-    except OSError as error:
-        raise _unwritable(output, error) from None
-    with space as name:
-        yield Path(name)
-
-
-@contextmanager
-def _written_whole(output: Path) -> Iterator[Path]:
-    """A draft folder to write in, whose files go to `output` when all are written; on failure nothing is left.
-
-    It is made before anything is computed, so that a place where nothing can be written is refused early.
-    In a folder with files in it, ours of an earlier run are replaced or removed, and all others stay.
-    """
-    place = output.absolute()
-    missing = [folder for folder in place.parents if not folder.exists()]
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        # In a folder that is there already: its parent may be read-only, or on another disk.
-        home = place if place.is_dir() else place.parent
-        space = tempfile.TemporaryDirectory(prefix=f".{place.name}-", dir=home)
-    except OSError as error:
-        _remove_empty(missing)
-        raise _unwritable(output, error) from None
-    try:
-        with space as name:
-            draft = Path(name) / "draft"
-            draft.mkdir()
-            yield draft
-            if place.is_dir():
-                _move_into(draft, place)
-            else:
-                draft.rename(place)
-    except BaseException:
-        _remove_empty(missing)
-        raise
-
-
-def _remove_empty(folders: list[Path]) -> None:
-    for folder in folders:
-        if folder.is_dir() and not any(folder.iterdir()):
-            folder.rmdir()
-
-
-def _move_into(draft: Path, folder: Path) -> None:
-    """Files of a draft to their folder; the manifest first, so that no file of ours is ever unlisted."""
-    folder.mkdir(exist_ok=True)
-    if (draft / MANIFEST).exists():
-        for name in _ours(folder):
-            if not (draft / name).exists():
-                (folder / name).unlink(missing_ok=True)
-        (draft / MANIFEST).replace(folder / MANIFEST)
-    for path in draft.iterdir():
-        if path.is_dir():
-            _move_into(path, folder / path.name)
-        else:
-            path.replace(folder / path.name)
 
 
 def _working(what: str) -> AbstractContextManager[Any]:
