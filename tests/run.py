@@ -52,6 +52,8 @@ def main() -> None:
         program = EMBEDDED / "target" / "release" / "guideload-embedded"
         run("no std, no allocator: run", str(program))
         print(f"    program of {program.stat().st_size / 1024:.0f} KiB: the core, three methods, one scene")
+        if shutil.which("size"):
+            run("no std, no allocator: sizes", "size", str(program))
 
     run("Python lints", python, "-m", "ruff", "check", ".")
     run("Python formatting", python, "-m", "ruff", "format", "--check", ".")

@@ -2,7 +2,7 @@
 //!
 //! All compute the same bits with `std` on every platform: `sqrt` and `fma` are correctly rounded, the others come from `libm`.
 
-pub(crate) use libm::{ceil, copysign, hypot, pow};
+pub(crate) use libm::{ceil, copysign, floor, hypot, pow};
 
 /// Square root. (The one in `libm` is assembly that the wide vector loops would stall on.)
 #[inline(always)]

@@ -20,7 +20,7 @@ use drive::Drive;
 
 use crate::error::RunError;
 use crate::excitation::Excitation;
-use crate::float::{ceil, sqrt};
+use crate::float::{ceil, floor, sqrt};
 use crate::record::Record;
 use crate::simd::{Kernel, widest};
 use crate::system::{State, System};
@@ -159,7 +159,7 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
                 if left == 0.0 || wanted > left || 1.25 * wanted <= left {
                     (left, h) = (1.0, rest);
                     if wanted > 1.0 {
-                        left = f64::min(wanted, f64::max(1.0, rest / length / SHORTEST));
+                        left = f64::min(wanted, f64::max(1.0, floor(rest / length / SHORTEST)));
                         h = rest / left;
                     }
                 }
