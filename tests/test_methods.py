@@ -50,13 +50,13 @@ def exact_loads(machine: str, motion: str) -> Array:
 
 
 def link_loads(machine: Machine, motion: Motion, method: str, **options: Any) -> Array:
-    loads: Array = simulate(machine, motion, method, **options).data["link_load"].values  # type: ignore[arg-type]
+    loads: Array = simulate(machine, motion, method, **options).data["link_load"].values
     return loads
 
 
 def load_error(machine: Machine, motion: Motion, method: str, expected: Array, **options: Any) -> float:
     """Largest error of a link load over the load scale that rtol refers to."""
-    data = simulate(machine, motion, method, **options).data  # type: ignore[arg-type]
+    data = simulate(machine, motion, method, **options).data
     return float(np.abs(data["link_load"].values - expected).max() / data.attrs["load_scale_N"])
 
 
@@ -85,11 +85,11 @@ def test_error_falls_with_a_fixed_step(method: str) -> None:
     assert coarse <= 1e-3
     taken = [
         simulate(machine, motion, method, step=s).data.attrs["steps"] for s in (1e-3, 0.25e-3, 0.3e-3, 1.0)
-    ]  # type: ignore[arg-type]
+    ]
     intervals = motion.time.size - 1
     # No step passes a sample, and 0.3 ms does not divide 1 ms: four equal steps of 0.25 ms.
     assert taken == [intervals, 4 * intervals, 4 * intervals, intervals]
-    assert simulate(machine, motion, method, step=1e-3).data.attrs["step_s"] == 1e-3  # type: ignore[arg-type]
+    assert simulate(machine, motion, method, step=1e-3).data.attrs["step_s"] == 1e-3
 
 
 def test_a_fixed_step_outside_the_stability_region_is_an_error_and_no_result() -> None:
@@ -187,7 +187,7 @@ def test_loads_between_the_samples(method: str, rtol: float) -> None:
     data = simulate(machine, finer, "exact").data
     expected = data["link_load"].values[np.searchsorted(finer.time, times)]
     assert load_error(machine, motion, method, expected, times=times, rtol=rtol) <= 10.0 * rtol
-    got = simulate(machine, motion, method, times=times).data  # type: ignore[arg-type]
+    got = simulate(machine, motion, method, times=times).data
     assert np.array_equal(got["time"].values, times)
     at = np.interp(times, motion.time, motion.acceleration[:, 0])
     assert got["cart_acceleration"].values[:, 0] == pytest.approx(at, abs=1e-12)
@@ -231,11 +231,11 @@ def test_a_pulse_after_rest_is_never_missed(method: str, stamps: str) -> None:
     part = ref.piece(ref.pulse(), 4990, 5060)
     force = ref.reference(machine, part).carriage
     expected = np.abs(force - force[0]).max(axis=(0, 1))
-    loads = simulate(machine, motion, method, rtol=1e-4).carriage_loads  # type: ignore[arg-type]
+    loads = simulate(machine, motion, method, rtol=1e-4).carriage_loads
     found = np.abs(loads - loads[0]).max(axis=(0, 1))
     assert np.all(expected[1:3] > 10.0)  # N: the pulse is there
     assert found == pytest.approx(expected, rel=0.02, abs=1e-9)
-    extremes = peak_loads(machine, motion, method, rtol=1e-4)  # type: ignore[arg-type]
+    extremes = peak_loads(machine, motion, method, rtol=1e-4)
     assert np.all((extremes.time_of_largest[:, 1] > 4.99) & (extremes.time_of_largest[:, 1] < 5.1))
 
 
@@ -244,7 +244,7 @@ def test_a_pulse_after_rest_is_never_missed(method: str, stamps: str) -> None:
 
 def test_auto_is_exact_for_linear_scenes_and_says_why() -> None:
     machine, motion = machine_of("cart"), motion_of("clean")
-    auto, exact = (simulate(machine, motion, method).data for method in ("auto", "exact"))  # type: ignore[arg-type]
+    auto, exact = (simulate(machine, motion, method).data for method in ("auto", "exact"))
     assert np.array_equal(auto["force"].values, exact["force"].values)
     assert auto.attrs["method"] == exact.attrs["method"] == "exact"
     assert "linear" in auto.attrs["method_reason"]
@@ -289,7 +289,7 @@ def test_bad_arguments_are_refused_with_numbers(options: dict[str, Any], text: s
 @pytest.mark.parametrize("method", ["exact", "rk45", "implicit"])
 def test_the_same_bits_every_time_and_from_every_thread(method: str) -> None:
     def run(name: str) -> bytes:
-        return simulate(machine_of(name), motion_of("noisy"), method).carriage_loads.tobytes()  # type: ignore[arg-type]
+        return simulate(machine_of(name), motion_of("noisy"), method).carriage_loads.tobytes()
 
     names = ["cart", "paper"] * 8
     alone = {name: run(name) for name in ("cart", "paper")}
@@ -306,7 +306,7 @@ def test_a_fresh_machine_gives_the_same_bits() -> None:
 
 def test_the_interpreter_is_free_during_a_run() -> None:
     machine, motion = machine_of("cart"), motion_of("clean")
-    machine.scene  # noqa: B018  made before the clock starts
+    _ = machine.scene  # made before the clock starts
     thread = threading.Thread(target=lambda: simulate(machine, motion, "rk45", step=2e-7))  # some 0.3 s
     thread.start()
     turns = 0
@@ -324,4 +324,4 @@ def test_a_slip_of_the_arguments_is_told_by_its_way_out(given: Any) -> None:
     with pytest.raises(TypeError, match="motion: expected a Motion, as from motion_from_trace"):
         simulate(machine_of("cart"), given)
     with pytest.raises(ArgumentError, match="step: expected a number, got '1 ms'"):
-        simulate(machine_of("cart"), motion_of("clean"), "rk45", step="1 ms")  # type: ignore[arg-type]
+        simulate(machine_of("cart"), motion_of("clean"), "rk45", step="1 ms")

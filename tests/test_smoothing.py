@@ -179,7 +179,7 @@ def test_refusals_say_what_to_do():
     time = np.arange(50) * 0.01
     value = np.sin(time)
     with pytest.raises(TraceError, match="auto, savitzky_golay, differences"):
-        smooth(time, value, "position", "kalman")  # type: ignore[arg-type]
+        smooth(time, value, "position", "kalman")
     with pytest.raises(TraceError, match="window=0.05"):
         smooth(time, value, "position", "savitzky_golay")
     with pytest.raises(TraceError, match="expected 5 to 50"):

@@ -117,7 +117,7 @@ pub(crate) struct Controller {
     /// Time over which the scene remembers an error, s.
     memory: f64,
     exponent: f64,
-    /// Longest step that the last error would allow, s; the power is taken only when it matters.
+    /// The step that the next one is judged by, s, and its error as a multiple of the tolerance.
     trusted: f64,
     ratio: f64,
 }
@@ -177,7 +177,7 @@ impl Controller {
         h * factor.clamp(SHRINKAGE, GROWTH)
     }
 
-    /// Error of the last step as a multiple of the tolerance.
+    /// Error of the step that the next one is judged by, after a rejection the rejected one, as a multiple of the tolerance.
     pub(crate) fn ratio(&self) -> f64 {
         self.ratio
     }
