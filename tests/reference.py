@@ -40,9 +40,11 @@ def body(**changes: Any) -> Body:
     return Body(**(values | changes))
 
 
-def on_rails(centers: Sequence[float], end: float, free: Sequence[str], damping: float) -> Machine:
+def on_rails(
+    centers: Sequence[float], end: float, free: Sequence[str], damping: float, **laws: Any
+) -> Machine:
     """Two rails; on each a carriage at each x of `centers`, its ends at x -+ `end`, each 6e7 N/m and `damping`
-    along y and along z."""
+    along y and along z; `laws`: what else all carriages have."""
     rails = [Rail(name="1", position=(0.05, -0.35)), Rail(name="2", position=(0.05, 0.35))]
     whole = {
         "stiffness_y": 1.2e8,
@@ -51,21 +53,31 @@ def on_rails(centers: Sequence[float], end: float, free: Sequence[str], damping:
         "damping_z": 2.0 * damping,
     }
     carriages = [
-        Carriage(name=f"{rail.name}{'abcd'[i]}", rail=rail.name, x=x, length=2.0 * end, **whole)
+        Carriage(name=f"{rail.name}{'abcd'[i]}", rail=rail.name, x=x, length=2.0 * end, **whole, **laws)
         for rail in rails
         for i, x in enumerate(centers)
     ]
     return Machine(body=body(), rails=rails, carriages=carriages, free=tuple(free))
 
 
-def cart(damping: float = 5e4) -> Machine:
+def cart(damping: float = 5e4, **laws: Any) -> Machine:
     """Four carriages, 16 links, all dofs free that the guides carry."""
-    return on_rails((-0.5, 0.5), 0.06, ("y", "z", "rx", "ry", "rz"), damping)
+    return on_rails((-0.5, 0.5), 0.06, ("y", "z", "rx", "ry", "rz"), damping, **laws)
 
 
 def cart_stiff() -> Machine:
     """The cart overdamped: fastest eigenvalue 3.6e4 1/s."""
     return cart(2e6)
+
+
+def cart_clear() -> Machine:
+    """The cart with 5 um of clearance to either side in each link, damped throughout."""
+    return cart(clearance_y=5e-6, clearance_z=5e-6)
+
+
+def preloaded() -> Machine:
+    """The cart on preloaded balls: each link 6e7 N/m at no load, preload 600 N, opening at 1.7 kN."""
+    return cart(preload_y=1200.0, preload_z=1200.0, rolling="ball")
 
 
 def paper(free: Sequence[str] = ("rx", "ry", "rz")) -> Machine:

@@ -86,7 +86,44 @@ REFUSALS = [
     (26, 'name = "1:-y"', "links[0].name", '"1:-y"', "a name of its own"),
     (28, "direction = [0, 0, 0.0]", "links[0].direction", "[0, 0, 0.0]", "other than zero"),
     (28, "direction = ['1 m', 0, 0]", "links[0].direction[0]", "'1 m'", "a plain number"),
-    (29, "stiffness = {k = 1}", "links[0].stiffness", "{k = 1}", "a stiffness in N/m"),
+    (29, "stiffness = {k = 1}", "links[0].stiffness.k", "1", "keys known here: positive, negative"),
+    (29, "stiffness = [1]", "links[0].stiffness", "[1]", "a stiffness in N/m"),
+    (29, "", "links[0].stiffness", "nothing", 'add the key "stiffness"'),
+    (21, "", "carriages[0].stiffness_y", "nothing", "curve_y instead"),
+    (
+        21,
+        "stiffness_y = {positive = 1}",
+        "carriages[0].stiffness_y.negative",
+        "nothing",
+        'add the key "negative"',
+    ),
+    (
+        21,
+        "stiffness_y = {positive = 1, negative = '-1 N/um'}",
+        "carriages[0].stiffness_y.negative",
+        "'-1 N/um'",
+        ">= 0 N/m",
+    ),
+    (
+        21,
+        "stiffness_y = {positive = 0, negative = 0}",
+        "carriages[0].stiffness_y",
+        "{positive = 0, negative = 0}",
+        "at least one side > 0 N/m",
+    ),
+    (21, "curve_y = [[0, 0], [1, '2 m']]", "carriages[0].curve_y[1][1]", "'2 m'", "a force in N"),
+    (21, "curve_y = [[0, 0], [1]]", "carriages[0].curve_y[1]", "[1]", "[deflection, force]"),
+    (
+        21,
+        "curve_y = [[0, 0], [1, 2], [1, 3]]",
+        "carriages[0].curve_y",
+        "[[0, 0], [1, 2], [1, 3]]",
+        "ascending",
+    ),
+    (30, "damping = 0\nclearance = '-1 um'", "links[0].clearance", "'-1 um'", ">= 0 m"),
+    (30, "damping = 0\npreload = 0", "links[0].preload", "0", "> 0 N"),
+    (30, "damping = 0\nrolling = 'wheel'", "links[0].rolling", "'wheel'", 'expected "ball" or "roller"'),
+    (30, "damping = 0\ndamping_in_contact = 1", "links[0].damping_in_contact", "1", "true or false"),
 ]
 
 
@@ -99,13 +136,35 @@ def test_refusals_name_row_key_and_value(
     error = refused(tmp_path, "\n".join(lines))
     assert key in [problem.key for problem in error.problems]
     problem = next(problem for problem in error.problems if problem.key == key)
-    # an added row stands below the one it was added to; a table and a missing key stand at the table's header
-    expected_row = row - 1 if key == "drive" or value == "nothing" else row + ("\nqqq" in new)
+    # a missing key and a part as a whole stand at the table's header, others where they are written
+    header = {"drive": 11, "rails[0].name": 13, "carriages[0].stiffness_y": 16, "links[0].stiffness": 25}
+    expected_row = row + new.partition(key.split(".")[-1].partition("[")[0])[0].count("\n")
+    if key == "drive" or not new:
+        expected_row = header[key]
     assert problem.row == expected_row
     text = problem.text("machine.toml")
     assert text.startswith(f"machine.toml, row {expected_row}: {key}: expected ")
     assert value in text
     assert words in text
+
+
+def test_keys_that_exclude_each_other_are_told_with_all_other_problems(tmp_path: Path) -> None:
+    text = GOOD.replace(
+        'damping_y = "100 kN s/m"', 'damping_y = -1\npreload_y = "2 kN"\nclearance_y = "5 um"'
+    )
+    text = text.replace(
+        'stiffness = "80 N/um"', "curve = [[0, 0], [1e-5, 800]]\nstiffness = 8e7\nrolling = 'ball'"
+    )
+    error = refused(tmp_path, text)
+    assert [(problem.row, problem.key) for problem in error.problems] == [
+        (16, "carriages[0].rolling"),
+        (23, "carriages[0].damping_y"),
+        (25, "carriages[0].clearance_y"),
+        (32, "links[0].stiffness"),
+        (33, "links[0].rolling"),
+    ]
+    assert 'got "5 um"; preload leaves no play' in str(error)
+    assert 'got nothing; add the key "rolling"' in str(error)
 
 
 def test_all_problems_are_told_in_the_order_of_the_rows(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,9 @@ import numpy as np
 import pytest
 
 import guideload.machine
+from guideload.config import tomllib
 from guideload.errors import ConfigError
+from guideload.laws import Sides
 from guideload.machine import DOFS, Body, Carriage, Drive, Link, Machine, Rail
 
 EXAMPLES = Path(guideload.machine.__file__).parent / "examples"
@@ -178,7 +181,14 @@ def test_a_machine_never_changes() -> None:
     built = machine()
     table = built.link_table()
     assert built.link_table() is table
-    for array in (table.points, table.directions, table.stiffness, table.damping, table.carriage):
+    for array in (
+        table.points,
+        table.directions,
+        table.stiffness,
+        table.damping,
+        table.damping_in_contact,
+        table.carriage,
+    ):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1
     for array in (built.carriage_centers, built.rail_of_carriage):
@@ -223,7 +233,7 @@ def test_the_template_is_a_machine_and_explains_every_key() -> None:
     template = Machine.from_toml(file)
     assert len(template.carriages) == 4
     text = file.read_text(encoding="utf-8")
-    for part in (Machine, Body, Drive, Rail, Carriage, Link):
+    for part in (Machine, Body, Drive, Rail, Carriage, Sides, Link):
         for key in part.model_fields:
             assert key in text, f"{part.__name__}.{key} is not in the template"
 
@@ -242,6 +252,18 @@ def test_the_commented_lines_of_the_template_work_too(tmp_path: Path) -> None:
     assert built.link_table().names[-1] == "rack"
     assert built.drive is not None
     assert built.drive.screw_lead == 0.02
+
+
+def test_the_blocks_of_the_template_are_laws_of_its_carriages() -> None:
+    text = (EXAMPLES / "machine.toml").read_text(encoding="utf-8")
+    blocks = ["\n".join(re.findall(r"^#   (\w+ = .*)$", block, re.M)) for block in text.split("\n#\n")]
+    given = Machine.from_toml(EXAMPLES / "machine.toml").carriages[0]
+    kinds = []
+    for block in filter(None, blocks):
+        keys = tomllib.loads(block)
+        changes = {"stiffness_y": None, **keys} if "curve_y" in keys else keys
+        kinds.append(given.model_copy(update=changes).laws[0].kind)
+    assert kinds == ["sided", "sided", "preloaded", "curve"]
 
 
 def test_two_ends_resist_tilting_as_a_row_of_balls_does() -> None:

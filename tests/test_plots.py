@@ -5,6 +5,8 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 import pytest
+import reference as ref
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
@@ -12,6 +14,7 @@ from guideload import plots
 from guideload.cli import EXAMPLES, PICTURES
 from guideload.machine import Machine
 from guideload.motion import Motion
+from guideload.parts import Carriage
 from guideload.plots.histories import octave_bands
 from guideload.plots.style import LOOK, carriage_look, load_text
 from guideload.result import Result
@@ -123,6 +126,49 @@ def test_pictures_tell_machine_and_free_dofs(result: Result) -> None:
     for picture in (plots.resultant, plots.moments, plots.spectrum):
         title = picture(result).get_title(loc="left")
         assert title.splitlines()[1] == f"{result.machine.name}: free y, z, rx, ry, rz"
+
+
+def test_pictures_count_the_warnings_of_the_audit(machine: Machine) -> None:
+    started = simulate(machine, Motion(TIME, along_x(np.where(TIME < 0.5, 2.2, 0.0))))
+    assert len(started.audit.warnings) == 1
+    for picture in (plots.resultant, plots.moments, plots.spectrum):
+        assert picture(started).get_title(loc="left").endswith("; audit: 1 warning, see the report")
+
+
+def cart_clear() -> Machine:
+    cart = ref.cart()
+    play = {"clearance_y": 5e-6, "clearance_z": 5e-6}
+    carriages = [Carriage(**(part.model_dump(exclude_none=True) | play)) for part in cart.carriages]
+    return Machine(**{**dict(cart), "carriages": carriages})
+
+
+def test_lost_contact_is_marked_along_the_time_axis() -> None:
+    """In load pictures that of the links along the axis, in the others that of all; where nothing is lost, nothing."""
+    result = simulate(cart_clear(), ref.cycle())
+    time, lost = result.data["time"].values, result.audit.contact.lost
+    for index, (name, links) in enumerate(
+        zip(result.data["carriage"].values, result.machine.links_of_carriages, strict=True)
+    ):
+        for offset, picture in enumerate((plots.load_y, plots.load_z)):
+            ax, flags = picture(result, name), lost[:, links[offset::2]].any(axis=1)
+            assert len(ax.collections) == flags.any()
+            assert ("contact lost" in legend_text(ax)) == flags.any()
+            if flags.any():
+                (bar,) = ax.collections
+                assert marked(bar, time)[flags].all()
+                assert marked(bar, time).sum() <= flags.sum() + np.count_nonzero(np.diff(flags)) + 1
+                assert tuple(bar.get_facecolor()[0]) == matplotlib.colors.to_rgba(carriage_look(index).color)
+    for picture in (plots.resultant, plots.moments):
+        ax = picture(result)
+        assert len(ax.collections) == 4 and "contact lost" in legend_text(ax)
+        heights = [path.vertices[:, 1].max() for bar in ax.collections for path in bar.get_paths()]
+        assert max(heights) <= ax.transAxes.inverted().transform(ax.transData.transform((0.0, 0.0)))[1]
+
+
+def marked(bar: PolyCollection, time: np.ndarray) -> np.ndarray:
+    """Which samples a bar covers."""
+    spans = [path.vertices[:, 0] for path in bar.get_paths()]
+    return np.any([(time >= span.min()) & (time <= span.max()) for span in spans], axis=0)
 
 
 def test_a_carriage_has_one_colour_in_every_picture(result: Result) -> None:

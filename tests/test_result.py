@@ -510,7 +510,13 @@ def test_the_stubs_are_the_exports() -> None:
         assert exported == members.keys() - {"__new__"}, name
         for member, stub in members.items():
             what = vars(export).get(member)
-            if stub.decorator_list:  # a property
+            decorators = [
+                decorator.id for decorator in stub.decorator_list if isinstance(decorator, ast.Name)
+            ]
+            if decorators == ["staticmethod"]:
+                assert isinstance(what, staticmethod), member
+                assert arguments_of(getattr(export, member)) == arguments(stub), f"{name}.{member}"
+            elif decorators == ["property"]:
                 assert inspect.isgetsetdescriptor(what), member
             elif member == "__new__":
                 assert arguments_of(export) == arguments(stub)[1:], name

@@ -9,22 +9,28 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from guideload.bench import work_precision
     from guideload.encoder import Trace, motion_from_trace, read_trace
     from guideload.errors import ArgumentError, ConfigError, GuideloadError, RunError, SceneError, TraceError
+    from guideload.limits import Stability, stability
     from guideload.machine import Machine
     from guideload.modes import Modes
     from guideload.motion import Motion
     from guideload.parts import Body, Carriage, Drive, Link, Rail
+    from guideload.precision import WorkPrecision
     from guideload.result import Result
     from guideload.simulation import peak_loads, simulate
 
 _HOMES = {
+    "bench": ("work_precision",),
     "encoder": ("Trace", "motion_from_trace", "read_trace"),
     "errors": ("ArgumentError", "ConfigError", "GuideloadError", "RunError", "SceneError", "TraceError"),
+    "limits": ("Stability", "stability"),
     "machine": ("Machine",),
     "modes": ("Modes",),
     "motion": ("Motion",),
     "parts": ("Body", "Carriage", "Drive", "Link", "Rail"),
+    "precision": ("WorkPrecision",),
     "result": ("Result",),
     "simulation": ("peak_loads", "simulate"),
 }
@@ -45,12 +51,16 @@ __all__ = [
     "Result",
     "RunError",
     "SceneError",
+    "Stability",
     "Trace",
     "TraceError",
+    "WorkPrecision",
     "motion_from_trace",
     "peak_loads",
     "read_trace",
     "simulate",
+    "stability",
+    "work_precision",
 ]
 
 

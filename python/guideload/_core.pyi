@@ -9,13 +9,71 @@ Array = NDArray[np.float64]
 Groups = Sequence[NDArray[np.int64]]
 Vector = tuple[float, float, float]
 
+class Law:
+    """The elastic law of a link: force over deflection; immutable.
+
+    The deflection [m] is positive where the body moves along the link's direction, and 0 where the law starts to
+    count. Raises SceneError naming the field and the value that no law can have.
+    """
+
+    @staticmethod
+    def linear(stiffness: float) -> Law:
+        """F = k d. stiffness: N/m, >= 0."""
+
+    @staticmethod
+    def sided(positive: float, negative: float, clearance: float) -> Law:
+        """F = positive (d - clearance)+ - negative (-d - clearance)+: sides of their own about a dead band.
+
+        positive, negative: N/m, >= 0, not both 0. clearance: m to either side, >= 0.
+        """
+
+    @staticmethod
+    def preloaded(stiffness: float, preload: float, exponent: float) -> Law:
+        """Two rows pressed against each other: F = K ((d0 + d)+^n - (d0 - d)+^n), K = F0/d0^n, d0 = 2 n F0/k0.
+
+        stiffness: k0, N/m at d = 0. preload: F0, N. exponent: n, 3/2 for balls, 10/9 for rollers. One row opens at
+        |d| = d0, where |F| = 2^n F0.
+        """
+
+    @staticmethod
+    def curve(points: Array) -> Law:
+        """Straight lines between points (m, 2) of deflection [m] and force [N]; the end slopes go on beyond.
+
+        2 to 16 points, deflections ascending, forces never falling.
+        """
+
+    @property
+    def kind(self) -> str:
+        """linear, sided, preloaded or curve."""
+
+    @property
+    def stiffness(self) -> float:
+        """The nominal stiffness, N/m: k, the larger side, k0 at no load, or the steepest slope of a curve."""
+
+    @property
+    def edges(self) -> Array:
+        """(m,) m, ascending: the deflections at which the slope changes its law, as where contact is lost."""
+
+    def scaled(self, factor: float) -> Law:
+        """The law of the same deflections with all forces times `factor`."""
+
+    def force(self, deflection: Array) -> Array:
+        """(n,) N at deflections (n,) m."""
+
+    def tangent(self, deflection: Array) -> Array:
+        """(n,) N/m, dF/dd at deflections (n,) m."""
+
+    def energy(self, deflection: Array) -> Array:
+        """(n,) J, the integral of the force from 0 to deflections (n,) m."""
+
 class Scene:
     """One rigid body on links, under gravity; immutable.
 
     center_of_mass, points: m from L. inertia: kg m2 about the centre of mass. gravity: m/s2, pointing down.
-    free: names out of x y z rx ry rz. points, directions: (links, 3). stiffness: (links,) N/m.
-    damping: (links,) N s/m. Raises SceneError for an impossible body or link, and for a body that its links
-    leave unsupported, naming the motion that nothing resists.
+    free: names out of x y z rx ry rz. points, directions: (links, 3). laws: one per link. damping: (links,)
+    N s/m. damping_in_contact: (links,) whether a link damps only outside its clearance. Raises SceneError for an
+    impossible body or link, for a body that its links leave unsupported, naming the motion that nothing resists,
+    and where no position at rest exists.
     """
 
     def __new__(
@@ -28,9 +86,18 @@ class Scene:
         free: Sequence[str],
         points: Array,
         directions: Array,
-        stiffness: Array,
+        laws: Sequence[Law],
         damping: Array,
+        damping_in_contact: NDArray[np.bool_],
     ) -> Scene: ...
+    @property
+    def rung(self) -> str:
+        """The rung of the model that the laws ask for: linear, piecewise linear or smooth nonlinear."""
+
+    @property
+    def free_at_rest(self) -> Array:
+        """(m, 6) motions (m, rad) in which the body is free within its clearance at rest; none if it is held."""
+
     def solve(
         self,
         time: Array,
@@ -44,12 +111,12 @@ class Scene:
     ) -> Solution:
         """Run from static equilibrium.
 
-        time: (n,) s. acceleration: (n, 3) m/s2 of L. wrench: (n, 6) external force [N] and moment about L
-        [N m]. method: exact, rk45 or implicit. rtol: error of the link loads, relative to the load scale.
-        load_scale: the largest load that a link can carry at rest plus what it would carry if the peaks of the
-        excitation stood still. step: s, fixed instead; exact needs neither. times: (m,) s, instants to record
-        instead of the samples, ascending within them. All arrays float64 and C-contiguous, else ValueError or
-        TypeError. Raises TraceError, ArgumentError, RunError.
+        time: (n,) s. acceleration: (n, 3) m/s2 of L. wrench: (n, 6) external force [N] and moment about L [N
+        m]. method: exact (linear and piecewise linear scenes only), rk45 or implicit. rtol: error of the link
+        loads, relative to the load scale. load_scale: the largest load that a link can carry at rest plus what
+        it would carry if the peaks of the excitation stood still. step: s, fixed instead; exact needs neither.
+        times: (m,) s, instants to record instead of the samples, ascending within them. All arrays float64 and
+        C-contiguous, else ValueError or TypeError. Raises TraceError, ArgumentError, RunError.
         """
 
     def peaks(
@@ -103,6 +170,10 @@ class Solution:
         """Rejected steps."""
 
     @property
+    def contact_changes(self) -> int:
+        """How often a link passed an edge of its law; 0 where all are linear."""
+
+    @property
     def load_scale(self) -> float:
         """The load that the tolerance was relative to, N."""
 
@@ -127,12 +198,8 @@ class Solution:
     def inputs(self) -> Array:
         """(time, 9) the excitation at the recorded instants: acceleration, external force, moment about L."""
 
-def carriage_links(
-    center: Vector, length: float, stiffness: tuple[float, float], damping: tuple[float, float]
-) -> tuple[Array, Array, Array, Array]:
+def carriage_links(center: Vector, length: float) -> tuple[Array, Array]:
     """The four links of a carriage (paper, 4.1): end -x along y and z, end +x along y and z.
 
-    Returns points (4, 3), directions (4, 3), stiffness (4,), damping (4,).
-    center: m from L. length: m between the ends. stiffness, damping: of the whole carriage along y and z;
-    each end carries half.
+    Returns points (4, 3) m from L and unit directions (4, 3). center: m from L. length: m between the ends.
     """

@@ -6,20 +6,28 @@ and `run --no-pictures` loads no matplotlib.
 
 from __future__ import annotations
 
-import math
-import sys
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from guideload import cli_methods
+from guideload.cli_shared import (
+    POSITIVE,
+    Folder,
+    InputFile,
+    output_encoding,
+    read_machine,
+    read_motion,
+    tell,
+    trace_options,
+)
+from guideload.cli_shared import working as _working
 from guideload.errors import ArgumentError, ConfigError, GuideloadError, SceneError, TraceError
 from guideload.outputs import (
     FORMATS,
-    MANIFEST,
-    MANIFEST_TITLE,
     PICTURE_ENDINGS,
     PICTURES,
     Refused,
@@ -27,48 +35,16 @@ from guideload.outputs import (
     require_free,
     require_picture,
     unwritable,
+    write_manifest,
     written_whole,
 )
 
 if TYPE_CHECKING:
-    from guideload.machine import Machine
-    from guideload.motion import Motion
     from guideload.result import Result
     from guideload.simulation import Method
 
 EXAMPLES = files("guideload") / "examples"
 PAPER_DOFS = ("rx", "ry", "rz")
-
-InputFile = click.Path(path_type=Path)
-Folder = click.Path(path_type=Path, file_okay=False)
-
-
-class Positive(click.FloatRange):
-    """A finite number above 0."""
-
-    def __init__(self) -> None:
-        super().__init__(min=0.0, min_open=True)
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        number = float(super().convert(value, param, ctx))
-        if not math.isfinite(number):
-            self.fail(f"{value} is not a finite number", param, ctx)
-        return number
-
-
-POSITIVE = Positive()
-
-
-class NumberOrText(click.ParamType[float | str]):
-    """A number in SI, or text with its unit, as the library takes it."""
-
-    name = "number"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
-        try:
-            return float(value)
-        except ValueError:
-            return str(value)
 
 
 class Commands(click.Group):
@@ -115,14 +91,14 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
     with written_whole(output) as folder:
         with _working("reading the example"):
             machine = Machine.from_toml(str(EXAMPLES / "manipulator.toml"))
-            motion = _read_motion(Path(str(EXAMPLES / "manipulator.csv")), machine)
+            motion = read_motion(Path(str(EXAMPLES / "manipulator.csv")), machine)
         for name, machine_with_dofs in (("guides", machine), ("paper", machine.with_free(PAPER_DOFS))):
             with _working(f"computing the loads, {name}"):
                 results[name] = simulate(machine_with_dofs, motion)
             _write(results[name], folder / name, "netcdf", not no_pictures, output / name)
     titles = {"All dofs that the guides carry": results["guides"], "The paper's dofs": results["paper"]}
-    _print(report.comparison(titles, encoding=_encoding()))
-    _print(f"Loads, reports and pictures are in {output}: guides (all dofs) and paper (the paper's dofs).")
+    tell(report.comparison(titles, encoding=output_encoding()))
+    tell(f"Loads, reports and pictures are in {output}: guides (all dofs) and paper (the paper's dofs).")
 
 
 @main.command()
@@ -139,42 +115,7 @@ def init(path: Path) -> None:
         ) from None
     except OSError as error:
         raise unwritable(path, error) from None
-    _print(f"Wrote {path}. Fill it in, then: guideload check {path}")
-
-
-def trace_options(command: Any) -> Any:
-    """The options that say how a trace is read; what is left out is taken from its header."""
-    options = [
-        click.option(
-            "--column", help="Column of the measured motion; else the one whose header tells its unit."
-        ),
-        click.option(
-            "--unit", help='Unit of that column, e.g. rpm or mm/s; for counts the travel of one: "5e-8 m".'
-        ),
-        click.option("--kind", help="What it is: position, counts, velocity (of the cart) or motor_speed."),
-        click.option("--time", help="Column of the time stamps."),
-        click.option("--rate", type=NumberOrText(), help="Samples per second, in place of a time column."),
-        click.option(
-            "--max-speed", type=NumberOrText(), help='Greatest speed the axis can have, e.g. "2 m/s".'
-        ),
-        click.option(
-            "--allow-gaps", is_flag=True, default=None, help="Accept steps in time far above the usual one."
-        ),
-        click.option(
-            "--no-cross-check",
-            "cross_check",
-            flag_value=False,
-            default=None,
-            help="Do not compare position with velocity where the table has both.",
-        ),
-        click.option(
-            "--smoothing", help="From samples to acceleration: auto, savitzky_golay or differences."
-        ),
-        click.option("--window", type=POSITIVE, help="Window of savitzky_golay in seconds."),
-    ]
-    for option in reversed(options):
-        command = option(command)
-    return command
+    tell(f"Wrote {path}. Fill it in, then: guideload check {path}")
 
 
 @main.command()
@@ -185,10 +126,10 @@ def check(machine_file: Path, trace_file: Path | None, **reading: Any) -> None:
     """Check a machine, and a trace if one is given, and tell what was understood."""
     from guideload import report
 
-    machine = _read_machine(machine_file)
-    _print(report.machine_report(machine, encoding=_encoding()))
+    machine = read_machine(machine_file)
+    tell(report.machine_report(machine, encoding=output_encoding()))
     if trace_file is not None:
-        _print(report.motion_report(_read_motion(trace_file, machine, **reading), encoding=_encoding()))
+        tell(report.motion_report(read_motion(trace_file, machine, **reading), encoding=output_encoding()))
 
 
 @main.command("modes")
@@ -208,7 +149,7 @@ def natural_modes(machine_file: Path, output: Path | None, overwrite: bool) -> N
     if output is not None:
         require_picture(output, overwrite, machine_file)
     with nullcontext() if output is None else draft_beside(output) as draft:
-        machine = _read_machine(machine_file)
+        machine = read_machine(machine_file)
         modes = Modes.of(machine)
         if output is not None and draft is not None:
             from guideload import plots
@@ -217,9 +158,9 @@ def natural_modes(machine_file: Path, output: Path | None, overwrite: bool) -> N
                 plots.save(plots.modes(machine, modes)[0], draft / output.name).replace(output)
             except OSError as error:
                 raise unwritable(output, error) from error
-    _print(report.modes_report(machine, modes, encoding=_encoding()))
+    tell(report.modes_report(machine, modes, encoding=output_encoding()))
     if output is not None:
-        _print(f"Wrote {output}.")
+        tell(f"Wrote {output}.")
 
 
 @main.command()
@@ -267,38 +208,13 @@ def run(
     require_free(output, {"": names}, overwrite, inputs=(machine_file, trace_file))
     with written_whole(output) as folder:
         with _working("reading"):
-            machine = _read_machine(machine_file, free)
-            motion = _read_motion(trace_file, machine, **reading)
+            machine = read_machine(machine_file, free)
+            motion = read_motion(trace_file, machine, **reading)
         with _working("computing the loads"):
             result = simulate(machine, motion, method=method, rtol=rtol, step=step)
         _write(result, folder, file_format, not no_pictures, output)
-    _print(report.result_report(result, encoding=_encoding()))
-    _print(f"Wrote {output}.")
-
-
-def _read_machine(machine_file: Path, free: str | None = None) -> Machine:
-    """The machine, with other free dofs if they are given; a body that nothing supports is refused here."""
-    from guideload.machine import DOFS, Machine
-
-    machine, place = Machine.from_toml(machine_file), str(machine_file)
-    if free is not None:
-        dofs = [dof.strip() for dof in free.split(",")]
-        if len(set(dofs)) < len(dofs) or not set(dofs) <= set(DOFS):
-            raise Refused(f'--free: expected one or more of {",".join(DOFS)}, each once, got "{free}"')
-        machine, place = machine.with_free(dofs), f"{machine_file} with --free {free}"
-    try:
-        _ = machine.scene  # made once, and kept by the machine
-    except SceneError as error:
-        raise Refused(f"{place}: {error}") from error
-    return machine
-
-
-def _read_motion(trace_file: Path, machine: Machine, **reading: Any) -> Motion:
-    from guideload.encoder import motion_from_trace, read_trace
-
-    given = {name: value for name, value in reading.items() if value is not None}
-    smoothing = {name: given.pop(name) for name in ("smoothing", "window") if name in given}
-    return motion_from_trace(read_trace(trace_file, **given), drive=machine.drive, **smoothing)
+    tell(report.result_report(result, encoding=output_encoding()))
+    tell(f"Wrote {output}.")
 
 
 def _names_of_run(file_format: str, pictures: bool) -> set[str]:
@@ -321,26 +237,10 @@ def _write(result: Result, folder: Path, file_format: str, pictures: bool, shown
                 from guideload import plots
 
                 plots.save_all(result, folder)
-        lines = [MANIFEST_TITLE, *sorted(path.name for path in folder.iterdir())]
-        (folder / MANIFEST).write_text("\n".join(lines) + "\n", encoding="utf-8")
+        write_manifest(folder)
     except OSError as error:
         raise click.ClickException(f"{shown}: cannot be written: {error.strerror or error}") from error
 
 
-def _working(what: str) -> AbstractContextManager[Any]:
-    """Tell what is being done, on a terminal only and apart from the output."""
-    if not sys.stderr.isatty():
-        return nullcontext()
-    from rich.console import Console
-
-    return Console(stderr=True).status(f"{what} ...")
-
-
-def _encoding() -> str:
-    return getattr(sys.stdout, "encoding", None) or "utf-8"
-
-
-def _print(text: str) -> None:
-    """To standard output; signs that it cannot show are replaced."""
-    encoding = _encoding()
-    click.echo(text.rstrip("\n").encode(encoding, errors="replace").decode(encoding))
+main.add_command(cli_methods.chart)
+main.add_command(cli_methods.stability)

@@ -242,6 +242,7 @@ EXPECTED: dict[str, Callable[[ErrorDetails], str]] = {
     "string_too_short": lambda item: "a name",
     "model_type": lambda item: "a table of keys and values",
     "tuple_type": lambda item: "a list",
+    "bool_type": lambda item: "true or false",
     "too_short": lambda item: "at least one entry",
     "literal_error": lambda item: str(item["ctx"]["expected"]).replace("'", '"'),
 }

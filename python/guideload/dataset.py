@@ -106,9 +106,19 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "load_scale_N": solution.load_scale,
         "steps": solution.steps,
         "rejected_steps": solution.rejected,
+        "contact_changes": solution.contact_changes,
+        "motion_step_s": _median_step(run.motion.time),
+        "motion_jumps": int(np.count_nonzero(np.diff(run.motion.time) == 0.0)),
         "motion_source": run.motion.source,
         "motion_notes": "\n".join(run.motion.notes),
     }
     if run.step is not None:
         attributes["step_s"] = run.step
     return attributes
+
+
+def _median_step(time: Array) -> float:
+    """Median distance of the samples of a motion [s], 0 if all are at one instant."""
+    steps = np.diff(time)
+    steps = steps[steps > 0]
+    return float(np.median(steps)) if steps.size else 0.0

@@ -21,6 +21,7 @@ from pydantic_core import ErrorDetails, InitErrorDetails
 from guideload._core import Scene
 from guideload.config import Part, located, read
 from guideload.errors import ConfigError, KeyPath, ValueRefused, shown
+from guideload.laws import Rung, rung_of
 from guideload.links import ENDS, LinkTable, read_only, table_of
 from guideload.parts import Array, Body, Carriage, Drive, Gravity, Link, Name, Rail
 
@@ -134,9 +135,15 @@ class Machine(Part):
             free=self.free,
             points=table.points,
             directions=table.directions,
-            stiffness=table.stiffness,
+            laws=table.laws,
             damping=table.damping,
+            damping_in_contact=table.damping_in_contact,
         )
+
+    @property
+    def rung(self) -> Rung:
+        """The rung of the model that the laws of the links ask for: the highest that one of them needs."""
+        return rung_of(self._links.laws)
 
     def link_table(self) -> LinkTable:
         """All links of the machine, computed once."""

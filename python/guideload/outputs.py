@@ -11,7 +11,8 @@ import click
 
 FORMATS = {"netcdf": "loads.nc", "parquet": "loads.parquet", "csv": "loads.csv"}
 PICTURES = ("scene.png", "figures_7_to_11.png", "resultant.png", "moments.png", "modes.png", "spectrum.png")
-OUTPUTS = (*FORMATS.values(), "loads.json", *PICTURES, "report.txt")
+CHART = ("chart.png", "chart.csv")
+OUTPUTS = (*FORMATS.values(), "loads.json", *PICTURES, *CHART, "report.txt")
 MANIFEST = ".guideload"  # hidden, in every folder that we write: the names of our files there
 MANIFEST_TITLE = "Files that guideload wrote into this folder; --overwrite replaces these and no others:"
 PICTURE_ENDINGS = (".png", ".svg", ".pdf", ".eps", ".jpg", ".tif", ".webp")
@@ -124,6 +125,12 @@ def written_whole(output: Path) -> Iterator[Path]:
     except BaseException:
         _remove_empty(missing)
         raise
+
+
+def write_manifest(folder: Path) -> None:
+    """List all files of a draft folder, so that `--overwrite` may replace them later."""
+    lines = [MANIFEST_TITLE, *sorted(path.name for path in folder.iterdir())]
+    (folder / MANIFEST).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _remove_empty(folders: list[Path]) -> None:

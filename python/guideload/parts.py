@@ -12,24 +12,27 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     Field,
     PlainValidator,
+    StrictBool,
     StrictStr,
     ValidationInfo,
     field_validator,
     model_validator,
 )
 
+from guideload._core import Law
 from guideload.config import Part, entries, number
 from guideload.errors import ValueRefused
+from guideload.laws import Clearance, Curve, Preload, Rolling, Stiffness, law_of, with_clearance, with_preload
 
 Name = Annotated[StrictStr, Field(min_length=1)]
 Length = Annotated[float, PlainValidator(partial(number, unit="m"))]
 PositiveLength = Annotated[float, PlainValidator(partial(number, unit="m", above=0.0))]
 Mass = Annotated[float, PlainValidator(partial(number, unit="kg", above=0.0))]
 Inertia = Annotated[float, PlainValidator(partial(number, unit="kg m^2"))]
-Stiffness = Annotated[float, PlainValidator(partial(number, unit="N/m", above=0.0))]
 Damping = Annotated[float, PlainValidator(partial(number, unit="N s/m", least=0.0))]
 Acceleration = Annotated[float, PlainValidator(partial(number, unit="m/s^2"))]
 Plain = Annotated[float, PlainValidator(partial(number, unit="1"))]
@@ -130,16 +133,67 @@ class Rail(Part):
 
 
 class Carriage(Part):
-    """A carriage acts through two pairs of links, along y and z, at x -+ length/2 (paper, 4.1)."""
+    """A carriage acts through two pairs of links, along y and z, at x -+ length/2 (paper, 4.1).
+
+    Stiffness, clearance, preload or curve make its elastic law in each direction; see `guideload.laws`.
+    """
 
     name: Name = Field(description='a name of its own, e.g. "1"')
     rail: Name = Field(description="the name of the rail it runs on")
     x: Length = Field(description='x of its centre from L, e.g. "-500 mm"')
     length: PositiveLength = Field(description='distance between its two pairs of links, e.g. "85 mm"')
-    stiffness_y: Stiffness = Field(description='stiffness of the whole carriage along y, e.g. "350 N/um"')
-    stiffness_z: Stiffness = Field(description='stiffness of the whole carriage along z, e.g. "350 N/um"')
+    curve_y: Curve | None = Field(
+        default=None,
+        description="points [deflection, force] of the whole carriage along y instead of stiffness_y, e.g. "
+        '[["0 um", "0 N"], ["20 um", "9 kN"]]; from [0, 0] on they hold for both directions',
+    )
+    curve_z: Curve | None = Field(
+        default=None,
+        description="points [deflection, force] of the whole carriage along z instead of stiffness_z, e.g. "
+        '[["0 um", "0 N"], ["20 um", "9 kN"]]; from [0, 0] on they hold for both directions',
+    )
+    stiffness_y: Stiffness = Field(
+        default=None,
+        validate_default=True,
+        description='stiffness of the whole carriage along y, e.g. "350 N/um" (or curve_y instead)',
+    )
+    stiffness_z: Stiffness = Field(
+        default=None,
+        validate_default=True,
+        description='stiffness of the whole carriage along z, e.g. "350 N/um" (or curve_z instead)',
+    )
+    preload_y: Preload = Field(
+        default=None,
+        description='preload of the whole carriage along y, e.g. "2.09 kN", beside stiffness_y at no load; '
+        "leave it out if there is none",
+    )
+    preload_z: Preload = Field(
+        default=None,
+        description='preload of the whole carriage along z, e.g. "2.09 kN", beside stiffness_z at no load; '
+        "leave it out if there is none",
+    )
+    clearance_y: Clearance = Field(default=0.0, description='play along y to either side, e.g. "5 um"')
+    clearance_z: Clearance = Field(default=0.0, description='play along z to either side, e.g. "5 um"')
+    rolling: Annotated[
+        Rolling | None, AfterValidator(partial(with_preload, keys=("preload_y", "preload_z")))
+    ] = Field(
+        default=None,
+        validate_default=True,
+        description='what rolls in a preloaded carriage: "ball" or "roller"',
+    )
     damping_y: Damping = Field(description='damping of the whole carriage along y, e.g. "100 kN s/m"')
     damping_z: Damping = Field(description='damping of the whole carriage along z, e.g. "100 kN s/m"')
+    damping_in_contact: Annotated[
+        StrictBool, AfterValidator(partial(with_clearance, keys=("clearance_y", "clearance_z")))
+    ] = Field(default=False, description="whether the damping acts only outside the clearance")
+
+    @property
+    def laws(self) -> tuple[Law, Law]:
+        """Elastic laws of the whole carriage along y and z."""
+        return (
+            law_of(self.stiffness_y, self.clearance_y, self.preload_y, self.rolling, self.curve_y),
+            law_of(self.stiffness_z, self.clearance_z, self.preload_z, self.rolling, self.curve_z),
+        )
 
 
 class Link(Part):
@@ -150,8 +204,31 @@ class Link(Part):
     direction: Vector = Field(
         description="the line it acts along, of any length, e.g. [1, 0, 0]; kept as a unit vector"
     )
-    stiffness: Stiffness = Field(description='stiffness along its direction, e.g. "80 N/um"')
+    curve: Curve | None = Field(
+        default=None,
+        description="points [deflection, force] along its direction instead of stiffness, e.g. "
+        '[["0 um", "0 N"], ["20 um", "9 kN"]]; from [0, 0] on they hold for both directions',
+    )
+    stiffness: Stiffness = Field(
+        default=None,
+        validate_default=True,
+        description='stiffness along its direction, e.g. "350 N/um" (or curve instead)',
+    )
+    preload: Preload = Field(
+        default=None,
+        description='preload along its direction, e.g. "2.09 kN", beside stiffness at no load; '
+        "leave it out if there is none",
+    )
+    clearance: Clearance = Field(
+        default=0.0, description='play along its direction to either side, e.g. "5 um"'
+    )
+    rolling: Annotated[Rolling | None, AfterValidator(partial(with_preload, keys=("preload",)))] = Field(
+        default=None, validate_default=True, description='what rolls in a preloaded link: "ball" or "roller"'
+    )
     damping: Damping = Field(description='damping along its direction, e.g. "20 kN s/m"')
+    damping_in_contact: Annotated[
+        StrictBool, AfterValidator(partial(with_clearance, keys=("clearance",)))
+    ] = Field(default=False, description="whether the damping acts only outside the clearance")
 
     @field_validator("direction")
     @classmethod
@@ -163,6 +240,11 @@ class Link(Part):
             )
         x, y, z = direction
         return x / length, y / length, z / length
+
+    @property
+    def law(self) -> Law:
+        """Elastic law along its direction."""
+        return law_of(self.stiffness, self.clearance, self.preload, self.rolling, self.curve)
 
 
 class Drive(Part):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from guideload.audit import LABEL
 from guideload.machine import DOFS
 from guideload.modes import Modes, moving_dofs
 from guideload.motion import Motion
@@ -27,8 +29,6 @@ if TYPE_CHECKING:
 
 WIDTH = 80
 
-# First acceleration, of the largest, from which on a motion has begun under way; smoothed standstill stays below.
-UNDER_WAY = 0.2
 # Guides carry machines at tens to hundreds of Hz, damped by some percent. What lies beyond these limits is a slip
 # of units: N/mm read as N/m lowers the frequencies 32 times.
 SLOWEST_MODE = 1.0  # Hz
@@ -46,13 +46,13 @@ STATIC_DEFINITIONS = "Forces of the body on the carriage, global axes; moments a
 
 
 def result_report(result: Result, width: int = WIDTH, encoding: str = "utf-8") -> str:
-    """The report of a run: peaks, drive, what the held dofs carry, modes, motion, method."""
+    """The report of a run: peaks, drive, what the held dofs carry, modes, motion, method, audit."""
     return to_text(
         [
             *_heading(result.machine),
             *_section("Peak loads of the carriages"),
             *peaks_tables(result, width),
-            *_remark(*start_notes(result), *sample_notes(result), DEFINITIONS),
+            *_remark(*result.audit.warnings, DEFINITIONS),
             *weight_lines(result.machine),
             *_section("Drive and held dofs"),
             *reaction_lines(result),
@@ -62,6 +62,8 @@ def result_report(result: Result, width: int = WIDTH, encoding: str = "utf-8") -
             *motion_lines(_motion_of(result.data)),
             *_section("Solution"),
             *solution_lines(result.data),
+            *_section("Audit"),
+            *audit_lines(result, width),
         ],
         width,
         encoding,
@@ -74,7 +76,7 @@ def comparison(results: Mapping[str, Result], width: int = WIDTH, encoding: str 
     for title, result in results.items():
         parts += _section(f"{title}: free {', '.join(result.machine.free)}")
         parts += peaks_tables(result, width)
-        parts += _remark(*start_notes(result), *sample_notes(result))
+        parts += _remark(*result.audit.warnings)
         parts += weight_lines(result.machine)
     return to_text([*parts, *_remark(DEFINITIONS)], width, encoding)
 
@@ -152,46 +154,10 @@ def peaks_tables(result: Result, width: int = WIDTH) -> list[RenderableType]:
     return [whole] if needed <= width else [forces, moments]
 
 
-def start_notes(result: Result) -> list[str]:
-    """What a motion that begins under way does to the peaks: the run starts at rest, as by a sudden start.
-
-    The time until that has died away is 3 / (zeta omega) of the slowest mode: 5 % of it is left then.
-    """
-    data = result.data
-    size = np.linalg.norm(data["cart_acceleration"].transpose("time", "axis").values, axis=1)
-    under_way = size[0] > UNDER_WAY * size.max()
-    if not under_way or np.any(data["velocity"].values[0]):  # reported from a later instant on
-        return []
-    slowest = float(-np.real(result.modes.eigenvalues).max())
-    time = data["time"].values
-    until = float(time[0]) + 3.0 / slowest if slowest > 0 else np.inf
-    early = [str(name) for name in data["carriage"].values if _instants_of_peaks(result, name).min() < until]
-    if until < time[-1]:
-        period = f"until {until:.3g} s"
-        way_out = "record from standstill, or read the peaks after that"
-    else:
-        period, way_out = "over the whole run", "record from standstill"
-    names = "all carriages" if len(early) == data.sizes["carriage"] else ", ".join(early)
-    whose = f"peaks of {names} fall into it" if early else "no carriage's peak falls into it"
-    return [
-        f"Note: the motion begins at {size[0]:.3g} m/s2, but a run starts at rest: {period} the loads are those "
-        f"of a sudden start; {whose}. To see those of the motion, {way_out}."
-    ]
-
-
-def sample_notes(result: Result) -> list[str]:
-    """A warning where the samples are too far apart to show the peaks of the highest mode."""
-    if not result.modes.frequency.size or result.data.sizes["time"] < 2:
-        return []
-    steps = np.diff(result.data["time"].values)
-    step, highest = float(np.median(steps[steps > 0])), float(result.modes.frequency.max())
-    if step * highest <= 0.5:
-        return []
-    return [
-        f"Note: a sample every {1e3 * step:.3g} ms is coarser than half a period of the highest mode, "
-        f"{highest:.3g} Hz: peaks between the samples are missed. Take a faster trace, or in Python report at "
-        "finer instants: simulate(machine, motion, times=...)."
-    ]
+def audit_lines(result: Result, width: int = WIDTH) -> list[str]:
+    """The audit's figures, further lines of one below its text; the warnings stand below the peaks."""
+    indent = " " * LABEL
+    return [text for line in result.audit.lines for text in wrap(line, width, subsequent_indent=indent)]
 
 
 def unit_notes(modes: Modes) -> list[str]:
@@ -347,20 +313,6 @@ def _millimetres(point: Sequence[float]) -> str:
 
 def _remark(*lines: str) -> list[RenderableType]:
     return [Padding(line, (0, 0, 1, 0)) for line in lines]
-
-
-def _instants_of_peaks(result: Result, carriage: str) -> NDArray[np.float64]:
-    """When the figures of a carriage's row in the table of peaks are reached [s]."""
-    one = result.data.sel(carriage=carriage)
-    force = one["force"].transpose("time", "axis").values[:, 1:]
-    moment = one["moment"].transpose("time", "axis").values
-    histories = (
-        np.linalg.norm(force, axis=1),
-        np.linalg.norm(force - one["static_force"].values[1:], axis=1),
-        np.linalg.norm(moment - one["static_moment"].values, axis=1),
-    )
-    time: NDArray[np.float64] = result.data["time"].values
-    return time[[int(history.argmax()) for history in histories]]
 
 
 def _largest(vectors: NDArray[np.float64]) -> float:

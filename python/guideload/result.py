@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+    from guideload.audit import Audit
+
 
 @dataclass(frozen=True, eq=False)
 class Peaks:
@@ -36,8 +38,9 @@ class Peaks:
 class Result:
     """The loads of one run.
 
-    `machine` is the machine, `modes` its natural modes, `carriage_loads` the plain array, and `data` an
-    xarray.Dataset with all quantities over time, carriage, rail, link, dof and axis, each with its units:
+    `machine` is the machine, `modes` its natural modes, `audit` what the result is worth, `carriage_loads` the
+    plain array, and `data` an xarray.Dataset with all quantities over time, carriage, rail, link, dof and axis,
+    each with its units:
     force, moment (of the carriages on their guides, moments about the carriage centres), their elastic and
     damping parts, resultant (y-z), link_load, rail_force, rail_moment, reaction (of the held dofs; held x:
     the drive force), displacement, velocity, acceleration (of L in the carriage frame), and static values.
@@ -78,6 +81,13 @@ class Result:
     def modes(self) -> Modes:
         """The natural modes of the machine."""
         return Modes.of(self.machine)
+
+    @cached_property
+    def audit(self) -> Audit:
+        """Whether the model was no more than the scene needs, and no less: figures and warnings."""
+        from guideload.audit import Audit  # reads the labelled arrays
+
+        return Audit.of(self.machine, self.data, self.modes)
 
     def peaks(self) -> pd.DataFrame:
         """A row per carriage: peak resultant (y-z), when, its static and dynamic part, and peak components.

@@ -27,8 +27,9 @@ def simulate(
 ) -> Result:
     """The load of every carriage of a machine under a motion, from static equilibrium on.
 
-    method  exact (matrix exponential: no step error, linear scenes), rk45 (Dormand-Prince 5(4)), implicit
-            (Radau IIA of order 9), or auto: the cheapest that the scene allows; the result says which and why
+    method  exact (matrix exponential between samples and contact changes: no step error; not for preloaded
+            contacts), rk45 (Dormand-Prince 5(4)), implicit (Radau IIA of order 9), or auto: the cheapest that
+            the scene allows; the result says which and why
     rtol    error of the link loads that rk45 and implicit may make, as a part of the load scale (the largest
             link load at rest plus quasi-static under the peaks of the motion; the result tells it in newtons)
     step    s, fixed step for rk45 and implicit instead of error control; none passes a sample of the motion
@@ -37,7 +38,7 @@ def simulate(
     Raises SceneError (unsupported body), ArgumentError (method, rtol, step or times), RunError (with time and step).
     """
     _require_kinds(machine, motion, rtol, step)
-    chosen, reason = _chosen(method, step)
+    chosen, reason = _chosen(machine, motion, method, step)
     instants = None if times is None else _instants(times)
     solution = machine.scene.solve(
         motion.time,
@@ -65,7 +66,7 @@ def peak_loads(
     Arguments and errors as for `simulate`.
     """
     _require_kinds(machine, motion, rtol, step)
-    chosen, _ = _chosen(method, step)
+    chosen, _ = _chosen(machine, motion, method, step)
     extremes = machine.scene.peaks(
         motion.time,
         motion.acceleration,
@@ -104,12 +105,35 @@ def _instants(times: ArrayLike) -> Array:
     return instants
 
 
-def _chosen(method: str, step: float | None) -> tuple[str, str]:
+def _chosen(machine: Machine, motion: Motion, method: str, step: float | None) -> tuple[str, str]:
     """The method to run and why."""
     if method not in get_args(Method):
         raise ArgumentError(f"method: expected one of {', '.join(get_args(Method))}, got {method!r}")
     if method in ("auto", "exact") and step is not None:
         raise ArgumentError(f'step: method "{method}" takes none; leave step out, or name rk45 or implicit')
-    if method == "auto":
+    if method != "auto":
+        return method, "asked for"
+    if machine.scene.rung == "linear":
         return "exact", "all links are linear: the matrix exponential costs least and makes no step error"
-    return method, "asked for"
+    if machine.scene.rung == "piecewise linear":
+        return "exact", "links are linear between contact changes, and those are located: no step error"
+    return _for_smooth_laws(machine, motion)
+
+
+def _for_smooth_laws(machine: Machine, motion: Motion) -> tuple[str, str]:
+    """rk45, unless stability holds its steps so short that implicit is done earlier."""
+    from guideload.amplification import longest_stable_steps  # needed by no other scene
+
+    intervals = np.diff(motion.time)
+    usual = float(np.median(intervals[intervals > 0.0])) if np.any(intervals > 0.0) else 0.0
+    values = machine.scene.modes()[3]
+    passive = np.minimum(values.real, 0.0) + 1j * values.imag
+    longest = float(longest_stable_steps(passive).min())
+    why = f"preloaded contacts are not linear; rk45 is stable up to steps of {1e3 * longest:.3g} ms"
+    if longest * STEP_COST < usual:
+        return "implicit", f"{why}, far below the {1e3 * usual:.3g} ms between samples: the scene is stiff"
+    return "rk45", f"{why}: the scene is not stiff"
+
+
+# A step of implicit on a scene with smooth laws costs about as much as this many of rk45.
+STEP_COST = 4.0

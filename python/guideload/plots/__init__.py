@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import SubFigure
 
+from guideload.plots.chart import work_precision
 from guideload.plots.histories import (
     load_density,
     load_y,
@@ -21,6 +22,7 @@ from guideload.plots.histories import (
     resultant,
     spectrum,
 )
+from guideload.plots.regions import stability
 from guideload.plots.space import equivalent_box, modes, scene
 
 if TYPE_CHECKING:
@@ -42,6 +44,8 @@ __all__ = [
     "save_all",
     "scene",
     "spectrum",
+    "stability",
+    "work_precision",
 ]
 
 DOTS_PER_INCH = 130

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
 
+from guideload.audit import percent
+from guideload.checks import share_of_time, uniform
 from guideload.plots.style import (
     GREY,
     INK,
@@ -27,6 +29,8 @@ if TYPE_CHECKING:
 
 RPM_PER_RADIAN_PER_SECOND = 30 / np.pi
 BANDS_PER_OCTAVE = 12
+# Parts of the axes' height: a bar that marks lost contact and the gap above it, and what all bars may take.
+BAR, BARS = 0.025, 0.2
 
 
 def motor_speed(result: Result, ax: Axes | None = None) -> Axes:
@@ -55,12 +59,18 @@ def motor_speed(result: Result, ax: Axes | None = None) -> Axes:
 
 
 def load_y(result: Result, carriage: str, ax: Axes | None = None) -> Axes:
-    """Force of the body on one carriage along y in newtons over time (paper, figures 8 and 10)."""
+    """Force of the body on one carriage along y in newtons over time (paper, figures 8 and 10).
+
+    A bar along the time axis marks where a link of it along y has no contact, or one row open.
+    """
     return _load(result, carriage, "y", ax)
 
 
 def load_z(result: Result, carriage: str, ax: Axes | None = None) -> Axes:
-    """Force of the body on one carriage along z in newtons over time (paper, figures 9 and 11)."""
+    """Force of the body on one carriage along z in newtons over time (paper, figures 9 and 11).
+
+    A bar along the time axis marks where a link of it along z has no contact, or one row open.
+    """
     return _load(result, carriage, "z", ax)
 
 
@@ -84,7 +94,10 @@ def paper_figures(result: Result) -> list[Axes]:
 
 
 def resultant(result: Result, ax: Axes | None = None) -> Axes:
-    """Resultant load sqrt(Fy² + Fz²) of every carriage in newtons over time; static levels as thin lines."""
+    """Resultant load sqrt(Fy² + Fz²) of every carriage in newtons over time; static levels as thin lines.
+
+    Bars along the time axis mark where a link of a carriage has no contact, or one row open.
+    """
     static = result.data["static_force"].sel(axis=["y", "z"]).transpose("carriage", "axis").values
     with look():
         ax = axes_or_new(ax, 9.0, 4.4)
@@ -168,14 +181,8 @@ def load_density(result: Result) -> tuple[NDArray[np.float64], NDArray[np.float6
         .sel(axis=["y", "z"])
         .values
     )
-    steps = np.diff(time)
-    step = float(np.median(steps[steps > 0]))
-    uniform = time[0] + step * np.arange(int((time[-1] - time[0]) / step * (1 + 1e-12)) + 1)
-    if uniform.size != time.size or not np.allclose(steps, step, rtol=1e-6, atol=0):
-        columns = force.reshape(time.size, -1)
-        columns = np.stack([np.interp(uniform, time, column) for column in columns.T], axis=1)
-        force = columns.reshape(uniform.size, *force.shape[1:])
-    count = uniform.size
+    step, force = uniform(time, force)
+    count = len(force)
     transform = np.fft.rfft(force, axis=0)[1:]
     power = 2 * step / count * (transform.real**2 + transform.imag**2).sum(axis=-1)
     if count % 2 == 0:
@@ -218,13 +225,19 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
         at_peak = f"peak {load_text(load[peak])} at {time[peak]:.2f} s"
         ax.plot(time[peak], load[peak], "o", color=color, markersize=5, clip_on=False, label=at_peak)
         ax.set(xlabel="time [s]", ylabel=f"load F$_{axis}$ [N]")
+        links = result.machine.links_of_carriages[names.index(carriage)]["yz".index(axis) :: 2]
+        lost = result.audit.contact.lost_by(links)
         # Peak and static level stand above the axes: in line with a short title, else below it.
-        ax.set_title(f"Carriage {carriage}, {axis}", pad=6 if len(carriage) <= 6 else 22)
+        in_line = len(carriage) <= 6 and not lost.any()
+        ax.set_title(f"Carriage {carriage}, {axis}", pad=6 if in_line else 22)
         _keep_span(ax, load, float(data["resultant"].max()))
+        if lost.any():
+            part = percent(float(share_of_time(time, lost[:, None])[0]))
+            _mark_lost(ax, time, lost, color, label=f"contact lost {part} of the time")
         ax.legend(
             loc="lower right",
             bbox_to_anchor=(1.0, 1.0),
-            ncols=2,
+            ncols=3,
             borderaxespad=0.2,
             columnspacing=1.2,
             handlelength=1.4,
@@ -250,8 +263,34 @@ def _draw_carriages(
     ax.plot([], [], color=GREY, linewidth=0.9, linestyle=(0, (5, 4)), label="static level")
     ax.set_xlabel("time [s]")
     _keep_span(ax, loads)
-    ax.set_ylim(bottom=0)
+    lost = [result.audit.contact.lost_by(links) for links in result.machine.links_of_carriages]
+    marked = [index for index, flags in enumerate(lost) if flags.any()]
+    height = min(BAR, BARS / max(len(marked), 1))
+    strip = height * len(marked)
+    ax.set_ylim(bottom=-strip / (1 - strip) * ax.get_ylim()[1])  # the bars stand below zero
+    for place, index in enumerate(reversed(marked)):  # from the axis up, in the legend's order
+        _mark_lost(ax, time, lost[index], carriage_look(index).color, place * height, height)
+    if marked:
+        ax.plot([], [], color=GREY, linewidth=4, label="contact lost")
     ax.legend(title="carriage", loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left")
+
+
+def _mark_lost(
+    ax: Axes,
+    time: NDArray[np.float64],
+    lost: NDArray[np.bool_],
+    color: str,
+    low: float = 0.0,
+    height: float = BAR,
+    label: str = "",
+) -> None:
+    """A thin bar along the time axis where contact is lost; low, height: parts of the axes' height, gap included.
+
+    It begins a sample early, so that one that is lost alone shows.
+    """
+    shown = lost | np.append(lost[1:], False)
+    edge, high = ax.get_xaxis_transform(), low + 0.7 * height
+    ax.fill_between(time, low, high, where=shown, transform=edge, color=color, linewidth=0.5, label=label)
 
 
 def _keep_span(ax: Axes, values: NDArray[np.float64], scale: float = 0.0) -> None:
@@ -283,7 +322,9 @@ def _mark_modes(ax: Axes, frequencies: NDArray[np.float64]) -> None:
 
 
 def _headline(result: Result) -> str:
-    return f"{result.machine.name}: free {', '.join(result.machine.free)}"
+    count = len(result.audit.warnings)
+    audit = f"; audit: {count} {'warning' if count == 1 else 'warnings'}, see the report" if count else ""
+    return f"{result.machine.name}: free {', '.join(result.machine.free)}{audit}"
 
 
 def _set_title(ax: Axes, result: Result, title: str) -> None:

@@ -11,7 +11,8 @@ pub struct Matrices {
     pub mass: Matrix6<f64>,
     /// Damping matrix `C = Σ b d dᵀ` (eqs. 32, 33): N s/m, N s, N m s.
     pub damping: Matrix6<f64>,
-    /// Stiffness matrix `K = Σ k d dᵀ` (eqs. 23, 24): N/m, N, N m.
+    /// Stiffness matrix `K = Σ k d dᵀ` (eqs. 23, 24), k the nominal stiffness, or in a [`crate::System`] that of the tangent at rest:
+    /// N/m, N, N m.
     pub stiffness: Matrix6<f64>,
     /// Weight Q as force and moment about L: N, N m.
     pub weight: Vector6<f64>,

@@ -42,6 +42,68 @@ pub enum SceneError {
         /// N/m.
         got: f64,
     },
+    /// Negative or non-finite stiffness of a side, or both zero.
+    Sides {
+        /// When the body moves along the link's direction, N/m.
+        positive: f64,
+        /// When it moves against it, N/m.
+        negative: f64,
+    },
+    /// Negative or non-finite clearance.
+    Clearance {
+        /// m.
+        got: f64,
+    },
+    /// Stiffness of a preloaded law that is not positive.
+    PreloadedStiffness {
+        /// N/m.
+        got: f64,
+    },
+    /// Preload that is not positive.
+    Preload {
+        /// N.
+        got: f64,
+    },
+    /// Exponent that no rolling contact has.
+    Exponent {
+        /// As given.
+        got: f64,
+    },
+    /// Too few points for a curve, or too many.
+    CurvePoints {
+        /// Points that a curve has room for.
+        room: usize,
+        /// Points.
+        got: usize,
+    },
+    /// Deflections of a curve out of order.
+    CurveOrder {
+        /// At which point, from 0.
+        index: usize,
+        /// Deflection of the point before, m.
+        before: f64,
+        /// Its own, m.
+        got: f64,
+    },
+    /// A curve that falls.
+    CurveFalls {
+        /// At which point, from 0.
+        index: usize,
+        /// Force of the point before, N.
+        before: f64,
+        /// Its own, N.
+        got: f64,
+    },
+    /// A curve with one force everywhere.
+    CurveFlat {
+        /// That force, N.
+        load: f64,
+    },
+    /// Factor of a law that is not positive, or takes it out of the range of numbers.
+    Factor {
+        /// As given.
+        got: f64,
+    },
     /// Negative or non-finite damping.
     Damping {
         /// N s/m.
@@ -49,6 +111,8 @@ pub enum SceneError {
     },
     /// Link with neither stiffness nor damping.
     IdleLink,
+    /// Link that is to be damped in contact only, but has no clearance to be out of it.
+    AlwaysInContact,
     /// No free degree of freedom.
     NothingFree,
     /// No link.
@@ -59,6 +123,11 @@ pub enum SceneError {
         room: usize,
         /// Links of the scene.
         got: usize,
+    },
+    /// The weight drives the body out of its links: there is no static equilibrium.
+    NoEquilibrium {
+        /// The motion `(u, φ)` along which it leaves, largest entry 1.
+        motion: Vector6<f64>,
     },
     /// The links leave a motion of the free degrees of freedom unresisted.
     Unsupported {
@@ -93,6 +162,49 @@ impl fmt::Display for SceneError {
                 write!(f, "direction: expected a vector with a length, got ({x}, {y}, {z})")
             }
             Self::Stiffness { got } => write!(f, "stiffness: expected >= 0 N/m, got {got}"),
+            Self::Sides { positive, negative } => write!(
+                f,
+                "stiffness: expected >= 0 N/m on either side and > 0 on one, got positive {positive}, negative {negative}"
+            ),
+            Self::Clearance { got } => write!(
+                f,
+                "clearance: expected >= 0 m to either side, got {got}; parts pressed together have a preload instead"
+            ),
+            Self::PreloadedStiffness { got } => {
+                write!(f, "stiffness: expected > 0 N/m beside a preload, the stiffness at no load, got {got}")
+            }
+            Self::Preload { got } => {
+                write!(
+                    f,
+                    "preload: expected > 0 N, got {got}; without preload leave it out, play is a clearance"
+                )
+            }
+            Self::Exponent { got } => {
+                write!(f, "exponent: expected > 1 and <= 2, got {got}; balls have 3/2, rollers 10/9")
+            }
+            Self::CurvePoints { room, got } => {
+                write!(f, "curve: expected 2 to {room} points, got {got}")?;
+                if got > room {
+                    f.write_str("; it is linear in between, so leave out points where it is nearly straight")?;
+                }
+                Ok(())
+            }
+            Self::CurveOrder { index, before, got } => write!(
+                f,
+                "curve[{index}]: expected a deflection > {before} m (the point before), got {got} m; sort the points and \
+                 keep one at each deflection"
+            ),
+            Self::CurveFalls { index, before, got } => write!(
+                f,
+                "curve[{index}]: expected a force >= {before} N (the point before), got {got} N: no support pushes back \
+                 less when pressed more; do deflection and force have the same sign?"
+            ),
+            Self::CurveFlat { load } => {
+                write!(f, "curve: expected a force that rises somewhere, got {load} N at all points")
+            }
+            Self::Factor { got } => {
+                write!(f, "factor: expected > 0 and a law within the range of numbers, got {got}")
+            }
             Self::Damping { got } => write!(f, "damping: expected >= 0 N s/m, got {got}"),
             Self::IdleLink => {
                 f.write_str("stiffness and damping are both zero; give one, or leave the link out")
@@ -104,6 +216,14 @@ impl fmt::Display for SceneError {
                     f,
                     "links: expected up to {room} without an allocator, got {got}; build with the feature std"
                 )
+            }
+            Self::AlwaysInContact => f.write_str(
+                "damping_in_contact: expected a link with a clearance, got one that never leaves its contact; leave it out",
+            ),
+            Self::NoEquilibrium { motion } => {
+                f.write_str("no static equilibrium: the weight is more than the links bear against ")?;
+                write_motion(f, motion)?;
+                f.write_str("; give the side that bears it a stiffness, or check the direction of gravity")
             }
             Self::Unsupported { motion, count } => {
                 f.write_str("the body is not supported: nothing resists ")?;
@@ -226,6 +346,11 @@ pub enum RunError {
         /// s.
         got: f64,
     },
+    /// The exact method on a link that is not linear in pieces.
+    NotExact {
+        /// Its index.
+        link: usize,
+    },
     /// The error stays above the tolerance however short the step.
     StepTooSmall {
         /// When, s.
@@ -280,6 +405,10 @@ impl fmt::Display for RunError {
                  which has no step error"
             ),
             Self::Step { got } => write!(f, "step: expected > 0 s and at least 1e-9 of the intervals between samples, got {got} s"),
+            Self::NotExact { link } => write!(
+                f,
+                "method: links[{link}] has a preloaded contact, which has no exact solution; expected \"rk45\", \"implicit\" or \"auto\""
+            ),
             Self::StepTooSmall { time, step, error } => write!(
                 f,
                 "step {step:.3e} s at t = {time:.9} s is below 1e-9 of the interval between samples (error {error:.3} x \

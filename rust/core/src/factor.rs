@@ -40,7 +40,7 @@ pub(crate) fn factor(scene: &Scene, rows: &mut [Row]) -> Result<Modes, SceneErro
 
     // A, row by row in the place of the result; `damping` keeps the norm to sort by and where the row belongs.
     for (index, row) in rows.iter_mut().enumerate() {
-        let d = row.link.row() * sqrt(row.link.stiffness());
+        let d = row.link.row() * sqrt(row.stiffness);
         for j in 0..n {
             let mut sum = d[dofs[j]];
             for k in 0..j {
@@ -102,15 +102,16 @@ pub(crate) fn factor(scene: &Scene, rows: &mut [Row]) -> Result<Modes, SceneErro
 
 /// Turns a row of Q into the loads of its link in the modes.
 fn load_in_modes(row: &mut Row, modes: &Modes, left: &Matrix6<f64>, ascending: &[usize]) {
-    let (q, root) = (row.elastic, sqrt(row.link.stiffness()));
+    let (q, root) = (row.elastic, sqrt(row.stiffness));
     let moved = modes.shapes.transpose() * row.link.row();
     (row.elastic, row.damping) = ([0.0; 6], [0.0; 6]);
     for (mode, &column) in ascending.iter().enumerate() {
         let u: f64 = (0..ascending.len()).map(|i| q[i] * left[(i, column)]).sum();
         row.elastic[mode] = root * u;
         // d·Φ = u ω / √k, but for a damper alone.
-        let velocity = if root > 0.0 { u * modes.frequency[mode] / root } else { moved[mode] };
-        row.damping[mode] = row.link.damping() * velocity;
+        row.rate[mode] = if root > 0.0 { u * modes.frequency[mode] / root } else { moved[mode] };
+        row.deflection[mode] = if root > 0.0 { u / root } else { moved[mode] / modes.frequency[mode] };
+        row.damping[mode] = row.link.damping() * row.rate[mode];
     }
 }
 

@@ -32,20 +32,27 @@
 
 pub mod assemble;
 pub mod body;
+mod contacts;
 pub mod dof;
+mod equations;
 pub mod error;
 pub mod excitation;
 mod factor;
 mod float;
 pub mod integrate;
+pub mod law;
 pub mod link;
 pub mod loads;
+mod many;
 pub mod modes;
+mod piece;
 mod propagator;
 pub mod record;
 mod rows;
 pub mod scene;
 mod simd;
+mod smooth;
+mod statics;
 pub mod system;
 pub mod tensor;
 
@@ -55,12 +62,13 @@ pub use dof::{Dof, Free};
 pub use error::{ExcitationError, RunError, SceneError};
 pub use excitation::{Excitation, wrench_at};
 pub use integrate::{Control, Exact, Method, Output, Radau, Rk45, Summary, load_scale, run};
-pub use link::{Link, carriage_links};
+pub use law::Law;
+pub use link::{Link, carriage_ends, carriage_links};
 pub use loads::{Axial, Part, Wrench, group_load, link_load};
 pub use modes::{Mode, eigenvalues, modes};
 pub use record::{Extremes, History, Peaks, Record};
 pub use scene::Scene;
-pub use system::{Input, State, System};
+pub use system::{Input, Rung, State, System};
 
 /// The Rust of the README, run as a test.
 #[cfg(doctest)]

@@ -1,16 +1,18 @@
-//! Uniaxial links: a spring and a damper side by side between the moving body and the frame.
+//! Uniaxial links: a spring of some [`Law`] and a damper side by side between the moving body and the frame.
 
 use nalgebra::{Vector3, Vector6};
 
 use crate::error::SceneError;
+use crate::law::Law;
 
 /// One elastic and damping link along a fixed direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Link {
     point: Vector3<f64>,
     direction: Vector3<f64>,
-    stiffness: f64,
+    law: Law,
     damping: f64,
+    damping_in_contact: bool,
 }
 
 impl Link {
@@ -25,6 +27,19 @@ impl Link {
         stiffness: f64,
         damping: f64,
     ) -> Result<Self, SceneError> {
+        Self::with_law(point, direction, Law::linear(stiffness)?, damping)
+    }
+
+    /// As [`Link::new`], with an elastic law of any kind. A deflection is positive where the body moves along `direction`.
+    ///
+    /// # Errors
+    /// As [`Link::new`].
+    pub fn with_law(
+        point: Vector3<f64>,
+        direction: Vector3<f64>,
+        law: Law,
+        damping: f64,
+    ) -> Result<Self, SceneError> {
         if !point.iter().all(|x| x.is_finite()) {
             return Err(SceneError::NotFinite { field: "point" });
         }
@@ -32,16 +47,24 @@ impl Link {
         if !(length > 0.0 && length.is_finite()) {
             return Err(SceneError::Direction { got: direction.into() });
         }
-        if !(stiffness >= 0.0 && stiffness.is_finite()) {
-            return Err(SceneError::Stiffness { got: stiffness });
-        }
         if !(damping >= 0.0 && damping.is_finite()) {
             return Err(SceneError::Damping { got: damping });
         }
-        if stiffness == 0.0 && damping == 0.0 {
+        if law.nominal() == 0.0 && damping == 0.0 {
             return Err(SceneError::IdleLink);
         }
-        Ok(Self { point, direction: direction / length, stiffness, damping })
+        Ok(Self { point, direction: direction / length, law, damping, damping_in_contact: false })
+    }
+
+    /// The same link with a damper that acts only while it is in contact, outside its clearance.
+    ///
+    /// # Errors
+    /// [`SceneError::AlwaysInContact`] if its law has no clearance.
+    pub fn damped_in_contact(self) -> Result<Self, SceneError> {
+        if self.law.clearance() == 0.0 {
+            return Err(SceneError::AlwaysInContact);
+        }
+        Ok(Self { damping_in_contact: true, ..self })
     }
 
     /// Where it holds the body, m from L.
@@ -54,14 +77,24 @@ impl Link {
         self.direction
     }
 
-    /// Stiffness k, N/m.
+    /// Elastic law.
+    pub fn law(&self) -> &Law {
+        &self.law
+    }
+
+    /// Nominal stiffness k, N/m: that of a linear link, otherwise see [`Law::nominal`].
     pub fn stiffness(&self) -> f64 {
-        self.stiffness
+        self.law.nominal()
     }
 
     /// Damping b, N s/m.
     pub fn damping(&self) -> f64 {
         self.damping
+    }
+
+    /// Whether its damper acts only outside its clearance.
+    pub fn is_damped_in_contact(&self) -> bool {
+        self.damping_in_contact
     }
 
     /// Row d with which the deformation is `δ = d · (u, φ)`: `(o, p × o)` (eqs. 14-17, 26-28).
@@ -71,8 +104,16 @@ impl Link {
     }
 }
 
-/// The four links of a carriage, two pairs (y and z) at `center.x ± length / 2` (paper section 4.1): end `-` y, end `-` z,
-/// end `+` y, end `+` z. `stiffness` and `damping` are those of the whole carriage along y and z; each end carries half.
+/// Where the four links of a carriage hold the body, and along which direction: two pairs (y and z) at `center.x ± length / 2` (paper
+/// section 4.1): end `-` y, end `-` z, end `+` y, end `+` z.
+pub fn carriage_ends(center: Vector3<f64>, length: f64) -> [(Vector3<f64>, Vector3<f64>); 4] {
+    let end = |sign: f64| center + Vector3::new(sign * length / 2.0, 0.0, 0.0);
+    let (low, high) = (end(-1.0), end(1.0));
+    [(low, Vector3::y()), (low, Vector3::z()), (high, Vector3::y()), (high, Vector3::z())]
+}
+
+/// The four links of a carriage at its [`carriage_ends`]. `stiffness` and `damping` are those of the whole carriage along y and z; each end
+/// carries half. For other laws than linear ones make them with [`Link::with_law`] and [`Law::scaled`].
 ///
 /// # Errors
 /// As [`Link::new`].
@@ -82,10 +123,7 @@ pub fn carriage_links(
     stiffness: [f64; 2],
     damping: [f64; 2],
 ) -> Result<[Link; 4], SceneError> {
-    let link = |end: f64, axis: usize| {
-        let point = center + Vector3::new(end * length / 2.0, 0.0, 0.0);
-        let direction = if axis == 0 { Vector3::y() } else { Vector3::z() };
-        Link::new(point, direction, stiffness[axis] / 2.0, damping[axis] / 2.0)
-    };
-    Ok([link(-1.0, 0)?, link(-1.0, 1)?, link(1.0, 0)?, link(1.0, 1)?])
+    let ends = carriage_ends(center, length);
+    let link = |i: usize| Link::new(ends[i].0, ends[i].1, stiffness[i % 2] / 2.0, damping[i % 2] / 2.0);
+    Ok([link(0)?, link(1)?, link(2)?, link(3)?])
 }

@@ -5,10 +5,12 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::dof::Dof;
+use crate::equations::Equations;
 use crate::float::add_scaled;
+use crate::many::Many;
 use crate::rows::Row;
 use crate::simd::{Kernel, widest};
-use crate::system::{Input, NO_FORCE, State, System};
+use crate::system::{Input, NO_FORCE, Rung, State, System};
 
 /// Which part of a load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,9 +23,16 @@ pub enum Part {
     Damping,
 }
 
-/// Rows that turn a state and an excitation into quantities: `constant + by_state s + by_input u`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Recovery<const ROWS: usize> {
+/// Rows that turn a state and an excitation into quantities, and the links among them whose elastic loads are not linear.
+#[derive(Debug, Clone)]
+pub struct Recovery<'a, const ROWS: usize> {
+    linear: Linear<ROWS>,
+    bends: Many<Bend<'a, ROWS>>,
+}
+
+/// `constant + by_state s + by_input u`.
+#[derive(Debug, Clone, Copy)]
+struct Linear<const ROWS: usize> {
     constant: [f64; ROWS],
     by_state: [[f64; ROWS]; 12],
     by_input: [[f64; ROWS]; 9],
@@ -31,36 +40,13 @@ pub struct Recovery<const ROWS: usize> {
     by_input_at_all: bool,
 }
 
-/// The load of one link, N.
-pub type Axial = Recovery<1>;
-
-/// A force (x y z, N) and a moment (N m), or six quantities of L, one per degree of freedom.
-pub type Wrench = Recovery<6>;
-
-impl<const ROWS: usize> Recovery<ROWS> {
+impl<const ROWS: usize> Linear<ROWS> {
     const NOTHING: Self = Self {
         constant: [0.0; ROWS],
         by_state: [[0.0; ROWS]; 12],
         by_input: [[0.0; ROWS]; 9],
         by_input_at_all: false,
     };
-
-    /// At rest, before anything moves.
-    pub fn at_rest(&self) -> [f64; ROWS] {
-        self.constant
-    }
-
-    /// At one instant.
-    #[inline(always)]
-    pub fn at(&self, state: &State, input: &Input) -> [f64; ROWS] {
-        let mut out = self.of_state(state);
-        if self.by_input_at_all {
-            for (column, &factor) in self.by_input.iter().zip(input) {
-                add_scaled(&mut out, column, factor);
-            }
-        }
-        out
-    }
 
     /// The part that does not come from the excitation directly.
     #[inline(always)]
@@ -72,19 +58,89 @@ impl<const ROWS: usize> Recovery<ROWS> {
         out
     }
 
+    #[inline(always)]
+    fn at(&self, state: &State, input: &Input) -> [f64; ROWS] {
+        let mut out = self.of_state(state);
+        if self.by_input_at_all {
+            for (column, &factor) in self.by_input.iter().zip(input) {
+                add_scaled(&mut out, column, factor);
+            }
+        }
+        out
+    }
+}
+
+/// A link that is not linear, and what a unit of its loads adds to a quantity.
+#[derive(Debug, Clone, Copy)]
+struct Bend<'a, const ROWS: usize> {
+    row: &'a Row,
+    elastic: [f64; ROWS],
+    /// Of its damper, if that acts in contact only.
+    damping: [f64; ROWS],
+}
+
+/// The load of one link, N.
+pub type Axial<'a> = Recovery<'a, 1>;
+
+/// A force (x y z, N) and a moment (N m), or six quantities of L, one per degree of freedom.
+pub type Wrench<'a> = Recovery<'a, 6>;
+
+impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
+    /// Zero, whatever the state.
+    fn nothing(system: &'a System) -> Self {
+        let none = Bend { row: &system.rows()[0], elastic: [0.0; ROWS], damping: [0.0; ROWS] };
+        Self { linear: Linear::NOTHING, bends: Many::like(none, 0) }
+    }
+
+    /// At rest, before anything moves.
+    pub fn at_rest(&self) -> [f64; ROWS] {
+        self.at(&[0.0; 12], &[0.0; 9])
+    }
+
+    /// At one instant.
+    #[inline(always)]
+    pub fn at(&self, state: &State, input: &Input) -> [f64; ROWS] {
+        let mut out = self.linear.at(state, input);
+        for bend in self.bends.all() {
+            let (elastic, damping) = bend.row.loads(state);
+            add_scaled(&mut out, &bend.elastic, elastic);
+            add_scaled(&mut out, &bend.damping, damping);
+        }
+        out
+    }
+
     /// Adds the load of a link, as a multiple of `direction`.
-    fn add_link(&mut self, system: &System, row: &Row, part: Part, direction: &[f64; ROWS]) {
-        if part != Part::Damping {
-            let rest: f64 = row.elastic.iter().zip(system.rest()).map(|(r, s)| r * s).sum();
-            add_scaled(&mut self.constant, direction, rest);
-            for (column, load) in self.by_state[..6].iter_mut().zip(row.elastic) {
+    fn add_link(&mut self, row: &'a Row, part: Part, direction: &[f64; ROWS]) {
+        let none = [0.0; ROWS];
+        let (elastic, damping) = (part != Part::Damping, part != Part::Elastic);
+        let bent = !row.link.law().is_linear();
+        let idle = row.link.is_damped_in_contact();
+        if elastic && !bent {
+            add_scaled(&mut self.linear.constant, direction, row.load);
+            for (column, load) in self.linear.by_state[..6].iter_mut().zip(row.elastic) {
                 add_scaled(column, direction, load);
             }
         }
-        if part != Part::Elastic {
-            for (column, load) in self.by_state[6..].iter_mut().zip(row.damping) {
+        if damping && !idle {
+            for (column, load) in self.linear.by_state[6..].iter_mut().zip(row.damping) {
                 add_scaled(column, direction, load);
             }
+        }
+        let elastic = if elastic && bent { *direction } else { none };
+        let damping = if damping && idle { *direction } else { none };
+        if elastic != none || damping != none {
+            self.add_bend(Bend { row, elastic, damping });
+        }
+    }
+
+    /// Adds what a unit of the loads of a link gives, to what it gave before.
+    fn add_bend(&mut self, bend: Bend<'a, ROWS>) {
+        match self.bends.all_mut().iter_mut().find(|known| core::ptr::eq(known.row, bend.row)) {
+            Some(known) => {
+                add_scaled(&mut known.elastic, &bend.elastic, 1.0);
+                add_scaled(&mut known.damping, &bend.damping, 1.0);
+            }
+            None => self.bends.push(bend),
         }
     }
 }
@@ -93,9 +149,9 @@ impl<const ROWS: usize> Recovery<ROWS> {
 ///
 /// # Panics
 /// If there is no such link.
-pub fn link_load(system: &System, link: usize, part: Part) -> Axial {
-    let mut load = Axial::NOTHING;
-    load.add_link(system, &system.rows()[link], part, &[1.0]);
+pub fn link_load(system: &System, link: usize, part: Part) -> Axial<'_> {
+    let mut load = Axial::nothing(system);
+    load.add_link(&system.rows()[link], part, &[1.0]);
     load
 }
 
@@ -108,48 +164,60 @@ pub fn group_load(
     links: impl IntoIterator<Item = usize>,
     center: Vector3<f64>,
     part: Part,
-) -> Wrench {
-    let mut load = Wrench::NOTHING;
+) -> Wrench<'_> {
+    let mut load = Wrench::nothing(system);
     for index in links {
         let row = &system.rows()[index];
         let o = row.link.direction();
         let m = (row.link.point() - center).cross(&o);
-        load.add_link(system, row, part, &[o.x, o.y, o.z, m.x, m.y, m.z]);
+        load.add_link(row, part, &[o.x, o.y, o.z, m.x, m.y, m.z]);
     }
     load
 }
 
 /// Position `(u, φ)` of L in the carriage frame, static sag included: m, rad.
-pub fn position(system: &System) -> Wrench {
+pub fn position(system: &System) -> Wrench<'_> {
     let mut out = velocity(system);
-    out.constant = system.static_position().into();
+    out.linear.constant = system.static_position().into();
     for mode in 0..system.mode_count() {
-        out.by_state[mode] = out.by_state[6 + mode].map(|x| x / system.frequency[mode]);
-        out.by_state[6 + mode] = [0.0; 6];
+        out.linear.by_state[mode] = out.linear.by_state[6 + mode].map(|x| x / system.frequency[mode]);
+        out.linear.by_state[6 + mode] = [0.0; 6];
     }
     out
 }
 
 /// Velocity `(u', φ')` of L in the carriage frame: m/s, rad/s.
-pub fn velocity(system: &System) -> Wrench {
-    let mut out = Wrench::NOTHING;
+pub fn velocity(system: &System) -> Wrench<'_> {
+    let mut out = Wrench::nothing(system);
     for mode in 0..system.mode_count() {
-        out.by_state[6 + mode] = system.shapes().column(mode).into_owned().into();
+        out.linear.by_state[6 + mode] = system.shapes().column(mode).into_owned().into();
     }
     out
 }
 
 /// Acceleration `(u'', φ'')` of L in the carriage frame: m/s², rad/s².
-pub fn acceleration(system: &System) -> Wrench {
+pub fn acceleration(system: &System) -> Wrench<'_> {
     let shapes = system.shapes();
     let spread = |modal: &[f64]| -> [f64; 6] { (shapes * Vector6::from_column_slice(modal)).into() };
-    let mut out = Wrench { by_input_at_all: true, ..Wrench::NOTHING };
-    for (index, column) in out.by_state.iter_mut().enumerate() {
+    let mut out = Wrench::nothing(system);
+    out.linear.by_input_at_all = true;
+    let bent = system.rung() != Rung::Linear;
+    for (index, column) in out.linear.by_state.iter_mut().enumerate() {
         let mut state: State = [0.0; 12];
         state[index] = 1.0;
-        *column = spread(&system.rate(&state, &NO_FORCE)[6..]);
+        if !bent {
+            *column = spread(&system.linear(&state, &NO_FORCE)[6..]);
+        }
     }
-    for (column, force) in out.by_input.iter_mut().zip(system.influence()) {
+    if bent {
+        // Link by link: their loads less those at rest, which the weight balances.
+        for row in system.rows() {
+            let direction = spread(&row.rate.map(|rate| -rate));
+            add_scaled(&mut out.linear.constant, &direction, -row.load);
+            out.add_link(row, Part::Total, &direction);
+        }
+    }
+    for (column, force) in out.linear.by_input.iter_mut().zip(system.influence()) {
         *column = spread(&force[..6]);
     }
     out
@@ -159,31 +227,41 @@ pub fn acceleration(system: &System) -> Wrench {
 /// free ones.
 ///
 /// `reaction = M q'' + M_u a - Q - E + C q' + K q` in the held rows; the last two are the loads of all links about L.
-pub fn reaction(system: &System) -> Wrench {
+pub fn reaction<'a>(system: &'a System) -> Wrench<'a> {
     let matrices = system.matrices();
-    let mut out = Wrench { by_input_at_all: true, ..Wrench::NOTHING };
-    let mut add = |matrix: &Matrix6<f64>, term: &Wrench| {
+    let mut out = Wrench::nothing(system);
+    out.linear.by_input_at_all = true;
+    let held = |dof: Dof| !system.free().contains(dof);
+    let mut add = |matrix: &Matrix6<f64>, term: &Wrench<'a>| {
         let product = |column: &[f64; 6]| matrix * Vector6::from(*column);
-        for dof in Dof::ALL.into_iter().filter(|&dof| !system.free().contains(dof)) {
+        for bend in term.bends.all() {
+            let rows = |column: &[f64; 6]| {
+                let all = product(column);
+                core::array::from_fn(|row| if held(Dof::ALL[row]) { all[row] } else { 0.0 })
+            };
+            let (elastic, damping) = (rows(&bend.elastic), rows(&bend.damping));
+            out.add_bend(Bend { row: bend.row, elastic, damping });
+        }
+        for dof in Dof::ALL.into_iter().filter(|&dof| held(dof)) {
             let row = dof as usize;
-            out.constant[row] += product(&term.constant)[row];
-            for (to, from) in out.by_state.iter_mut().zip(&term.by_state) {
+            out.linear.constant[row] += product(&term.linear.constant)[row];
+            for (to, from) in out.linear.by_state.iter_mut().zip(&term.linear.by_state) {
                 to[row] += product(from)[row];
             }
-            for (to, from) in out.by_input.iter_mut().zip(&term.by_input) {
+            for (to, from) in out.linear.by_input.iter_mut().zip(&term.linear.by_input) {
                 to[row] += product(from)[row];
             }
         }
     };
     add(&matrices.mass, &acceleration(system));
     add(&Matrix6::identity(), &group_load(system, 0..system.rows().len(), Vector3::zeros(), Part::Total));
-    let mut outside = Wrench::NOTHING;
-    outside.constant = (-matrices.weight).into();
+    let mut outside = Wrench::nothing(system);
+    outside.linear.constant = (-matrices.weight).into();
     for axis in 0..3 {
-        outside.by_input[axis] = matrices.mass.column(axis).into_owned().into();
+        outside.linear.by_input[axis] = matrices.mass.column(axis).into_owned().into();
     }
     for axis in 0..6 {
-        outside.by_input[3 + axis][axis] = -1.0;
+        outside.linear.by_input[3 + axis][axis] = -1.0;
     }
     add(&Matrix6::identity(), &outside);
     out
@@ -205,16 +283,22 @@ pub fn fill<const ROWS: usize>(
     let width = quantities.len() * ROWS;
     assert_eq!(out.len(), states.len() * width, "room for every quantity at every state");
     for from in (0..width).step_by(LANES) {
-        let mut lanes = Recovery::<LANES>::NOTHING;
+        let mut lanes = Linear::<LANES>::NOTHING;
         for (lane, row) in (from..usize::min(from + LANES, width)).enumerate() {
-            lanes.copy_row(lane, &quantities[row / ROWS], row % ROWS);
+            lanes.copy_row(lane, &quantities[row / ROWS].linear, row % ROWS);
         }
         widest(Fill { lanes: &lanes, states, input: &input, out, from, width });
     }
+    for (index, quantity) in quantities.iter().enumerate() {
+        for bends in quantity.bends.all().chunks(BENDS) {
+            let group = Group::new(bends);
+            widest(AddBends { group: &group, states, out, from: index * ROWS, width });
+        }
+    }
 }
 
-impl Recovery<LANES> {
-    fn copy_row<const ROWS: usize>(&mut self, lane: usize, from: &Recovery<ROWS>, row: usize) {
+impl Linear<LANES> {
+    fn copy_row<const ROWS: usize>(&mut self, lane: usize, from: &Linear<ROWS>, row: usize) {
         self.constant[lane] = from.constant[row];
         for (to, from) in self.by_state.iter_mut().zip(&from.by_state) {
             to[lane] = from[row];
@@ -228,7 +312,7 @@ impl Recovery<LANES> {
 
 /// Writes the lanes to `out[k * width + from..]`, as many as there is room for in a row.
 struct Fill<'a, I> {
-    lanes: &'a Recovery<LANES>,
+    lanes: &'a Linear<LANES>,
     states: &'a [State],
     input: &'a I,
     out: &'a mut [f64],
@@ -266,6 +350,96 @@ impl<I: Fn(usize) -> Input> Kernel for Fill<'_, I> {
             }
             for (state, row) in last.iter().zip(rows) {
                 row[from..from + LANES].copy_from_slice(&lanes.of_state(state));
+            }
+        }
+    }
+}
+
+/// Links whose loads are worked out side by side: an AVX2 register, and those of a carriage.
+const BENDS: usize = 4;
+
+/// Some links that are not linear, side by side.
+struct Group<'a, const ROWS: usize> {
+    deflection: [[f64; BENDS]; 6],
+    rest: [f64; BENDS],
+    /// Positive and negative stiffness and clearance, if all are of that kind and always damped.
+    sided: Option<[[f64; BENDS]; 3]>,
+    /// Columns of what a unit of the elastic load of each gives.
+    elastic: [[f64; ROWS]; BENDS],
+    bends: &'a [Bend<'a, ROWS>],
+}
+
+impl<'a, const ROWS: usize> Group<'a, ROWS> {
+    fn new(bends: &'a [Bend<'a, ROWS>]) -> Self {
+        let mut group = Self {
+            deflection: [[0.0; BENDS]; 6],
+            rest: [0.0; BENDS],
+            sided: Some([[0.0; BENDS]; 3]),
+            elastic: [[0.0; ROWS]; BENDS],
+            bends,
+        };
+        for (lane, bend) in bends.iter().enumerate() {
+            for j in 0..6 {
+                group.deflection[j][lane] = bend.row.deflection[j];
+            }
+            group.rest[lane] = bend.row.rest;
+            group.elastic[lane] = bend.elastic;
+            let constants = bend.row.link.law().sides().filter(|_| !bend.row.link.is_damped_in_contact());
+            if let (Some(sided), Some(constants)) = (&mut group.sided, constants) {
+                for (to, constant) in sided.iter_mut().zip(constants) {
+                    to[lane] = constant;
+                }
+            } else {
+                group.sided = None;
+            }
+        }
+        group
+    }
+}
+
+/// Adds the loads of a group to `out[k * width + from..]`.
+struct AddBends<'a, const ROWS: usize> {
+    group: &'a Group<'a, ROWS>,
+    states: &'a [State],
+    out: &'a mut [f64],
+    from: usize,
+    width: usize,
+}
+
+impl<const ROWS: usize> Kernel for AddBends<'_, ROWS> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { group, states, out, from, width } = self;
+        let rows = out.chunks_exact_mut(width);
+        let Some([positive, negative, clearance]) = &group.sided else {
+            for (state, row) in states.iter().zip(rows) {
+                for bend in group.bends {
+                    let (elastic, damping) = bend.row.loads(state);
+                    for i in 0..ROWS {
+                        row[from + i] += bend.elastic[i] * elastic + bend.damping[i] * damping;
+                    }
+                }
+            }
+            return;
+        };
+        for (state, row) in states.iter().zip(rows) {
+            let mut at = group.rest;
+            for j in 0..6 {
+                add_scaled(&mut at, &group.deflection[j], state[j]);
+            }
+            let mut sum = [0.0; ROWS];
+            for lane in 0..BENDS {
+                let above = f64::max(at[lane] - clearance[lane], 0.0);
+                let below = f64::min(at[lane] + clearance[lane], 0.0);
+                at[lane] = positive[lane] * above + negative[lane] * below;
+            }
+            for lane in 0..BENDS {
+                add_scaled(&mut sum, &group.elastic[lane], at[lane]);
+            }
+            for (out, sum) in row[from..from + ROWS].iter_mut().zip(sum) {
+                *out += sum;
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use nalgebra::{Complex, SMatrix, Schur, Vector6};
 
+use crate::equations::Equations;
 use crate::system::{NO_FORCE, System};
 
 /// One mode of vibration.
@@ -31,7 +32,7 @@ pub fn eigenvalues(system: &System) -> Option<[Complex<f64>; 12]> {
     for j in 0..12 {
         let mut unit = [0.0; 12];
         unit[j] = 1.0;
-        columns.set_column(j, &system.rate(&unit, &NO_FORCE).into());
+        columns.set_column(j, &system.linear(&unit, &NO_FORCE).into());
     }
     let schur = Schur::try_new(columns, f64::EPSILON, 1000)?;
     let mut values: [Complex<f64>; 12] = schur.complex_eigenvalues().into();

@@ -1,11 +1,12 @@
 //! The exact solution over one interval of linearly changing force, as a matrix and as a series.
 
-use crate::float::{add_scaled, ceil};
+use crate::equations::Equations;
+use crate::float::{add_scaled, ceil, sqrt};
 use crate::integrate::{Ramp, Values};
-use crate::system::{Force, NO_FORCE, State, System};
+use crate::system::{Force, NO_FORCE, State};
 
 /// Terms of the exponential series: the first one left out is below rounding where the norm is at most one (1/19! = 8e-18).
-const TERMS: usize = 18;
+pub(crate) const TERMS: usize = 18;
 
 /// A block of columns that act on a state.
 type Columns<const N: usize> = [[f64; 12]; N];
@@ -20,6 +21,8 @@ type Columns<const N: usize> = [[f64; 12]; N];
 pub(crate) struct Propagator {
     /// E.
     change: Columns<12>,
+    /// Effect of the constant force.
+    from_constant: [f64; 12],
     /// Effect of each component of the excitation at the start and at the end, as many as there are.
     from_start: Columns<9>,
     from_end: Columns<9>,
@@ -29,8 +32,8 @@ pub(crate) struct Propagator {
 impl Propagator {
     /// The exact step of length `h` > 0 s under components of an excitation with the modal forces `influence`.
     #[inline(always)]
-    pub(crate) fn new(system: &System, influence: &[Force], h: f64) -> Self {
-        let a = matrix(system);
+    pub(crate) fn new<E: Equations>(equations: &E, influence: &[Force], h: f64) -> Self {
+        let a = matrix(equations);
         let norm = h * norm_1(&a);
         let mut halvings = 0;
         let mut scale = 1.0;
@@ -79,7 +82,11 @@ impl Propagator {
                 from_start[component][i] -= from_end[component][i];
             }
         }
-        Self { change, from_start, from_end, components: influence.len() }
+        let mut from_constant = [0.0; 12];
+        for (column, &force) in once.iter().zip(equations.constant()) {
+            add_scaled(&mut from_constant, column, force);
+        }
+        Self { change, from_constant, from_start, from_end, components: influence.len() }
     }
 
     /// The state at the end of the interval.
@@ -87,7 +94,7 @@ impl Propagator {
     pub(crate) fn apply(&self, state: &State, start: &Values, end: &Values) -> State {
         // The excitation by itself, as it is known before the state; then two sums side by side: one alone would wait for its own
         // additions.
-        let mut even = [0.0; 12];
+        let mut even = self.from_constant;
         for j in 0..self.components {
             add_scaled(&mut even, &self.from_start[j], start[j]);
             add_scaled(&mut even, &self.from_end[j], end[j]);
@@ -114,8 +121,9 @@ pub(crate) struct Series {
 }
 
 impl Series {
-    pub(crate) fn new(system: &System) -> Self {
-        Self { norm: norm_1(&matrix(system)) }
+    #[inline(always)]
+    pub(crate) fn new<E: Equations>(equations: &E) -> Self {
+        Self { norm: norm_1(&matrix(equations)) }
     }
 
     /// Number of parts of an interval of length `h`.
@@ -126,45 +134,90 @@ impl Series {
 
     /// The state at the end of a ramp.
     #[inline(always)]
-    pub(crate) fn advance(&self, system: &System, ramp: &Ramp, state: &State) -> State {
+    pub(crate) fn advance<E: Equations>(&self, equations: &E, ramp: &Ramp, state: &State) -> State {
         let parts = self.parts(ramp.h);
-        let tau = ramp.h / parts;
-        let (first, last) = (ramp.force(0.0), ramp.force(1.0));
-        let mut rise = NO_FORCE;
-        for i in 0..6 {
-            rise[i] = (last[i] - first[i]) / parts;
-        }
         let mut state = *state;
         let mut part = 0.0;
         while part < parts {
-            // Derivatives of the solution: x' = A x + f, x'' = A x' + f', and from there on A alone.
-            let mut term = system.rate(&state, &ramp.force(part / parts));
-            scale(&mut term, tau);
-            add_scaled(&mut state, &term, 1.0);
-            term = system.rate(&term, &rise);
-            scale(&mut term, tau / 2.0);
-            add_scaled(&mut state, &term, 1.0);
-            for k in 3..=TERMS {
-                term = system.rate(&term, &NO_FORCE);
-                scale(&mut term, tau / k as f64);
-                add_scaled(&mut state, &term, 1.0);
-            }
+            let mut sum = state;
+            power_series(equations, ramp, [part / parts, 1.0 / parts], &state, |_, term| {
+                add_scaled(&mut sum, term, 1.0)
+            });
+            state = sum;
             part += 1.0;
         }
         state
     }
+
+    /// The state over a ramp of one part as a power series in the fraction of it.
+    #[inline(always)]
+    pub(crate) fn terms<E: Equations>(
+        &self,
+        equations: &E,
+        ramp: &Ramp,
+        state: &State,
+    ) -> [State; TERMS + 1] {
+        let mut terms = [*state; TERMS + 1];
+        power_series(equations, ramp, [0.0, 1.0], state, |k, term| terms[k] = *term);
+        terms
+    }
 }
 
+/// Terms 1, 2, … of the solution from `state` over the part of a ramp that begins at `from` and is `length` long, in fractions of the ramp.
+#[inline(always)]
+fn power_series<E: Equations>(
+    equations: &E,
+    ramp: &Ramp,
+    [from, length]: [f64; 2],
+    state: &State,
+    mut take: impl FnMut(usize, &State),
+) {
+    let tau = ramp.h * length;
+    let (first, last) = (ramp.force(0.0), ramp.force(1.0));
+    let mut rise = NO_FORCE;
+    for i in 0..6 {
+        rise[i] = (last[i] - first[i]) * length;
+    }
+    let mut force = ramp.force(from);
+    add_scaled(&mut force, equations.constant(), 1.0);
+    // Derivatives of the solution: x' = A x + f, x'' = A x' + f', and from there on A alone.
+    let mut term = equations.linear(state, &force);
+    scale(&mut term, tau);
+    take(1, &term);
+    term = equations.linear(&term, &rise);
+    scale(&mut term, tau / 2.0);
+    take(2, &term);
+    for k in 3..=TERMS {
+        term = equations.linear(&term, &NO_FORCE);
+        scale(&mut term, tau / k as f64);
+        take(k, &term);
+    }
+}
+
+/// The state at the end of a ramp of which the length comes once.
+#[inline(always)]
+pub(crate) fn advance<E: Equations>(equations: &E, series: &Series, ramp: &Ramp, state: &State) -> State {
+    if series.parts(ramp.h) <= LONG_SERIES {
+        return series.advance(equations, ramp, state);
+    }
+    Propagator::new(equations, ramp.drive.influence(), ramp.h).apply(state, ramp.start, ramp.end)
+}
+
+/// Parts of a series beyond which a propagator costs less.
+const LONG_SERIES: f64 = 16.0;
+
 /// The system matrix A by columns.
-fn matrix(system: &System) -> Columns<12> {
+#[inline(always)]
+pub(crate) fn matrix<E: Equations>(equations: &E) -> Columns<12> {
     let mut a = identity::<12>(0);
     for column in &mut a {
-        *column = system.rate(column, &NO_FORCE);
+        *column = equations.linear(column, &NO_FORCE);
     }
     a
 }
 
 /// Columns `from..from + N` of the identity.
+#[inline(always)]
 fn identity<const N: usize>(from: usize) -> Columns<N> {
     let mut unit = [[0.0; 12]; N];
     for (j, column) in unit.iter_mut().enumerate() {
@@ -173,6 +226,20 @@ fn identity<const N: usize>(from: usize) -> Columns<N> {
     unit
 }
 
+/// Bounds on the 2-norm of a matrix, and on the rate at which `|exp(A t)|` grows (Gershgorin on the symmetric part).
+#[inline(always)]
+pub(crate) fn norms(a: &Columns<12>) -> (f64, f64) {
+    let (mut rows, mut growth): (f64, f64) = (0.0, 0.0);
+    for i in 0..12 {
+        let row: f64 = (0..12).map(|j| a[j][i].abs()).sum();
+        let beside: f64 = (0..12).filter(|&j| j != i).map(|j| (a[j][i] + a[i][j]).abs()).sum();
+        rows = f64::max(rows, row);
+        growth = f64::max(growth, a[i][i] + 0.5 * beside);
+    }
+    (sqrt(rows * norm_1(a)), growth)
+}
+
+#[inline(always)]
 fn norm_1(a: &Columns<12>) -> f64 {
     a.iter().map(|column| column.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max)
 }

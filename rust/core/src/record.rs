@@ -98,13 +98,13 @@ impl Extremes {
 /// Keeps the running extremes of some loads and nothing else.
 #[derive(Debug)]
 pub struct Peaks<'a> {
-    loads: &'a [Wrench],
+    loads: &'a [Wrench<'a>],
     extremes: &'a mut [Extremes],
 }
 
 impl<'a> Peaks<'a> {
     /// The extremes of each of `loads` into the entry of `extremes` beside it.
-    pub fn new(loads: &'a [Wrench], extremes: &'a mut [Extremes]) -> Self {
+    pub fn new(loads: &'a [Wrench<'a>], extremes: &'a mut [Extremes]) -> Self {
         extremes.fill(Extremes::NONE);
         Self { loads, extremes }
     }

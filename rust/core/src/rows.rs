@@ -1,74 +1,53 @@
-//! What the system knows of each link: where it acts, and its load in each mode.
+//! What the system knows of each link: where it acts, and its deflection and load in each mode.
 
-use crate::error::SceneError;
+use crate::float::fma;
 use crate::link::Link;
+use crate::system::State;
 
-/// A link and its load per unit of each entry of the state, N/√J.
+/// A link in the modes, per unit of each entry of the state (√J), and at rest.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Row {
     pub link: Link,
-    /// Per unit of `ω η`: `k d·Φ / ω`.
+    /// Stiffness k that the modes are made with, N/m.
+    pub stiffness: f64,
+    /// Load per unit of `ω η`: `k d·Φ / ω`, N.
     pub elastic: [f64; 6],
-    /// Per unit of `η'`: `b d·Φ`.
+    /// Load per unit of `η'`: `b d·Φ`, N.
     pub damping: [f64; 6],
+    /// Rate of deflection per unit of `η'`, which is also the modal force of a unit of load: `d·Φ`.
+    pub rate: [f64; 6],
+    /// Deflection per unit of `ω η`: `d·Φ / ω`, m.
+    pub deflection: [f64; 6],
+    /// Deflection at rest, m.
+    pub rest: f64,
+    /// Elastic load at rest, N.
+    pub load: f64,
 }
 
-/// The rows of all links: with `std` of any number, without of up to [`ROOM`].
-#[cfg(feature = "std")]
-#[derive(Debug, Clone)]
-pub(crate) struct Rows(Vec<Row>);
-
-/// The rows of all links: with `std` of any number, without of up to [`ROOM`].
-#[cfg(not(feature = "std"))]
-#[derive(Debug, Clone)]
-pub(crate) struct Rows {
-    rows: [Row; ROOM],
-    count: usize,
-}
-
-/// Links that a system has room for without an allocator: eight carriages.
-#[cfg(not(feature = "std"))]
-const ROOM: usize = 32;
-
-impl Rows {
-    /// Rows of zeros for `links`, of which there is at least one.
-    #[cfg(feature = "std")]
-    pub(crate) fn new(links: &[Link]) -> Result<Self, SceneError> {
-        Ok(Self(links.iter().map(empty).collect()))
-    }
-
-    /// Rows of zeros for `links`, of which there is at least one.
-    #[cfg(not(feature = "std"))]
-    pub(crate) fn new(links: &[Link]) -> Result<Self, SceneError> {
-        let count = links.len();
-        if count > ROOM {
-            return Err(SceneError::TooManyLinks { room: ROOM, got: count });
+impl Row {
+    /// A row of zeros, with the nominal stiffness of the link.
+    pub(crate) fn new(link: &Link) -> Self {
+        Self {
+            link: *link,
+            stiffness: link.law().nominal(),
+            elastic: [0.0; 6],
+            damping: [0.0; 6],
+            rate: [0.0; 6],
+            deflection: [0.0; 6],
+            rest: 0.0,
+            load: 0.0,
         }
-        Ok(Self { rows: core::array::from_fn(|i| empty(&links[i % count])), count })
     }
 
-    #[cfg(feature = "std")]
+    /// Elastic load and load of the damper at a state, N.
     #[inline(always)]
-    pub(crate) fn all(&self) -> &[Row] {
-        &self.0
+    pub(crate) fn loads(&self, state: &State) -> (f64, f64) {
+        let (mut at, mut damping) = (self.rest, 0.0);
+        for j in 0..6 {
+            at = fma(self.deflection[j], state[j], at);
+            damping = fma(self.damping[j], state[6 + j], damping);
+        }
+        let idle = self.link.is_damped_in_contact() && at.abs() < self.link.law().clearance();
+        (self.link.law().force(at), if idle { 0.0 } else { damping })
     }
-
-    #[cfg(not(feature = "std"))]
-    pub(crate) fn all(&self) -> &[Row] {
-        &self.rows[..self.count]
-    }
-
-    #[cfg(feature = "std")]
-    pub(crate) fn all_mut(&mut self) -> &mut [Row] {
-        &mut self.0
-    }
-
-    #[cfg(not(feature = "std"))]
-    pub(crate) fn all_mut(&mut self) -> &mut [Row] {
-        &mut self.rows[..self.count]
-    }
-}
-
-fn empty(link: &Link) -> Row {
-    Row { link: *link, elastic: [0.0; 6], damping: [0.0; 6] }
 }

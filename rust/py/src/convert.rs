@@ -52,7 +52,10 @@ impl From<CoreError> for PyErr {
             CoreError::Link(index, error) => errors::SceneError::new_err(format!("links[{index}].{error}")),
             CoreError::Excitation(error) => errors::TraceError::new_err(error.to_string()),
             CoreError::Run(
-                error @ (RunError::Tolerance { .. } | RunError::Step { .. } | RunError::OutputTime { .. }),
+                error @ (RunError::Tolerance { .. }
+                | RunError::Step { .. }
+                | RunError::OutputTime { .. }
+                | RunError::NotExact { .. }),
             ) => errors::ArgumentError::new_err(error.to_string()),
             CoreError::Run(error) => errors::RunError::new_err(error.to_string()),
         }

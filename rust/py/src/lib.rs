@@ -2,6 +2,7 @@
 #![allow(missing_docs)] // the documentation stands in `_core.pyi`
 
 mod convert;
+mod law;
 mod scene;
 mod solution;
 
@@ -9,6 +10,8 @@ use pyo3::prelude::*;
 
 #[pymodule]
 mod _core {
+    #[pymodule_export]
+    use super::law::PyLaw;
     #[pymodule_export]
     use super::scene::{PyScene, carriage_links};
     #[pymodule_export]

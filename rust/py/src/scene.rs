@@ -5,13 +5,14 @@ use std::sync::Arc;
 use guideload::loads::reaction;
 use guideload::{
     Body, Control, Exact, Excitation, Extremes, Link, Output, Part, Peaks, Radau, Record, Rk45, RunError,
-    Scene, State, Summary, System, Wrench, eigenvalues, link_load, modes, run,
+    Rung, Scene, State, Summary, System, carriage_ends, eigenvalues, link_load, modes, run,
 };
 use numpy::{Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::convert::{self, Array1, Array2, CoreError, Samples, matrix3, rows, slice};
+use crate::law::PyLaw;
 use crate::solution::{Inputs, PySolution, groups_of};
 
 /// Interval lengths that an exact run remembers: device clocks tick in a handful of them.
@@ -59,7 +60,7 @@ impl Named {
 #[pymethods]
 impl PyScene {
     #[new]
-    #[pyo3(signature = (*, mass, center_of_mass, inertia, gravity, free, points, directions, stiffness, damping))]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, gravity, free, points, directions, laws, damping, damping_in_contact))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         mass: f64,
@@ -69,15 +70,20 @@ impl PyScene {
         free: Vec<String>,
         points: PyReadonlyArray2<'_, f64>,
         directions: PyReadonlyArray2<'_, f64>,
-        stiffness: PyReadonlyArray1<'_, f64>,
+        laws: Vec<PyRef<'_, PyLaw>>,
         damping: PyReadonlyArray1<'_, f64>,
+        damping_in_contact: PyReadonlyArray1<'_, bool>,
     ) -> PyResult<Self> {
         let body = Body::new(mass, center_of_mass.into(), matrix3(inertia)).map_err(CoreError::from)?;
         let (points, directions) = (rows::<3>(&points, "points")?, rows::<3>(&directions, "directions")?);
-        let (stiffness, damping) = (slice(&stiffness, "stiffness")?, slice(&damping, "damping")?);
-        for (name, length) in
-            [("directions", directions.len()), ("stiffness", stiffness.len()), ("damping", damping.len())]
-        {
+        let damping = slice(&damping, "damping")?;
+        let damping_in_contact = slice(&damping_in_contact, "damping_in_contact")?;
+        for (name, length) in [
+            ("directions", directions.len()),
+            ("laws", laws.len()),
+            ("damping", damping.len()),
+            ("damping_in_contact", damping_in_contact.len()),
+        ] {
             if length != points.len() {
                 let message = format!("{name}: expected {}, one per link, got {length}", points.len());
                 return Err(PyValueError::new_err(message));
@@ -85,13 +91,30 @@ impl PyScene {
         }
         let mut links = Vec::with_capacity(points.len());
         for i in 0..points.len() {
-            let link = Link::new(points[i].into(), directions[i].into(), stiffness[i], damping[i]);
+            let link = Link::with_law(points[i].into(), directions[i].into(), laws[i].0, damping[i]);
+            let link = if damping_in_contact[i] { link.and_then(Link::damped_in_contact) } else { link };
             links.push(link.map_err(|error| CoreError::Link(i, error))?);
         }
         let free = convert::free(&free)?;
         let scene = Scene::new(body, &links, gravity.into(), free).map_err(CoreError::from)?;
         let system = System::new(&scene).map_err(CoreError::from)?;
         Ok(Self(Arc::new(system)))
+    }
+
+    /// How much of a model the scene needs.
+    #[getter]
+    fn rung(&self) -> &'static str {
+        match self.0.rung() {
+            Rung::Linear => "linear",
+            Rung::PiecewiseLinear => "piecewise linear",
+            Rung::SmoothNonlinear => "smooth nonlinear",
+        }
+    }
+
+    /// Motions of L in which the body is loose within its clearance at rest, (m, 6).
+    #[getter]
+    fn free_at_rest<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
+        table(py, self.0.free_at_rest().map(<[f64; 6]>::from))
     }
 
     #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, times=None))]
@@ -213,26 +236,17 @@ impl PyScene {
         centers: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Array2<'py>> {
         let loads = groups_of(&self.0, &groups, rows::<3>(&centers, "centers")?, Part::Total)?;
-        table(py, loads.iter().map(Wrench::at_rest))
+        table(py, loads.iter().map(|load| load.at_rest()))
     }
 }
 
-/// The four links of a carriage: points (4, 3), directions (4, 3), stiffness (4,), damping (4,).
+/// Where the four links of a carriage hold the body: points (4, 3), directions (4, 3).
 #[pyfunction]
-pub fn carriage_links<'py>(
-    py: Python<'py>,
-    center: [f64; 3],
-    length: f64,
-    stiffness: [f64; 2],
-    damping: [f64; 2],
-) -> PyResult<(Array2<'py>, Array2<'py>, Array1<'py>, Array1<'py>)> {
-    let links =
-        guideload::carriage_links(center.into(), length, stiffness, damping).map_err(CoreError::from)?;
+pub fn carriage_links(py: Python<'_>, center: [f64; 3], length: f64) -> PyResult<(Array2<'_>, Array2<'_>)> {
+    let ends = carriage_ends(center.into(), length);
     Ok((
-        table(py, links.iter().map(|link| <[f64; 3]>::from(link.point())))?,
-        table(py, links.iter().map(|link| <[f64; 3]>::from(link.direction())))?,
-        links.map(|link| link.stiffness()).to_pyarray(py),
-        links.map(|link| link.damping()).to_pyarray(py),
+        table(py, ends.iter().map(|(point, _)| <[f64; 3]>::from(*point)))?,
+        table(py, ends.iter().map(|(_, direction)| <[f64; 3]>::from(*direction)))?,
     ))
 }
 

@@ -49,6 +49,11 @@ impl PySolution {
     }
 
     #[getter]
+    fn contact_changes(&self) -> usize {
+        self.summary.contact_changes
+    }
+
+    #[getter]
     fn load_scale(&self) -> f64 {
         self.summary.load_scale
     }
@@ -105,7 +110,7 @@ impl PySolution {
     fn of_reference<'py>(
         &self,
         py: Python<'py>,
-        quantity: fn(&System) -> Wrench,
+        quantity: for<'a> fn(&'a System) -> Wrench<'a>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let quantity = [quantity(&self.system)];
         self.recover(py, &quantity).into_pyarray(py).reshape([self.states.len(), 6])
@@ -121,12 +126,12 @@ impl PySolution {
 }
 
 /// The load of each group of links about its centre.
-pub fn groups_of(
-    system: &System,
+pub fn groups_of<'a>(
+    system: &'a System,
     groups: &[PyReadonlyArray1<'_, i64>],
     centers: &[[f64; 3]],
     part: Part,
-) -> PyResult<Vec<Wrench>> {
+) -> PyResult<Vec<Wrench<'a>>> {
     if groups.len() != centers.len() {
         let message =
             format!("centers: expected {} rows, one per group, got {}", groups.len(), centers.len());

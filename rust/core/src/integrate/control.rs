@@ -47,7 +47,7 @@ pub(crate) fn scale_of(system: &System, peak: &Input) -> f64 {
     for row in system.rows() {
         let load =
             |elastic: &[f64; 6]| row.elastic.iter().zip(elastic).map(|(r, e)| r * e).sum::<f64>().abs();
-        let mut total = load(system.rest());
+        let mut total = row.load.abs();
         for (component, &size) in peak.iter().enumerate().filter(|(_, size)| **size > 0.0) {
             let mut elastic = [0.0; 6];
             for mode in 0..system.mode_count() {

@@ -50,6 +50,8 @@ pub struct Ramp<'a> {
     /// Values at its end.
     pub(crate) end: &'a Values,
     pub(crate) drive: &'a Drive,
+    /// Whether it spans two knots, so that its length may come again.
+    pub(crate) whole: bool,
 }
 
 impl Ramp<'_> {

@@ -3,8 +3,9 @@
 use super::Method;
 use super::drive::Ramp;
 use super::kept::Kept;
-use crate::propagator::{Propagator, Series};
-use crate::system::{State, System};
+use crate::equations::Equations;
+use crate::propagator::{Propagator, Series, advance};
+use crate::system::State;
 
 /// Exact propagation from knot to knot; right for defective, overdamped and undamped scenes too.
 ///
@@ -13,31 +14,28 @@ use crate::system::{State, System};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Exact<const KEPT: usize = 1>;
 
-/// Parts of a series beyond which a propagator costs less.
-const LONG_SERIES: f64 = 16.0;
+/// Times that an interval length must have come before a propagator is worth its making: on linear equations once, as it comes then
+/// thousands of times; between contact changes it may not.
+const SEEN: [u32; 2] = [1, 10];
 
 /// What one run keeps.
 #[derive(Debug, Clone)]
 pub struct Memory<const KEPT: usize> {
     propagators: Kept<Propagator, KEPT>,
-    series: Series,
+    /// Series of the equations with this key.
+    series: Option<(u32, Series)>,
 }
 
 impl<const KEPT: usize> Memory<KEPT> {
-    /// The state after `h` s under a ramp of that length.
     #[inline(always)]
-    fn advance(&mut self, system: &System, ramp: &Ramp, state: &State) -> State {
-        let (place, known) = self.propagators.place(ramp.h);
-        if place.is_none() && !known && self.series.parts(ramp.h) <= LONG_SERIES {
-            return self.series.advance(system, ramp, state);
-        }
-        if place.is_none() {
-            // Not in a closure, which would be compiled for the oldest processor.
-            *place = Some(Propagator::new(system, ramp.drive.influence(), ramp.h));
-        }
-        match place {
-            Some(propagator) => propagator.apply(state, ramp.start, ramp.end),
-            None => unreachable!("just made"),
+    fn series<E: Equations>(&mut self, equations: &E) -> Series {
+        match self.series {
+            Some((key, series)) if key == equations.key() => series,
+            _ => {
+                let series = Series::new(equations);
+                self.series = Some((equations.key(), series));
+                series
+            }
         }
     }
 }
@@ -46,19 +44,41 @@ impl<const KEPT: usize> Method for Exact<KEPT> {
     type Memory = Memory<KEPT>;
     const ERROR_ORDER: Option<u32> = None;
 
-    fn memory(&self, system: &System) -> Self::Memory {
-        Memory { propagators: Kept::new(), series: Series::new(system) }
+    fn memory(&self) -> Self::Memory {
+        Memory { propagators: Kept::new(), series: None }
     }
 
     #[inline(always)]
-    fn step(&self, system: &System, memory: &mut Self::Memory, ramp: &Ramp, state: &State) -> (State, State) {
-        (memory.advance(system, ramp, state), [0.0; 12])
-    }
-
-    #[inline(always)]
-    fn between(
+    fn step<E: Equations>(
         &self,
-        system: &System,
+        equations: &E,
+        memory: &mut Self::Memory,
+        ramp: &Ramp,
+        state: &State,
+    ) -> (State, State) {
+        if !ramp.whole {
+            return (self.between(equations, memory, ramp, state, 1.0), [0.0; 12]);
+        }
+        let seen = SEEN[usize::from(E::PIECES)];
+        let (place, before) = memory.propagators.place(ramp.h, equations.key());
+        if place.is_none() && before < seen {
+            return (self.between(equations, memory, ramp, state, 1.0), [0.0; 12]);
+        }
+        if place.is_none() {
+            // Not in a closure, which would be compiled for the oldest processor.
+            *place = Some(Propagator::new(equations, ramp.drive.influence(), ramp.h));
+        }
+        match place {
+            Some(propagator) => (propagator.apply(state, ramp.start, ramp.end), [0.0; 12]),
+            None => unreachable!("just made"),
+        }
+    }
+
+    /// Lengths between knots seldom come again, and must not drive out those that do: nothing is kept of them.
+    #[inline(always)]
+    fn between<E: Equations>(
+        &self,
+        equations: &E,
         memory: &mut Self::Memory,
         ramp: &Ramp,
         state: &State,
@@ -67,12 +87,9 @@ impl<const KEPT: usize> Method for Exact<KEPT> {
         if theta == 0.0 {
             return *state;
         }
-        // Lengths between knots seldom come again, and must not drive out those that do.
         let end = ramp.values(theta);
-        let part = Ramp { h: theta * ramp.h, start: ramp.start, end: &end, drive: ramp.drive };
-        if memory.series.parts(part.h) <= LONG_SERIES {
-            return memory.series.advance(system, &part, state);
-        }
-        Propagator::new(system, ramp.drive.influence(), part.h).apply(state, part.start, part.end)
+        let part = Ramp { h: theta * ramp.h, end: &end, ..*ramp };
+        let series = memory.series(equations);
+        advance(equations, &series, &part, state)
     }
 }

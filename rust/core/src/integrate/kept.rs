@@ -1,11 +1,12 @@
 //! What a run has computed for a step length and may need again.
 
-/// The last `N` step lengths, and a value for each that has one.
+/// The last `N` step lengths and keys of equations, and a value for each that has one.
 ///
 /// One serves a uniform trace, a few a device clock that counts in ticks.
 #[derive(Debug, Clone)]
 pub struct Kept<T, const N: usize> {
-    lengths: [f64; N],
+    places: [(f64, u32); N],
+    uses: [u32; N],
     values: [Option<T>; N],
     last: usize,
 }
@@ -13,22 +14,27 @@ pub struct Kept<T, const N: usize> {
 impl<T, const N: usize> Kept<T, N> {
     pub(crate) fn new() -> Self {
         const { assert!(N > 0, "at least one step length must be kept") };
-        Self { lengths: [f64::NAN; N], values: [const { None }; N], last: 0 }
+        Self { places: [(f64::NAN, 0); N], uses: [0; N], values: [const { None }; N], last: 0 }
     }
 
-    /// The place for the value of a step length, and whether that length has come before. A new one takes the oldest place.
+    /// The place for the value of a step length under the equations `key`, and how often it was asked for before. A new one takes the
+    /// oldest place.
     #[inline(always)]
-    pub(crate) fn place(&mut self, length: f64) -> (&mut Option<T>, bool) {
-        let mut known = self.lengths[self.last] == length;
-        if !known {
-            let found = self.lengths.iter().position(|kept| *kept == length);
-            known = found.is_some();
-            self.last = found.unwrap_or((self.last + 1) % N);
-            if !known {
-                self.lengths[self.last] = length;
-                self.values[self.last] = None;
-            }
+    pub(crate) fn place(&mut self, length: f64, key: u32) -> (&mut Option<T>, u32) {
+        if self.places[self.last] != (length, key) {
+            self.last = match self.places.iter().position(|kept| *kept == (length, key)) {
+                Some(found) => found,
+                None => {
+                    let oldest = (self.last + 1) % N;
+                    self.places[oldest] = (length, key);
+                    self.uses[oldest] = 0;
+                    self.values[oldest] = None;
+                    oldest
+                }
+            };
         }
-        (&mut self.values[self.last], known)
+        let before = self.uses[self.last];
+        self.uses[self.last] = before.saturating_add(1);
+        (&mut self.values[self.last], before)
     }
 }

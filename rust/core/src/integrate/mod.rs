@@ -1,6 +1,7 @@
 //! One loop for every method: from knot to knot.
 
 mod control;
+mod course;
 mod drive;
 mod exact;
 mod kept;
@@ -16,14 +17,18 @@ pub use radau::Radau;
 pub use rk45::Rk45;
 
 use control::{Controller, ErrorNorm};
+use course::{Course, Steady};
 use drive::Drive;
 
+use crate::contacts::Contacts;
+use crate::equations::Equations;
 use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::float::{ceil, floor, sqrt};
 use crate::record::Record;
 use crate::simd::{Kernel, widest};
-use crate::system::{State, System};
+use crate::smooth::Smooth;
+use crate::system::{Rung, State, System};
 
 /// A way to advance the state over one step. It never chooses the step: [`run`] and [`Control`] do.
 pub trait Method {
@@ -33,15 +38,21 @@ pub trait Method {
     const ERROR_ORDER: Option<u32>;
 
     /// Memory for one run.
-    fn memory(&self, system: &System) -> Self::Memory;
+    fn memory(&self) -> Self::Memory;
 
     /// The state after the step, and the estimated error of it.
-    fn step(&self, system: &System, memory: &mut Self::Memory, ramp: &Ramp, state: &State) -> (State, State);
+    fn step<E: Equations>(
+        &self,
+        equations: &E,
+        memory: &mut Self::Memory,
+        ramp: &Ramp,
+        state: &State,
+    ) -> (State, State);
 
     /// The state at the fraction `theta` of the step that [`Method::step`] last made, from `state` (dense output).
-    fn between(
+    fn between<E: Equations>(
         &self,
-        system: &System,
+        equations: &E,
         memory: &mut Self::Memory,
         ramp: &Ramp,
         state: &State,
@@ -67,11 +78,16 @@ pub struct Summary {
     pub rejected: usize,
     /// Instants recorded.
     pub recorded: usize,
+    /// Contact changes: times that a link passed to another segment of its law; zero where laws are linear or smooth.
+    pub contact_changes: usize,
     /// The load that the tolerance was relative to, N.
     pub load_scale: f64,
 }
 
 /// Runs a system from static equilibrium through an excitation and hands each instant to `record`.
+///
+/// Where links change their stiffness in steps (clearance, sides, curves), every step ends at the next contact change, which is located on the
+/// exact solution between two of them.
 ///
 /// # Errors
 /// [`RunError`] with time, step and error; what was recorded until then stays in `record`.
@@ -83,10 +99,33 @@ pub fn run<M: Method, R: Record>(
     output: Output,
     record: &mut R,
 ) -> Result<Summary, RunError> {
-    widest(Job { system, method, control, excitation, output, record })
+    if M::ERROR_ORDER.is_none()
+        && let Some(link) = system.first_smooth()
+    {
+        return Err(RunError::NotExact { link });
+    }
+    control.check(M::ERROR_ORDER.is_some())?;
+    check_output(output, excitation)?;
+    let expected = match output {
+        Output::Samples => excitation.count(),
+        Output::Times(times) => times.len(),
+    };
+    record.reserve(expected)?;
+    let peak = excitation.peak();
+    let load_scale = control::scale_of(system, &peak);
+    if !load_scale.is_finite() {
+        return Err(RunError::OutOfRange);
+    }
+    let drive = Drive::new(system, &peak);
+    let job = Job { system, method, control, excitation, output, record, drive, load_scale };
+    match system.rung() {
+        Rung::Linear => widest(Following { job, course: Steady(system) }),
+        Rung::PiecewiseLinear => widest(Following { job, course: Contacts::new(system, load_scale) }),
+        Rung::SmoothNonlinear => widest(Following { job, course: Steady(&Smooth::new(system)) }),
+    }
 }
 
-/// All that [`run`] is given.
+/// A run that can begin.
 struct Job<'a, M, R> {
     system: &'a System,
     method: &'a M,
@@ -94,27 +133,23 @@ struct Job<'a, M, R> {
     excitation: &'a Excitation<'a>,
     output: Output<'a>,
     record: &'a mut R,
+    drive: Drive,
+    load_scale: f64,
 }
 
-impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
+/// A run and the equations that it follows.
+struct Following<'a, M, R, C> {
+    job: Job<'a, M, R>,
+    course: C,
+}
+
+impl<M: Method, R: Record, C: Course> Kernel for Following<'_, M, R, C> {
     type Output = Result<Summary, RunError>;
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        let Self { system, method, control, excitation, output, record } = self;
-        control.check(M::ERROR_ORDER.is_some())?;
-        check_output(output, excitation)?;
-        let expected = match output {
-            Output::Samples => excitation.count(),
-            Output::Times(times) => times.len(),
-        };
-        record.reserve(expected)?;
-
-        let peak = excitation.peak();
-        let load_scale = control::scale_of(system, &peak);
-        if !load_scale.is_finite() {
-            return Err(RunError::OutOfRange);
-        }
+        let Self { job, mut course } = self;
+        let Job { system, method, control, excitation, output, record, drive, load_scale } = job;
         let norm = ErrorNorm::new(system, load_scale);
         let mut controller = match (control, M::ERROR_ORDER) {
             (Control::Adaptive { rtol }, Some(order)) => {
@@ -122,10 +157,9 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
             }
             _ => None,
         };
-        let mut memory = method.memory(system);
+        let mut memory = method.memory();
         let mut state: State = [0.0; 12];
-        let mut summary = Summary { steps: 0, rejected: 0, recorded: 0, load_scale };
-        let drive = Drive::new(system, &peak);
+        let mut summary = Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale };
         let mut reach = 0.0;
         let (mut from, mut to) = (&mut [0.0; 9], &mut [0.0; 9]);
         drive.sample(excitation, 0, from);
@@ -138,7 +172,7 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
             let start = excitation.time(k - 1);
             let length = excitation.interval(k - 1);
             drive.sample(excitation, k, to);
-            let whole = Ramp { h: length, start: from, end: to, drive: &drive };
+            let whole = Ramp { h: length, start: from, end: to, drive: &drive, whole: true };
             if let Control::Fixed { step } = control
                 && step < SHORTEST * length
             {
@@ -163,16 +197,16 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
                         h = rest / left;
                     }
                 }
-                let last = left == 1.0;
-                let ramp = if last && done == 0.0 {
+                let mut last = left == 1.0;
+                let mut ramp = if last && done == 0.0 {
                     h = length;
                     whole
                 } else {
                     let end = if last { 1.0 } else { (done + h) / length };
                     parts = [whole.values(done / length), whole.values(end)];
-                    Ramp { h, start: &parts[0], end: &parts[1], drive: &drive }
+                    Ramp { h, start: &parts[0], end: &parts[1], drive: &drive, whole: false }
                 };
-                let (next, error) = method.step(system, &mut memory, &ramp, &state);
+                let (mut next, error) = method.step(course.equations(), &mut memory, &ramp, &state);
                 // Without step error nothing grows by itself, and what is out of range stays so: asked once, at the end.
                 let mut sound = M::ERROR_ORDER.is_none() || finite(&next);
                 if let Some(controller) = &mut controller {
@@ -186,12 +220,24 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
                         continue;
                     }
                 } else if M::ERROR_ORDER.is_some() {
-                    // Springs and dampers are passive: |s| grows no faster than |f|.
+                    // Springs and dampers are passive, and the start is the lowest point of their potential: |η'| grows no faster than |f|.
                     reach += ramp.impulse();
-                    sound &= size(&next) <= DIVERGENCE * reach;
+                    sound &= speed(&next) <= DIVERGENCE * reach;
                 }
                 if !sound {
                     return Err(RunError::Diverged { time: start + done, step: h });
+                }
+                let change = course.first_change(&ramp, &state, &next);
+                let shorter;
+                if let Some(theta) = change {
+                    shorter = ramp.values(theta);
+                    ramp = Ramp { h: theta * h, end: &shorter, whole: false, ..ramp };
+                    next = if theta > 0.0 {
+                        method.step(course.equations(), &mut memory, &ramp, &state).0
+                    } else {
+                        state
+                    };
+                    (h, left, last) = (ramp.h, 1.0, false);
                 }
                 if summary.steps == MOST_STEPS {
                     return Err(RunError::TooManySteps { time: start + done, step: h });
@@ -199,17 +245,22 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
                 if let Output::Times(times) = output {
                     let end = last && k + 1 == excitation.count();
                     while let Some(&time) = times.get(summary.recorded) {
-                        let theta = (time - start - done) / h;
+                        let theta = if h > 0.0 { (time - start - done) / h } else { f64::INFINITY };
                         if theta > 1.0 && !end {
                             break;
                         }
                         let theta = theta.clamp(0.0, 1.0);
-                        let there = method.between(system, &mut memory, &ramp, &state, theta);
+                        let there = method.between(course.equations(), &mut memory, &ramp, &state, theta);
                         record.instant(time, &there, &excitation.input_at(time));
                         summary.recorded += 1;
                     }
                 }
                 state = next;
+                if change.is_some() {
+                    course.cross(&state);
+                } else {
+                    course.passed();
+                }
                 summary.steps += 1;
                 done = if last { length } else { done + h };
                 left -= 1.0;
@@ -230,6 +281,7 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
                 summary.recorded += 1;
             }
         }
+        summary.contact_changes = course.changes();
         Ok(summary)
     }
 }
@@ -237,10 +289,10 @@ impl<M: Method, R: Record> Kernel for Job<'_, M, R> {
 /// How far beyond what the excitation can reach a state may be before the method, not the machine, has brought it there.
 const DIVERGENCE: f64 = 100.0;
 
-/// Square root of twice the energy.
+/// Square root of twice the kinetic energy.
 #[inline(always)]
-fn size(state: &State) -> f64 {
-    sqrt(state.iter().map(|entry| entry * entry).sum())
+fn speed(state: &State) -> f64 {
+    sqrt(state[6..].iter().map(|entry| entry * entry).sum())
 }
 
 /// Whether no entry is infinite or NaN.

@@ -1,8 +1,14 @@
 //! Radau IIA, five stages, order 9: implicit, L-stable and stiffly accurate, for scenes of any stiffness.
 //!
 //! In the eigenvectors of the collocation matrix the stages part into `(λ - h A) w = r`, and the second-order structure of A leaves of
-//! each only the velocity half: `(λ² + λ h Ĉ + h² ω²) w_v = λ r_v - h ω r_s`, one real and two complex systems of n
+//! each only the velocity half: `(λ² + λ h Ĉ + h² S ω) w_v = λ r_v - h S r_s`, one real and two complex systems of n
 //! equations. They are inverted once per step length; steps from knot to knot of a uniform trace share one.
+//!
+//! Equations that are not linear are solved by Newton's iteration on the same systems ([`newton`]).
+
+mod newton;
+#[cfg(test)]
+mod tests;
 
 use nalgebra::{Complex, Matrix6};
 
@@ -10,44 +16,59 @@ use super::Method;
 use super::drive::Ramp;
 use super::kept::Kept;
 use super::tableau::{Eigenpart, RADAU};
+use crate::equations::{Equations, Square};
 use crate::float::add_scaled;
-use crate::system::{State, System};
+use crate::system::State;
+use newton::Course;
 
 /// The implicit method.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Radau;
 
-/// Step lengths of which the inverses are remembered, 1.7 kB each.
+/// Step lengths of which the tangents are remembered, 2.3 kB each.
 const KEPT: usize = 8;
 
-/// Inverses for some step lengths, and the last step.
+/// Tangents for some step lengths, and the last step.
 #[derive(Debug, Clone)]
 pub struct Stages {
-    kept: Kept<[Inverse; 3], KEPT>,
-    /// Stage parts of the last step: real and imaginary halves.
-    parts: [[State; 2]; 3],
+    kept: Kept<Tangent, KEPT>,
+    parts: Parts,
+    course: Course,
 }
 
-/// Columns of `(λ² + λ h Ĉ + h² ω²)⁻¹`, real and imaginary parts.
+/// Stage parts of a step, one for each eigenvalue: real and imaginary halves.
+type Parts = [[State; 2]; 3];
+
+/// How often each part counts.
+const COUNTS: [f64; 3] = [1.0, 2.0, 2.0];
+
+/// What the stages of one step length are solved with.
+#[derive(Debug, Clone)]
+struct Tangent {
+    h: f64,
+    inverses: [Inverse; 3],
+    /// Columns of `h S`.
+    pull: Square,
+    /// Columns of Ĉ.
+    damping: Square,
+}
+
+/// Columns of `(λ² + λ h Ĉ + h² S ω)⁻¹`, real and imaginary parts.
 #[derive(Debug, Clone, Copy)]
 struct Inverse {
-    re: [[f64; 6]; 6],
-    im: [[f64; 6]; 6],
+    re: Square,
+    im: Square,
 }
 
 impl Inverse {
-    /// Those of all eigenvalues for steps of length `h`.
-    #[inline(never)]
-    fn all(system: &System, h: f64) -> [Self; 3] {
-        RADAU.parts.each_ref().map(|part| Self::new(system, h, part))
-    }
-
-    fn new(system: &System, h: f64, part: &Eigenpart) -> Self {
+    fn new(frequency: &[f64; 6], pull: &Square, damping: &Square, h: f64, part: &Eigenpart) -> Self {
         let lambda = Complex::new(part.value[0], part.value[1]);
-        let mut matrix = system.modal_damping().map(|c| lambda * (h * c));
+        let mut matrix = Matrix6::from_fn(|i, j| lambda * (h * damping[j][i]));
         for i in 0..6 {
-            let hw = h * system.frequency[i];
-            matrix[(i, i)] += lambda * lambda + hw * hw;
+            for j in 0..6 {
+                let elastic = Complex::from(pull[j][i] * (h * frequency[j]));
+                matrix[(i, j)] += if i == j { lambda * lambda + elastic } else { elastic };
+            }
         }
         // The eigenvalues of A lie in the left half plane and λ in the right: never singular, unless it is out of range, and then
         // the run ends with that.
@@ -59,48 +80,141 @@ impl Inverse {
         Self { re: columns(|z| z.re), im: columns(|z| z.im) }
     }
 
+    /// The inverse times a complex vector.
+    #[inline(always)]
+    fn apply(&self, [re, im]: &[[f64; 6]; 2]) -> [[f64; 6]; 2] {
+        let (rr, ri) = (times(&self.re, re), times(&self.re, im));
+        let (ir, ii) = (times(&self.im, re), times(&self.im, im));
+        let mut out = [[0.0; 6]; 2];
+        for i in 0..6 {
+            out[0][i] = rr[i] - ii[i];
+            out[1][i] = ri[i] + ir[i];
+        }
+        out
+    }
+}
+
+impl Tangent {
+    /// That at `state`, for steps of length `h`.
+    #[inline(always)]
+    fn new<E: Equations>(equations: &E, state: &State, h: f64) -> Self {
+        let (stiffness, damping) = equations.tangent(state);
+        Self::inverted(equations.frequency(), stiffness, damping, h)
+    }
+
+    #[inline(never)]
+    fn inverted(frequency: &[f64; 6], stiffness: Square, damping: Square, h: f64) -> Self {
+        let pull = stiffness.map(|column| column.map(|entry| h * entry));
+        let inverses = RADAU.parts.each_ref().map(|part| Inverse::new(frequency, &pull, &damping, h, part));
+        Self { h, inverses, pull, damping }
+    }
+
+    /// `h S s` of the elastic half s of a vector.
+    #[inline(always)]
+    fn pulled<E: Equations>(&self, equations: &E, vector: &State) -> [f64; 6] {
+        if E::PIECES || !E::LINEAR {
+            return times(&self.pull, &upper(vector));
+        }
+        // Linear throughout: the coordinates are the modes of just these equations, and S = ω.
+        let frequency = equations.frequency();
+        let mut out = [0.0; 6];
+        for i in 0..6 {
+            out[i] = self.h * frequency[i] * vector[i];
+        }
+        out
+    }
+
     /// Solves `(γ - h A) x = r` for the real eigenvalue γ.
     #[inline(always)]
-    fn solve_real(&self, system: &System, h: f64, r: &State) -> State {
-        let gamma = RADAU.parts[0].value[0];
+    fn solve_real<E: Equations>(&self, equations: &E, r: &State) -> State {
+        let (h, frequency, gamma) = (self.h, equations.frequency(), RADAU.parts[0].value[0]);
+        let pulled = self.pulled(equations, r);
         let mut moved = [0.0; 6];
         for i in 0..6 {
-            moved[i] = gamma * r[6 + i] - h * system.frequency[i] * r[i];
+            moved[i] = gamma * r[6 + i] - pulled[i];
         }
-        let v = times(&self.re, &moved);
+        let v = times(&self.inverses[0].re, &moved);
         let mut x = [0.0; 12];
         for i in 0..6 {
-            x[i] = (r[i] + h * system.frequency[i] * v[i]) / gamma;
+            x[i] = (r[i] + h * frequency[i] * v[i]) / gamma;
             x[6 + i] = v[i];
         }
         x
     }
 
-    /// Solves `(λ - h A) w = r` for a complex eigenvalue.
+    /// Solves `(λ - h A) w = r` for the complex eigenvalue `index`.
     #[inline(always)]
-    fn solve_complex(&self, system: &System, h: f64, lambda: [f64; 2], r: &[State; 2]) -> [State; 2] {
-        let [a, b] = lambda;
+    fn solve_complex<E: Equations>(&self, equations: &E, index: usize, [re, im]: &[State; 2]) -> [State; 2] {
+        let (h, frequency, [a, b]) = (self.h, equations.frequency(), RADAU.parts[index].value);
         let size = a * a + b * b;
-        let [re, im] = r;
+        let (pulled_re, pulled_im) = (self.pulled(equations, re), self.pulled(equations, im));
         let mut moved = [[0.0; 6]; 2];
         for i in 0..6 {
-            let hw = h * system.frequency[i];
-            moved[0][i] = a * re[6 + i] - b * im[6 + i] - hw * re[i];
-            moved[1][i] = a * im[6 + i] + b * re[6 + i] - hw * im[i];
+            moved[0][i] = a * re[6 + i] - b * im[6 + i] - pulled_re[i];
+            moved[1][i] = a * im[6 + i] + b * re[6 + i] - pulled_im[i];
         }
-        let (rr, ri) = (times(&self.re, &moved[0]), times(&self.re, &moved[1]));
-        let (ir, ii) = (times(&self.im, &moved[0]), times(&self.im, &moved[1]));
+        let [v_re, v_im] = self.inverses[index].apply(&moved);
         let mut w = [[0.0; 12]; 2];
         for i in 0..6 {
-            let (v_re, v_im) = (rr[i] - ii[i], ri[i] + ir[i]);
-            let hw = h * system.frequency[i];
-            let (s_re, s_im) = (re[i] + hw * v_re, im[i] + hw * v_im);
+            let hw = h * frequency[i];
+            let (s_re, s_im) = (re[i] + hw * v_re[i], im[i] + hw * v_im[i]);
             w[0][i] = (s_re * a + s_im * b) / size;
             w[1][i] = (s_im * a - s_re * b) / size;
-            w[0][6 + i] = v_re;
-            w[1][6 + i] = v_im;
+            w[0][6 + i] = v_re[i];
+            w[1][6 + i] = v_im[i];
         }
         w
+    }
+
+    /// The parts of a step whose right-hand sides are those of the tangent: `rate` at the start, `rise` of the modal force, and
+    /// `bend` more on the velocities (for equations that are not linear).
+    #[inline(always)]
+    fn begin<E: Equations>(
+        &self,
+        equations: &E,
+        rate: &State,
+        rise: &[f64; 6],
+        bend: &Bend,
+        parts: &mut Parts,
+    ) {
+        for (index, part) in RADAU.parts.iter().enumerate() {
+            let mut r = [[0.0; 12]; 2];
+            for half in 0..2 {
+                for i in 0..12 {
+                    r[half][i] = self.h * part.constant[half] * rate[i];
+                }
+                for i in 0..6 {
+                    r[half][6 + i] += self.h * part.linear[half] * rise[i];
+                }
+                if !E::LINEAR {
+                    for i in 0..6 {
+                        r[half][6 + i] += bend[index][half][i];
+                    }
+                }
+            }
+            parts[index] = if index == 0 {
+                [self.solve_real(equations, &r[0]), [0.0; 12]]
+            } else {
+                self.solve_complex(equations, index, &r)
+            };
+        }
+    }
+
+    /// The estimated error of a step, filtered by (γ - h A)⁻¹ so that stiff parts do not inflate it (Hairer & Wanner, eq. IV.8.19).
+    #[inline(always)]
+    fn error<E: Equations>(&self, equations: &E, rate: &State, parts: &Parts) -> State {
+        let mut residual = [0.0; 12];
+        for (index, part) in RADAU.parts.iter().enumerate() {
+            let w = &parts[index];
+            for i in 0..12 {
+                residual[i] += COUNTS[index] * (part.error[0] * w[0][i] - part.error[1] * w[1][i]);
+            }
+        }
+        let gamma = RADAU.parts[0].value[0];
+        for i in 0..12 {
+            residual[i] = self.h * rate[i] + gamma * residual[i];
+        }
+        self.solve_real(equations, &residual)
     }
 }
 
@@ -108,52 +222,42 @@ impl Method for Radau {
     type Memory = Stages;
     const ERROR_ORDER: Option<u32> = Some(5);
 
-    fn memory(&self, _: &System) -> Stages {
-        Stages { kept: Kept::new(), parts: [[[0.0; 12]; 2]; 3] }
+    fn memory(&self) -> Stages {
+        Stages { kept: Kept::new(), parts: [[[0.0; 12]; 2]; 3], course: Course::NONE }
     }
 
     #[inline(always)]
-    fn step(&self, system: &System, memory: &mut Stages, ramp: &Ramp, state: &State) -> (State, State) {
-        let h = ramp.h;
-        let Stages { kept, parts } = memory;
-        let inverses = kept.place(h).0.get_or_insert_with(|| Inverse::all(system, h));
-        // The force is linear in time, so all right-hand sides lie in two vectors: the rate at the start and the rise.
-        let start = ramp.force(0.0);
-        let end = ramp.force(1.0);
-        let rate = system.rate(state, &start);
-        let mut next = *state;
-        let mut residual = [0.0; 12];
-        for (index, part) in RADAU.parts.iter().enumerate() {
-            let mut r = [[0.0; 12]; 2];
-            for half in 0..2 {
-                for i in 0..12 {
-                    r[half][i] = h * part.constant[half] * rate[i];
-                }
-                for i in 0..6 {
-                    r[half][6 + i] += h * part.linear[half] * (end[i] - start[i]);
-                }
-            }
-            let (w, count) = if index == 0 {
-                ([inverses[0].solve_real(system, h, &r[0]), [0.0; 12]], 1.0)
-            } else {
-                (inverses[index].solve_complex(system, h, part.value, &r), 2.0)
-            };
-            for i in 0..12 {
-                next[i] += count * w[0][i];
-                residual[i] += count * (part.error[0] * w[0][i] - part.error[1] * w[1][i]);
-            }
-            parts[index] = w;
+    fn step<E: Equations>(
+        &self,
+        equations: &E,
+        memory: &mut Stages,
+        ramp: &Ramp,
+        state: &State,
+    ) -> (State, State) {
+        if !E::LINEAR {
+            return newton::step(equations, memory, ramp, state);
         }
-        // Filtered by (γ - h A)⁻¹, so that stiff parts do not inflate it (Hairer & Wanner, eq. IV.8.19).
-        let gamma = RADAU.parts[0].value[0];
-        for i in 0..12 {
-            residual[i] = h * rate[i] + gamma * residual[i];
+        let Stages { kept, parts, .. } = memory;
+        let place = kept.place(ramp.h, equations.key()).0;
+        if place.is_none() {
+            // Not in a closure, which would be compiled for the oldest processor.
+            *place = Some(Tangent::new(equations, state, ramp.h));
         }
-        (next, inverses[0].solve_real(system, h, &residual))
+        let Some(tangent) = place else { unreachable!("just made") };
+        let (rate, rise) = (equations.rate(state, &ramp.force(0.0)), rise(ramp));
+        tangent.begin(equations, &rate, &rise, &NO_BEND, parts);
+        (end(state, parts), tangent.error(equations, &rate, parts))
     }
 
     #[inline(always)]
-    fn between(&self, _: &System, memory: &mut Stages, _: &Ramp, state: &State, theta: f64) -> State {
+    fn between<E: Equations>(
+        &self,
+        _: &E,
+        memory: &mut Stages,
+        _: &Ramp,
+        state: &State,
+        theta: f64,
+    ) -> State {
         // The collocation polynomial through the start and the five stages.
         let nodes = &RADAU.nodes;
         let mut there = *state;
@@ -163,15 +267,49 @@ impl Method for Radau {
                 weight *= (theta - nodes[other]) / (nodes[stage] - nodes[other]);
             }
             for (index, (part, [re, im])) in RADAU.parts.iter().zip(&memory.parts).enumerate() {
-                let count = if index == 0 { 1.0 } else { 2.0 };
                 let [a, b] = part.vector[stage];
                 for i in 0..12 {
-                    there[i] += weight * count * (a * re[i] - b * im[i]);
+                    there[i] += weight * COUNTS[index] * (a * re[i] - b * im[i]);
                 }
             }
         }
         there
     }
+}
+
+/// What is added to the velocities' right-hand sides of the parts.
+type Bend = [[[f64; 6]; 2]; 3];
+
+const NO_BEND: Bend = [[[0.0; 6]; 2]; 3];
+
+/// Rise of the modal force over a step: it is linear in time, so all right-hand sides lie in two vectors, the rate at the start and
+/// this.
+#[inline(always)]
+fn rise(ramp: &Ramp) -> [f64; 6] {
+    let (start, end) = (ramp.force(0.0), ramp.force(1.0));
+    let mut rise = [0.0; 6];
+    for i in 0..6 {
+        rise[i] = end[i] - start[i];
+    }
+    rise
+}
+
+/// The state at the end of a step.
+#[inline(always)]
+fn end(state: &State, parts: &Parts) -> State {
+    let mut next = *state;
+    for (part, count) in parts.iter().zip(&COUNTS) {
+        for i in 0..12 {
+            next[i] += count * part[0][i];
+        }
+    }
+    next
+}
+
+/// The elastic half of a state.
+#[inline(always)]
+fn upper(state: &State) -> [f64; 6] {
+    core::array::from_fn(|i| state[i])
 }
 
 /// Matrix (by columns) times vector.

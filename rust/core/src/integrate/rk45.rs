@@ -3,8 +3,9 @@
 use super::Method;
 use super::drive::{Ramp, Values};
 use super::tableau::DORMAND_PRINCE;
+use crate::equations::Equations;
 use crate::float::add_scaled;
-use crate::system::{State, System};
+use crate::system::State;
 
 /// The explicit Runge-Kutta pair of Dormand and Prince, order 5, error estimate of order 4.
 #[derive(Debug, Clone, Copy, Default)]
@@ -14,25 +15,33 @@ pub struct Rk45;
 #[derive(Debug, Clone)]
 pub struct Stages {
     rates: [State; 7],
-    /// State and excitation that the last rate belongs to: the first stage of the next step, unless it jumps there.
-    end: Option<(State, Values)>,
+    /// Equations, state and excitation that the last rate belongs to: the first stage of the next step, unless it jumps there.
+    end: Option<(u32, State, Values)>,
 }
 
 impl Method for Rk45 {
     type Memory = Stages;
     const ERROR_ORDER: Option<u32> = Some(4);
 
-    fn memory(&self, _: &System) -> Stages {
+    fn memory(&self) -> Stages {
         Stages { rates: [[0.0; 12]; 7], end: None }
     }
 
     #[inline(always)]
-    fn step(&self, system: &System, memory: &mut Stages, ramp: &Ramp, state: &State) -> (State, State) {
+    fn step<E: Equations>(
+        &self,
+        equations: &E,
+        memory: &mut Stages,
+        ramp: &Ramp,
+        state: &State,
+    ) -> (State, State) {
         let tableau = &DORMAND_PRINCE;
         let Stages { rates, end } = memory;
         rates[0] = match end {
-            Some((at, values)) if at == state && values == ramp.start => rates[6],
-            _ => system.rate(state, &ramp.force(0.0)),
+            Some((key, at, values)) if *key == equations.key() && at == state && values == ramp.start => {
+                rates[6]
+            }
+            _ => equations.rate(state, &ramp.force(0.0)),
         };
         let mut next = *state;
         for stage in 1..7 {
@@ -40,18 +49,25 @@ impl Method for Rk45 {
             for (rate, weight) in rates.iter().zip(&tableau.a[stage - 1]).take(stage) {
                 add_scaled(&mut next, rate, ramp.h * weight);
             }
-            rates[stage] = system.rate(&next, &ramp.force(tableau.c[stage]));
+            rates[stage] = equations.rate(&next, &ramp.force(tableau.c[stage]));
         }
         let mut error = [0.0; 12];
         for (rate, weight) in rates.iter().zip(&tableau.error) {
             add_scaled(&mut error, rate, ramp.h * weight);
         }
-        *end = Some((next, *ramp.end));
+        *end = Some((equations.key(), next, *ramp.end));
         (next, error)
     }
 
     #[inline(always)]
-    fn between(&self, _: &System, memory: &mut Stages, ramp: &Ramp, state: &State, theta: f64) -> State {
+    fn between<E: Equations>(
+        &self,
+        _: &E,
+        memory: &mut Stages,
+        ramp: &Ramp,
+        state: &State,
+        theta: f64,
+    ) -> State {
         let mut there = *state;
         for (rate, polynomial) in memory.rates.iter().zip(&DORMAND_PRINCE.dense) {
             let weight = polynomial.iter().rev().fold(0.0, |sum, p| (sum + p) * theta);

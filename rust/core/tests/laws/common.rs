@@ -42,12 +42,12 @@ impl Machine {
     }
 
     /// Load of each link as rows of a state.
-    pub fn link_loads(&self, system: &System) -> Vec<Axial> {
+    pub fn link_loads<'a>(&self, system: &'a System) -> Vec<Axial<'a>> {
         (0..self.links.len()).map(|link| link_load(system, link, Part::Total)).collect()
     }
 
     /// Force and moment about the origin of all links.
-    pub fn guide_load(&self, system: &System) -> Wrench {
+    pub fn guide_load<'a>(&self, system: &'a System) -> Wrench<'a> {
         group_load(system, 0..self.links.len(), Vector3::zeros(), Part::Total)
     }
 
@@ -83,7 +83,8 @@ impl Machine {
 
     /// Link loads of given states, instant after instant, N.
     pub fn loads_of(&self, states: &[State]) -> Vec<f64> {
-        let loads = self.link_loads(&self.system());
+        let system = self.system();
+        let loads = self.link_loads(&system);
         let mut out = vec![0.0; states.len() * loads.len()];
         fill(&loads, states, |_| [0.0; 9], &mut out);
         out

@@ -80,7 +80,8 @@ fn turning_the_whole_scene_turns_its_loads() {
 
             let (turned_states, _) = turned.states(&Exact::<1>, ADAPTIVE, &excitation);
             let center = turn * Vector3::new(0.1, 0.2, 0.3);
-            let turned_group = group_load(&turned.system(), 0..4, center, Part::Total);
+            let turned_system = turned.system();
+            let turned_group = group_load(&turned_system, 0..4, center, Part::Total);
             for (state, turned_state) in states.iter().zip(&turned_states) {
                 let (f, m) = halves(&group.at(state, &[0.0; 9]));
                 let got = turned_group.at(turned_state, &[0.0; 9]);

@@ -168,7 +168,8 @@ fn under_the_dofs_of_the_paper_the_guides_carry_no_weight_and_under_the_guided_o
     let weight = 1250.0 * 9.80665;
     for (machine, want) in [(paper(), 0.0), (cart(), -weight)] {
         let (states, _) = machine.states(&Exact::<1>, ADAPTIVE, &excitation);
-        let guides = machine.guide_load(&machine.system());
+        let system = machine.system();
+        let guides = machine.guide_load(&system);
         let vertical: Vec<f64> = states.iter().map(|state| guides.at(state, &[0.0; 9])[1]).collect();
         close(vertical[0], want, 1e-12, weight);
         let mean = vertical[..100].iter().sum::<f64>() / 100.0; // The dwell before the motion.
@@ -190,7 +191,8 @@ fn the_drive_force_is_mass_times_acceleration_once_it_has_settled() {
     let samples = [[2.2, 0.0, 0.0]; 2];
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
     let (states, _) = machine.states(&Exact::<1>, ADAPTIVE, &excitation);
-    let drive = reaction(&machine.system());
+    let system = machine.system();
+    let drive = reaction(&system);
     let got = drive.at(&states[1], &excitation.input(1))[0];
     close(got, 1250.0 * 2.2, 1e-12, 1250.0 * 2.2); // After 20 s nothing swings any more.
 }

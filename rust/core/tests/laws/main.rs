@@ -7,6 +7,7 @@ mod dynamics;
 mod excitation;
 mod extremes;
 mod invariance;
+mod law;
 mod loads;
 mod methods;
 mod modes;

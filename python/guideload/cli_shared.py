@@ -1,0 +1,128 @@
+"""What the commands share: kinds of options, reading a machine and a trace, telling and printing."""
+
+from __future__ import annotations
+
+import math
+import sys
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from guideload.errors import SceneError
+from guideload.outputs import Refused
+
+if TYPE_CHECKING:
+    from guideload.machine import Machine
+    from guideload.motion import Motion
+
+InputFile = click.Path(path_type=Path)
+Folder = click.Path(path_type=Path, file_okay=False)
+
+
+class Positive(click.FloatRange):
+    """A finite number above 0."""
+
+    def __init__(self) -> None:
+        super().__init__(min=0.0, min_open=True)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        number = float(super().convert(value, param, ctx))
+        if not math.isfinite(number):
+            self.fail(f"{value} is not a finite number", param, ctx)
+        return number
+
+
+POSITIVE = Positive()
+
+
+class NumberOrText(click.ParamType[float | str]):
+    """A number in SI, or text with its unit, as the library takes it."""
+
+    name = "number"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
+        try:
+            return float(value)
+        except ValueError:
+            return str(value)
+
+
+def trace_options(command: Any) -> Any:
+    """The options that say how a trace is read; what is left out is taken from its header."""
+    options = [
+        click.option(
+            "--column", help="Column of the measured motion; else the one whose header tells its unit."
+        ),
+        click.option(
+            "--unit", help='Unit of that column, e.g. rpm or mm/s; for counts the travel of one: "5e-8 m".'
+        ),
+        click.option("--kind", help="What it is: position, counts, velocity (of the cart) or motor_speed."),
+        click.option("--time", help="Column of the time stamps."),
+        click.option("--rate", type=NumberOrText(), help="Samples per second, in place of a time column."),
+        click.option(
+            "--max-speed", type=NumberOrText(), help='Greatest speed the axis can have, e.g. "2 m/s".'
+        ),
+        click.option(
+            "--allow-gaps", is_flag=True, default=None, help="Accept steps in time far above the usual one."
+        ),
+        click.option(
+            "--no-cross-check",
+            "cross_check",
+            flag_value=False,
+            default=None,
+            help="Do not compare position with velocity where the table has both.",
+        ),
+        click.option(
+            "--smoothing", help="From samples to acceleration: auto, savitzky_golay or differences."
+        ),
+        click.option("--window", type=POSITIVE, help="Window of savitzky_golay in seconds."),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def read_machine(machine_file: Path, free: str | None = None) -> Machine:
+    """The machine, with other free dofs if they are given; a body that nothing supports is refused here."""
+    from guideload.machine import DOFS, Machine
+
+    machine, place = Machine.from_toml(machine_file), str(machine_file)
+    if free is not None:
+        dofs = [dof.strip() for dof in free.split(",")]
+        if len(set(dofs)) < len(dofs) or not set(dofs) <= set(DOFS):
+            raise Refused(f'--free: expected one or more of {",".join(DOFS)}, each once, got "{free}"')
+        machine, place = machine.with_free(dofs), f"{machine_file} with --free {free}"
+    try:
+        _ = machine.scene  # made once, and kept by the machine
+    except SceneError as error:
+        raise Refused(f"{place}: {error}") from error
+    return machine
+
+
+def read_motion(trace_file: Path, machine: Machine, **reading: Any) -> Motion:
+    from guideload.encoder import motion_from_trace, read_trace
+
+    given = {name: value for name, value in reading.items() if value is not None}
+    smoothing = {name: given.pop(name) for name in ("smoothing", "window") if name in given}
+    return motion_from_trace(read_trace(trace_file, **given), drive=machine.drive, **smoothing)
+
+
+def working(what: str) -> AbstractContextManager[Any]:
+    """Tell what is being done, on a terminal only and apart from the output."""
+    if not sys.stderr.isatty():
+        return nullcontext()
+    from rich.console import Console
+
+    return Console(stderr=True).status(f"{what} ...")
+
+
+def output_encoding() -> str:
+    return getattr(sys.stdout, "encoding", None) or "utf-8"
+
+
+def tell(text: str) -> None:
+    """To standard output; signs that it cannot show are replaced."""
+    encoding = output_encoding()
+    click.echo(text.rstrip("\n").encode(encoding, errors="replace").decode(encoding))

@@ -1,0 +1,334 @@
+//! Simplified Newton iteration on the stages, for equations that are not linear (Hairer & Wanner, IV.8).
+//!
+//! It starts from the solution that the tangent gives, with what the force was beyond the tangent in the last step carried on, and ends
+//! when what is left is small beside the error of the step itself: no tolerance enters. As the rate of `ω η` is linear whatever the
+//! links are, only the velocities' halves are iterated, and those of `ω η` follow.
+
+use super::{Bend, COUNTS, NO_BEND, Parts, RADAU, Stages, Tangent, end, rise, times, upper};
+use crate::equations::Equations;
+use crate::float::{add_scaled, sqrt};
+use crate::integrate::drive::Ramp;
+use crate::system::{Force, NO_FORCE, State};
+
+/// Share of what a right-hand side is at each stage in each part: the inverse of the eigenvectors, computed as they were.
+pub(super) const SHARES: [[[f64; 2]; 5]; 3] = [
+    [
+        [27.697693775684087, 0.0],
+        [12.783337911304406, 0.0],
+        [3.20848938671343, 0.0],
+        [-0.9514904122489162, 0.0],
+        [0.7415504960259897, 0.0],
+    ],
+    [
+        [2.672093218917456, 1.8740299037199024],
+        [2.2968077838795806, -1.9924828681719424],
+        [-1.5181801617297122, -0.5222078208040094],
+        [0.5253300951157295, 0.5920492840689743],
+        [-0.13638930593214812, -0.22495888507839018],
+    ],
+    [
+        [-16.5209401067595, -4.305721989937646],
+        [-8.688476739531783, 4.849995704764404],
+        [-0.08606453162700278, 0.9573643198484372],
+        [-0.04958488899127132, 1.20934600304247],
+        [0.2656140579191533, -0.5237317439676688],
+    ],
+];
+
+/// Iterations with one tangent, at most.
+const MOST: usize = 10;
+
+/// Contraction from which on a tangent is made anew for the next step.
+const SLOW: f64 = 0.1;
+
+/// Contraction from which on the iteration has stalled.
+const STALLED: f64 = 0.5;
+
+/// Least contraction that is believed: a single measured ratio may be better than the next.
+const LEAST: f64 = 1e-4;
+
+/// Part of the step's own error that the iteration may leave: with a tenth the observed order is as with all iterations.
+const PART: f64 = 0.1;
+
+/// Updates that are rounding, beside the state.
+const ROUNDING: f64 = 1e-15;
+
+/// Contraction that the tangents of the stages must promise for a stalled iteration to be taken for rounding.
+const STRAIGHT: f64 = 0.25;
+
+/// Steps further than so many of the last are not begun by carrying it on.
+const FARTHEST: f64 = 2.0;
+
+/// How the last step went.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Course {
+    /// Key of its equations.
+    key: u32,
+    /// Its length.
+    h: f64,
+    /// The state that it led to.
+    end: State,
+    /// The states of its stages.
+    states: [State; 5],
+    /// The rates of their velocities less the excitation.
+    own: [[f64; 6]; 5],
+    /// Factor by which an iteration shrinks the update.
+    contraction: f64,
+    /// Of the length of the last step whose weights are kept.
+    ratio: f64,
+    /// Weights with which a quantity of the last step's stages is carried on into the parts of the next.
+    weights: [[[f64; 5]; 2]; 3],
+}
+
+/// A step of equations that are not linear. Where the iteration does not converge, the state and its error are infinite.
+#[inline(always)]
+pub(super) fn step<E: Equations>(
+    equations: &E,
+    memory: &mut Stages,
+    ramp: &Ramp,
+    state: &State,
+) -> (State, State) {
+    let Stages { kept, parts, course } = memory;
+    let place = kept.place(ramp.h, equations.key()).0;
+    let (rate, rise) = (equations.rate(state, &ramp.force(0.0)), rise(ramp));
+    let mut forces = [NO_FORCE; 5];
+    for stage in 0..5 {
+        forces[stage] = ramp.force(RADAU.nodes[stage]);
+    }
+    let same = course.key == equations.key() && course.h == ramp.h;
+    if !same {
+        course.contraction = 1.0;
+    }
+    let mut fresh = place.is_none() || same && course.contraction > SLOW;
+    let mut again = false;
+    loop {
+        if fresh {
+            // Not in a closure, which would be compiled for the oldest processor.
+            *place = Some(Tangent::new(equations, state, ramp.h));
+        }
+        let Some(tangent) = place else { unreachable!("just made") };
+        let bend = if again { NO_BEND } else { course.carried_on(equations, tangent, state) };
+        tangent.begin(equations, &rate, &rise, &bend, parts);
+        if let Some(error) = course.converge(equations, tangent, &forces, state, &rate, parts) {
+            let next = end(state, parts);
+            (course.key, course.h, course.end) = (equations.key(), ramp.h, next);
+            return (next, error);
+        }
+        if again {
+            *course = Course::NONE;
+            return ([f64::INFINITY; 12], [f64::INFINITY; 12]);
+        }
+        // Once more, with nothing left of the last step.
+        (fresh, again) = (true, true);
+    }
+}
+
+impl Course {
+    /// Before the first step.
+    pub(super) const NONE: Self = Self {
+        key: 0,
+        h: f64::NAN,
+        end: [f64::NAN; 12],
+        states: [[0.0; 12]; 5],
+        own: [[0.0; 6]; 5],
+        contraction: 1.0,
+        ratio: f64::NAN,
+        weights: [[[0.0; 5]; 2]; 3],
+    };
+
+    /// The force beyond the tangent, less that at the start of the step, carried on from the last step by the polynomial through its
+    /// stages; nothing where the step does not continue it.
+    #[inline(always)]
+    fn carried_on<E: Equations>(&mut self, equations: &E, tangent: &Tangent, state: &State) -> Bend {
+        let ratio = tangent.h / self.h;
+        if self.key != equations.key() || self.end != *state || ratio > FARTHEST {
+            return NO_BEND;
+        }
+        if ratio != self.ratio {
+            (self.ratio, self.weights) = (ratio, weights(ratio));
+        }
+        let mut bend = NO_BEND;
+        for stage in 0..5 {
+            let there = &self.states[stage];
+            let mut beyond = times(&tangent.pull, &upper(there));
+            add_scaled(&mut beyond, &self.own[stage], tangent.h);
+            for (j, column) in tangent.damping.iter().enumerate() {
+                add_scaled(&mut beyond, column, tangent.h * there[6 + j]);
+            }
+            for index in 0..3 {
+                for half in 0..2 {
+                    add_scaled(&mut bend[index][half], &beyond, self.weights[index][half][stage]);
+                }
+            }
+        }
+        bend
+    }
+
+    /// Iterates on the parts; the estimated error of the step, or none without convergence.
+    #[inline(always)]
+    fn converge<E: Equations>(
+        &mut self,
+        equations: &E,
+        tangent: &Tangent,
+        forces: &[Force; 5],
+        state: &State,
+        rate: &State,
+        parts: &mut Parts,
+    ) -> Option<State> {
+        let whole = f64::max(size(state), size(&end(state, parts)));
+        // Not measured if one iteration does, so believed a little less from step to step.
+        self.contraction = f64::min(1.0, 2.0 * self.contraction);
+        let mut before = f64::INFINITY;
+        for iteration in 0..MOST {
+            self.evaluate(equations, forces, state, parts);
+            let update = self.improve(equations, tangent, forces, parts);
+            if !update.is_finite() {
+                return None;
+            }
+            if iteration > 0 {
+                self.contraction = f64::max(LEAST, update / before);
+            }
+            let error = tangent.error(equations, rate, parts);
+            if update <= ROUNDING * whole || self.contraction < 1.0 && self.small(update, size(&error), whole)
+            {
+                return Some(error);
+            }
+            if iteration > 0 && self.contraction > STALLED || iteration + 1 == MOST {
+                // Stalled although all is linear there: this is rounding.
+                return if self.bent(equations, tangent) { None } else { Some(error) };
+            }
+            before = update;
+        }
+        None
+    }
+
+    /// Whether what an iteration left after an update is small beside the error of the step.
+    ///
+    /// The estimate of that error has order 5, hence grows as `h⁶`, the error itself as `h¹⁰`: as the power 5/3 of it.
+    #[inline(always)]
+    fn small(&self, update: f64, error: f64, whole: f64) -> bool {
+        let left = update * self.contraction / (1.0 - self.contraction) / PART;
+        left * left * left * (whole * whole) <= error * error * error * (error * error)
+    }
+
+    /// States of the stages and their rates.
+    #[inline(always)]
+    fn evaluate<E: Equations>(&mut self, equations: &E, forces: &[Force; 5], state: &State, parts: &Parts) {
+        for stage in 0..5 {
+            let mut there = *state;
+            for (index, (part, [re, im])) in RADAU.parts.iter().zip(parts).enumerate() {
+                let [a, b] = part.vector[stage];
+                add_scaled(&mut there, re, COUNTS[index] * a);
+                add_scaled(&mut there, im, COUNTS[index] * -b);
+            }
+            let rate = equations.rate(&there, &forces[stage]);
+            self.states[stage] = there;
+            for i in 0..6 {
+                self.own[stage][i] = rate[6 + i] - forces[stage][i];
+            }
+        }
+    }
+
+    /// One iteration; the size of the update.
+    #[inline(always)]
+    fn improve<E: Equations>(
+        &self,
+        equations: &E,
+        tangent: &Tangent,
+        forces: &[Force; 5],
+        parts: &mut Parts,
+    ) -> f64 {
+        let (h, frequency) = (tangent.h, equations.frequency());
+        let mut sum = 0.0;
+        for (index, part) in RADAU.parts.iter().enumerate() {
+            let [a, b] = part.value;
+            let mut r = [[0.0; 6]; 2];
+            for stage in 0..5 {
+                for half in 0..2 {
+                    let share = h * SHARES[index][stage][half];
+                    for i in 0..6 {
+                        r[half][i] += share * (self.own[stage][i] + forces[stage][i]);
+                    }
+                }
+            }
+            let [re, im] = &mut parts[index];
+            let mut moved = [[0.0; 6]; 2];
+            for i in 0..6 {
+                let left_re = r[0][i] - (a * re[6 + i] - b * im[6 + i]);
+                let left_im = r[1][i] - (a * im[6 + i] + b * re[6 + i]);
+                moved[0][i] = a * left_re - b * left_im;
+                moved[1][i] = a * left_im + b * left_re;
+            }
+            let v = if index == 0 {
+                [times(&tangent.inverses[0].re, &moved[0]), [0.0; 6]]
+            } else {
+                tangent.inverses[index].apply(&moved)
+            };
+            let over = 1.0 / (a * a + b * b);
+            for i in 0..6 {
+                let hw = h * frequency[i] * over;
+                let s = [hw * (a * v[0][i] + b * v[1][i]), hw * (a * v[1][i] - b * v[0][i])];
+                re[i] += s[0];
+                im[i] += s[1];
+                re[6 + i] += v[0][i];
+                im[6 + i] += v[1][i];
+                sum += COUNTS[index] * (s[0] * s[0] + s[1] * s[1] + v[0][i] * v[0][i] + v[1][i] * v[1][i]);
+            }
+        }
+        sqrt(sum)
+    }
+
+    /// Whether the tangent differs so much from stage to stage that the iteration may not contract.
+    #[inline(never)]
+    fn bent<E: Equations>(&self, equations: &E, tangent: &Tangent) -> bool {
+        let (h, frequency, gamma) = (tangent.h, equations.frequency(), RADAU.parts[0].value[0]);
+        self.states.iter().any(|state| {
+            let (stiffness, damping) = equations.tangent(state);
+            let mut sum = 0.0;
+            for j in 0..6 {
+                let mut off = [0.0; 6];
+                for i in 0..6 {
+                    off[i] = (h * stiffness[j][i] - tangent.pull[j][i]) * (h * frequency[j])
+                        + gamma * h * (damping[j][i] - tangent.damping[j][i]);
+                }
+                sum += times(&tangent.inverses[0].re, &off).iter().map(|x| x * x).sum::<f64>();
+            }
+            // NaN is no proof either.
+            sum > STRAIGHT * STRAIGHT || sum.is_nan()
+        })
+    }
+}
+
+/// Weights of the last step's stages in the parts of a step `ratio` times as long: Lagrange polynomials, less the value at the end.
+fn weights(ratio: f64) -> [[[f64; 5]; 2]; 3] {
+    let nodes = &RADAU.nodes;
+    let mut weights = [[[0.0; 5]; 2]; 3];
+    for stage in 0..5 {
+        let at = 1.0 + ratio * nodes[stage];
+        for from in 0..5 {
+            let mut weight = 1.0;
+            for other in (0..5).filter(|&other| other != from) {
+                weight *= (at - nodes[other]) / (nodes[from] - nodes[other]);
+            }
+            if from == 4 {
+                weight -= 1.0;
+            }
+            for index in 0..3 {
+                for half in 0..2 {
+                    weights[index][half][from] += SHARES[index][stage][half] * weight;
+                }
+            }
+        }
+    }
+    weights
+}
+
+/// Square root of twice the energy.
+#[inline(always)]
+fn size(state: &State) -> f64 {
+    let mut sum = 0.0;
+    for entry in state {
+        sum += entry * entry;
+    }
+    sqrt(sum)
+}

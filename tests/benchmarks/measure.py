@@ -1,0 +1,227 @@
+"""Runs the jobs of the chart: each method and setting on each scene, errors first, then times."""
+
+from __future__ import annotations
+
+import gc
+import statistics
+import sys
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, get_args
+
+import numpy as np
+from peers.problem import Array, Call
+from peers.roster import Peer, installed, roster
+from scenes import Case
+
+from guideload import GuideloadError, simulate
+from guideload.simulation import Method
+
+OURS = tuple(method for method in get_args(Method) if method != "auto")
+TOLERANCES = tuple(10.0**-power for power in range(3, 11))
+FAST, MODERATE = 0.03, 0.3  # s; what is timed in every round, and in every third
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How much time the script takes."""
+
+    patience: float  # s that a peer may spend on a scene, from which on its tighter settings are left out
+    rounds: int
+    calls: int  # of fast jobs in a round
+    thin: int  # every which setting is taken
+
+
+FULL = Pace(patience=5.0, rounds=9, calls=3, thin=1)
+QUICK = Pace(patience=0.8, rounds=3, calls=2, thin=2)
+
+
+@dataclass(eq=False)
+class Job:
+    """One method with one setting on one scene."""
+
+    name: str
+    setting: str
+    call: Call
+    error: float  # of the load
+    dynamic: float  # of its dynamic part
+    times: list[float]  # s
+    failure: str = ""
+    on_front: bool = False
+
+    @property
+    def ours(self) -> bool:
+        return self.name.startswith("guideload")
+
+    @property
+    def median(self) -> float:
+        return statistics.median(self.times)
+
+
+@dataclass(eq=False)
+class Measured:
+    """A scene and its jobs."""
+
+    case: Case
+    jobs: list[Job] = field(default_factory=list)
+
+    @property
+    def done(self) -> list[Job]:
+        """Those with a result that is a number."""
+        return [job for job in self.jobs if np.isfinite(job.error)]
+
+    def mark_front(self) -> None:
+        """Pareto: no other job is at least as fast and as accurate, and better in one."""
+        for job in self.done:
+            job.on_front = not any(
+                other.median <= job.median
+                and other.error <= job.error
+                and (other.median < job.median or other.error < job.error)
+                for other in self.done
+            )
+
+
+def measure(cases: list[Case], pace: Pace) -> list[Measured]:
+    """All jobs of all scenes; errors are told to stderr as they come."""
+    scenes = []
+    for case in cases:
+        print(f"{case.title}: {case.truth.how}", file=sys.stderr)
+        scene = Measured(case)
+        scene.jobs += [job for method in OURS for job in our_jobs(case, method, pace)]
+        for peer in roster(case.linear()):
+            if peer.charted and installed(peer.package) and not (peer.only_linear and case.law):
+                scene.jobs += peer_jobs(case, peer, pace)
+        scenes.append(scene)
+    time_again([job for scene in scenes for job in scene.done], pace)
+    for scene in scenes:
+        scene.mark_front()
+    return scenes
+
+
+def our_jobs(case: Case, method: Method, pace: Pace) -> list[Job]:
+    """guideload's public call over its tolerances."""
+
+    def at(rtol: float) -> Call:
+        machine = case.machine()
+        return lambda: simulate(machine, case.motion, method=method, rtol=rtol).carriage_loads
+
+    if method == "exact":
+        return series(case, "guideload exact", at, (0.0,), lambda _: "", pace)
+    return series(case, f"guideload {method}", at, TOLERANCES[:: pace.thin], "rtol {:.0e}".format, pace)
+
+
+def peer_jobs(case: Case, peer: Peer, pace: Pace) -> list[Job]:
+    """A peer over its settings."""
+
+    def label(value: float) -> str:
+        return f"step {value:g} ms" if peer.fixed else f"rtol {value:.0e}" if value else ""
+
+    return series(case, peer.name, lambda value: at(value), peer.settings[:: pace.thin], label, pace) if (
+        at := prepared(case, peer)
+    ) else []
+
+
+def prepared(case: Case, peer: Peer) -> Callable[[float], Call]:
+    with quiet():
+        return peer.prepare(case.problem)
+
+
+def series(
+    case: Case,
+    name: str,
+    at: Callable[[float], Call],
+    settings: tuple[float, ...],
+    label: Callable[[float], str],
+    pace: Pace,
+) -> list[Job]:
+    """From loose to tight, each called twice: once for its error and all that is compiled then, once timed."""
+    jobs: list[Job] = []
+    begun = time.perf_counter()
+    for value in settings:
+        if jobs and time.perf_counter() - begun > pace.patience:
+            break
+        try:
+            with quiet():
+                call = at(value)
+                loads = call()
+                seconds = timed(call)
+        except (RuntimeError, ArithmeticError, ValueError, GuideloadError) as error:
+            failure = str(error).splitlines()[0][:110] if str(error) else type(error).__name__
+            jobs.append(Job(name, label(value), list, np.inf, np.inf, [np.inf], failure))
+            continue
+        yz = loads[:, :, 1:3] if loads.shape[2] == 6 else loads
+        error, dynamic = case.truth.errors(yz)
+        failure = "" if np.isfinite(error) else "no number"
+        jobs.append(Job(name, label(value), call, error, dynamic, [seconds], failure))
+    return jobs
+
+
+def time_again(jobs: list[Job], pace: Pace) -> None:
+    """Let all jobs take turns, so that what else the machine does hits them alike."""
+    first = {id(job): job.times[0] for job in jobs}
+    gc.disable()
+    for turn in range(pace.rounds):
+        for job in jobs:
+            with quiet():
+                if first[id(job)] < FAST:
+                    job.times += [timed(job.call) for _ in range(pace.calls)]
+                elif first[id(job)] < MODERATE and turn % 3 == 0:
+                    job.times.append(timed(job.call))
+        gc.collect()
+    gc.enable()
+
+
+def timed(call: Callable[[], Any]) -> float:
+    """Seconds that a call takes."""
+    start = time.perf_counter()
+    given = call()
+    seconds = time.perf_counter() - start
+    del given  # freed outside
+    return seconds
+
+
+def quiet() -> Any:
+    """Fixed steps beyond their limit overflow; the result says so."""
+    return warnings.catch_warnings(action="ignore")
+
+
+# ---- the pulse
+
+PULSE_TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6)
+
+
+def pulse_errors(case: Case) -> dict[str, list[float]]:
+    """Error of the dynamic part of every method left to its tolerance, at each of PULSE_TOLERANCES."""
+    table: dict[str, list[float]] = {}
+
+    def put(name: str, at: Callable[[float], Call], settings: tuple[float, ...]) -> None:
+        table[name] = []
+        for value in settings:
+            try:
+                with quiet():
+                    loads = at(value)()
+            except (RuntimeError, GuideloadError):
+                table[name].append(np.inf)
+                continue
+            table[name].append(case.truth.errors(loads[:, :, 1:3] if loads.shape[2] == 6 else loads)[1])
+
+    machine = case.machine()
+    for method in OURS:
+        put(
+            f"guideload {method}",
+            lambda rtol, method=method: lambda: simulate(
+                machine, case.motion, method=method, rtol=rtol
+            ).carriage_loads,
+            PULSE_TOLERANCES if method != "exact" else (0.0,),
+        )
+    for peer in roster(machine):
+        if peer.from_rest and installed(peer.package):
+            alone = peer.fixed or peer.only_linear
+            put(peer.name, prepared(case, peer), peer.settings[:1] if alone else PULSE_TOLERANCES)
+    return table
+
+
+def first_numbers(loads: Array) -> Array:
+    return loads[:, :, 1:3] if loads.shape[2] == 6 else loads

@@ -1,0 +1,42 @@
+"""numbalsoda: LSODA and DOP853 called from compiled code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from peers.loads import loads_of
+from peers.problem import Array, At, Call, Problem
+
+STEPS = 10_000_000  # more than any run needs
+
+
+def numbalsoda(solver: str) -> Callable[[Problem], At]:
+    """numbalsoda.lsoda or .dop853; they have one absolute tolerance and no largest step to set."""
+
+    def prepare(given: Problem) -> At:
+        import numba
+        import numbalsoda as package
+        from peers.compiled import fill
+
+        given = given.scaled
+        n, inner, solve = given.b.size, fill(given), getattr(package, solver)
+
+        @numba.cfunc(package.lsoda_sig)
+        def right(t, x, out, data):  # type: ignore[no-untyped-def]
+            inner(t, numba.carray(x, (n,)), numba.carray(out, (n,)))
+
+        address, start, loads = right.address, np.zeros(n), loads_of(given)
+
+        def at(rtol: float) -> Call:
+            def call() -> Array:
+                states, success = solve(address, start.copy(), given.time, rtol=rtol, atol=rtol, mxstep=STEPS)
+                if not success:
+                    raise RuntimeError(f"numbalsoda {solver} failed")
+                return loads(states)
+
+            return call
+
+        return at
+
+    return prepare

@@ -1,0 +1,146 @@
+"""Exudyn: a rigid body with finite rotations and its own spring-dampers, which checks the physics as well.
+
+Its model is not ours: rotations are exact and the connectors move with the body. The difference of the loads is the error
+of our small rotations (5e-5 of the load on the cart), so on the chart Exudyn cannot pass below it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from peers.laws import Law, Sided
+from peers.problem import Array, At, Call, Problem, rest_position
+
+from guideload import Machine
+
+
+def exudyn(solver: str, machine: Machine) -> Callable[[Problem], At]:
+    """An implicit solver of Exudyn with a fixed step in ms; the explicit ones cannot hold x against a coupled mass matrix.
+
+    The frame of L accelerates: the body feels weight and -m a at its centre of mass. Held dofs are held by coordinate
+    constraints. Each end of a carriage is a CartesianSpringDamper; a law that is not linear is a symbolic user function.
+    """
+
+    def prepare(given: Problem) -> At:
+        import exudyn as exu
+
+        def at(step: float) -> Call:
+            def call() -> Array:
+                kept, system, sensors = _model(exu, machine, given)
+                settings = exu.SimulationSettings()
+                integration, solution = settings.timeIntegration, settings.solution
+                integration.endTime = float(given.time[-1] - given.time[0])
+                integration.numberOfSteps = round(integration.endTime / (step * 1e-3))
+                integration.newton.residualMode = 1  # the default, of forces, fails or takes 50 times as long
+                integration.newton.relativeTolerance = 1e-10
+                integration.newton.absoluteTolerance = 1e-8
+                solution.file.write = False
+                solution.sensors.writePeriod = given.step
+                system.SolveDynamic(
+                    settings, solverType=getattr(exu.DynamicSolverType, solver), showHints=False
+                )
+                loads = np.zeros((given.time.size, len(machine.carriages), 2))
+                for i, sensor in sensors:
+                    rows = np.array(system.GetSensorStoredData(sensor))
+                    loads[:, i] += rows[: given.time.size, 2:4]
+                return loads
+
+            return call
+
+        return at
+
+    return prepare
+
+
+def _model(exu: Any, machine: Machine, given: Problem) -> tuple[Any, Any, list[tuple[int, int]]]:
+    """What must outlive the run, the system and, for each end of a carriage, the carriage's index and the sensor of its force."""
+    import exudyn.itemInterface as item
+
+    container = exu.SystemContainer()
+    system = container.AddSystem()
+    start = np.zeros(6)
+    free = ["x y z rx ry rz".split().index(dof) for dof in machine.free]
+    start[free] = rest_position(machine, given.law)
+    mass, r = machine.body.mass, np.array(machine.body.center_of_mass)
+    cross = np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
+    about = machine.body.central_inertia() - mass * cross @ cross
+    node = system.AddNode(
+        item.NodeRigidBodyRotVecLG(referenceCoordinates=[0.0] * 6, initialCoordinates=start.tolist())
+    )
+    inertia = [about[0, 0], about[1, 1], about[2, 2], about[1, 2], about[0, 2], about[0, 1]]
+    body = system.AddObject(
+        item.ObjectRigidBody(mass=mass, inertia=inertia, centerOfMass=r.tolist(), nodeNumber=node)
+    )
+    ground = system.AddObject(item.ObjectGround())
+    nothing = system.AddNode(item.NodePointGround())
+    fixed = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=nothing, coordinate=0))
+    for dof in set(range(6)) - set(free):
+        held = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=node, coordinate=dof))
+        system.AddObject(item.CoordinateConstraint(markerNumbers=[fixed, held]))
+    center = system.AddMarker(item.MarkerBodyPosition(bodyNumber=body, localPosition=r.tolist()))
+    weight, last, step, u = mass * np.array(machine.gravity), given.u.size - 2, given.step, given.u
+
+    def load(system: Any, t: float, vector: Any) -> list[float]:
+        at = t / step
+        k = min(int(at), last)
+        return [float(weight[0] - mass * (u[k] + (u[k + 1] - u[k]) * (at - k))), weight[1], weight[2]]
+
+    system.AddLoad(
+        item.LoadForceVector(markerNumber=center, loadVector=weight.tolist(), loadVectorUserFunction=load)
+    )
+    expression = 0 if given.law is None else _symbolic(exu, system, given.law)
+    sensors = []
+    links = machine.link_table()
+    ends = np.flatnonzero(links.directions[:, 1])  # of each end its link along y; that along z follows
+    for link in ends:
+        point = links.points[link].tolist()
+        one = system.AddMarker(item.MarkerBodyPosition(bodyNumber=ground, localPosition=point))
+        other = system.AddMarker(item.MarkerBodyPosition(bodyNumber=body, localPosition=point))
+        k, b = float(links.stiffness[link]), float(links.damping[link])
+        spring = system.AddObject(
+            item.CartesianSpringDamper(
+                markerNumbers=[one, other],
+                stiffness=[0.0, k, k],
+                damping=[0.0, b, b],
+                springForceUserFunction=expression,
+            )
+        )
+        sensor = system.AddSensor(
+            item.SensorObject(
+                objectNumber=spring,
+                outputVariableType=exu.OutputVariableType.Force,
+                storeInternal=True,
+                writeToFile=False,
+            )
+        )
+        sensors.append((int(links.carriage[link]), sensor))
+    system.Assemble()
+    return (container, expression), system, sensors
+
+
+def _symbolic(exu: Any, system: Any, law: Law) -> Any:
+    """The law along y and z as an expression that Exudyn evaluates itself."""
+    from exudyn.advancedUtilities import CreateSymbolicUserFunction
+
+    symbolic = exu.symbolic
+
+    def pull(d: Any) -> Any:
+        if isinstance(law, Sided):
+            return law.positive * symbolic.max(d - law.clearance, 0.0) - law.negative * symbolic.max(
+                -law.clearance - d, 0.0
+            )
+        one, other = symbolic.max(law.opening + d, 0.0), symbolic.max(law.opening - d, 0.0)
+        return law.factor * (one * symbolic.sqrt(one) - other * symbolic.sqrt(other))
+
+    def springs(
+        mbs: Any, t: Any, itemNumber: Any, displacement: Any, velocity: Any, stiffness: Any, damping: Any,
+        offset: Any,
+    ) -> list[Any]:  # fmt: skip
+        forces = [pull(displacement[i]) + damping[i] * velocity[i] for i in (1, 2)]
+        return [0.0 * displacement[0], *forces]
+
+    return CreateSymbolicUserFunction(
+        system, springs, "springForceUserFunction", itemTypeName="ObjectConnectorCartesianSpringDamper"
+    )
