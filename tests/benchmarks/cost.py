@@ -3,8 +3,8 @@
 Four carriages, 16 links, 5 free dofs, 7062 samples at 1 kHz: the yardstick's `cart` on its `cycle` (clean) and on
 `noisy` (0.1 m/s2 rms of white noise on top, so that every sample is a kink). guideload is timed by its public calls:
 `simulate(machine, motion, method=...)` with `.carriage_loads`, the 24 histories of force and moment of all
-carriages, and `peak_loads`. The peers (the package peers says what each does) give the 8 histories of force along y and z;
-only the one written by hand in Numba gives all 24. numba and pydiffsol are left out where they are not installed.
+carriages, and `peak_loads`. The peers (the package peers says what each does) give the 8 histories of force along y
+and z; only the one written by hand in Numba gives all 24. numba and pydiffsol are left out where not installed.
 
 All take turns in one process, on one thread, after a first call each; times are medians. Calls under 0.1 s are timed
 5 times in each of 15 turns, others once in 3 of them. The spread is that between the quartiles; ratios to solve_ivp

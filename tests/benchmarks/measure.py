@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import gc
+import signal
 import statistics
 import sys
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, get_args
 
 import numpy as np
@@ -21,21 +24,28 @@ from guideload.simulation import Method
 
 OURS = tuple(method for method in get_args(Method) if method != "auto")
 TOLERANCES = tuple(10.0**-power for power in range(3, 11))
-FAST, MODERATE = 0.03, 0.3  # s; what is timed in every round, and in every third
+FAST, MODERATE, SLOW = 0.03, 0.3, 0.5  # s; timed in every round, in every third; slow ones only once
+ROUNDING = 1e-12  # errors below it are rounding, and count as equal
+MISSED = 0.5  # of the dynamic part: such a run has not seen the motion
 
 
 @dataclass(frozen=True)
 class Pace:
     """How much time the script takes."""
 
-    patience: float  # s that a peer may spend on a scene, from which on its tighter settings are left out
+    patience: float  # s that a method may spend on a scene, from which on its tighter settings are left out
+    limit: float  # s that a call may take
     rounds: int
     calls: int  # of fast jobs in a round
     thin: int  # every which setting is taken
 
+    def taken(self, settings: tuple[float, ...]) -> tuple[float, ...]:
+        """Of loose to tight, so that 1e-6 is among them."""
+        return settings[self.thin - 1 :: self.thin] or settings
 
-FULL = Pace(patience=5.0, rounds=9, calls=3, thin=1)
-QUICK = Pace(patience=0.8, rounds=3, calls=2, thin=2)
+
+FULL = Pace(patience=2.0, limit=6.0, rounds=9, calls=3, thin=1)
+QUICK = Pace(patience=0.3, limit=2.0, rounds=3, calls=2, thin=2)
 
 
 @dataclass(eq=False)
@@ -56,6 +66,11 @@ class Job:
         return self.name.startswith("guideload")
 
     @property
+    def rank(self) -> float:
+        """Its error, but none below rounding."""
+        return max(self.error, ROUNDING)
+
+    @property
     def median(self) -> float:
         return statistics.median(self.times)
 
@@ -72,14 +87,19 @@ class Measured:
         """Those with a result that is a number."""
         return [job for job in self.jobs if np.isfinite(job.error)]
 
+    @property
+    def valid(self) -> list[Job]:
+        """Those that have seen the motion."""
+        return [job for job in self.done if job.dynamic < MISSED]
+
     def mark_front(self) -> None:
         """Pareto: no other job is at least as fast and as accurate, and better in one."""
-        for job in self.done:
+        for job in self.valid:
             job.on_front = not any(
                 other.median <= job.median
-                and other.error <= job.error
-                and (other.median < job.median or other.error < job.error)
-                for other in self.done
+                and other.rank <= job.rank
+                and (other.median < job.median or other.rank < job.rank)
+                for other in self.valid
             )
 
 
@@ -108,8 +128,8 @@ def our_jobs(case: Case, method: Method, pace: Pace) -> list[Job]:
         return lambda: simulate(machine, case.motion, method=method, rtol=rtol).carriage_loads
 
     if method == "exact":
-        return series(case, "guideload exact", at, (0.0,), lambda _: "", pace)
-    return series(case, f"guideload {method}", at, TOLERANCES[:: pace.thin], "rtol {:.0e}".format, pace)
+        return series(case, "guideload exact", at, (1e-6,), lambda _: "", pace)
+    return series(case, f"guideload {method}", at, pace.taken(TOLERANCES), "rtol {:.0e}".format, pace)
 
 
 def peer_jobs(case: Case, peer: Peer, pace: Pace) -> list[Job]:
@@ -118,14 +138,9 @@ def peer_jobs(case: Case, peer: Peer, pace: Pace) -> list[Job]:
     def label(value: float) -> str:
         return f"step {value:g} ms" if peer.fixed else f"rtol {value:.0e}" if value else ""
 
-    return series(case, peer.name, lambda value: at(value), peer.settings[:: pace.thin], label, pace) if (
-        at := prepared(case, peer)
-    ) else []
-
-
-def prepared(case: Case, peer: Peer) -> Callable[[float], Call]:
     with quiet():
-        return peer.prepare(case.problem)
+        at = peer.prepare(case.problem)
+    return series(case, peer.name, at, pace.taken(peer.settings), label, pace)
 
 
 def series(
@@ -136,23 +151,25 @@ def series(
     label: Callable[[float], str],
     pace: Pace,
 ) -> list[Job]:
-    """From loose to tight, each called twice: once for its error and all that is compiled then, once timed."""
+    """From loose to tight, each called for its error, and again for its time where it is quick or was compiled."""
     jobs: list[Job] = []
     begun = time.perf_counter()
     for value in settings:
         if jobs and time.perf_counter() - begun > pace.patience:
             break
         try:
-            with quiet():
+            with quiet(), limited(pace.limit):
                 call = at(value)
+                start = time.perf_counter()
                 loads = call()
-                seconds = timed(call)
-        except (RuntimeError, ArithmeticError, ValueError, GuideloadError) as error:
+                seconds = time.perf_counter() - start
+                if seconds < SLOW or not jobs:
+                    seconds = timed(call)
+        except (RuntimeError, ArithmeticError, ValueError, TimeoutError, GuideloadError) as error:
             failure = str(error).splitlines()[0][:110] if str(error) else type(error).__name__
             jobs.append(Job(name, label(value), list, np.inf, np.inf, [np.inf], failure))
             continue
-        yz = loads[:, :, 1:3] if loads.shape[2] == 6 else loads
-        error, dynamic = case.truth.errors(yz)
+        error, dynamic = case.truth.errors(forces(loads))
         failure = "" if np.isfinite(error) else "no number"
         jobs.append(Job(name, label(value), call, error, dynamic, [seconds], failure))
     return jobs
@@ -182,9 +199,33 @@ def timed(call: Callable[[], Any]) -> float:
     return seconds
 
 
-def quiet() -> Any:
+@contextmanager
+def quiet() -> Iterator[None]:
     """Fixed steps beyond their limit overflow; the result says so."""
-    return warnings.catch_warnings(action="ignore")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+@contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """Raises TimeoutError in code that comes by Python: some solvers never end beside a kink."""
+
+    def stop(number: int, frame: Any) -> None:
+        raise TimeoutError(f"no end within {seconds:g} s")
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def forces(loads: Array) -> Array:
+    """(time, carriage, 2) along y and z of either shape."""
+    return loads[:, :, 1:3] if loads.shape[2] == 6 else loads
 
 
 # ---- the pulse
@@ -195,33 +236,25 @@ PULSE_TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6)
 def pulse_errors(case: Case) -> dict[str, list[float]]:
     """Error of the dynamic part of every method left to its tolerance, at each of PULSE_TOLERANCES."""
     table: dict[str, list[float]] = {}
+    machine = case.machine()
 
     def put(name: str, at: Callable[[float], Call], settings: tuple[float, ...]) -> None:
         table[name] = []
         for value in settings:
             try:
                 with quiet():
-                    loads = at(value)()
+                    error = case.truth.errors(forces(at(value)()))[1]
             except (RuntimeError, GuideloadError):
-                table[name].append(np.inf)
-                continue
-            table[name].append(case.truth.errors(loads[:, :, 1:3] if loads.shape[2] == 6 else loads)[1])
+                error = np.inf
+            table[name].append(error)
 
-    machine = case.machine()
+    def ours(method: Method, rtol: float) -> Call:
+        return lambda: simulate(machine, case.motion, method=method, rtol=rtol).carriage_loads
+
     for method in OURS:
-        put(
-            f"guideload {method}",
-            lambda rtol, method=method: lambda: simulate(
-                machine, case.motion, method=method, rtol=rtol
-            ).carriage_loads,
-            PULSE_TOLERANCES if method != "exact" else (0.0,),
-        )
+        put(f"guideload {method}", partial(ours, method), (1e-6,) if method == "exact" else PULSE_TOLERANCES)
     for peer in roster(machine):
         if peer.from_rest and installed(peer.package):
             alone = peer.fixed or peer.only_linear
-            put(peer.name, prepared(case, peer), peer.settings[:1] if alone else PULSE_TOLERANCES)
+            put(peer.name, peer.prepare(case.problem), peer.settings[:1] if alone else PULSE_TOLERANCES)
     return table
-
-
-def first_numbers(loads: Array) -> Array:
-    return loads[:, :, 1:3] if loads.shape[2] == 6 else loads

@@ -61,7 +61,9 @@ class Case:
         if isinstance(self.law, Sided):
             loads, changes = between_events(self.problem)
             gap = difference(rk4(self.problem)(1 / 256)(), loads)
-            how = f"matrix exponentials between {changes} contact changes; RK4 of 1/256 ms differs by {gap:.0e}"
+            how = (
+                f"matrix exponentials between {changes} contact changes; RK4 of 1/256 ms differs by {gap:.0e}"
+            )
             return Truth(loads, how)
         coarse, fine = (rk4(self.problem)(step)() for step in (1 / 64, 1 / 128))
         loads = fine + (fine - coarse) / 15.0

@@ -1,12 +1,13 @@
 //! Contact changes: which segment of its law each link is on, and when it leaves it.
 //!
-//! Between two contact changes the equations are linear, and a deflection is known at any time. Whether a step contains a change is asked
-//! of the cubic through its ends, whose control points bound it; what the cubic can be wrong by is bounded by the fourth derivative. Only a
-//! step that this does not clear is looked into, on the power series of the exact solution itself, so that no change is missed.
+//! Between two contact changes the equations are linear, and a deflection is known at any time. From where each link is, how it moves and a
+//! bound on the second derivative follows a time in which none can reach an edge; until then no step is asked. A step that may contain a
+//! change is asked for the cubic through its ends, whose control points bound it, and the fourth derivative what it is wrong by. Only what
+//! that does not clear is looked into, on the power series of the exact solution itself, so that no change is missed.
 
 use crate::equations::Equations;
 use crate::float::{add_scaled, fma, sqrt};
-use crate::integrate::Ramp;
+use crate::integrate::{Ramp, Values};
 use crate::many::{Many, ROOM};
 use crate::piece::Piece;
 use crate::propagator::{Series, TERMS, advance, matrix, norms};
@@ -18,15 +19,22 @@ use crate::system::{Force, NO_FORCE, State, System};
 const LANES: usize = 8;
 type Lanes = [f64; LANES];
 
-/// Combinations of segments whose names are remembered.
+/// Combinations of segments that are remembered.
 #[cfg(feature = "std")]
-const NAMES: usize = 64;
+const KNOWN: usize = 64;
 #[cfg(not(feature = "std"))]
-const NAMES: usize = 8;
+const KNOWN: usize = 4;
 
 /// How far beyond its edge a link may be before it counts as beyond: of the deflections at hand, some hundred roundings. The load is wrong
 /// by no more than that, and a link that has passed an edge cannot pass it back by rounding alone.
 const SLACK: f64 = 1e-13;
+
+/// How far the bound on the second derivative may rise before all links are looked at anew.
+const HEADROOM: f64 = 4.0;
+
+/// In place of an edge that is infinitely far, and of a rate of zero: no product or ratio of them is no number.
+const FAR: f64 = 1e100;
+const NEAR: f64 = 1e-100;
 
 /// Eight links: how they move, where they are and which edges they may not pass.
 #[derive(Debug, Clone, Copy)]
@@ -39,12 +47,6 @@ struct Block {
     /// Edges of the present segments, less the deflection at rest.
     low: Lanes,
     high: Lanes,
-    /// Deflection from rest and its rate at the start of the step.
-    at: Lanes,
-    moving: Lanes,
-    /// The same at its end.
-    end_at: Lanes,
-    end_moving: Lanes,
 }
 
 const EMPTY: Block = Block {
@@ -54,38 +56,79 @@ const EMPTY: Block = Block {
     slack: [0.0; LANES],
     low: [f64::NEG_INFINITY; LANES],
     high: [f64::INFINITY; LANES],
-    at: [0.0; LANES],
-    moving: [0.0; LANES],
-    end_at: [0.0; LANES],
-    end_moving: [0.0; LANES],
 };
 
 impl Block {
+    /// Deflections from rest.
     #[inline(always)]
-    fn of(&self, state: &State) -> (Lanes, Lanes) {
-        let (mut at, mut moving) = ([0.0; LANES], [0.0; LANES]);
+    fn deflections(&self, state: &State) -> Lanes {
+        let mut at = [0.0; LANES];
         for j in 0..6 {
             add_scaled(&mut at, &self.deflection[j], state[j]);
-            add_scaled(&mut moving, &self.rate[j], state[6 + j]);
         }
-        (at, moving)
+        at
     }
 
-    /// Whether the cubics through both ends stay within the edges by `margin` per unit of reach, in all lanes.
+    /// Their rates.
     #[inline(always)]
-    fn clear(&self, h: f64, margin: f64) -> bool {
-        let third = h / 3.0;
-        let mut outside = [0.0; LANES];
-        for i in 0..LANES {
-            let after = fma(third, self.moving[i], self.at[i]);
-            let before = fma(-third, self.end_moving[i], self.end_at[i]);
-            let room = fma(-margin, self.reach[i], self.slack[i]);
-            let top = f64::max(f64::max(after, before), self.end_at[i]) - self.high[i];
-            let bottom = self.low[i] - f64::min(f64::min(after, before), self.end_at[i]);
-            outside[i] = if f64::max(top, bottom) <= room { 0.0 } else { 1.0 };
+    fn rates(&self, state: &State) -> Lanes {
+        let mut moving = [0.0; LANES];
+        for j in 0..6 {
+            add_scaled(&mut moving, &self.rate[j], state[6 + j]);
         }
-        outside == [0.0; LANES]
+        moving
     }
+
+    /// Time in which no link can pass an edge from `state` on, if no second derivative of a state is above `bending`; below zero if one
+    /// is beyond.
+    #[inline(always)]
+    fn clear_for(&self, state: &State, bending: f64) -> f64 {
+        let (at, moving) = (self.deflections(state), self.rates(state));
+        let mut times = [0.0; LANES];
+        for i in 0..LANES {
+            // |v| t + b t² / 2 = d on either side.
+            let b = 2.0 * bending * self.reach[i];
+            let up = smaller(self.high[i] - at[i] + self.slack[i], FAR);
+            let down = smaller(at[i] - self.low[i] + self.slack[i], FAR);
+            let (rising, falling) = (larger(moving[i], NEAR), larger(-moving[i], NEAR));
+            let to_high = 2.0 * up / (rising + sqrt(fma(rising, rising, b * larger(up, 0.0))));
+            let to_low = 2.0 * down / (falling + sqrt(fma(falling, falling, b * larger(down, 0.0))));
+            times[i] = smaller(to_high, to_low);
+        }
+        let mut first = f64::INFINITY;
+        for time in times {
+            first = smaller(time, first);
+        }
+        first
+    }
+
+    /// Whether the cubics through both ends of a step, which they are wrong by no more than `margin` per unit of reach, stay within the edges.
+    #[inline(always)]
+    fn cubics_clear(&self, h: f64, state: &State, next: &State, margin: f64) -> bool {
+        let (at, end_at) = (self.deflections(state), self.deflections(next));
+        let (moving, end_moving) = (self.rates(state), self.rates(next));
+        let third = h / 3.0;
+        let mut worst = f64::NEG_INFINITY;
+        for i in 0..LANES {
+            let (after, before) = (fma(third, moving[i], at[i]), fma(-third, end_moving[i], end_at[i]));
+            let top = larger(larger(after, before), larger(at[i], end_at[i])) - self.high[i];
+            let bottom = self.low[i] - smaller(smaller(after, before), smaller(at[i], end_at[i]));
+            worst = larger(fma(margin, self.reach[i], larger(top, bottom)) - self.slack[i], worst);
+        }
+        worst <= 0.0
+    }
+}
+
+/// The larger of two; unlike `f64::max` one instruction.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two; the second if one is no number.
+#[inline(always)]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
 }
 
 /// The next contact change of a step.
@@ -97,6 +140,16 @@ pub(crate) struct Change {
     up: bool,
 }
 
+/// What a combination of segments makes.
+#[derive(Debug, Clone, Copy)]
+struct Made {
+    piece: Piece,
+    series: Series,
+    /// Bounds on `|A²|`, and on the growth rate of a state.
+    square: f64,
+    growth_rate: f64,
+}
+
 /// The present segments of all links that have more than one.
 #[derive(Debug, Clone)]
 pub(crate) struct Contacts<'a> {
@@ -105,13 +158,15 @@ pub(crate) struct Contacts<'a> {
     bends: Many<(usize, u8)>,
     blocks: Many<Block, { ROOM / LANES }>,
     linear: Piece,
-    piece: Piece,
-    series: Series,
-    /// Norm of the piece's matrix, and bound on the growth rate of a state.
-    norm: f64,
-    growth: f64,
-    /// Names of the last pieces: a number, and the segments.
-    names: [(u32, Option<Many<u8>>); NAMES],
+    made: Made,
+    /// Bound on the second derivative of the state at the end of the last step, and the slopes of its excitation.
+    bending: f64,
+    slopes: Values,
+    /// Time for which no link can pass an edge, as long as that bound stays below this limit.
+    clear_for: f64,
+    limit: f64,
+    /// The last combinations of segments, and what they make.
+    known: [Option<(Many<u8>, Made)>; KNOWN],
     named: u32,
     /// The change that ends the step at hand.
     change: Option<Change>,
@@ -144,74 +199,97 @@ impl<'a> Contacts<'a> {
             bends,
             blocks,
             linear,
-            piece: linear,
-            series: Series::new(&linear),
-            norm: 0.0,
-            growth: 0.0,
-            names: [const { (0, None) }; NAMES],
+            made: Made { piece: linear, series: Series::new(&linear), square: 0.0, growth_rate: 0.0 },
+            bending: f64::INFINITY,
+            slopes: [0.0; 9],
+            clear_for: 0.0,
+            limit: 0.0,
+            known: [const { None }; KNOWN],
             named: 0,
             change: None,
             changes: 0,
         };
-        contacts.make_piece();
-        contacts.place(&[0.0; 12]);
+        contacts.cross(&[0.0; 12]);
         contacts
     }
 
     /// The equations until the next change.
     #[inline(always)]
     pub(crate) fn piece(&self) -> &Piece {
-        &self.piece
+        &self.made.piece
     }
 
     /// The first change in the step from `state` to `next`, which does not know of it; none if there is none.
     #[inline(always)]
     pub(crate) fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64> {
-        for block in self.blocks.all_mut() {
-            (block.end_at, block.end_moving) = block.of(next);
+        let slopes = ramp.slopes();
+        let growth = self.growth(ramp.h);
+        self.bending = growth * (self.bending + ramp.drive.difference(&slopes, &self.slopes));
+        self.slopes = slopes;
+        if self.clear_for < ramp.h || self.bending > self.limit {
+            self.bending = growth * self.bending_of(ramp, state);
+            if self.clear_for < ramp.h || self.bending > self.limit {
+                return self.look(ramp, state, next);
+            }
         }
-        // Quick: the second derivative of the state from its size; closer: as it is.
-        let (force, rise) = (self.force(ramp, 0.0), rise(ramp));
-        let quick =
-            self.norm * fma(self.norm, size(state), size_of_force(&force)) + size_of_force(&rise) / ramp.h;
-        let factor = self.margin_factor(ramp.h);
-        if self.all_clear(ramp.h, factor * quick) {
-            self.change = None;
+        self.clear_for -= ramp.h;
+        None
+    }
+
+    /// As [`Contacts::first_change`], from where all links are.
+    #[inline(always)]
+    fn look(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64> {
+        self.limit = HEADROOM * self.bending;
+        // Loops and not iterators: closures would be compiled for the oldest processor.
+        let mut clear_for = f64::INFINITY;
+        for block in self.blocks.all() {
+            clear_for = smaller(block.clear_for(state, self.limit), clear_for);
+        }
+        self.clear_for = clear_for - ramp.h;
+        if self.clear_for >= 0.0 && self.limit < f64::INFINITY {
             return None;
         }
-        let bending = self.bending(ramp, state);
-        self.change = if self.all_clear(ramp.h, factor * bending) { None } else { self.search(ramp, state) };
+        self.clear_for = 0.0;
+        self.change = if self.cubics_clear(ramp, state, next) { None } else { self.search(ramp, state) };
         self.change.map(|change| change.theta)
+    }
+
+    #[inline(always)]
+    fn cubics_clear(&self, ramp: &Ramp, state: &State, next: &State) -> bool {
+        let h = ramp.h;
+        let bending = self.growth(h) * self.bending_of(ramp, state);
+        let margin = self.made.square * (h * h * (h * h)) / 384.0 * bending;
+        let mut clear = margin < f64::INFINITY;
+        for block in self.blocks.all() {
+            clear = clear && block.cubics_clear(h, state, next, margin);
+        }
+        clear
     }
 
     /// Size of the second derivative of the state at the start of a step: from there on, as the force is linear in time, it follows the
     /// equations without force.
     #[inline(always)]
-    fn bending(&self, ramp: &Ramp, state: &State) -> f64 {
-        let rate = self.piece.linear(state, &self.force(ramp, 0.0));
-        let rise = rise(ramp).map(|x| x / ramp.h);
-        size(&self.piece.linear(&rate, &rise))
+    fn bending_of(&self, ramp: &Ramp, state: &State) -> f64 {
+        let rate = self.made.piece.linear(state, &self.force(ramp, 0.0));
+        let mut rise = rise(ramp);
+        for entry in &mut rise {
+            *entry /= ramp.h;
+        }
+        size(&self.made.piece.linear(&rate, &rise))
     }
 
-    /// What the error of a cubic through both ends is, per unit of the second derivative and of reach: `h⁴ |A²| / 384`, and growth.
+    /// Bound on the growth of a state without force in a time h: `exp(x) <= 1 + 2 x` up to x = 1.25; beyond, the step is halved.
     #[inline(always)]
-    fn margin_factor(&self, h: f64) -> f64 {
-        let square = self.norm * h * (self.norm * h);
-        // exp(x) <= 1 + 2 x up to x = 1.25; beyond, the step is halved.
-        let growth = if self.growth * h <= 1.25 { 1.0 + 2.0 * self.growth * h } else { f64::INFINITY };
-        square * h * h / 384.0 * growth
-    }
-
-    #[inline(always)]
-    fn all_clear(&self, h: f64, margin: f64) -> bool {
-        self.blocks.all().iter().all(|block| block.clear(h, margin))
+    fn growth(&self, h: f64) -> f64 {
+        let x = self.made.growth_rate * h;
+        if x <= 1.25 { fma(2.0, x, 1.0) } else { f64::INFINITY }
     }
 
     /// All of the force but that of the state.
     #[inline(always)]
     fn force(&self, ramp: &Ramp, theta: f64) -> Force {
         let mut force = ramp.force(theta);
-        add_scaled(&mut force, self.piece.constant(), 1.0);
+        add_scaled(&mut force, self.made.piece.constant(), 1.0);
         force
     }
 
@@ -223,44 +301,30 @@ impl<'a> Contacts<'a> {
 
     #[inline(always)]
     fn search_half(&self, ramp: &Ramp, state: &State, next: &State) -> Option<Change> {
-        let margin = self.margin_factor(ramp.h) * self.bending(ramp, state);
-        let clear = self.blocks.all().iter().all(|block| {
-            let mut block = *block;
-            (block.at, block.moving) = block.of(state);
-            (block.end_at, block.end_moving) = block.of(next);
-            // The start is asked too: here it may lie beyond an edge.
-            block.clear(0.0, 0.0) && block.clear(ramp.h, margin)
-        });
-        if clear { None } else { self.search(ramp, state) }
+        if self.cubics_clear(ramp, state, next) { None } else { self.search(ramp, state) }
     }
 
     /// Looks for the first change on the power series of each deflection.
     #[inline(always)]
     fn search_series(&self, ramp: &Ramp, state: &State) -> Option<Change> {
-        let terms = self.series.terms(&self.piece, ramp, state);
+        let terms = self.made.series.terms(&self.made.piece, ramp, state);
         let mut first: Option<Change> = None;
         for (index, block) in self.blocks.all().iter().enumerate() {
             for lane in 0..LANES {
                 let (low, high) = (block.low[lane] - block.slack[lane], block.high[lane] + block.slack[lane]);
                 let mut path = [0.0; TERMS + 1];
-                for (entry, term) in path.iter_mut().zip(&terms) {
-                    *entry = (0..6).map(|j| block.deflection[j][lane] * term[j]).sum();
+                for k in 0..=TERMS {
+                    for j in 0..6 {
+                        path[k] = fma(block.deflection[j][lane], terms[k][j], path[k]);
+                    }
                 }
-                let limit = first.map_or(1.0, |change| change.theta);
+                let limit = if let Some(change) = first { change.theta } else { 1.0 };
                 if let Some((theta, up)) = Path::new(path).first_exit(low, high, limit) {
                     first = Some(Change { theta, bend: index * LANES + lane, up });
                 }
             }
         }
         first
-    }
-
-    /// The step stands as it is, and `first_change` has seen its end.
-    #[inline(always)]
-    pub(crate) fn passed(&mut self) {
-        for block in self.blocks.all_mut() {
-            (block.at, block.moving) = (block.end_at, block.end_moving);
-        }
     }
 
     /// The step ended, in `state`, with the change that was found: other equations hold from there on.
@@ -271,7 +335,6 @@ impl<'a> Contacts<'a> {
 
     #[inline(always)]
     fn change_segments(&mut self, state: &State) {
-        self.place(state);
         if let Some(change) = self.change.take() {
             let segment = &mut self.bends.all_mut()[change.bend].1;
             *segment = if change.up { *segment + 1 } else { *segment - 1 };
@@ -279,7 +342,8 @@ impl<'a> Contacts<'a> {
             // And those that are at their edges too, as where a machine is symmetric.
             for bend in (0..self.bends.all().len()).filter(|&bend| bend != change.bend) {
                 let (block, lane) = (&self.blocks.all()[bend / LANES], bend % LANES);
-                let (at, moving, slack) = (block.at[lane], block.moving[lane], block.slack[lane]);
+                let (at, moving) = (block.deflections(state)[lane], block.rates(state)[lane]);
+                let slack = block.slack[lane];
                 let segment = &mut self.bends.all_mut()[bend].1;
                 if at >= block.high[lane] - slack && moving > 0.0 {
                     *segment += 1;
@@ -291,53 +355,51 @@ impl<'a> Contacts<'a> {
                 self.changes += 1;
             }
         }
-        self.make_piece();
-    }
-
-    /// Where all links are, at the start of a step.
-    #[inline(always)]
-    fn place(&mut self, state: &State) {
-        for block in self.blocks.all_mut() {
-            (block.at, block.moving) = block.of(state);
-        }
+        self.take_up();
     }
 
     /// Equations and edges of the present segments.
     #[inline(always)]
-    fn make_piece(&mut self) {
-        let mut piece = self.linear;
+    fn take_up(&mut self) {
         for (bend, &(index, segment)) in self.bends.all().iter().enumerate() {
             let row = &self.system.rows()[index];
-            let law = row.link.law();
-            let (load_at_zero, stiffness) = law.segment(segment as usize);
-            let excess = fma(stiffness, row.rest, load_at_zero) - row.load;
-            // In its clearance a link has no stiffness.
-            piece.add(row, stiffness, excess, stiffness > 0.0 || !row.link.is_damped_in_contact());
-            let (block, lane) = (&mut self.blocks.all_mut()[bend / LANES], bend % LANES);
-            let edges = law.edges();
+            let edges = row.link.law().edges();
             let edge = |i: usize, none: f64| edges.get(i).map_or(none, |edge| edge - row.rest);
+            let (block, lane) = (&mut self.blocks.all_mut()[bend / LANES], bend % LANES);
             block.low[lane] = edge((segment as usize).wrapping_sub(1), f64::NEG_INFINITY);
             block.high[lane] = edge(segment as usize, f64::INFINITY);
         }
-        self.piece = piece.with_key(self.name());
-        self.series = Series::new(&self.piece);
-        (self.norm, self.growth) = norms(&matrix(&self.piece));
-    }
-
-    /// The number of the present combination of segments: that of earlier, or a new one.
-    fn name(&mut self) -> u32 {
+        (self.bending, self.clear_for) = (f64::INFINITY, 0.0);
+        let same = |segments: &Many<u8>| {
+            segments.all().iter().zip(self.bends.all()).all(|(known, (_, segment))| known == segment)
+        };
+        if let Some((_, made)) = self.known.iter().flatten().find(|(segments, _)| same(segments)) {
+            self.made = *made;
+            return;
+        }
+        self.named += 1;
+        self.made = self.make(self.named);
         let mut segments = Many::like(0, self.bends.all().len());
         for (to, (_, from)) in segments.all_mut().iter_mut().zip(self.bends.all()) {
             *to = *from;
         }
-        for (name, known) in &self.names {
-            if known.as_ref() == Some(&segments) {
-                return *name;
-            }
+        self.known[self.named as usize % KNOWN] = Some((segments, self.made));
+    }
+
+    /// What the present segments make, under the name `key`.
+    #[inline(always)]
+    fn make(&self, key: u32) -> Made {
+        let mut piece = self.linear;
+        for &(index, segment) in self.bends.all() {
+            let row = &self.system.rows()[index];
+            let (load_at_zero, stiffness) = row.link.law().segment(segment as usize);
+            let excess = fma(stiffness, row.rest, load_at_zero) - row.load;
+            // In its clearance a link has no stiffness.
+            piece.add(row, stiffness, excess, stiffness > 0.0 || !row.link.is_damped_in_contact());
         }
-        self.named += 1;
-        self.names[self.named as usize % NAMES] = (self.named, Some(segments));
-        self.named
+        let piece = piece.with_key(key);
+        let (square, growth_rate) = norms(&matrix(&piece));
+        Made { piece, series: Series::new(&piece), square, growth_rate }
     }
 }
 
@@ -354,7 +416,7 @@ impl Kernel for Search<'_> {
     #[inline(always)]
     fn run(self) -> Option<Change> {
         let Self { contacts, ramp, state } = self;
-        let Contacts { piece, series, .. } = contacts;
+        let Made { piece, series, .. } = &contacts.made;
         if series.parts(ramp.h) <= 1.0 {
             return contacts.search_series(ramp, state);
         }
@@ -407,17 +469,6 @@ fn size(state: &State) -> f64 {
     sqrt(sums[0] + sums[1] + (sums[2] + sums[3]))
 }
 
-#[inline(always)]
-fn size_of_force(force: &Force) -> f64 {
-    let mut sums = [0.0; 4];
-    for entries in force.as_chunks::<4>().0 {
-        for (sum, entry) in sums.iter_mut().zip(entries) {
-            *sum = fma(*entry, *entry, *sum);
-        }
-    }
-    sqrt(sums[0] + sums[1] + (sums[2] + sums[3]))
-}
-
 /// A deflection over a step: its power series in the fraction of the step.
 struct Path {
     terms: [f64; TERMS + 1],
@@ -434,7 +485,10 @@ const ROOT_STEPS: usize = 60;
 impl Path {
     #[inline(always)]
     fn new(terms: [f64; TERMS + 1]) -> Self {
-        let fourth = (4..=TERMS).map(|k| (k * (k - 1) * (k - 2) * (k - 3)) as f64 * terms[k].abs()).sum();
+        let mut fourth = 0.0;
+        for k in 4..=TERMS {
+            fourth = fma((k * (k - 1) * (k - 2) * (k - 3)) as f64, terms[k].abs(), fourth);
+        }
         Self { terms, fourth }
     }
 

@@ -38,6 +38,7 @@ mod equations;
 pub mod error;
 pub mod excitation;
 mod factor;
+mod fill;
 mod float;
 pub mod integrate;
 pub mod law;

@@ -6,10 +6,10 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::dof::Dof;
 use crate::equations::Equations;
+pub use crate::fill::fill;
 use crate::float::add_scaled;
 use crate::many::Many;
 use crate::rows::Row;
-use crate::simd::{Kernel, widest};
 use crate::system::{Input, NO_FORCE, Rung, State, System};
 
 /// Which part of a load.
@@ -26,22 +26,22 @@ pub enum Part {
 /// Rows that turn a state and an excitation into quantities, and the links among them whose elastic loads are not linear.
 #[derive(Debug, Clone)]
 pub struct Recovery<'a, const ROWS: usize> {
-    linear: Linear<ROWS>,
-    bends: Many<Bend<'a, ROWS>>,
+    pub(crate) linear: Linear<ROWS>,
+    pub(crate) bends: Many<Bend<'a, ROWS>>,
 }
 
 /// `constant + by_state s + by_input u`.
 #[derive(Debug, Clone, Copy)]
-struct Linear<const ROWS: usize> {
-    constant: [f64; ROWS],
-    by_state: [[f64; ROWS]; 12],
-    by_input: [[f64; ROWS]; 9],
+pub(crate) struct Linear<const ROWS: usize> {
+    pub constant: [f64; ROWS],
+    pub by_state: [[f64; ROWS]; 12],
+    pub by_input: [[f64; ROWS]; 9],
     /// Whether the excitation reaches the quantity other than through the state; loads of links it does not.
-    by_input_at_all: bool,
+    pub by_input_at_all: bool,
 }
 
 impl<const ROWS: usize> Linear<ROWS> {
-    const NOTHING: Self = Self {
+    pub(crate) const NOTHING: Self = Self {
         constant: [0.0; ROWS],
         by_state: [[0.0; ROWS]; 12],
         by_input: [[0.0; ROWS]; 9],
@@ -50,7 +50,7 @@ impl<const ROWS: usize> Linear<ROWS> {
 
     /// The part that does not come from the excitation directly.
     #[inline(always)]
-    fn of_state(&self, state: &State) -> [f64; ROWS] {
+    pub(crate) fn of_state(&self, state: &State) -> [f64; ROWS] {
         let mut out = self.constant;
         for (column, &factor) in self.by_state.iter().zip(state) {
             add_scaled(&mut out, column, factor);
@@ -59,7 +59,7 @@ impl<const ROWS: usize> Linear<ROWS> {
     }
 
     #[inline(always)]
-    fn at(&self, state: &State, input: &Input) -> [f64; ROWS] {
+    pub(crate) fn at(&self, state: &State, input: &Input) -> [f64; ROWS] {
         let mut out = self.of_state(state);
         if self.by_input_at_all {
             for (column, &factor) in self.by_input.iter().zip(input) {
@@ -72,11 +72,11 @@ impl<const ROWS: usize> Linear<ROWS> {
 
 /// A link that is not linear, and what a unit of its loads adds to a quantity.
 #[derive(Debug, Clone, Copy)]
-struct Bend<'a, const ROWS: usize> {
-    row: &'a Row,
-    elastic: [f64; ROWS],
+pub(crate) struct Bend<'a, const ROWS: usize> {
+    pub row: &'a Row,
+    pub elastic: [f64; ROWS],
     /// Of its damper, if that acts in contact only.
-    damping: [f64; ROWS],
+    pub damping: [f64; ROWS],
 }
 
 /// The load of one link, N.
@@ -265,182 +265,4 @@ pub fn reaction<'a>(system: &'a System) -> Wrench<'a> {
     }
     add(&Matrix6::identity(), &outside);
     out
-}
-
-/// Rows that [`fill`] works on at a time: two AVX2 registers.
-const LANES: usize = 8;
-
-/// Writes quantities at all instants: `out[(k * quantities + q) * ROWS + row]`. `input` gives the excitation of instant k.
-///
-/// # Panics
-/// If `out` is not of the length `states * quantities * ROWS`.
-pub fn fill<const ROWS: usize>(
-    quantities: &[Recovery<ROWS>],
-    states: &[State],
-    input: impl Fn(usize) -> Input,
-    out: &mut [f64],
-) {
-    let width = quantities.len() * ROWS;
-    assert_eq!(out.len(), states.len() * width, "room for every quantity at every state");
-    for from in (0..width).step_by(LANES) {
-        let mut lanes = Linear::<LANES>::NOTHING;
-        for (lane, row) in (from..usize::min(from + LANES, width)).enumerate() {
-            lanes.copy_row(lane, &quantities[row / ROWS].linear, row % ROWS);
-        }
-        widest(Fill { lanes: &lanes, states, input: &input, out, from, width });
-    }
-    for (index, quantity) in quantities.iter().enumerate() {
-        for bends in quantity.bends.all().chunks(BENDS) {
-            let group = Group::new(bends);
-            widest(AddBends { group: &group, states, out, from: index * ROWS, width });
-        }
-    }
-}
-
-impl Linear<LANES> {
-    fn copy_row<const ROWS: usize>(&mut self, lane: usize, from: &Linear<ROWS>, row: usize) {
-        self.constant[lane] = from.constant[row];
-        for (to, from) in self.by_state.iter_mut().zip(&from.by_state) {
-            to[lane] = from[row];
-        }
-        for (to, from) in self.by_input.iter_mut().zip(&from.by_input) {
-            to[lane] = from[row];
-        }
-        self.by_input_at_all |= from.by_input_at_all;
-    }
-}
-
-/// Writes the lanes to `out[k * width + from..]`, as many as there is room for in a row.
-struct Fill<'a, I> {
-    lanes: &'a Linear<LANES>,
-    states: &'a [State],
-    input: &'a I,
-    out: &'a mut [f64],
-    from: usize,
-    width: usize,
-}
-
-impl<I: Fn(usize) -> Input> Kernel for Fill<'_, I> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { lanes, states, input, out, from, width } = self;
-        let count = usize::min(LANES, width - from);
-        if lanes.by_input_at_all || count < LANES {
-            for (k, (state, out)) in states.iter().zip(out.chunks_exact_mut(width)).enumerate() {
-                let values = lanes.at(state, &input(k));
-                for (out, value) in out[from..].iter_mut().zip(&values) {
-                    *out = *value;
-                }
-            }
-        } else {
-            // Two instants at a time share each column while it is in a register.
-            let (pairs, last) = states.as_chunks::<2>();
-            let mut rows = out.chunks_exact_mut(width);
-            for [a, b] in pairs {
-                let (Some(row_a), Some(row_b)) = (rows.next(), rows.next()) else { return };
-                let (mut sum_a, mut sum_b) = (lanes.constant, lanes.constant);
-                for j in 0..12 {
-                    add_scaled(&mut sum_a, &lanes.by_state[j], a[j]);
-                    add_scaled(&mut sum_b, &lanes.by_state[j], b[j]);
-                }
-                row_a[from..from + LANES].copy_from_slice(&sum_a);
-                row_b[from..from + LANES].copy_from_slice(&sum_b);
-            }
-            for (state, row) in last.iter().zip(rows) {
-                row[from..from + LANES].copy_from_slice(&lanes.of_state(state));
-            }
-        }
-    }
-}
-
-/// Links whose loads are worked out side by side: an AVX2 register, and those of a carriage.
-const BENDS: usize = 4;
-
-/// Some links that are not linear, side by side.
-struct Group<'a, const ROWS: usize> {
-    deflection: [[f64; BENDS]; 6],
-    rest: [f64; BENDS],
-    /// Positive and negative stiffness and clearance, if all are of that kind and always damped.
-    sided: Option<[[f64; BENDS]; 3]>,
-    /// Columns of what a unit of the elastic load of each gives.
-    elastic: [[f64; ROWS]; BENDS],
-    bends: &'a [Bend<'a, ROWS>],
-}
-
-impl<'a, const ROWS: usize> Group<'a, ROWS> {
-    fn new(bends: &'a [Bend<'a, ROWS>]) -> Self {
-        let mut group = Self {
-            deflection: [[0.0; BENDS]; 6],
-            rest: [0.0; BENDS],
-            sided: Some([[0.0; BENDS]; 3]),
-            elastic: [[0.0; ROWS]; BENDS],
-            bends,
-        };
-        for (lane, bend) in bends.iter().enumerate() {
-            for j in 0..6 {
-                group.deflection[j][lane] = bend.row.deflection[j];
-            }
-            group.rest[lane] = bend.row.rest;
-            group.elastic[lane] = bend.elastic;
-            let constants = bend.row.link.law().sides().filter(|_| !bend.row.link.is_damped_in_contact());
-            if let (Some(sided), Some(constants)) = (&mut group.sided, constants) {
-                for (to, constant) in sided.iter_mut().zip(constants) {
-                    to[lane] = constant;
-                }
-            } else {
-                group.sided = None;
-            }
-        }
-        group
-    }
-}
-
-/// Adds the loads of a group to `out[k * width + from..]`.
-struct AddBends<'a, const ROWS: usize> {
-    group: &'a Group<'a, ROWS>,
-    states: &'a [State],
-    out: &'a mut [f64],
-    from: usize,
-    width: usize,
-}
-
-impl<const ROWS: usize> Kernel for AddBends<'_, ROWS> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { group, states, out, from, width } = self;
-        let rows = out.chunks_exact_mut(width);
-        let Some([positive, negative, clearance]) = &group.sided else {
-            for (state, row) in states.iter().zip(rows) {
-                for bend in group.bends {
-                    let (elastic, damping) = bend.row.loads(state);
-                    for i in 0..ROWS {
-                        row[from + i] += bend.elastic[i] * elastic + bend.damping[i] * damping;
-                    }
-                }
-            }
-            return;
-        };
-        for (state, row) in states.iter().zip(rows) {
-            let mut at = group.rest;
-            for j in 0..6 {
-                add_scaled(&mut at, &group.deflection[j], state[j]);
-            }
-            let mut sum = [0.0; ROWS];
-            for lane in 0..BENDS {
-                let above = f64::max(at[lane] - clearance[lane], 0.0);
-                let below = f64::min(at[lane] + clearance[lane], 0.0);
-                at[lane] = positive[lane] * above + negative[lane] * below;
-            }
-            for lane in 0..BENDS {
-                add_scaled(&mut sum, &group.elastic[lane], at[lane]);
-            }
-            for (out, sum) in row[from..from + ROWS].iter_mut().zip(sum) {
-                *out += sum;
-            }
-        }
-    }
 }

@@ -226,22 +226,37 @@ fn identity<const N: usize>(from: usize) -> Columns<N> {
     unit
 }
 
-/// Bounds on the 2-norm of a matrix, and on the rate at which `|exp(A t)|` grows (Gershgorin on the symmetric part).
+/// Bounds on the 2-norm of the square of a matrix, and on the rate at which `|exp(A t)|` grows (Gershgorin on the symmetric part).
 #[inline(always)]
 pub(crate) fn norms(a: &Columns<12>) -> (f64, f64) {
-    let (mut rows, mut growth): (f64, f64) = (0.0, 0.0);
-    for i in 0..12 {
-        let row: f64 = (0..12).map(|j| a[j][i].abs()).sum();
-        let beside: f64 = (0..12).filter(|&j| j != i).map(|j| (a[j][i] + a[i][j]).abs()).sum();
-        rows = f64::max(rows, row);
-        growth = f64::max(growth, a[i][i] + 0.5 * beside);
+    let square = product(a, a);
+    let mut rows = [0.0; 12];
+    let mut beside = [0.0; 12];
+    for j in 0..12 {
+        for i in 0..12 {
+            rows[i] += square[j][i].abs();
+            beside[i] += (a[j][i] + a[i][j]).abs();
+        }
     }
-    (sqrt(rows * norm_1(a)), growth)
+    let (mut largest_row, mut growth): (f64, f64) = (0.0, 0.0);
+    for i in 0..12 {
+        largest_row = f64::max(largest_row, rows[i]);
+        growth = f64::max(growth, a[i][i] + 0.5 * beside[i] - a[i][i].abs());
+    }
+    (sqrt(largest_row * norm_1(&square)), growth)
 }
 
 #[inline(always)]
 fn norm_1(a: &Columns<12>) -> f64 {
-    a.iter().map(|column| column.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max)
+    let mut largest = 0.0;
+    for column in a {
+        let mut sum = 0.0;
+        for entry in column {
+            sum += entry.abs();
+        }
+        largest = f64::max(largest, sum);
+    }
+    largest
 }
 
 #[inline(always)]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numba
 import numpy as np
+
 from peers.laws import Law, force
 from peers.loads import loads_of
 from peers.problem import Array, At, Call, Problem

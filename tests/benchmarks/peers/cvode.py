@@ -6,16 +6,21 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+
 from peers.loads import loads_of
 from peers.problem import Array, At, Call, Problem
 
 
 def cvode(method: str, *, limited: bool) -> Callable[[Problem], At]:
-    """CVODE "Adams" or "BDF", right-hand side compiled by Numba, Jacobian given; limited: the sample interval as max_step."""
+    """CVODE "Adams" or "BDF", right-hand side compiled by Numba, Jacobian given.
+
+    limited: with the sample interval as max_step.
+    """
 
     def prepare(given: Problem) -> At:
-        from peers.compiled import fill
         from sksundae.cvode import CVODE
+
+        from peers.compiled import fill
 
         right, loads = fill(given), loads_of(given)
 
@@ -30,7 +35,7 @@ def cvode(method: str, *, limited: bool) -> Callable[[Problem], At]:
                     rtol=rtol,
                     atol=rtol * given.size,
                     max_step=given.step if limited else 0.0,
-                    max_num_steps=100_000,
+                    max_num_steps=10_000,
                     jacfn=jacobian,
                 )
                 solution = solver.solve(given.time, np.zeros(given.b.size))

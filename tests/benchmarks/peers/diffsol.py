@@ -7,6 +7,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+
 from peers.laws import diffsl
 from peers.loads import loads_of
 from peers.problem import Array, At, Call, Problem
@@ -15,8 +16,9 @@ from peers.problem import Array, At, Call, Problem
 def diffsol(solver: str) -> Callable[[Problem], At]:
     """A solver of pydiffsol: tsit45, bdf, tr_bdf2 or esdirk34. It has no largest step to set.
 
-    Compiled once per motion because its table is part of the equations. Its one absolute tolerance needs states in units
-    of their size. A sum over j takes in all terms of its line, hence `Au` and the others on lines of their own.
+    Compiled once per motion because its table is part of the equations. Its one absolute tolerance needs
+    states in units of their size. A sum over j takes in all terms of its line, hence `Au` and the others on
+    lines of their own.
     """
 
     def prepare(given: Problem) -> At:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import scipy
+
 from peers.loads import loads_of
 from peers.problem import Array, At, Call, Problem
 
@@ -20,11 +21,12 @@ def rate(given: Problem) -> Callable[[float, Array], Array]:
 
 
 def solve_ivp(method: str, *, limited: bool, compiled: bool) -> Callable[[Problem], At]:
-    """solve_ivp on (t, x), loads from its dense output at the samples; the Jacobian is given to methods that take one.
+    """solve_ivp on (t, x), loads from its dense output at the samples; the Jacobian is given to methods that
+    take one.
 
-    limited: with the sample interval as max_step. RK45 does without on smooth motions, because stability holds its steps
-    to about 3 ms; the others take longer ones, whose dense output is poor and which pass over whole samples.
-    compiled: a right-hand side compiled by Numba.
+    limited: with the sample interval as max_step. RK45 does without on smooth motions, because stability
+    holds its steps to about 3 ms; the others take longer ones, whose dense output is poor and which pass over
+    whole samples. compiled: a right-hand side compiled by Numba.
     """
 
     def prepare(given: Problem) -> At:

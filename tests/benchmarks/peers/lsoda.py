@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+
 from peers.loads import loads_of
 from peers.problem import Array, At, Call, Problem
 
-STEPS = 10_000_000  # more than any run needs
+STEPS = 1_000_000
 
 
 def numbalsoda(solver: str) -> Callable[[Problem], At]:
@@ -17,6 +18,7 @@ def numbalsoda(solver: str) -> Callable[[Problem], At]:
     def prepare(given: Problem) -> At:
         import numba
         import numbalsoda as package
+
         from peers.compiled import fill
 
         given = given.scaled

@@ -1,7 +1,8 @@
 """Exudyn: a rigid body with finite rotations and its own spring-dampers, which checks the physics as well.
 
-Its model is not ours: rotations are exact and the connectors move with the body. The difference of the loads is the error
-of our small rotations (5e-5 of the load on the cart), so on the chart Exudyn cannot pass below it.
+Its model is not ours: rotations are exact and the connectors move with the body. The difference of the loads
+is the error of our small rotations (5e-5 of the load on the cart), so on the chart Exudyn cannot pass below
+it.
 """
 
 from __future__ import annotations
@@ -10,17 +11,19 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+
+from guideload import Machine
 from peers.laws import Law, Sided
 from peers.problem import Array, At, Call, Problem, rest_position
 
-from guideload import Machine
-
 
 def exudyn(solver: str, machine: Machine) -> Callable[[Problem], At]:
-    """An implicit solver of Exudyn with a fixed step in ms; the explicit ones cannot hold x against a coupled mass matrix.
+    """An implicit solver of Exudyn with a fixed step in ms; the explicit ones cannot hold x against a coupled
+    mass matrix.
 
-    The frame of L accelerates: the body feels weight and -m a at its centre of mass. Held dofs are held by coordinate
-    constraints. Each end of a carriage is a CartesianSpringDamper; a law that is not linear is a symbolic user function.
+    The frame of L accelerates: the body feels weight and -m a at its centre of mass. Held dofs are held by
+    coordinate constraints. Each end of a carriage is a CartesianSpringDamper; a law that is not linear is a
+    symbolic user function.
     """
 
     def prepare(given: Problem) -> At:
@@ -55,7 +58,7 @@ def exudyn(solver: str, machine: Machine) -> Callable[[Problem], At]:
 
 
 def _model(exu: Any, machine: Machine, given: Problem) -> tuple[Any, Any, list[tuple[int, int]]]:
-    """What must outlive the run, the system and, for each end of a carriage, the carriage's index and the sensor of its force."""
+    """What must outlive the run; the system; of each end of a carriage, the carriage's index and the force's sensor."""
     import exudyn.itemInterface as item
 
     container = exu.SystemContainer()

@@ -10,9 +10,9 @@ from functools import cached_property
 import numpy as np
 import scipy
 from numpy.typing import NDArray
-from peers.laws import Law, force, tangent
 
 from guideload import Machine, Motion
+from peers.laws import Law, force, tangent
 
 Array = NDArray[np.float64]
 Call = Callable[[], Array]
@@ -24,8 +24,9 @@ DOFS = ("x", "y", "z", "rx", "ry", "rz")
 class Problem:
     """x' = a x + b u - by [F(d) - F(at_rest)], load = rest + c x + onto F(d), d = at_rest + rows x, from x = 0 on.
 
-    x is (q - q_rest, q') of the n free dofs; u is the acceleration of L along the rails, linear between its samples. F is
-    the links' law; where it is linear (law None), it stands in a and c, and by, rows and onto have no links.
+    x is (q - q_rest, q') of the n free dofs; u is the acceleration of L along the rails, linear between its
+    samples. F is the links' law; where it is linear (law None), it stands in a and c, and by, rows and onto
+    have no links.
     """
 
     a: Array  # (2n, 2n)
@@ -160,8 +161,9 @@ def problem(machine: Machine, motion: Motion, law: Law | None = None) -> Problem
 def rest_position(machine: Machine, law: Law | None) -> Array:
     """(n,) position of static equilibrium, by Newton from that of linear links.
 
-    Where the body is free within its clearance, the position that springs eps k d in all links choose for eps -> 0: with
-    a small eps Newton finds which links touch, then of all positions that satisfy them the one with the least sum k d^2.
+    Where the body is free within its clearance, the position that springs eps k d in all links choose for eps
+    -> 0: with a small eps Newton finds which links touch, then of all positions that satisfy them the one
+    with the least sum k d^2.
     """
     rows, weight, nominal = free_rows(machine)[1], weight_of(machine), machine.link_table().stiffness
     grid = rows.T * nominal @ rows

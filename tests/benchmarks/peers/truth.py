@@ -6,9 +6,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import scipy
-from peers.laws import Sided, force
+
+from peers.laws import Sided
 from peers.problem import Array, Problem
 
+QUARTERS = 2  # halvings of a sample interval that are always made
 HALVINGS = 18  # of a sample interval, down to 4e-9 s at 1 kHz
 
 
@@ -47,8 +49,12 @@ class Contacts:
         return self.exponentials[key]
 
     def advance(self, z: Array, touch: Array, level: int = 0) -> tuple[Array, Array]:
-        """State and touching links after the interval / 2^level: at once where it is sure that no contact changes in it,
-        else in halves; where they cannot be halved further, the crossing by Newton's method."""
+        """State and touching links after the interval / 2^level.
+
+        At once where no contact can change in it, else in halves; where they cannot be halved further, with the
+        crossing by the secant. Over a quarter of a sample interval, 0.3 rad of the fastest mode, no second derivative
+        grows beyond twice its larger end.
+        """
         n, given = self.given.b.size, self.given
         end = self.after(touch, level) @ z
         edges = np.where(touch == 0, 0.0, self.law.clearance)
@@ -60,7 +66,7 @@ class Contacts:
             d = given.at_rest + given.rows @ at[:n]
             room.append(np.where(touch == 0, self.law.clearance - np.abs(d), touch * d - edges))
         # Of a function with |f''| <= s, the least value between its ends is at least the smaller end's less s h2/8.
-        if (np.minimum(room[0], room[1]) > reach).all():
+        if level >= QUARTERS and (np.minimum(room[0], room[1]) > reach).all():
             return end, touch
         if level < HALVINGS:
             middle, touch = self.advance(z, touch, level + 1)
@@ -77,7 +83,7 @@ class Contacts:
 
 
 def between_events(given: Problem) -> tuple[Array, int]:
-    """Loads (time, carriage, 2) of links with clearance: exponentials between contact changes; and how many there are."""
+    """Loads (time, carriage, 2) of links with clearance, and the number of contact changes."""
     assert isinstance(given.law, Sided)
     n, contacts = given.b.size, Contacts(given, given.law)
     states = np.zeros((n, given.time.size))

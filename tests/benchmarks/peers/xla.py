@@ -7,6 +7,7 @@ from functools import cache
 from typing import Any, Literal
 
 import numpy as np
+
 from peers.laws import Law, force
 from peers.problem import Array, At, Call, Problem
 
@@ -65,8 +66,9 @@ def _compiled(solver: str, limit: Limit, law: Law | None) -> Callable[..., Any]:
 def diffrax(solver: str, *, limit: Limit) -> Callable[[Problem], At]:
     """A solver of diffrax, compiled once for all tolerances.
 
-    limit: "samples" ends a step on each sample (ClipStepSizeController), as its documentation advises where the input has
-    kinks; "interval" limits steps to the sample interval (dtmax); "none" leaves all to the tolerance.
+    limit: "samples" ends a step on each sample (ClipStepSizeController), as its documentation advises where
+    the input has kinks; "interval" limits steps to the sample interval (dtmax); "none" leaves all to the
+    tolerance.
     """
 
     def prepare(given: Problem) -> At:

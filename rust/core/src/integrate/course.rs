@@ -16,9 +16,6 @@ pub(super) trait Course {
     /// The fraction of a step from `state` to `next` at which they first cease to hold, if they do.
     fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64>;
 
-    /// The step stands, and no change was in it.
-    fn passed(&mut self);
-
     /// The step ended, in `state`, with the change.
     fn cross(&mut self, state: &State);
 
@@ -43,9 +40,6 @@ impl<E: Equations> Course for Steady<'_, E> {
     }
 
     #[inline(always)]
-    fn passed(&mut self) {}
-
-    #[inline(always)]
     fn cross(&mut self, _: &State) {}
 
     fn changes(&self) -> usize {
@@ -64,11 +58,6 @@ impl Course for Contacts<'_> {
     #[inline(always)]
     fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64> {
         Contacts::first_change(self, ramp, state, next)
-    }
-
-    #[inline(always)]
-    fn passed(&mut self) {
-        Contacts::passed(self);
     }
 
     fn cross(&mut self, state: &State) {

@@ -10,6 +10,8 @@ pub(crate) struct Drive {
     components: [usize; 9],
     count: usize,
     influence: [Force; 9],
+    /// Size of each influence.
+    size: [f64; 9],
 }
 
 /// Values of the components of a [`Drive`], in its order.
@@ -17,10 +19,12 @@ pub(crate) type Values = [f64; 9];
 
 impl Drive {
     pub(crate) fn new(system: &System, peak: &Input) -> Self {
-        let mut drive = Self { components: [0; 9], count: 0, influence: [NO_FORCE; 9] };
+        let mut drive = Self { components: [0; 9], count: 0, influence: [NO_FORCE; 9], size: [0.0; 9] };
         for component in (0..9).filter(|&component| peak[component] > 0.0) {
             drive.components[drive.count] = component;
-            drive.influence[drive.count] = system.influence()[component];
+            let influence = system.influence()[component];
+            drive.influence[drive.count] = influence;
+            drive.size[drive.count] = sqrt(influence.iter().map(|f| f * f).sum());
             drive.count += 1;
         }
         drive
@@ -29,6 +33,16 @@ impl Drive {
     /// The modal force of each component.
     pub(crate) fn influence(&self) -> &[Force] {
         &self.influence[..self.count]
+    }
+
+    /// The size of the force of a difference of values, or more.
+    #[inline(always)]
+    pub(crate) fn difference(&self, a: &Values, b: &Values) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..self.count {
+            sum += self.size[i] * (a[i] - b[i]).abs();
+        }
+        sum
     }
 
     /// Puts the values at sample `k` into `values`.
@@ -64,6 +78,16 @@ impl Ramp<'_> {
             values[i] = (1.0 - theta) * self.start[i] + theta * self.end[i];
         }
         values
+    }
+
+    /// Rates of change of the values, 1/s of theirs.
+    #[inline(always)]
+    pub(crate) fn slopes(&self) -> Values {
+        let mut slopes = [0.0; 9];
+        for i in 0..self.drive.count {
+            slopes[i] = (self.end[i] - self.start[i]) / self.h;
+        }
+        slopes
     }
 
     /// What the force can add to the size of a state over the step, at most.

@@ -258,8 +258,6 @@ impl<M: Method, R: Record, C: Course> Kernel for Following<'_, M, R, C> {
                 state = next;
                 if change.is_some() {
                     course.cross(&state);
-                } else {
-                    course.passed();
                 }
                 summary.steps += 1;
                 done = if last { length } else { done + h };
