@@ -222,10 +222,8 @@ impl<'a> Contacts<'a> {
     /// The first change in the step from `state` to `next`, which does not know of it; none if there is none.
     #[inline(always)]
     pub(crate) fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64> {
-        let slopes = ramp.slopes();
         let growth = self.growth(ramp.h);
-        self.bending = growth * (self.bending + ramp.drive.difference(&slopes, &self.slopes));
-        self.slopes = slopes;
+        self.bending = growth * (self.bending + ramp.turn(&mut self.slopes));
         if self.clear_for < ramp.h || self.bending > self.limit {
             self.bending = growth * self.bending_of(ramp, state);
             if self.clear_for < ramp.h || self.bending > self.limit {
@@ -310,13 +308,22 @@ impl<'a> Contacts<'a> {
         let terms = self.made.series.terms(&self.made.piece, ramp, state);
         let mut first: Option<Change> = None;
         for (index, block) in self.blocks.all().iter().enumerate() {
+            let mut paths = [[0.0; LANES]; TERMS + 1];
+            let mut reached = [0.0; LANES];
+            for k in 0..=TERMS {
+                paths[k] = block.deflections(&terms[k]);
+                for i in 0..LANES {
+                    reached[i] += if k > 0 { paths[k][i].abs() } else { 0.0 };
+                }
+            }
             for lane in 0..LANES {
                 let (low, high) = (block.low[lane] - block.slack[lane], block.high[lane] + block.slack[lane]);
+                if paths[0][lane] + reached[lane] <= high && paths[0][lane] - reached[lane] >= low {
+                    continue;
+                }
                 let mut path = [0.0; TERMS + 1];
                 for k in 0..=TERMS {
-                    for j in 0..6 {
-                        path[k] = fma(block.deflection[j][lane], terms[k][j], path[k]);
-                    }
+                    path[k] = paths[k][lane];
                 }
                 let limit = if let Some(change) = first { change.theta } else { 1.0 };
                 if let Some((theta, up)) = Path::new(path).first_exit(low, high, limit) {
@@ -507,7 +514,7 @@ impl Path {
     /// moves further out.
     #[inline(always)]
     fn first_exit(&self, low: f64, high: f64, limit: f64) -> Option<(f64, bool)> {
-        let mut start = self.at(0.0);
+        let mut start = [self.terms[0], self.terms[1]];
         if start[0] > high && start[1] > 0.0 || start[0] < low && start[1] < 0.0 {
             return Some((0.0, start[0] > high));
         }

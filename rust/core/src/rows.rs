@@ -39,15 +39,36 @@ impl Row {
         }
     }
 
+    /// Deflection at a state, m.
+    #[inline(always)]
+    pub(crate) fn at(&self, state: &State) -> f64 {
+        let mut at = self.rest;
+        for j in 0..6 {
+            at = fma(self.deflection[j], state[j], at);
+        }
+        at
+    }
+
+    /// Load of the damper at a state, if it acts, N.
+    #[inline(always)]
+    pub(crate) fn damper(&self, state: &State) -> f64 {
+        let mut load = 0.0;
+        for j in 0..6 {
+            load = fma(self.damping[j], state[6 + j], load);
+        }
+        load
+    }
+
+    /// Whether the damper does not act, as it does only in contact.
+    #[inline(always)]
+    pub(crate) fn is_idle(&self, state: &State) -> bool {
+        self.link.is_damped_in_contact() && self.at(state).abs() < self.link.law().clearance()
+    }
+
     /// Elastic load and load of the damper at a state, N.
     #[inline(always)]
     pub(crate) fn loads(&self, state: &State) -> (f64, f64) {
-        let (mut at, mut damping) = (self.rest, 0.0);
-        for j in 0..6 {
-            at = fma(self.deflection[j], state[j], at);
-            damping = fma(self.damping[j], state[6 + j], damping);
-        }
-        let idle = self.link.is_damped_in_contact() && at.abs() < self.link.law().clearance();
-        (self.link.law().force(at), if idle { 0.0 } else { damping })
+        let damping = if self.is_idle(state) { 0.0 } else { self.damper(state) };
+        (self.link.law().force(self.at(state)), damping)
     }
 }

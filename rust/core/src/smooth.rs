@@ -1,17 +1,19 @@
 //! The equations of a scene with smooth laws: each law is asked at every state.
 
 use crate::equations::{Equations, Square};
-use crate::float::{add_scaled, sqrt};
+use crate::float::{add_scaled, fma, sqrt};
 use crate::many::{Many, ROOM};
 use crate::piece::Piece;
 use crate::rows::Row;
-use crate::system::{Force, State, System};
+use crate::simd::{Kernel, widest};
+use crate::system::{Force, NO_FORCE, State, System};
 
 /// Links side by side: two AVX2 registers.
 const LANES: usize = 8;
 type Lanes = [f64; LANES];
 
-/// Equations of which the linear part is that of the tangent at rest.
+/// Equations of which the linear part is that of the linear links and of the dampers. The other links enter with what they bear above
+/// their loads at rest, so that rest is rest to the last bit.
 #[derive(Debug)]
 pub(crate) struct Smooth<'a> {
     linear: Piece,
@@ -25,58 +27,98 @@ pub(crate) struct Smooth<'a> {
 #[derive(Debug, Clone, Copy)]
 struct Balls {
     deflection: [Lanes; 6],
-    rate: [Lanes; 6],
+    /// Modal force of a unit of the load of each.
+    rate: [Force; LANES],
     rest: Lanes,
     opening: Lanes,
     coefficient: Lanes,
+    /// Load at rest, as `loads` has it.
     load: Lanes,
-    stiffness: Lanes,
 }
 
 impl Balls {
     const NONE: Self = Self {
         deflection: [[0.0; LANES]; 6],
-        rate: [[0.0; LANES]; 6],
+        rate: [NO_FORCE; LANES],
         rest: [0.0; LANES],
         opening: [1.0; LANES],
         coefficient: [0.0; LANES],
         load: [0.0; LANES],
-        stiffness: [0.0; LANES],
     };
 
     fn set(&mut self, lane: usize, row: &Row, [opening, coefficient]: [f64; 2]) {
         for j in 0..6 {
             self.deflection[j][lane] = row.deflection[j];
-            self.rate[j][lane] = row.rate[j];
+            self.rate[lane][j] = row.rate[j];
         }
         self.rest[lane] = row.rest;
         self.opening[lane] = opening;
         self.coefficient[lane] = coefficient;
-        self.load[lane] = row.load;
-        self.stiffness[lane] = row.stiffness;
     }
 
     #[inline(always)]
     fn deflections(&self, state: &State) -> Lanes {
-        let mut at = [0.0; LANES];
+        let mut at = self.rest;
         for j in 0..6 {
             add_scaled(&mut at, &self.deflection[j], state[j]);
         }
         at
     }
 
-    /// Loads above those of the tangent at rest.
+    /// By how much each row is pressed together, and the other.
     #[inline(always)]
-    fn excess(&self, state: &State) -> Lanes {
-        let mut out = self.deflections(state);
-        for (i, out) in out.iter_mut().enumerate() {
-            let (moved, at) = (*out, self.rest[i] + *out);
-            let closing = f64::max(self.opening[i] + at, 0.0);
-            let opening = f64::max(self.opening[i] - at, 0.0);
-            let force = self.coefficient[i] * (closing * sqrt(closing) - opening * sqrt(opening));
-            *out = force - self.load[i] - self.stiffness[i] * moved;
+    fn presses(&self, state: &State) -> [Lanes; 2] {
+        let at = self.deflections(state);
+        let mut presses = [[0.0; LANES]; 2];
+        for i in 0..LANES {
+            presses[0][i] = self.opening[i] + at[i];
         }
-        out
+        for i in 0..LANES {
+            presses[1][i] = self.opening[i] - at[i];
+        }
+        for press in &mut presses {
+            for i in 0..LANES {
+                press[i] = if press[i] > 0.0 { press[i] } else { 0.0 };
+            }
+        }
+        presses
+    }
+
+    /// Loads above those at rest.
+    #[inline(always)]
+    fn loads(&self, state: &State) -> Lanes {
+        let [mut closing, mut opening] = self.presses(state);
+        for i in 0..LANES {
+            closing[i] *= sqrt(closing[i]);
+        }
+        for i in 0..LANES {
+            opening[i] *= sqrt(opening[i]);
+        }
+        for i in 0..LANES {
+            closing[i] = fma(self.coefficient[i], closing[i] - opening[i], -self.load[i]);
+        }
+        closing
+    }
+
+    #[inline(always)]
+    fn tangents(&self, state: &State) -> Lanes {
+        let [mut closing, opening] = self.presses(state);
+        for i in 0..LANES {
+            closing[i] = 1.5 * self.coefficient[i] * (sqrt(closing[i]) + sqrt(opening[i]));
+        }
+        closing
+    }
+}
+
+/// [`Balls::loads`] at rest by the same instructions as later.
+struct AtRest<'a>(&'a Balls);
+
+impl Kernel for AtRest<'_> {
+    type Output = Lanes;
+
+    #[inline(always)]
+    fn run(self) -> Lanes {
+        self.0.loads(&[0.0; 12])
     }
 }
 
@@ -92,25 +134,19 @@ impl<'a> Smooth<'a> {
                 balls.all_mut()[i / LANES].set(i % LANES, row, constants);
             }
         }
+        for balls in balls.all_mut() {
+            balls.load = widest(AtRest(balls));
+        }
         let mut others = Many::like(&rows[0], rows.iter().filter(is_other).count());
         for (to, row) in others.all_mut().iter_mut().zip(rows.iter().filter(is_other)) {
             *to = row;
         }
         let mut linear = Piece::of_linear_links(system);
         for row in rows.iter().filter(|row| !row.link.law().is_linear()) {
-            linear.add(row, row.stiffness, 0.0, true);
+            linear.add(row, 0.0, 0.0, true);
         }
         Self { linear, balls, others }
     }
-}
-
-/// Load of a link above that of the linear part, and whether its damper is idle.
-#[inline(always)]
-fn excess(row: &Row, state: &State) -> (f64, bool) {
-    let moved: f64 = (0..6).map(|j| row.deflection[j] * state[j]).sum();
-    let at = row.rest + moved;
-    let idle = row.link.is_damped_in_contact() && at.abs() < row.link.law().clearance();
-    (row.link.law().force(at) - row.load - row.stiffness * moved, idle)
 }
 
 impl Equations for Smooth<'_> {
@@ -138,52 +174,47 @@ impl Equations for Smooth<'_> {
 
     #[inline(always)]
     fn rate(&self, state: &State, force: &Force) -> State {
-        let mut rate = self.linear.linear(state, force);
-        let mut sums = [[0.0; 4]; 6];
+        let mut rate = self.linear.rate(state, force);
+        let mut pull = NO_FORCE;
         for balls in self.balls.all() {
-            let excess = balls.excess(state);
-            for (sum, row) in sums.iter_mut().zip(&balls.rate) {
-                for i in 0..LANES {
-                    sum[i % 4] = crate::float::fma(row[i], excess[i], sum[i % 4]);
-                }
+            let loads = balls.loads(state);
+            for i in 0..LANES {
+                add_scaled(&mut pull, &balls.rate[i], loads[i]);
             }
         }
-        for (i, sum) in sums.iter().enumerate() {
-            rate[6 + i] -= (sum[0] + sum[1]) + (sum[2] + sum[3]);
+        for j in 0..6 {
+            rate[6 + j] -= pull[j];
         }
         for row in self.others.all() {
-            let (mut load, idle) = excess(row, state);
-            if idle {
-                load -= (0..6).map(|j| row.damping[j] * state[6 + j]).sum::<f64>();
-            }
-            for i in 0..6 {
-                rate[6 + i] -= row.rate[i] * load;
+            let (elastic, _) = row.loads(state);
+            let idle = if row.is_idle(state) { row.damper(state) } else { 0.0 };
+            for j in 0..6 {
+                rate[6 + j] -= row.rate[j] * (elastic - row.load - idle);
             }
         }
         rate
     }
 
+    #[inline(always)]
     fn tangent(&self, state: &State) -> (Square, Square) {
         let (mut stiffness, mut damping) = self.linear.tangent(state);
-        let mut add = |rate: &[f64; 6], deflection: &[f64; 6], change: f64| {
-            for j in 0..6 {
-                add_scaled(&mut stiffness[j], rate, change * deflection[j]);
-            }
-        };
         for balls in self.balls.all() {
-            let moved = balls.deflections(state);
+            let tangents = balls.tangents(state);
             for i in 0..LANES {
-                let at = balls.rest[i] + moved[i];
-                let roots =
-                    sqrt(f64::max(balls.opening[i] + at, 0.0)) + sqrt(f64::max(balls.opening[i] - at, 0.0));
-                let change = 1.5 * balls.coefficient[i] * roots - balls.stiffness[i];
-                add(&balls.rate.map(|row| row[i]), &balls.deflection.map(|row| row[i]), change);
+                for j in 0..6 {
+                    let pull = tangents[i] * balls.deflection[j][i];
+                    for (entry, rate) in stiffness[j].iter_mut().zip(&balls.rate[i]) {
+                        *entry = fma(*rate, pull, *entry);
+                    }
+                }
             }
         }
         for row in self.others.all() {
-            let moved: f64 = (0..6).map(|j| row.deflection[j] * state[j]).sum();
-            add(&row.rate, &row.deflection, row.link.law().tangent(row.rest + moved) - row.stiffness);
-            if excess(row, state).1 {
+            let tangent = row.link.law().tangent(row.at(state));
+            for j in 0..6 {
+                add_scaled(&mut stiffness[j], &row.rate, tangent * row.deflection[j]);
+            }
+            if row.is_idle(state) {
                 for j in 0..6 {
                     add_scaled(&mut damping[j], &row.rate, -row.damping[j]);
                 }

@@ -6,7 +6,7 @@ use crate::float::{ceil, pow, sqrt};
 use crate::modes::eigenvalues;
 use crate::system::{Input, State, System};
 
-/// How the steps of a run are chosen. No step passes a knot, whatever is asked here.
+/// How the steps of a run are chosen. No step passes a sample at which the excitation bends, whatever is asked here.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Control {
     /// Steps as long as the error of the link loads stays below `rtol` times the load scale.
@@ -105,6 +105,10 @@ impl ErrorNorm {
 /// is well below the estimate; that margin pays for this many steps, a longer memory for the rest.
 const STEPS_WITHIN_MARGIN: f64 = 50.0;
 
+/// How much more the error of a step counts that samples lie within: dense output is less accurate than the end, and a step as long as
+/// its tolerance allows has not the margin of one that a sample has cut short.
+const BETWEEN: f64 = 10.0;
+
 /// Growth of the step beyond which an estimate is not believed, and caution on the rest (Hairer, Nørsett & Wanner, II.4).
 const GROWTH: f64 = 5.0;
 const SHRINKAGE: f64 = 0.2;
@@ -149,9 +153,11 @@ impl Controller {
         if rest <= allowed { 1.0 } else { ceil(rest / allowed * (1.0 - 1e-12)) }
     }
 
-    /// Takes the `error` of a step of length `h`, relative to the load scale; true if the step may stand.
+    /// Takes the `error` of a step of length `h`, relative to the load scale; true if the step may stand. `between`: whether samples
+    /// lie within, which dense output gives.
     #[inline(always)]
-    pub(crate) fn accept(&mut self, h: f64, error: f64) -> bool {
+    pub(crate) fn accept(&mut self, h: f64, error: f64, between: bool) -> bool {
+        let error = if between { BETWEEN * error } else { error };
         let share = f64::min(1.0, STEPS_WITHIN_MARGIN * h / self.memory);
         let mut ratio = error / (self.rtol * share);
         if error == 0.0 {

@@ -1,7 +1,7 @@
 //! The excitation as the equations of motion see it.
 
 use crate::excitation::Excitation;
-use crate::float::{add_scaled, sqrt};
+use crate::float::{add_scaled, fma, sqrt};
 use crate::system::{Force, Input, NO_FORCE, System};
 
 /// The components of an excitation that are not zero throughout, mostly one of nine, and the modal force of each.
@@ -12,19 +12,28 @@ pub(crate) struct Drive {
     influence: [Force; 9],
     /// Size of each influence.
     size: [f64; 9],
+    /// Largest value of each component.
+    peak: [f64; 9],
 }
+
+/// Most intervals between samples that count as one, and how far, as a part of the peak, a sample may be off the straight line through its
+/// neighbours: some roundings. Along that many it stays some hundred.
+const MOST_STRAIGHT: usize = 64;
+const STRAIGHT: f64 = 8.0 * f64::EPSILON;
 
 /// Values of the components of a [`Drive`], in its order.
 pub(crate) type Values = [f64; 9];
 
 impl Drive {
     pub(crate) fn new(system: &System, peak: &Input) -> Self {
-        let mut drive = Self { components: [0; 9], count: 0, influence: [NO_FORCE; 9], size: [0.0; 9] };
+        let mut drive =
+            Self { components: [0; 9], count: 0, influence: [NO_FORCE; 9], size: [0.0; 9], peak: [0.0; 9] };
         for component in (0..9).filter(|&component| peak[component] > 0.0) {
             drive.components[drive.count] = component;
             let influence = system.influence()[component];
             drive.influence[drive.count] = influence;
             drive.size[drive.count] = sqrt(influence.iter().map(|f| f * f).sum());
+            drive.peak[drive.count] = peak[component];
             drive.count += 1;
         }
         drive
@@ -35,14 +44,30 @@ impl Drive {
         &self.influence[..self.count]
     }
 
-    /// The size of the force of a difference of values, or more.
+    /// The sample up to which the excitation runs straight on from sample `k`, within rounding; at least the next one.
     #[inline(always)]
-    pub(crate) fn difference(&self, a: &Values, b: &Values) -> f64 {
-        let mut sum = 0.0;
-        for i in 0..self.count {
-            sum += self.size[i] * (a[i] - b[i]).abs();
+    pub(crate) fn straight_until(&self, excitation: &Excitation, k: usize) -> usize {
+        let farthest = usize::min(k + MOST_STRAIGHT, excitation.count() - 1);
+        let mut until = k + 1;
+        while until < farthest && self.is_straight(excitation, k, until) {
+            until += 1;
         }
-        sum
+        until
+    }
+
+    /// Whether sample `middle` is on the line from sample `k` to the one after it.
+    #[inline(always)]
+    fn is_straight(&self, excitation: &Excitation, k: usize, middle: usize) -> bool {
+        let (before, after) = (excitation.time(middle) - excitation.time(k), excitation.interval(middle));
+        let theta = before / (before + after);
+        // At a jump there is no line.
+        let mut straight = before > 0.0 && after > 0.0;
+        for i in 0..self.count {
+            let at = |k: usize| excitation.component(k, self.components[i]);
+            let line = (1.0 - theta) * at(k) + theta * at(middle + 1);
+            straight &= (at(middle) - line).abs() <= STRAIGHT * self.peak[i];
+        }
+        straight
     }
 
     /// Puts the values at sample `k` into `values`.
@@ -80,14 +105,17 @@ impl Ramp<'_> {
         values
     }
 
-    /// Rates of change of the values, 1/s of theirs.
+    /// By how much the rate of change of the force differs, at most, from that of an earlier ramp, of which `slopes` holds the rates of
+    /// change of the values; those of this one take their place.
     #[inline(always)]
-    pub(crate) fn slopes(&self) -> Values {
-        let mut slopes = [0.0; 9];
+    pub(crate) fn turn(&self, slopes: &mut Values) -> f64 {
+        let mut turn = 0.0;
         for i in 0..self.drive.count {
-            slopes[i] = (self.end[i] - self.start[i]) / self.h;
+            let slope = (self.end[i] - self.start[i]) / self.h;
+            turn = fma(self.drive.size[i], (slope - slopes[i]).abs(), turn);
+            slopes[i] = slope;
         }
-        slopes
+        turn
     }
 
     /// What the force can add to the size of a state over the step, at most.

@@ -16,7 +16,7 @@ pub struct Exact<const KEPT: usize = 1>;
 
 /// Times that an interval length must have come before a propagator is worth its making: on linear equations once, as it comes then
 /// thousands of times; between contact changes it may not.
-const SEEN: [u32; 2] = [1, 10];
+const SEEN: [u32; 2] = [1, 6];
 
 /// What one run keeps.
 #[derive(Debug, Clone)]

@@ -24,6 +24,16 @@ const TOLERANCES: [f64; 4] = [1e-4, 1e-6, 1e-8, 1e-10];
 /// One tolerance per decade where it is cheap.
 const DECADES: [f64; 7] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
 
+/// Straight stretches of an excitation along x: what lies between the samples at which it bends.
+fn straights(excitation: &Excitation) -> usize {
+    let at = |k: usize| (excitation.time(k), excitation.input(k)[0]);
+    let bends = |k: &usize| {
+        let ((t0, a0), (t1, a1), (t2, a2)) = (at(k - 1), at(*k), at(k + 1));
+        ((a1 - a0) * (t2 - t1) - (a2 - a1) * (t1 - t0)).abs() > 1e-9 * (t2 - t0)
+    };
+    1 + (1..excitation.count() - 1).filter(bends).count()
+}
+
 #[track_caller]
 fn assert_agree<M: Method>(
     name: &str,
@@ -37,7 +47,7 @@ fn assert_agree<M: Method>(
         let (times, summary) = misses(method, machine, excitation, &exact, rtol);
         println!("{name} {rtol:e}: {times:.3} x, {} + {} steps", summary.steps, summary.rejected);
         assert!(times <= 10.0, "{name} at {rtol:e}: off by {times} x the tolerance"); // Asked in issue 2.
-        assert!(summary.steps + 1 >= excitation.count());
+        assert!(summary.steps >= straights(excitation));
     }
 }
 
@@ -154,21 +164,19 @@ fn work_is_bounded() {
     let noisy: Vec<[f64; 3]> =
         cycle[400..2400].iter().map(|a| [a[0] + random.between(-0.17, 0.17), 0.0, 0.0]).collect();
     let noisy = Excitation::uniform(0.0, 1e-3, &noisy).expect("sound");
-    let (_, rk45) = cart().states(&Rk45, Control::Adaptive { rtol: 1e-6 }, &clean);
-    assert_eq!((rk45.steps, rk45.rejected), (1999, 0));
     for excitation in [clean, noisy] {
         let control = Control::Adaptive { rtol: 1e-6 };
+        let least = straights(&excitation);
         let (_, exact) = cart().states(&Exact::<1>, control, &excitation);
-        let (_, radau) = cart().states(&Radau, control, &excitation);
-        // One step from knot to knot, noise or no noise.
         assert_eq!((exact.steps, exact.rejected), (1999, 0));
-        assert_eq!((radau.steps, radau.rejected), (1999, 0));
+        // A step or more for each straight stretch, up to one from sample to sample, noise or no noise.
+        let (_, radau) = cart().states(&Radau, control, &excitation);
+        assert!((least..=1999).contains(&radau.steps) && radau.rejected <= 20, "{least} {radau:?}");
         let (_, rk45) = cart().states(&Rk45, control, &excitation);
-        // The jumps of the noise are a little rougher than the cycle: a few more, not a few times more.
-        assert!(rk45.steps <= 1999 + 20 && rk45.rejected <= 20, "{rk45:?}");
-        // And never fewer than the knots ask for.
+        assert!((least..=1999 + 20).contains(&rk45.steps), "{least} {rk45:?}");
+        // And never fewer than the bends ask for, however loose the tolerance.
         let (_, loose) = cart().states(&Radau, Control::Adaptive { rtol: 0.1 }, &excitation);
-        assert_eq!(loose.steps, 1999);
+        assert!(loose.steps >= least, "{least} {loose:?}");
     }
 }
 

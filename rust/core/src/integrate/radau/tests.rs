@@ -138,15 +138,7 @@ fn preloaded(deflection: f64) -> (f64, f64) {
 
 /// The links of a system with another law.
 fn carried(system: &System, law: Law) -> Springs {
-    let rows: Vec<_> = system
-        .rows()
-        .iter()
-        .map(|row| {
-            let k = row.link.stiffness();
-            let rest = row.elastic.iter().zip(system.rest()).map(|(a, b)| a * b / k).sum();
-            (core::array::from_fn(|i| row.elastic[i] * system.frequency[i] / k), rest)
-        })
-        .collect();
+    let rows: Vec<_> = system.rows().iter().map(|row| (row.rate, row.rest)).collect();
     Springs::new(system.frequency, &rows, law, system.damping)
 }
 
