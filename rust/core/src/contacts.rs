@@ -60,7 +60,7 @@ const EMPTY: Block = Block {
 
 impl Block {
     /// Deflections from rest.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn deflections(&self, state: &State) -> Lanes {
         let mut at = [0.0; LANES];
         for j in 0..6 {
@@ -70,7 +70,7 @@ impl Block {
     }
 
     /// Their rates.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn rates(&self, state: &State) -> Lanes {
         let mut moving = [0.0; LANES];
         for j in 0..6 {
@@ -81,7 +81,7 @@ impl Block {
 
     /// Time in which no link can pass an edge from `state` on, if no second derivative of a state is above `bending`; below zero if one
     /// is beyond.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn clear_for(&self, state: &State, bending: f64) -> f64 {
         let (at, moving) = (self.deflections(state), self.rates(state));
         let mut times = [0.0; LANES];
@@ -103,7 +103,7 @@ impl Block {
     }
 
     /// Whether the cubics through both ends of a step, which they are wrong by no more than `margin` per unit of reach, stay within the edges.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn cubics_clear(&self, h: f64, state: &State, next: &State, margin: f64) -> bool {
         let (at, end_at) = (self.deflections(state), self.deflections(next));
         let (moving, end_moving) = (self.rates(state), self.rates(next));
@@ -120,13 +120,13 @@ impl Block {
 }
 
 /// The larger of two; unlike `f64::max` one instruction.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
 /// The smaller of two; the second if one is no number.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
@@ -214,13 +214,13 @@ impl<'a> Contacts<'a> {
     }
 
     /// The equations until the next change.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn piece(&self) -> &Piece {
         &self.made.piece
     }
 
     /// The first change in the step from `state` to `next`, which does not know of it; none if there is none.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64> {
         let growth = self.growth(ramp.h);
         self.bending = growth * (self.bending + ramp.turn(&mut self.slopes));
@@ -235,7 +235,7 @@ impl<'a> Contacts<'a> {
     }
 
     /// As [`Contacts::first_change`], from where all links are.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn look(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64> {
         self.limit = HEADROOM * self.bending;
         // Loops and not iterators: closures would be compiled for the oldest processor.
@@ -252,7 +252,7 @@ impl<'a> Contacts<'a> {
         self.change.map(|change| change.theta)
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn cubics_clear(&self, ramp: &Ramp, state: &State, next: &State) -> bool {
         let h = ramp.h;
         let bending = self.growth(h) * self.bending_of(ramp, state);
@@ -266,7 +266,7 @@ impl<'a> Contacts<'a> {
 
     /// Size of the second derivative of the state at the start of a step: from there on, as the force is linear in time, it follows the
     /// equations without force.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn bending_of(&self, ramp: &Ramp, state: &State) -> f64 {
         let rate = self.made.piece.linear(state, &self.force(ramp, 0.0));
         let mut rise = rise(ramp);
@@ -277,14 +277,14 @@ impl<'a> Contacts<'a> {
     }
 
     /// Bound on the growth of a state without force in a time h: `exp(x) <= 1 + 2 x` up to x = 1.25; beyond, the step is halved.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn growth(&self, h: f64) -> f64 {
         let x = self.made.growth_rate * h;
         if x <= 1.25 { fma(2.0, x, 1.0) } else { f64::INFINITY }
     }
 
     /// All of the force but that of the state.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn force(&self, ramp: &Ramp, theta: f64) -> Force {
         let mut force = ramp.force(theta);
         add_scaled(&mut force, self.made.piece.constant(), 1.0);
@@ -297,13 +297,13 @@ impl<'a> Contacts<'a> {
         widest(Search { contacts: self, ramp, state })
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn search_half(&self, ramp: &Ramp, state: &State, next: &State) -> Option<Change> {
         if self.cubics_clear(ramp, state, next) { None } else { self.search(ramp, state) }
     }
 
     /// Looks for the first change on the power series of each deflection.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn search_series(&self, ramp: &Ramp, state: &State) -> Option<Change> {
         let terms = self.made.series.terms(&self.made.piece, ramp, state);
         let mut first: Option<Change> = None;
@@ -340,7 +340,7 @@ impl<'a> Contacts<'a> {
         widest(Crossing { contacts: self, state });
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn change_segments(&mut self, state: &State) {
         if let Some(change) = self.change.take() {
             let segment = &mut self.bends.all_mut()[change.bend].1;
@@ -366,7 +366,7 @@ impl<'a> Contacts<'a> {
     }
 
     /// Equations and edges of the present segments.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn take_up(&mut self) {
         for (bend, &(index, segment)) in self.bends.all().iter().enumerate() {
             let row = &self.system.rows()[index];
@@ -394,7 +394,7 @@ impl<'a> Contacts<'a> {
     }
 
     /// What the present segments make, under the name `key`.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn make(&self, key: u32) -> Made {
         let mut piece = self.linear;
         for &(index, segment) in self.bends.all() {
@@ -420,7 +420,7 @@ struct Search<'a> {
 impl Kernel for Search<'_> {
     type Output = Option<Change>;
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> Option<Change> {
         let Self { contacts, ramp, state } = self;
         let Made { piece, series, .. } = &contacts.made;
@@ -449,13 +449,13 @@ struct Crossing<'a, 'b> {
 impl Kernel for Crossing<'_, '_> {
     type Output = ();
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
         self.contacts.change_segments(self.state);
     }
 }
 
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn rise(ramp: &Ramp) -> Force {
     let (first, last) = (ramp.force(0.0), ramp.force(1.0));
     let mut rise = NO_FORCE;
@@ -465,7 +465,7 @@ fn rise(ramp: &Ramp) -> Force {
     rise
 }
 
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn size(state: &State) -> f64 {
     let mut sums = [0.0; 4];
     for entries in state.as_chunks::<4>().0 {
@@ -490,7 +490,7 @@ const HALVINGS: usize = 30;
 const ROOT_STEPS: usize = 60;
 
 impl Path {
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn new(terms: [f64; TERMS + 1]) -> Self {
         let mut fourth = 0.0;
         for k in 4..=TERMS {
@@ -500,7 +500,7 @@ impl Path {
     }
 
     /// Value and slope.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn at(&self, theta: f64) -> [f64; 2] {
         let (mut value, mut slope) = (0.0, 0.0);
         for term in self.terms.iter().rev() {
@@ -512,7 +512,7 @@ impl Path {
 
     /// The first fraction up to `limit` at which the path leaves `low..=high`, and whether upwards. A start outside counts once the path
     /// moves further out.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn first_exit(&self, low: f64, high: f64, limit: f64) -> Option<(f64, bool)> {
         let mut start = [self.terms[0], self.terms[1]];
         if start[0] > high && start[1] > 0.0 || start[0] < low && start[1] < 0.0 {
@@ -544,7 +544,7 @@ impl Path {
     }
 
     /// What the values and slopes at both ends of a part tell of it.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn look(&self, a: f64, start: [f64; 2], b: f64, end: [f64; 2], low: f64, high: f64) -> Look {
         let h = b - a;
         // Control points of the cubic, and what it can be wrong by; the same of its slope.
@@ -568,7 +568,7 @@ impl Path {
     }
 
     /// Where a path that rises (`up`) or falls all along passes `edge`, from the far side: Newton, held within a bracket.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn root(&self, mut a: f64, mut b: f64, edge: f64, up: bool) -> f64 {
         let mut theta = 0.5 * (a + b);
         for _ in 0..ROOT_STEPS {

@@ -93,7 +93,7 @@ impl<'a> Excitation<'a> {
     }
 
     /// Time of sample `k`, s.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn time(&self, k: usize) -> f64 {
         match self.knots {
             Knots::Every { start, step } => start + step * k as f64,
@@ -102,7 +102,7 @@ impl<'a> Excitation<'a> {
     }
 
     /// Time from sample `k` to the next, s.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn interval(&self, k: usize) -> f64 {
         match self.knots {
             Knots::Every { step, .. } | Knots::At(_, Some(step)) => step,
@@ -111,13 +111,13 @@ impl<'a> Excitation<'a> {
     }
 
     /// Excitation at sample `k`.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn input(&self, k: usize) -> Input {
         joined(self.acceleration[k], self.wrench.map_or([0.0; 6], |wrench| wrench[k]))
     }
 
     /// One component of the excitation at sample `k`.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn component(&self, k: usize, component: usize) -> f64 {
         match (component, self.wrench) {
             (0..3, _) => self.acceleration[k][component],

@@ -79,7 +79,7 @@ struct Fill<'a, I> {
 impl<I: Fn(usize) -> Input> Kernel for Fill<'_, I> {
     type Output = ();
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
         let Self { lanes, states, input, out, from, width } = self;
         let count = usize::min(LANES, width - from);
@@ -137,7 +137,7 @@ impl Laws for Sides {
         true
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn force(&self, mut at: [f64; BENDS]) -> [f64; BENDS] {
         let [positive, negative, clearance] = &self.0;
         for i in 0..BENDS {
@@ -164,7 +164,7 @@ impl Laws for Balls {
         true
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn force(&self, mut at: [f64; BENDS]) -> [f64; BENDS] {
         let [opening, coefficient] = &self.0;
         for i in 0..BENDS {
@@ -219,7 +219,7 @@ impl<L: Laws> Group<L> {
 
     /// At some instants, which share each column while it is in a register; `first`: the first entry of a state that counts in the linear
     /// part.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn at<const N: usize>(&self, states: &[State; N], first: usize) -> [[f64; LANES]; N] {
         let (mut sums, mut at) = ([self.linear.constant; N], [self.rest; N]);
         for j in 0..6 {
@@ -257,7 +257,7 @@ struct FillGroup<'a, L> {
 impl<L: Laws> Kernel for FillGroup<'_, L> {
     type Output = ();
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
         let Self { group, states, out, from, width, rows } = self;
         let first = if group.linear.by_state[..6].as_flattened() == [0.0; 6 * LANES] { 6 } else { 0 };

@@ -5,7 +5,7 @@
 pub(crate) use libm::{atanh, ceil, copysign, exp, expm1, floor, hypot, log1p, pow, sinh};
 
 /// Square root. (The one in `libm` is assembly that the wide vector loops would stall on.)
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn sqrt(x: f64) -> f64 {
     #[cfg(feature = "std")]
     return x.sqrt();
@@ -17,7 +17,7 @@ pub(crate) fn sqrt(x: f64) -> f64 {
 ///
 /// With `std` it is fused, that is rounded once, on every processor: one that has no such instruction is slower, but computes the same
 /// bits. Without `std` it is two operations, as most processors there have no fused one.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn fma(a: f64, b: f64, c: f64) -> f64 {
     #[cfg(feature = "std")]
     return a.mul_add(b, c);
@@ -26,7 +26,7 @@ pub(crate) fn fma(a: f64, b: f64, c: f64) -> f64 {
 }
 
 /// Adds `factor * column` to `sum`.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn add_scaled<const N: usize>(sum: &mut [f64; N], column: &[f64; N], factor: f64) {
     for i in 0..N {
         sum[i] = fma(column[i], factor, sum[i]);

@@ -49,7 +49,7 @@ impl<const ROWS: usize> Linear<ROWS> {
     };
 
     /// The part that does not come from the excitation directly.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn of_state(&self, state: &State) -> [f64; ROWS] {
         let mut out = self.constant;
         for (column, &factor) in self.by_state.iter().zip(state) {
@@ -58,7 +58,7 @@ impl<const ROWS: usize> Linear<ROWS> {
         out
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn at(&self, state: &State, input: &Input) -> [f64; ROWS] {
         let mut out = self.of_state(state);
         if self.by_input_at_all {
@@ -98,7 +98,7 @@ impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
     }
 
     /// At one instant.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn at(&self, state: &State, input: &Input) -> [f64; ROWS] {
         let mut out = self.linear.at(state, input);
         for bend in self.bends.all() {

@@ -61,7 +61,7 @@ impl<T: Copy, const N: usize> Many<T, N> {
         self.count += 1;
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn all(&self) -> &[T] {
         #[cfg(feature = "std")]
         return &self.0;
@@ -69,7 +69,7 @@ impl<T: Copy, const N: usize> Many<T, N> {
         return &self.values[..self.count];
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn all_mut(&mut self) -> &mut [T] {
         #[cfg(feature = "std")]
         return &mut self.0;

@@ -34,7 +34,7 @@ impl Piece {
 
     /// Adds a link with this stiffness, an elastic load at the static position that is `excess` above that at rest, and its damper if
     /// that acts. (Sums of what acts and no differences: nothing cancels where a stiff link is out of contact.)
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn add(&mut self, row: &Row, stiffness: f64, excess: f64, damped: bool) {
         for j in 0..6 {
             add_scaled(&mut self.stiffness[j], &row.rate, stiffness * row.deflection[j]);
@@ -60,17 +60,17 @@ impl Equations for Piece {
     const PIECES: bool = true;
     const LINEAR: bool = true;
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn key(&self) -> u32 {
         self.key
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn frequency(&self) -> &[f64; 6] {
         &self.frequency
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn linear(&self, state: &State, force: &Force) -> State {
         let mut fast = [0.0; 6];
         let mut slow: [f64; 6] = core::array::from_fn(|i| force[i]);
@@ -90,19 +90,19 @@ impl Equations for Piece {
         rate
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn constant(&self) -> &Force {
         &self.constant
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn rate(&self, state: &State, force: &Force) -> State {
         let mut sum = self.constant;
         add_scaled(&mut sum, force, 1.0);
         self.linear(state, &sum)
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn tangent(&self, _: &State) -> (Square, Square) {
         (self.stiffness, self.damping)
     }

@@ -31,7 +31,7 @@ pub(crate) struct Propagator {
 
 impl Propagator {
     /// The exact step of length `h` > 0 s under components of an excitation with the modal forces `influence`.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn new<E: Equations>(equations: &E, influence: &[Force], h: f64) -> Self {
         let a = matrix(equations);
         let norm = h * norm_1(&a);
@@ -90,7 +90,7 @@ impl Propagator {
     }
 
     /// The state at the end of the interval.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn apply(&self, state: &State, start: &Values, end: &Values) -> State {
         // The excitation by itself, as it is known before the state; then two sums side by side: one alone would wait for its own
         // additions.
@@ -121,19 +121,19 @@ pub(crate) struct Series {
 }
 
 impl Series {
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn new<E: Equations>(equations: &E) -> Self {
         Self { norm: norm_1(&matrix(equations)) }
     }
 
     /// Number of parts of an interval of length `h`.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn parts(&self, h: f64) -> f64 {
         f64::max(1.0, ceil(h * self.norm))
     }
 
     /// The state at the end of a ramp.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn advance<E: Equations>(&self, equations: &E, ramp: &Ramp, state: &State) -> State {
         let parts = self.parts(ramp.h);
         let mut state = *state;
@@ -150,7 +150,7 @@ impl Series {
     }
 
     /// The state over a ramp of one part as a power series in the fraction of it.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn terms<E: Equations>(
         &self,
         equations: &E,
@@ -164,7 +164,7 @@ impl Series {
 }
 
 /// Terms 1, 2, … of the solution from `state` over the part of a ramp that begins at `from` and is `length` long, in fractions of the ramp.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn power_series<E: Equations>(
     equations: &E,
     ramp: &Ramp,
@@ -195,7 +195,7 @@ fn power_series<E: Equations>(
 }
 
 /// The state at the end of a ramp of which the length comes once.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn advance<E: Equations>(equations: &E, series: &Series, ramp: &Ramp, state: &State) -> State {
     if series.parts(ramp.h) <= LONG_SERIES {
         return series.advance(equations, ramp, state);
@@ -207,7 +207,7 @@ pub(crate) fn advance<E: Equations>(equations: &E, series: &Series, ramp: &Ramp,
 const LONG_SERIES: f64 = 16.0;
 
 /// The system matrix A by columns.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn matrix<E: Equations>(equations: &E) -> Columns<12> {
     let mut a = identity::<12>(0);
     for column in &mut a {
@@ -217,7 +217,7 @@ pub(crate) fn matrix<E: Equations>(equations: &E) -> Columns<12> {
 }
 
 /// Columns `from..from + N` of the identity.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn identity<const N: usize>(from: usize) -> Columns<N> {
     let mut unit = [[0.0; 12]; N];
     for (j, column) in unit.iter_mut().enumerate() {
@@ -227,7 +227,7 @@ fn identity<const N: usize>(from: usize) -> Columns<N> {
 }
 
 /// Bounds on the 2-norm of the square of a matrix, and on the rate at which `|exp(A t)|` grows (Gershgorin on the symmetric part).
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn norms(a: &Columns<12>) -> (f64, f64) {
     let square = product(a, a);
     let mut rows = [0.0; 12];
@@ -246,7 +246,7 @@ pub(crate) fn norms(a: &Columns<12>) -> (f64, f64) {
     (sqrt(largest_row * norm_1(&square)), growth)
 }
 
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn norm_1(a: &Columns<12>) -> f64 {
     let mut largest = 0.0;
     for column in a {
@@ -259,7 +259,7 @@ fn norm_1(a: &Columns<12>) -> f64 {
     largest
 }
 
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn product<const N: usize>(left: &Columns<12>, right: &Columns<N>) -> Columns<N> {
     let mut out = [[0.0; 12]; N];
     for (out, right) in out.iter_mut().zip(right) {
@@ -271,7 +271,7 @@ fn product<const N: usize>(left: &Columns<12>, right: &Columns<N>) -> Columns<N>
 }
 
 /// `columns + columns + E columns`: what they are after twice the time.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn double<const N: usize>(columns: &mut Columns<N>, change: &Columns<12>) {
     let moved = product(change, columns);
     for (column, moved) in columns.iter_mut().zip(&moved) {
@@ -282,7 +282,7 @@ fn double<const N: usize>(columns: &mut Columns<N>, change: &Columns<12>) {
 }
 
 /// Columns from `from` on of `n! Σ B^k / (k + n)!`, of the `powers` B, B², B³, B⁴.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn series<const N: usize>(powers: &[Columns<12>; 4], from: usize, n: usize) -> Columns<N> {
     let mut factor = [1.0; TERMS + 2];
     for k in 1..TERMS + 2 {
@@ -304,14 +304,14 @@ fn series<const N: usize>(powers: &[Columns<12>; 4], from: usize, n: usize) -> C
     sum
 }
 
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn scale_by<const N: usize>(columns: &mut Columns<N>, factor: f64) {
     for column in columns {
         scale(column, factor);
     }
 }
 
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn scale(column: &mut [f64; 12], factor: f64) {
     for entry in column {
         *entry *= factor;

@@ -37,7 +37,7 @@ impl Record for History<'_> {
         if got < count { Err(RunError::Capacity { expected: count, got }) } else { Ok(()) }
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn instant(&mut self, _: f64, state: &State, _: &Input) {
         self.states[self.filled] = *state;
         self.filled += 1;
@@ -52,7 +52,7 @@ impl Record for Vec<State> {
         Ok(())
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn instant(&mut self, _: f64, state: &State, _: &Input) {
         self.push(*state);
     }
@@ -80,7 +80,7 @@ impl Extremes {
         time_of_largest: [f64::NAN; 8],
     };
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn take(&mut self, time: f64, [x, y, z, mx, my, mz]: [f64; 6]) {
         // No branch: a peak comes seldom, but a rising load is a new largest one at every sample.
         let across = sqrt(fma(y, y, z * z));
@@ -116,7 +116,7 @@ impl Record for Peaks<'_> {
         if got < expected { Err(RunError::Capacity { expected, got }) } else { Ok(()) }
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn instant(&mut self, time: f64, state: &State, input: &Input) {
         for (load, extremes) in self.loads.iter().zip(self.extremes.iter_mut()) {
             extremes.take(time, load.at(state, input));

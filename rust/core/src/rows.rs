@@ -40,7 +40,7 @@ impl Row {
     }
 
     /// Deflection at a state, m.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn at(&self, state: &State) -> f64 {
         let mut at = self.rest;
         for j in 0..6 {
@@ -50,7 +50,7 @@ impl Row {
     }
 
     /// Load of the damper at a state, if it acts, N.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn damper(&self, state: &State) -> f64 {
         let mut load = 0.0;
         for j in 0..6 {
@@ -60,13 +60,13 @@ impl Row {
     }
 
     /// Whether the damper does not act, as it does only in contact.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn is_idle(&self, state: &State) -> bool {
         self.link.is_damped_in_contact() && self.at(state).abs() < self.link.law().clearance()
     }
 
     /// Elastic load and load of the damper at a state, N.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn loads(&self, state: &State) -> (f64, f64) {
         let damping = if self.is_idle(state) { 0.0 } else { self.damper(state) };
         (self.link.law().force(self.at(state)), damping)

@@ -3,12 +3,13 @@
 //! AVX2 is as wide as a state of twelve numbers needs: AVX-512 was measured slower here, up to 1.6 times in the step methods.
 //! Every width performs the same operations in the same order on every number, so the results are the same bits.
 
-/// A loop. What it calls must be `#[inline(always)]`, or it is compiled for the oldest processor.
+/// A loop. What it calls must be `#[cfg_attr(feature = "std", inline(always))]`, or it is compiled for the oldest processor; closures are too.
+/// (Without `std` there is one processor and nothing to choose, and inlining everything makes programs three times as large.)
 pub(crate) trait Kernel {
     /// What it returns.
     type Output;
 
-    /// The loop itself, `#[inline(always)]`.
+    /// The loop itself, `#[cfg_attr(feature = "std", inline(always))]`.
     fn run(self) -> Self::Output;
 }
 

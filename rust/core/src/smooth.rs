@@ -56,7 +56,7 @@ impl Balls {
         self.coefficient[lane] = coefficient;
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn deflections(&self, state: &State) -> Lanes {
         let mut at = self.rest;
         for j in 0..6 {
@@ -66,7 +66,7 @@ impl Balls {
     }
 
     /// By how much each row is pressed together, and the other.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn presses(&self, state: &State) -> [Lanes; 2] {
         let at = self.deflections(state);
         let mut presses = [[0.0; LANES]; 2];
@@ -85,7 +85,7 @@ impl Balls {
     }
 
     /// Loads above those at rest.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn loads(&self, state: &State) -> Lanes {
         let [mut closing, mut opening] = self.presses(state);
         for i in 0..LANES {
@@ -100,7 +100,7 @@ impl Balls {
         closing
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn tangents(&self, state: &State) -> Lanes {
         let [mut closing, opening] = self.presses(state);
         for i in 0..LANES {
@@ -116,7 +116,7 @@ struct AtRest<'a>(&'a Balls);
 impl Kernel for AtRest<'_> {
     type Output = Lanes;
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> Lanes {
         self.0.loads(&[0.0; 12])
     }
@@ -157,22 +157,22 @@ impl Equations for Smooth<'_> {
         0
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn frequency(&self) -> &[f64; 6] {
         self.linear.frequency()
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn linear(&self, state: &State, force: &Force) -> State {
         self.linear.linear(state, force)
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn constant(&self) -> &Force {
         self.linear.constant()
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn rate(&self, state: &State, force: &Force) -> State {
         let mut rate = self.linear.rate(state, force);
         let mut pull = NO_FORCE;
@@ -195,7 +195,7 @@ impl Equations for Smooth<'_> {
         rate
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn tangent(&self, state: &State) -> (Square, Square) {
         let (mut stiffness, mut damping) = self.linear.tangent(state);
         for balls in self.balls.all() {

@@ -39,7 +39,7 @@ pub(crate) type Force = [f64; 8];
 pub(crate) const NO_FORCE: Force = [0.0; 8];
 
 /// An [`Input`] of its parts.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 pub fn joined([x, y, z]: [f64; 3], [a, b, c, d, e, f]: [f64; 6]) -> Input {
     [x, y, z, a, b, c, d, e, f]
 }
@@ -251,17 +251,17 @@ impl Equations for System {
     const PIECES: bool = false;
     const LINEAR: bool = true;
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn key(&self) -> u32 {
         0
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn frequency(&self) -> &[f64; 6] {
         &self.frequency
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn linear(&self, state: &State, force: &Force) -> State {
         let mut fast = [0.0; 6];
         let mut slow: [f64; 6] = core::array::from_fn(|i| force[i]);
@@ -278,17 +278,17 @@ impl Equations for System {
         rate
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn constant(&self) -> &Force {
         &NO_FORCE
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn rate(&self, state: &State, force: &Force) -> State {
         self.linear(state, force)
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn tangent(&self, _: &State) -> (Square, Square) {
         let mut stiffness = [[0.0; 6]; 6];
         for (i, column) in stiffness.iter_mut().enumerate() {

@@ -88,7 +88,7 @@ impl ErrorNorm {
         Self { weight }
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn of(&self, error: &State) -> f64 {
         let mut sum = 0.0;
         for i in 0..12 {
@@ -143,7 +143,7 @@ impl Controller {
     }
 
     /// Number of equal steps for the remaining time `rest` of an interval.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn split(&mut self, rest: f64) -> f64 {
         if rest <= self.trusted && self.ratio <= CAUTION_RATIO {
             return 1.0;
@@ -155,7 +155,7 @@ impl Controller {
 
     /// Takes the `error` of a step of length `h`, relative to the load scale; true if the step may stand. `between`: whether samples
     /// lie within, which dense output gives.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn accept(&mut self, h: f64, error: f64, between: bool) -> bool {
         let error = if between { BETWEEN * error } else { error };
         let share = f64::min(1.0, STEPS_WITHIN_MARGIN * h / self.memory);
@@ -177,7 +177,7 @@ impl Controller {
     }
 
     /// The step that the error `ratio` of one of length `h` allows.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn allowed(&self, h: f64, ratio: f64) -> f64 {
         let factor = CAUTION * pow(f64::max(ratio, 1e-30), self.exponent);
         h * factor.clamp(SHRINKAGE, GROWTH)

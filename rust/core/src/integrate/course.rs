@@ -29,17 +29,17 @@ pub(super) struct Steady<'a, E>(pub &'a E);
 impl<E: Equations> Course for Steady<'_, E> {
     type Equations = E;
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn equations(&self) -> &E {
         self.0
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn first_change(&mut self, _: &Ramp, _: &State, _: &State) -> Option<f64> {
         None
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn cross(&mut self, _: &State) {}
 
     fn changes(&self) -> usize {
@@ -50,12 +50,12 @@ impl<E: Equations> Course for Steady<'_, E> {
 impl Course for Contacts<'_> {
     type Equations = Piece;
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn equations(&self) -> &Piece {
         self.piece()
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64> {
         Contacts::first_change(self, ramp, state, next)
     }

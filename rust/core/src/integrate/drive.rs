@@ -45,7 +45,7 @@ impl Drive {
     }
 
     /// The sample up to which the excitation runs straight on from sample `k`, within rounding; at least the next one.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn straight_until(&self, excitation: &Excitation, k: usize) -> usize {
         let farthest = usize::min(k + MOST_STRAIGHT, excitation.count() - 1);
         let mut until = k + 1;
@@ -56,7 +56,7 @@ impl Drive {
     }
 
     /// Whether sample `middle` is on the line from sample `k` to the one after it.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn is_straight(&self, excitation: &Excitation, k: usize, middle: usize) -> bool {
         let (before, after) = (excitation.time(middle) - excitation.time(k), excitation.interval(middle));
         let theta = before / (before + after);
@@ -71,7 +71,7 @@ impl Drive {
     }
 
     /// Puts the values at sample `k` into `values`.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn sample(&self, excitation: &Excitation, k: usize, values: &mut Values) {
         for (value, &component) in values.iter_mut().zip(&self.components[..self.count]) {
             *value = excitation.component(k, component);
@@ -95,7 +95,7 @@ pub struct Ramp<'a> {
 
 impl Ramp<'_> {
     /// Values at the fraction `theta` of the step.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn values(&self, theta: f64) -> Values {
         // Not start + theta (end - start): that misses the end by a rounding.
         let mut values = [0.0; 9];
@@ -107,7 +107,7 @@ impl Ramp<'_> {
 
     /// By how much the rate of change of the force differs, at most, from that of an earlier ramp, of which `slopes` holds the rates of
     /// change of the values; those of this one take their place.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn turn(&self, slopes: &mut Values) -> f64 {
         let mut turn = 0.0;
         for i in 0..self.drive.count {
@@ -119,14 +119,14 @@ impl Ramp<'_> {
     }
 
     /// What the force can add to the size of a state over the step, at most.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn impulse(&self) -> f64 {
         let size = |force: Force| sqrt(force.iter().map(|f| f * f).sum());
         self.h * f64::max(size(self.force(0.0)), size(self.force(1.0)))
     }
 
     /// Modal force at the fraction `theta` of the step.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn force(&self, theta: f64) -> Force {
         let mut force = NO_FORCE;
         for (i, column) in self.drive.influence().iter().enumerate() {

@@ -27,7 +27,7 @@ pub struct Memory<const KEPT: usize> {
 }
 
 impl<const KEPT: usize> Memory<KEPT> {
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn series<E: Equations>(&mut self, equations: &E) -> Series {
         match self.series {
             Some((key, series)) if key == equations.key() => series,
@@ -48,7 +48,7 @@ impl<const KEPT: usize> Method for Exact<KEPT> {
         Memory { propagators: Kept::new(), series: None }
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn step<E: Equations>(
         &self,
         equations: &E,
@@ -75,7 +75,7 @@ impl<const KEPT: usize> Method for Exact<KEPT> {
     }
 
     /// Lengths between knots seldom come again, and must not drive out those that do: nothing is kept of them.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn between<E: Equations>(
         &self,
         equations: &E,

@@ -19,7 +19,7 @@ impl<T, const N: usize> Kept<T, N> {
 
     /// The place for the value of a step length under the equations `key`, and how often it was asked for before. A new one takes the
     /// oldest place.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn place(&mut self, length: f64, key: u32) -> (&mut Option<T>, u32) {
         if self.places[self.last] != (length, key) {
             self.last = match self.places.iter().position(|kept| *kept == (length, key)) {

@@ -146,7 +146,7 @@ struct Following<'a, M, R, C> {
 impl<M: Method, R: Record, C: Course> Kernel for Following<'_, M, R, C> {
     type Output = Result<Summary, RunError>;
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> Self::Output {
         let Self { job, mut course } = self;
         let Job { system, method, control, excitation, output, record, drive, load_scale } = job;
@@ -310,13 +310,13 @@ impl<M: Method, R: Record, C: Course> Kernel for Following<'_, M, R, C> {
 const DIVERGENCE: f64 = 100.0;
 
 /// Square root of twice the kinetic energy.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn speed(state: &State) -> f64 {
     sqrt(state[6..].iter().map(|entry| entry * entry).sum())
 }
 
 /// Whether no entry is infinite or NaN.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn finite(state: &State) -> bool {
     // Four sums side by side, of zeros unless an entry is not finite.
     let mut sums = [0.0; 4];

@@ -81,7 +81,7 @@ impl Inverse {
     }
 
     /// The inverse times a complex vector.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn apply(&self, [re, im]: &[[f64; 6]; 2]) -> [[f64; 6]; 2] {
         let (rr, ri) = (times(&self.re, re), times(&self.re, im));
         let (ir, ii) = (times(&self.im, re), times(&self.im, im));
@@ -96,7 +96,7 @@ impl Inverse {
 
 impl Tangent {
     /// That at `state`, for steps of length `h`.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn new<E: Equations>(equations: &E, state: &State, h: f64) -> Self {
         let (stiffness, damping) = equations.tangent(state);
         Self::inverted(equations.frequency(), stiffness, damping, h)
@@ -110,7 +110,7 @@ impl Tangent {
     }
 
     /// `h S s` of the elastic half s of a vector.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn pulled<E: Equations>(&self, equations: &E, vector: &State) -> [f64; 6] {
         if E::PIECES || !E::LINEAR {
             return times(&self.pull, &upper(vector));
@@ -125,7 +125,7 @@ impl Tangent {
     }
 
     /// Solves `(γ - h A) x = r` for the real eigenvalue γ.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn solve_real<E: Equations>(&self, equations: &E, r: &State) -> State {
         let (h, frequency, gamma) = (self.h, equations.frequency(), RADAU.parts[0].value[0]);
         let pulled = self.pulled(equations, r);
@@ -143,7 +143,7 @@ impl Tangent {
     }
 
     /// Solves `(λ - h A) w = r` for the complex eigenvalue `index`.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn solve_complex<E: Equations>(&self, equations: &E, index: usize, [re, im]: &[State; 2]) -> [State; 2] {
         let (h, frequency, [a, b]) = (self.h, equations.frequency(), RADAU.parts[index].value);
         let size = a * a + b * b;
@@ -168,7 +168,7 @@ impl Tangent {
 
     /// The parts of a step whose right-hand sides are those of the tangent: `rate` at the start, `rise` of the modal force, and
     /// `bend` more on the velocities (for equations that are not linear).
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn begin<E: Equations>(
         &self,
         equations: &E,
@@ -201,7 +201,7 @@ impl Tangent {
     }
 
     /// The estimated error of a step, filtered by (γ - h A)⁻¹ so that stiff parts do not inflate it (Hairer & Wanner, eq. IV.8.19).
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn error<E: Equations>(&self, equations: &E, rate: &State, parts: &Parts) -> State {
         let mut residual = [0.0; 12];
         for (index, part) in RADAU.parts.iter().enumerate() {
@@ -226,7 +226,7 @@ impl Method for Radau {
         Stages { kept: Kept::new(), parts: [[[0.0; 12]; 2]; 3], course: Course::NONE }
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn step<E: Equations>(
         &self,
         equations: &E,
@@ -249,7 +249,7 @@ impl Method for Radau {
         (end(state, parts), tangent.error(equations, &rate, parts))
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn between<E: Equations>(
         &self,
         _: &E,
@@ -284,7 +284,7 @@ const NO_BEND: Bend = [[[0.0; 6]; 2]; 3];
 
 /// Rise of the modal force over a step: it is linear in time, so all right-hand sides lie in two vectors, the rate at the start and
 /// this.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn rise(ramp: &Ramp) -> [f64; 6] {
     let (start, end) = (ramp.force(0.0), ramp.force(1.0));
     let mut rise = [0.0; 6];
@@ -295,7 +295,7 @@ fn rise(ramp: &Ramp) -> [f64; 6] {
 }
 
 /// The state at the end of a step.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn end(state: &State, parts: &Parts) -> State {
     let mut next = *state;
     for (part, count) in parts.iter().zip(&COUNTS) {
@@ -307,13 +307,13 @@ fn end(state: &State, parts: &Parts) -> State {
 }
 
 /// The elastic half of a state.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn upper(state: &State) -> [f64; 6] {
     core::array::from_fn(|i| state[i])
 }
 
 /// Matrix (by columns) times vector.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn times(columns: &[[f64; 6]; 6], vector: &[f64; 6]) -> [f64; 6] {
     let mut out = [0.0; 6];
     for (column, &factor) in columns.iter().zip(vector) {

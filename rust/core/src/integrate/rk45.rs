@@ -27,7 +27,7 @@ impl Method for Rk45 {
         Stages { rates: [[0.0; 12]; 7], end: None }
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn step<E: Equations>(
         &self,
         equations: &E,
@@ -59,7 +59,7 @@ impl Method for Rk45 {
         (next, error)
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn between<E: Equations>(
         &self,
         _: &E,

@@ -98,17 +98,17 @@ impl Curve {
         (self.count == 0).then_some((self.load_at_zero, self.stiffness[0]))
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn nominal(&self) -> f64 {
         self.stiffness.iter().fold(0.0, |most, &k| f64::max(most, k))
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn edges(&self) -> &[f64] {
         &self.edge[..self.count]
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn segment_of(&self, d: f64) -> usize {
         let mut segment = 0;
         for &edge in self.edges() {
@@ -118,7 +118,7 @@ impl Curve {
     }
 
     /// The point of a segment nearest to δ = 0.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn anchor(&self, segment: usize) -> (f64, f64) {
         if segment == self.origin {
             (0.0, self.load_at_zero)
@@ -128,14 +128,14 @@ impl Curve {
         }
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn force(&self, d: f64) -> f64 {
         let segment = self.segment_of(d);
         let (at, load) = self.anchor(segment);
         load + self.stiffness[segment] * (d - at)
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn segment(&self, index: usize) -> (f64, f64) {
         let index = usize::min(index, self.count);
         let ((at, load), stiffness) = (self.anchor(index), self.stiffness[index]);

@@ -128,7 +128,7 @@ impl Law {
     }
 
     /// Nominal stiffness, N/m: k; of a sided law the larger side; of a preloaded one k₀; of a curve its largest slope.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn nominal(&self) -> f64 {
         match &self.0 {
             Kind::Linear(stiffness) => *stiffness,
@@ -139,7 +139,7 @@ impl Law {
     }
 
     /// Force at the deflection `d`, N.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn force(&self, d: f64) -> f64 {
         match &self.0 {
             Kind::Linear(stiffness) => stiffness * d,
@@ -150,7 +150,7 @@ impl Law {
     }
 
     /// Slope of the force at the deflection `d`, N/m; at an edge the one on its right.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn tangent(&self, d: f64) -> f64 {
         match &self.0 {
             Kind::Linear(stiffness) => *stiffness,
@@ -161,7 +161,7 @@ impl Law {
     }
 
     /// Energy at the deflection `d`, J: the integral of the force from 0.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn energy(&self, d: f64) -> f64 {
         match &self.0 {
             Kind::Linear(stiffness) => 0.5 * stiffness * d * d,
@@ -196,7 +196,7 @@ impl Law {
     }
 
     /// Deflections at which a contact opens or closes, ascending, m: where the slope changes, and for a preloaded law -d₀ and d₀.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn edges(&self) -> &[f64] {
         match &self.0 {
             Kind::Linear(_) => &[],
@@ -207,7 +207,7 @@ impl Law {
     }
 
     /// Segment in which `d` lies, from 0: the number of edges up to `d`, so that an edge belongs to what is on its right.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn segment_of(&self, d: f64) -> usize {
         let mut segment = 0;
         for &edge in self.edges() {
@@ -218,7 +218,7 @@ impl Law {
 
     /// What the force is on a segment of a piecewise linear law: `F = a + k δ`, as (a, k) in N and N/m; past the last segment the
     /// last. A preloaded law has no straight segments: its tangent at δ = 0.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn segment(&self, index: usize) -> (f64, f64) {
         match &self.0 {
             Kind::Linear(stiffness) => (0.0, *stiffness),

@@ -58,12 +58,12 @@ impl Preloaded {
     }
 
     /// xⁿ.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn power(&self, x: f64) -> f64 {
         if self.exponent == BALL { x * sqrt(x) } else { pow(x, self.exponent) }
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn force(&self, d: f64) -> f64 {
         let (size, opening) = (d.abs(), self.edges[1]);
         let force = if size >= opening {
@@ -89,7 +89,7 @@ impl Preloaded {
         }
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn tangent(&self, d: f64) -> f64 {
         let (size, opening) = (d.abs(), self.edges[1]);
         if size >= opening {
@@ -101,12 +101,12 @@ impl Preloaded {
     }
 
     /// xⁿ⁻¹.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn root(&self, x: f64) -> f64 {
         if self.exponent == BALL { sqrt(x) } else { pow(x, self.exponent - 1.0) }
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn energy(&self, d: f64) -> f64 {
         let (size, opening, over) = (d.abs(), self.edges[1], self.exponent + 1.0);
         if size >= opening {

@@ -33,28 +33,28 @@ impl Sided {
         Self { positive: self.positive * factor, negative: self.negative * factor, ..*self }
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn nominal(&self) -> f64 {
         f64::max(self.positive, self.negative)
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn edges(&self) -> &[f64] {
         &self.edges[..self.count]
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn force(&self, d: f64) -> f64 {
         self.positive * f64::max(d - self.clearance, 0.0) - self.negative * f64::max(-d - self.clearance, 0.0)
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn energy(&self, d: f64) -> f64 {
         let (right, left) = (f64::max(d - self.clearance, 0.0), f64::max(-d - self.clearance, 0.0));
         0.5 * (self.positive * right * right + self.negative * left * left)
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn segment(&self, index: usize) -> (f64, f64) {
         if index == 0 && self.edges[0] <= 0.0 {
             (self.negative * self.clearance, self.negative)

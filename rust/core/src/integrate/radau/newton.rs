@@ -81,7 +81,7 @@ pub(super) struct Course {
 }
 
 /// A step of equations that are not linear. Where the iteration does not converge, the state and its error are infinite.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 pub(super) fn step<E: Equations>(
     equations: &E,
     memory: &mut Stages,
@@ -138,7 +138,7 @@ impl Course {
 
     /// The force beyond the tangent, less that at the start of the step, carried on from the last step by the polynomial through its
     /// stages; nothing where the step does not continue it.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn carried_on<E: Equations>(&mut self, equations: &E, tangent: &Tangent, state: &State) -> Bend {
         let ratio = tangent.h / self.h;
         if self.key != equations.key() || self.end != *state || ratio > FARTHEST {
@@ -165,7 +165,7 @@ impl Course {
     }
 
     /// Iterates on the parts; the estimated error of the step, or none without convergence.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn converge<E: Equations>(
         &mut self,
         equations: &E,
@@ -205,14 +205,14 @@ impl Course {
     /// Whether what an iteration left after an update is small beside the error of the step.
     ///
     /// The estimate of that error has order 5, hence grows as `h⁶`, the error itself as `h¹⁰`: as the power 5/3 of it.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn small(&self, update: f64, error: f64, whole: f64) -> bool {
         let left = update * self.contraction / (1.0 - self.contraction) / PART;
         left * left * left * (whole * whole) <= error * error * error * (error * error)
     }
 
     /// States of the stages and their rates.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn evaluate<E: Equations>(&mut self, equations: &E, forces: &[Force; 5], state: &State, parts: &Parts) {
         for stage in 0..5 {
             let mut there = *state;
@@ -230,7 +230,7 @@ impl Course {
     }
 
     /// One iteration; the size of the update.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn improve<E: Equations>(
         &self,
         equations: &E,
@@ -324,7 +324,7 @@ fn weights(ratio: f64) -> [[[f64; 5]; 2]; 3] {
 }
 
 /// Square root of twice the energy.
-#[inline(always)]
+#[cfg_attr(feature = "std", inline(always))]
 fn size(state: &State) -> f64 {
     let mut sum = 0.0;
     for entry in state {
