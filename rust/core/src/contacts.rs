@@ -136,8 +136,8 @@ fn smaller(a: f64, b: f64) -> f64 {
 pub(crate) struct Change {
     /// At which fraction of the step.
     pub theta: f64,
-    bend: usize,
-    up: bool,
+    /// Which link, and whether upwards; none where the search only paused.
+    crossing: Option<(usize, bool)>,
 }
 
 /// What a combination of segments makes.
@@ -171,6 +171,8 @@ pub(crate) struct Contacts<'a> {
     /// The change that ends the step at hand.
     change: Option<Change>,
     pub changes: usize,
+    /// Parts of steps that were looked into.
+    pub searched: usize,
 }
 
 impl<'a> Contacts<'a> {
@@ -208,6 +210,7 @@ impl<'a> Contacts<'a> {
             named: 0,
             change: None,
             changes: 0,
+            searched: 0,
         };
         contacts.cross(&[0.0; 12]);
         contacts
@@ -293,19 +296,15 @@ impl<'a> Contacts<'a> {
 
     /// Looks for the first change by halves until the power series holds.
     #[inline(never)]
-    fn search(&self, ramp: &Ramp, state: &State) -> Option<Change> {
-        widest(Search { contacts: self, ramp, state })
+    fn search(&mut self, ramp: &Ramp, state: &State) -> Option<Change> {
+        let (change, searched) = widest(Search { contacts: self, ramp, state });
+        self.searched += searched;
+        change
     }
 
+    /// The first change on the power series of a state over a part of a step.
     #[cfg_attr(feature = "std", inline(always))]
-    fn search_half(&self, ramp: &Ramp, state: &State, next: &State) -> Option<Change> {
-        if self.cubics_clear(ramp, state, next) { None } else { self.search(ramp, state) }
-    }
-
-    /// Looks for the first change on the power series of each deflection.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn search_series(&self, ramp: &Ramp, state: &State) -> Option<Change> {
-        let terms = self.made.series.terms(&self.made.piece, ramp, state);
+    fn search_series(&self, terms: &[State; TERMS + 1]) -> Option<Change> {
         let mut first: Option<Change> = None;
         for (index, block) in self.blocks.all().iter().enumerate() {
             let mut paths = [[0.0; LANES]; TERMS + 1];
@@ -327,7 +326,7 @@ impl<'a> Contacts<'a> {
                 }
                 let limit = if let Some(change) = first { change.theta } else { 1.0 };
                 if let Some((theta, up)) = Path::new(path).first_exit(low, high, limit) {
-                    first = Some(Change { theta, bend: index * LANES + lane, up });
+                    first = Some(Change { theta, crossing: Some((index * LANES + lane, up)) });
                 }
             }
         }
@@ -342,12 +341,12 @@ impl<'a> Contacts<'a> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn change_segments(&mut self, state: &State) {
-        if let Some(change) = self.change.take() {
-            let segment = &mut self.bends.all_mut()[change.bend].1;
-            *segment = if change.up { *segment + 1 } else { *segment - 1 };
+        if let Some(Change { crossing: Some((crossed, up)), .. }) = self.change.take() {
+            let segment = &mut self.bends.all_mut()[crossed].1;
+            *segment = if up { *segment + 1 } else { *segment - 1 };
             self.changes += 1;
             // And those that are at their edges too, as where a machine is symmetric.
-            for bend in (0..self.bends.all().len()).filter(|&bend| bend != change.bend) {
+            for bend in (0..self.bends.all().len()).filter(|&bend| bend != crossed) {
                 let (block, lane) = (&self.blocks.all()[bend / LANES], bend % LANES);
                 let (at, moving) = (block.deflections(state)[lane], block.rates(state)[lane]);
                 let slack = block.slack[lane];
@@ -410,7 +409,13 @@ impl<'a> Contacts<'a> {
     }
 }
 
-/// [`Contacts::search`] for the processor at hand.
+/// Parts of one step that are looked into at a time, about a second's work: then the run may count them.
+const MOST_PARTS: usize = 1_000_000;
+
+/// Halvings of a step, after which any is short.
+const MOST_HALVINGS: usize = 64;
+
+/// [`Contacts::search`] for the processor at hand; also how many parts it looked into.
 struct Search<'a> {
     contacts: &'a Contacts<'a>,
     ramp: &'a Ramp<'a>,
@@ -418,25 +423,48 @@ struct Search<'a> {
 }
 
 impl Kernel for Search<'_> {
-    type Output = Option<Change>;
+    type Output = (Option<Change>, usize);
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> Option<Change> {
+    fn run(self) -> Self::Output {
         let Self { contacts, ramp, state } = self;
         let Made { piece, series, .. } = &contacts.made;
-        if series.parts(ramp.h) <= 1.0 {
-            return contacts.search_series(ramp, state);
+        // Parts that lie ahead, the nearest last: where they end. The whole is known not to be clear.
+        let mut ends = [1.0; MOST_HALVINGS];
+        ends[1] = 0.5;
+        let mut ahead = if series.parts(ramp.h) > 1.0 { 2 } else { 1 };
+        let (mut from, mut state) = (0.0, *state);
+        let mut searched = 0;
+        while ahead > 0 {
+            let to = ends[ahead - 1];
+            if searched == MOST_PARTS {
+                return (Some(Change { theta: from, crossing: None }), searched);
+            }
+            searched += 1;
+            let (start, end) = (ramp.values(from), ramp.values(to));
+            let part =
+                Ramp { h: (to - from) * ramp.h, start: &start, end: &end, drive: ramp.drive, whole: false };
+            if series.parts(part.h) <= 1.0 {
+                let terms = series.terms(piece, &part, &state);
+                if let Some(Change { theta, crossing }) = contacts.search_series(&terms) {
+                    return (Some(Change { theta: fma(theta, to - from, from), crossing }), searched);
+                }
+                for term in &terms[1..] {
+                    add_scaled(&mut state, term, 1.0);
+                }
+            } else {
+                let next = advance(piece, series, &part, &state);
+                if ahead < MOST_HALVINGS && !contacts.cubics_clear(&part, &state, &next) {
+                    ends[ahead] = 0.5 * (from + to);
+                    ahead += 1;
+                    continue;
+                }
+                state = next;
+            }
+            from = to;
+            ahead -= 1;
         }
-        let middle = ramp.values(0.5);
-        let first = Ramp { h: 0.5 * ramp.h, end: &middle, whole: false, ..*ramp };
-        let second = Ramp { start: &middle, end: ramp.end, ..first };
-        let halfway = advance(piece, series, &first, state);
-        if let Some(change) = contacts.search_half(&first, state, &halfway) {
-            return Some(Change { theta: 0.5 * change.theta, ..change });
-        }
-        let end = advance(piece, series, &second, &halfway);
-        let change = contacts.search_half(&second, &halfway, &end)?;
-        Some(Change { theta: fma(0.5, change.theta, 0.5), ..change })
+        (None, searched)
     }
 }
 

@@ -21,6 +21,9 @@ pub(super) trait Course {
 
     /// Changes so far.
     fn changes(&self) -> usize;
+
+    /// Parts of steps that were looked into for them.
+    fn searched(&self) -> usize;
 }
 
 /// One set of equations throughout.
@@ -45,6 +48,11 @@ impl<E: Equations> Course for Steady<'_, E> {
     fn changes(&self) -> usize {
         0
     }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn searched(&self) -> usize {
+        0
+    }
 }
 
 impl Course for Contacts<'_> {
@@ -66,5 +74,10 @@ impl Course for Contacts<'_> {
 
     fn changes(&self) -> usize {
         self.changes
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn searched(&self) -> usize {
+        self.searched
     }
 }

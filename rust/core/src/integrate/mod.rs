@@ -247,7 +247,7 @@ impl<M: Method, R: Record, C: Course> Kernel for Following<'_, M, R, C> {
                     };
                     (h, left, last) = (ramp.h, 1.0, false);
                 }
-                if summary.steps == MOST_STEPS {
+                if summary.steps + course.searched() >= MOST_STEPS {
                     return Err(RunError::TooManySteps { time: start + done, step: h });
                 }
                 if let Output::Samples = output {

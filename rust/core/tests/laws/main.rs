@@ -1,6 +1,7 @@
 //! The laws that the core keeps, through its public interface. One binary, a file per theme, in the order of the data.
 
 mod common;
+mod contacts;
 
 mod assembly;
 mod dynamics;
