@@ -34,6 +34,8 @@ pub struct Stages {
     kept: Kept<Tangent, KEPT>,
     parts: Parts,
     course: Course,
+    /// What each stage adds to the start of the last step, once it was asked for.
+    dense: Option<[State; 5]>,
 }
 
 /// Stage parts of a step, one for each eigenvalue: real and imaginary halves.
@@ -223,7 +225,7 @@ impl Method for Radau {
     const ERROR_ORDER: Option<u32> = Some(5);
 
     fn memory(&self) -> Stages {
-        Stages { kept: Kept::new(), parts: [[[0.0; 12]; 2]; 3], course: Course::NONE }
+        Stages { kept: Kept::new(), parts: [[[0.0; 12]; 2]; 3], course: Course::NONE, dense: None }
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -234,6 +236,7 @@ impl Method for Radau {
         ramp: &Ramp,
         state: &State,
     ) -> (State, State) {
+        memory.dense = None;
         if !E::LINEAR {
             return newton::step(equations, memory, ramp, state);
         }
@@ -259,22 +262,37 @@ impl Method for Radau {
         theta: f64,
     ) -> State {
         // The collocation polynomial through the start and the five stages.
+        if memory.dense.is_none() {
+            memory.dense = Some(stages(&memory.parts));
+        }
+        let Some(stages) = &memory.dense else { unreachable!("just made") };
         let nodes = &RADAU.nodes;
         let mut there = *state;
         for stage in 0..5 {
             let mut weight = theta / nodes[stage];
-            for other in (0..5).filter(|&other| other != stage) {
-                weight *= (theta - nodes[other]) / (nodes[stage] - nodes[other]);
-            }
-            for (index, (part, [re, im])) in RADAU.parts.iter().zip(&memory.parts).enumerate() {
-                let [a, b] = part.vector[stage];
-                for i in 0..12 {
-                    there[i] += weight * COUNTS[index] * (a * re[i] - b * im[i]);
+            for other in 0..5 {
+                if other != stage {
+                    weight *= (theta - nodes[other]) * (1.0 / (nodes[stage] - nodes[other]));
                 }
             }
+            add_scaled(&mut there, &stages[stage], weight);
         }
         there
     }
+}
+
+/// What each stage adds to the start of a step.
+#[cfg_attr(feature = "std", inline(always))]
+fn stages(parts: &Parts) -> [State; 5] {
+    let mut stages = [[0.0; 12]; 5];
+    for stage in 0..5 {
+        for (index, (part, [re, im])) in RADAU.parts.iter().zip(parts).enumerate() {
+            let [a, b] = part.vector[stage];
+            add_scaled(&mut stages[stage], re, COUNTS[index] * a);
+            add_scaled(&mut stages[stage], im, COUNTS[index] * -b);
+        }
+    }
+    stages
 }
 
 /// What is added to the velocities' right-hand sides of the parts.

@@ -88,7 +88,7 @@ pub(super) fn step<E: Equations>(
     ramp: &Ramp,
     state: &State,
 ) -> (State, State) {
-    let Stages { kept, parts, course } = memory;
+    let Stages { kept, parts, course, .. } = memory;
     let place = kept.place(ramp.h, equations.key()).0;
     let (rate, rise) = (equations.rate(state, &ramp.force(0.0)), rise(ramp));
     let mut forces = [NO_FORCE; 5];
@@ -279,10 +279,11 @@ impl Course {
     }
 
     /// Whether the tangent differs so much from stage to stage that the iteration may not contract.
-    #[inline(never)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn bent<E: Equations>(&self, equations: &E, tangent: &Tangent) -> bool {
         let (h, frequency, gamma) = (tangent.h, equations.frequency(), RADAU.parts[0].value[0]);
-        self.states.iter().any(|state| {
+        let mut bent = false;
+        for state in &self.states {
             let (stiffness, damping) = equations.tangent(state);
             let mut sum = 0.0;
             for j in 0..6 {
@@ -291,11 +292,14 @@ impl Course {
                     off[i] = (h * stiffness[j][i] - tangent.pull[j][i]) * (h * frequency[j])
                         + gamma * h * (damping[j][i] - tangent.damping[j][i]);
                 }
-                sum += times(&tangent.inverses[0].re, &off).iter().map(|x| x * x).sum::<f64>();
+                for entry in times(&tangent.inverses[0].re, &off) {
+                    sum += entry * entry;
+                }
             }
             // NaN is no proof either.
-            sum > STRAIGHT * STRAIGHT || sum.is_nan()
-        })
+            bent |= sum > STRAIGHT * STRAIGHT || sum.is_nan();
+        }
+        bent
     }
 }
 
