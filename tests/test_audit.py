@@ -12,6 +12,7 @@ import reference as ref
 from guideload import Body, Carriage, Link, Machine, Motion, Rail, Result, report, simulate
 from guideload._core import Law
 from guideload.checks import BALL_ROW, ROLLERS
+from guideload.report_parts import WIDTH
 
 TIME = np.arange(1001) * 1e-3
 PUSH = np.where((TIME > 0.2) & (TIME < 0.6), 2.2, 0.0)
@@ -382,14 +383,69 @@ def test_a_motion_that_begins_under_way_is_not_told_of_later_instants() -> None:
     assert simulate(ref.cart(), motion, times=TIME[500:]).audit.warnings == ()
 
 
+# ---- impacts
+
+
+def rattling() -> Machine:
+    """Dampers that set in at once: every touch is an impact, and multiplies what differs before it."""
+    return changed(cart_clear(), damping_in_contact=True)
+
+
+def shaken() -> Motion:
+    noise = 0.3 * np.random.default_rng(1).standard_normal(3001)
+    return Motion.along_x(np.arange(3001) * 1e-3, np.where(np.arange(3001) > 0, noise, 0.0))
+
+
+def test_a_scene_whose_impacts_multiply_small_differences_is_told() -> None:
+    """The figure is what a motion larger by 1e-9 really changes; where damping always acts, that is nothing."""
+    result = simulate(rattling(), shaken())
+    larger = Motion(time=shaken().time, acceleration=(1.0 + 1e-9) * shaken().acceleration)
+    load, other = (one.data["link_load"].values for one in (result, simulate(rattling(), larger)))
+    change = np.abs(load - other).max() / np.abs(load).max()
+    found = result.audit.sensitivity
+    assert found is not None and change > 1e-3 and found == pytest.approx(change, rel=1e-3)
+    assert any("impacts multiply small differences" in warning for warning in result.audit.warnings)
+    settled = simulate(cart_clear(), shaken()).audit
+    assert settled.sensitivity is not None and settled.sensitivity < 1e-7
+    assert cart_result().audit.sensitivity is None
+
+
+def test_dampers_that_set_in_between_two_instants_are_not_held_against_the_solution() -> None:
+    """The energy they take is known to one interval only: the resolution says so, and falls with the interval."""
+    residuals, resolutions = [], []
+    for count in (1, 4, 16):
+        times = np.linspace(0.0, 1.0, 1000 * count + 1)
+        found = simulate(rattling(), Motion.along_x(TIME, PUSH), times=times).audit.energy
+        assert found is not None and found.residual < found.resolution
+        residuals.append(found.residual)
+        resolutions.append(found.resolution)
+    assert residuals[-1] < 0.3 * residuals[0]
+    np.testing.assert_allclose(resolutions[1:], np.array(resolutions[:-1]) / 4, rtol=0.3)
+
+
 # ---- words, files
+
+
+def test_links_that_part_and_rows_that_open_are_told_apart() -> None:
+    """Half of the carriages have play, the others preload; a smooth scene counts no contact changes."""
+    play, pressed = cart_clear(), cart_preloaded(300.0)
+    machine = play.model_copy(update={"carriages": (*play.carriages[:2], *pressed.carriages[2:])})
+    audit = simulate(machine, ref.piece(ref.cycle(), 500, 2000)).audit
+    (line,) = (line for line in audit.lines if line.startswith("contact"))
+    assert "of 8 links lose contact, " in line and "of 8 links open a row" in line
+    assert "changes" not in line
+    parted, opened = (int((audit.contact.share[part] > 0).sum()) for part in (slice(8), slice(8, 16)))
+    assert f"{parted} of 8 links lose contact, {opened} of 8 links open a row" in line
+    links = machine.links_of_carriages
+    words = [audit.contact.words(np.concatenate(some)) for some in (links[:2], links[2:], links)]
+    assert words == ["contact lost", "a row open", "contact lost or a row open"]
 
 
 @pytest.mark.parametrize("result", [cart_result, clear_result, preloaded_result])
 def test_the_section_is_short(result: Callable[[], Result]) -> None:
     text = report.result_report(result())
     lines = text[text.index("\nAudit\n") :].split("\n")[2:-1]
-    assert len(lines) <= 12 and max(map(len, lines)) <= report.WIDTH
+    assert len(lines) <= 12 and max(map(len, lines)) <= WIDTH
     told = " ".join(" ".join(lines).split())
     for line in result().audit.lines:
         assert " ".join(line.split()) in told

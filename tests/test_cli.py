@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from guideload import cli
 from guideload import result as results
 from guideload.cli import EXAMPLES, main
+from guideload.cli_shared import working
 from guideload.errors import ArgumentError, RunError
 from guideload.machine import Machine
 from guideload.modes import Modes
@@ -464,5 +464,5 @@ def test_any_terminal_encoding_will_do(tmp_path: Path, encoding: str) -> None:
 
 
 def test_progress_stays_off_where_nobody_watches() -> None:
-    with cli._working("anything") as status:
+    with working("anything") as status:
         assert status is None

@@ -291,3 +291,10 @@ def test_a_copy_with_other_values_is_checked_and_computes_anew() -> None:
     )
     with pytest.raises(ConfigError, match="mass"):
         machine.body.model_copy(update={"mass": -1.0})
+
+
+def test_machines_are_equal_by_what_they_are_given_and_not_by_what_was_computed() -> None:
+    machine, same = (Machine.from_toml(EXAMPLES / "manipulator.toml") for _ in range(2))
+    assert machine.scene is not same.scene and machine.rail_centers is not same.rail_centers
+    assert machine == same and hash(machine) == hash(same)
+    assert machine != machine.with_free(["y"]) and machine != "manipulator"

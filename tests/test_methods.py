@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -249,7 +250,11 @@ def test_auto_is_exact_for_linear_scenes_and_says_why() -> None:
     assert auto.attrs["method"] == exact.attrs["method"] == "exact"
     assert "linear" in auto.attrs["method_reason"]
     assert exact.attrs["method_reason"] == "asked for"
-    assert simulate(machine, motion, "rk45").data.attrs["method"] == "rk45"
+    result = simulate(machine, motion, "rk45")
+    again = pickle.loads(pickle.dumps(result))
+    for one in (result, again):
+        assert (one.method, one.reason) == ("rk45", "asked for")
+        assert (one.data.attrs["method"], one.data.attrs["method_reason"]) == (one.method, one.reason)
 
 
 REFUSED: list[tuple[dict[str, Any], str]] = [

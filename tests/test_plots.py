@@ -165,6 +165,20 @@ def test_lost_contact_is_marked_along_the_time_axis() -> None:
         assert max(heights) <= ax.transAxes.inverted().transform(ax.transData.transform((0.0, 0.0)))[1]
 
 
+def test_pictures_say_what_their_modes_and_bars_mean() -> None:
+    """A preloaded contact is not lost where one of its rows is open; modes are those at the nominal stiffness."""
+    motion = ref.piece(ref.cycle(), 500, 900)
+    light = {"preload_y": 300.0, "preload_z": 300.0, "rolling": "ball"}
+    carriages = [part.model_copy(update=light) for part in ref.cart().carriages]
+    result = simulate(ref.cart().model_copy(update={"carriages": carriages}), motion)
+    assert result.audit.contact.share.max() > 0.5
+    for ax in (plots.resultant(result), plots.load_y(result, "2b")):
+        assert "a row open" in legend_text(ax) and "contact lost" not in legend_text(ax)
+    for one, said in ((result, True), (simulate(ref.cart(), motion), False)):
+        title = plots.modes(one.machine, one.modes)[0].figure.get_suptitle()
+        assert ("nominal stiffness" in title) is said
+
+
 def marked(bar: PolyCollection, time: np.ndarray) -> np.ndarray:
     """Which samples a bar covers."""
     spans = [path.vertices[:, 0] for path in bar.get_paths()]

@@ -5,8 +5,14 @@ from pathlib import Path
 
 import pytest
 
+from guideload.cli import EXAMPLES
+from guideload.config import tomllib
+from guideload.machine import Machine
+
 README = Path(__file__).resolve().parents[1] / "README.md"
-BLOCKS = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+TEXT = README.read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
+LAWS = [row for block in re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL) for row in block.splitlines()]
 
 
 def test_there_is_python_to_run() -> None:
@@ -17,3 +23,16 @@ def test_there_is_python_to_run() -> None:
 def test_python_block_runs(block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)  # what it writes goes there
     exec(compile(block, str(README), "exec"), {"__name__": "readme"})
+
+
+def test_every_law_of_the_machine_file_is_one() -> None:
+    """The rows of the block, each a law; and what the text below adds to the first."""
+    given = Machine.from_toml(EXAMPLES / "machine.toml").carriages[0]
+    stiffness = LAWS[0]
+    added = [f"{stiffness}\n{key}" for key in re.findall(r"`(clearance_y = .*?)`", TEXT)]
+    preload, rolling = (re.search(rf"`({key} = .*?)`", TEXT) for key in ("preload_y", "rolling"))
+    assert preload is not None and rolling is not None
+    added.append("\n".join([stiffness, preload[1], rolling[1]]))
+    changes = [tomllib.loads(text) for text in (*LAWS, *added)]
+    laws = [given.model_copy(update={"stiffness_y": None, **keys}).laws[0] for keys in changes]
+    assert [law.kind for law in laws] == ["linear", "sided", "curve", "sided", "preloaded"]

@@ -1,13 +1,18 @@
 """The report's figures are those of the result, and every one of them is defined beside it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from guideload import report
+from guideload import plots, report
 from guideload.cli import EXAMPLES
+from guideload.errors import ArgumentError
 from guideload.machine import Machine
+from guideload.machine_report import machine_report, modes_report
 from guideload.modes import Modes
 from guideload.motion import Motion
+from guideload.report_parts import WIDTH, number
 from guideload.result import Result
 from guideload.simulation import simulate
 
@@ -95,6 +100,30 @@ def test_uneven_samples_are_said(machine: Machine) -> None:
     assert "median; not uniform" in text
 
 
+def test_a_single_instant_is_reported_and_none_is_refused(
+    machine: Machine, result: Result, tmp_path: Path
+) -> None:
+    pull = Motion.along_x(TIME, np.where((TIME > 0.2) & (TIME < 0.6), 2.2, 0.0))
+    one = simulate(machine, pull, times=[0.25])
+    text = one_line(report.result_report(one))
+    assert "a single instant, 0.25 s largest acceleration 2.2 m/s2" in text
+    at = int(np.flatnonzero(TIME == 0.25)[0])
+    assert row(text.replace(" 1b ", "\n1b "), "1b")[1] == number(
+        float(result.data["resultant"].values[at, 1])
+    )
+    assert len(plots.save_all(one, tmp_path)) == 6
+    for ask in (Result.peaks, lambda of: of.audit, report.result_report):
+        with pytest.raises(ArgumentError, match="reports no instant"):
+            ask(simulate(machine, pull, times=[]))
+
+
+def test_contact_changes_are_told_where_there_are_any(machine: Machine, result: Result) -> None:
+    carriages = [part.model_copy(update={"clearance_z": 5e-6}) for part in machine.carriages]
+    clear = move(machine.model_copy(update={"carriages": carriages}))
+    assert f"{clear.audit.contact.changes} contact changes, each located" in report.result_report(clear)
+    assert "contact changes" not in report.result_report(result)
+
+
 def test_drive_force_is_the_reaction_of_held_x(result: Result) -> None:
     reaction = result.data["reaction"].sel(dof="x").values
     line = next(line for line in report.result_report(result).splitlines() if "drive force, held x" in line)
@@ -104,7 +133,7 @@ def test_drive_force_is_the_reaction_of_held_x(result: Result) -> None:
 def test_held_y_is_told_to_hide_the_weight_and_free_y_is_not(machine: Machine, result: Result) -> None:
     paper = machine.with_free(["rx", "ry", "rz"])
     weight = f"{machine.body.mass * 9.80665:.0f} N"
-    for text in (report.result_report(move(paper)), report.machine_report(paper)):
+    for text in (report.result_report(move(paper)), machine_report(paper)):
         said = one_line(text)
         assert f"y of L is held, so the constraint at L carries the weight: {weight}" in said
         assert "along y add up to 0.0 N: they carry only its moment" in said
@@ -121,7 +150,7 @@ def test_comparison_shows_both_runs_and_the_hidden_weight_once(machine: Machine,
 
 def test_modes_table_is_that_of_the_modes(machine: Machine) -> None:
     modes = Modes.of(machine)
-    text = report.modes_report(machine, modes)
+    text = modes_report(machine, modes)
     for index in range(len(modes.frequency)):
         cells = row(text, str(index + 1))
         assert float(cells[1]) == pytest.approx(modes.frequency[index], rel=1e-3)
@@ -132,11 +161,11 @@ def test_modes_table_is_that_of_the_modes(machine: Machine) -> None:
 def test_an_overdamped_mode_has_no_damped_frequency(machine: Machine) -> None:
     stiff = [{**carriage.model_dump(), "damping_y": 1e8, "damping_z": 1e8} for carriage in machine.carriages]
     heavy = with_changes(machine, **{"carriages": stiff})
-    assert row(report.modes_report(heavy, Modes.of(heavy)), "1")[3] == "none"
+    assert row(modes_report(heavy, Modes.of(heavy)), "1")[3] == "none"
 
 
 def test_machine_report_tells_masses_links_weight_and_static_loads(machine: Machine) -> None:
-    text = report.machine_report(machine)
+    text = machine_report(machine)
     assert "mass 1250 kg, weight 12258 N" in text
     assert "(120, -650, 180) mm from L" in text
     assert "16 links" in text
@@ -149,7 +178,7 @@ def test_machine_report_tells_masses_links_weight_and_static_loads(machine: Mach
 def test_extra_links_are_reported(machine: Machine) -> None:
     rack = {"name": "rack", "point": (0, 0, 0), "direction": (1, 0, 0), "stiffness": 8e7, "damping": 2e4}
     elastic = with_changes(machine, **{"links": [rack], "free": ("x", *machine.free)})
-    assert "17 links, 1 of them extra: rack" in report.machine_report(elastic)
+    assert "17 links, 1 of them extra: rack" in machine_report(elastic)
     result = move(elastic)
     load = result.data["link_load"].sel(link="rack").values
     line = next(line for line in report.result_report(result).splitlines() if "link rack" in line)
@@ -161,9 +190,9 @@ def test_names_are_text_and_not_markup(machine: Machine) -> None:
         {**carriage.model_dump(), "name": f"[red]ä{i}"} for i, carriage in enumerate(machine.carriages)
     ]
     odd = with_changes(machine, **{"name": "[bold]Prüfstand", "carriages": renamed})
-    text = report.machine_report(odd)
+    text = machine_report(odd)
     assert "[bold]Prüfstand" in text and "[red]ä0" in text
-    assert report.machine_report(odd, encoding="ascii").isascii()
+    assert machine_report(odd, encoding="ascii").isascii()
 
 
 @pytest.mark.parametrize(
@@ -171,11 +200,11 @@ def test_names_are_text_and_not_markup(machine: Machine) -> None:
     [(12258.31, "12258"), (-441.3, "-441"), (8.25, "8.2"), (-0.04, "0.0"), (1e-15, "0.0"), (-99.94, "-99.9")],
 )
 def test_numbers_of_the_tables(value: float, text: str) -> None:
-    assert report.number(value) == text
+    assert number(value) == text
 
 
 def test_lines_fit_the_width(result: Result) -> None:
-    assert max(len(line) for line in report.result_report(result).splitlines()) <= report.WIDTH
+    assert max(len(line) for line in report.result_report(result).splitlines()) <= WIDTH
 
 
 def test_long_names_and_times_keep_their_lines(machine: Machine) -> None:
@@ -188,7 +217,7 @@ def test_long_names_and_times_keep_their_lines(machine: Machine) -> None:
     for of_machine, shift in ((renamed, 0.0), (machine, 100.0)):
         result = move(of_machine, shift=shift)
         narrow, wide = report.result_report(result), report.result_report(result, width=120)
-        assert max(len(line) for line in narrow.splitlines()) <= report.WIDTH
+        assert max(len(line) for line in narrow.splitlines()) <= WIDTH
         narrow_lines, wide_lines = narrow.splitlines(), wide.splitlines()
         for carriage in of_machine.carriages:
             forces, moments = (line for line in narrow_lines if line.strip().startswith(carriage.name))
@@ -233,7 +262,7 @@ def test_samples_coarser_than_the_highest_mode_are_said(machine: Machine, result
 
 def test_modes_of_no_machine_are_taken_for_a_slip_of_units(machine: Machine) -> None:
     question = "are stiffness and damping in N/m and N s/m?"
-    assert question not in one_line(report.machine_report(machine))
+    assert question not in one_line(machine_report(machine))
     for factors, found in (
         (("stiffness", 1e-6), "the lowest mode is at"),
         (("damping", 1e3), "a damping ratio is"),
@@ -247,5 +276,5 @@ def test_modes_of_no_machine_are_taken_for_a_slip_of_units(machine: Machine) -> 
             for carriage in machine.carriages
         ]
         slipped = with_changes(machine, carriages=changed)
-        said = one_line(report.machine_report(slipped))
+        said = one_line(machine_report(slipped))
         assert found in said and question in said

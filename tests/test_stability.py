@@ -33,6 +33,7 @@ from guideload.amplification import (
     per_period,
 )
 from guideload.cli import EXAMPLES, main
+from guideload.limits import step_ends
 
 Array = NDArray[np.float64]
 
@@ -187,6 +188,11 @@ def stability_of(name: str) -> Stability:
     return stability(SCENES[name]())
 
 
+@cache
+def noisy_cart() -> Stability:
+    return stability(ref.cart(), ref.piece(ref.noisy(), 500, 1200))
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_the_step_that_blows_up_is_the_predicted_one(name: str) -> None:
     found = stability_of(name)
@@ -244,7 +250,9 @@ def test_rk45_pays_what_theory_says_where_a_scene_is_overdamped(rtol: float) -> 
 
 
 def test_what_sets_the_steps_of_rk45() -> None:
-    assert stability_of("cart").limited_by == "samples"
+    assert noisy_cart().limited_by == "samples"
+    # On the straight parts of a smooth motion, where few steps would do for the tolerance.
+    assert stability_of("cart").limited_by == "stability"
     assert stability_of("cart_stiff").limited_by == "stability"
     assert stability(ref.cart(), rtol=1e-12).limited_by == "tolerance"
     # Beyond what anyone waits for, it is not run.
@@ -252,6 +260,15 @@ def test_what_sets_the_steps_of_rk45() -> None:
     rk45 = found.costs[1]
     assert rk45.needed > 1e8 and rk45.steps is None and "not worth" in rk45.note
     assert found.limited_by == "stability"
+
+
+def test_exact_is_not_run_for_preloaded_contacts_and_says_why() -> None:
+    cart = ref.cart()
+    preloaded = {"preload_y": 1200.0, "preload_z": 1200.0, "rolling": "ball"}
+    carriages = [carriage.model_copy(update=preloaded) for carriage in cart.carriages]
+    exact, rk45, _ = stability(cart.model_copy(update={"carriages": carriages})).costs
+    assert (exact.steps, exact.note) == (None, "preloaded contacts have no exact solution")
+    assert rk45.steps is not None
 
 
 def test_needed_steps_end_at_every_sample_and_rest_costs_one_each() -> None:
@@ -262,9 +279,30 @@ def test_needed_steps_end_at_every_sample_and_rest_costs_one_each() -> None:
     assert (exact.needed, rk45.needed) == (4, 1 + 1 + 3 + 3)
 
 
+def test_no_step_passes_a_bend_and_those_of_exact_pass_no_sample() -> None:
+    """Of a trapezoid with 100 samples to each side the four corners; of a scene with contact changes all samples."""
+    time = np.arange(401) * 1e-3
+    motion = Motion.along_x(time, np.interp(time, [0.1, 0.2, 0.3], [0.0, 2.0, 2.0]))
+    cart = ref.cart()
+    assert step_ends(cart, motion, "exact").size == 401
+    np.testing.assert_array_equal(step_ends(cart, motion, "rk45"), [0, 100, 200, 400])
+    jump = Motion.along_x([0.0, 0.1, 0.1, 0.2, 0.3], [1.0, 1.0, 1.0, 1.0, 1.0])
+    np.testing.assert_array_equal(step_ends(cart, jump, "implicit"), [0, 1, 2, 4])
+    clear = cart.model_copy(
+        update={"carriages": [part.model_copy(update={"clearance_y": 5e-6}) for part in cart.carriages]}
+    )
+    assert step_ends(clear, motion, "rk45").size == 401
+    # What was counted is never less, however loose the tolerance.
+    for found in (stability_of("cart"), noisy_cart(), stability(cart, motion, rtol=1e-2)):
+        for cost in found.costs:
+            assert cost.steps >= step_ends(cart, found.motion, cost.method).size - 1
+
+
 def test_bad_tolerances_are_refused_as_by_simulate() -> None:
     with pytest.raises(ArgumentError, match="rtol"):
         stability(ref.cart(), rtol=1e-20)
+    with pytest.raises(ArgumentError, match="motion: expected samples over some time, got all at 1 s"):
+        stability(ref.cart(), Motion.along_x([1.0, 1.0], [0.0, 1.0]))
 
 
 # ---- a hundred thousand periods of an undamped mode
@@ -505,8 +543,9 @@ def test_the_report_says_what_limits_and_what_it_costs() -> None:
     assert "Stability sets the steps of rk45" in text and "Use exact or implicit here" in text
     assert str(found.costs[1].steps) in text
     assert "Nothing rings in this machine" in text
+    assert "The samples set the steps of rk45" in " ".join(stability_report(noisy_cart()).split())
     text = " ".join(stability_report(stability_of("cart")).split())
-    assert "The samples set the steps of rk45" in text
+    assert "Stability sets the steps of rk45" in text and "That costs little here" in text
     assert "a peak that is real stays" in text
     text = " ".join(stability_report(stability_of("cart undamped")).split())
     assert "almost without damping" in text and "-0 " not in text

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
-from reference import cart, cart_stiff, cycle, paper, piece
+from reference import cart, cart_stiff, cycle, noisy, paper, piece
 
 import guideload
 from guideload import Body, Link, Machine, Motion, WorkPrecision, bench, plots
@@ -151,11 +151,13 @@ def test_auto_is_marked(chart: WorkPrecision) -> None:
     assert replace(chart, auto_method=None).auto_row is None
 
 
-def test_equal_runs_have_one_time(chart: WorkPrecision) -> None:
+def test_equal_runs_have_one_time() -> None:
+    """Where every sample is a bend, these and not the tolerance set the steps."""
+    chart = work_precision(cart(), piece(noisy(), 500, 1200))
     runs = chart.runs()
     assert [row for rows in runs for row in rows] == list(chart.rows)
     together = next(rows for rows in runs if rows[0].setting == Setting("rk45", "rtol", 1e-3))
-    assert len(together) > 3 and {row.steps for row in together} == {START.time.size - 1}
+    assert len(together) >= 3 and {row.steps for row in together} == {START.time.size - 1}
     assert len({row.seconds for row in together}) == 1
 
 

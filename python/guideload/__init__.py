@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from guideload.audit import Audit
     from guideload.bench import work_precision
     from guideload.encoder import Trace, motion_from_trace, read_trace
     from guideload.errors import ArgumentError, ConfigError, GuideloadError, RunError, SceneError, TraceError
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from guideload.simulation import peak_loads, simulate
 
 _HOMES = {
+    "audit": ("Audit",),
     "bench": ("work_precision",),
     "encoder": ("Trace", "motion_from_trace", "read_trace"),
     "errors": ("ArgumentError", "ConfigError", "GuideloadError", "RunError", "SceneError", "TraceError"),
@@ -38,6 +40,7 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "ArgumentError",
+    "Audit",
     "Body",
     "Carriage",
     "ConfigError",

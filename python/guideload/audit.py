@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 # Limits from which on something is warned of.
 LARGE_ROTATION = 1e-2  # rad: the loads are then wrong by about as much
 LARGE_SECOND_ORDER = 0.01  # of the largest link load
+SENSITIVE = 1e-3  # of the largest link load, for a change of the motion by `checks.NUDGE`
 UNBALANCED = 0.01  # of the energy turned over
 # First acceleration, of the largest, from which on a motion has begun under way; smoothed standstill stays below.
 UNDER_WAY = 0.2
@@ -41,6 +42,7 @@ class Audit:
     contact       where contact was lost, and the preload that would keep it
     sampling      samples against modes and the excitation's band
     below         peaks by the simpler models: would the rung below have done?
+    sensitivity   change of the loads by a change of the motion by 1e-9; see `checks.sensitivity`
     energy        balance of the energy; None where the instants hide jumps of the excitation
     free_at_rest  for each motion that the body is free to make within its clearance at rest, the dofs of L in it
     warnings      each with its figure and what to change; what spoils more of the result comes first
@@ -53,6 +55,7 @@ class Audit:
     contact: Contact
     sampling: Sampling
     below: Below
+    sensitivity: float | None
     energy: Energy | None
     free_at_rest: tuple[tuple[str, ...], ...]
     warnings: tuple[str, ...]
@@ -63,8 +66,9 @@ class Audit:
         histories = Histories(machine, data)
         rotation, contact = checks.rotation(histories), checks.contact(histories)
         sampling, balance = checks.sampling(histories, modes), energy(histories)
+        sensitivity = checks.sensitivity(histories)
         coarse = tuple(_sampling_warnings(sampling))
-        motions = tuple(tuple(moving_dofs(machine, shape)) for shape in machine.scene.free_at_rest)
+        motions = free_at_rest(machine)
         return cls(
             rung=machine.scene.rung,
             reason=_reason(histories),
@@ -73,6 +77,7 @@ class Audit:
             contact=contact,
             sampling=sampling,
             below=checks.below(histories),
+            sensitivity=sensitivity,
             energy=balance,
             free_at_rest=motions,
             warnings=(
@@ -80,7 +85,8 @@ class Audit:
                 *_start_warnings(histories, modes),
                 *coarse,
                 *_energy_warnings(balance, coarse=bool(coarse)),
-                *_rest_warnings(motions),
+                *_sensitivity_warnings(sensitivity),
+                *rest_notes(motions),
                 *_contact_warnings(histories, contact),
             ),
         )
@@ -115,19 +121,29 @@ class Audit:
             sides = len(found.changing_sign)
             text = f"linear links never part; {sides} {'changes' if sides == 1 else 'change'} sides"
         else:
-            parted = found.share[found.share > 0]
-            text = f"{found.changes} changes; {parted.size} of {found.share.size} links "
-            text += "open a row" if self.rung == "smooth nonlinear" else "lose contact"
-            if parted.size:
-                text += f", for up to {percent(parted.max())} of the time"
+            text = self._of_parting()
             if found.never:
-                text += f"; never touching: {_named(found.never)}"
+                text += f"; never touching: {named(found.never)}"
         if not found.preload_needed.size:
             return text
         row, column = np.unravel_index(int(found.preload_needed.argmax()), found.preload_needed.shape)
         balls = float(found.preload_needed[row, column])
         place = f"{self.below.names[row]} in {'yz'[column]}"
         return f"{text}; preload to keep all rows loaded: {_load(balls)}, rollers {_load(ROLLERS * balls)} ({place})"
+
+    def _of_parting(self) -> str:
+        """Links that lose contact and preloaded ones that open a row, and for how long at most."""
+        found = self.contact
+        parted = found.share > 0
+        text = f"{found.changes} changes; " if self.rung == "piecewise linear" else ""
+        kinds = ((~found.preloaded, "lose contact"), (found.preloaded, "open a row"))
+        told = [
+            f"{int(parted[kind].sum())} of {int(kind.sum())} links {what}"
+            for kind, what in kinds
+            if kind.any()
+        ]
+        longest = f", for up to {percent(found.share.max())} of the time" if parted.any() else ""
+        return f"{text}{', '.join(told)}{longest}"
 
     def _of_sampling(self) -> str:
         found = self.sampling
@@ -165,6 +181,22 @@ class Audit:
         return f"balances to {found.residual:.1g} of the {found.turned_over:.3g} J turned over"
 
 
+def free_at_rest(machine: Machine) -> tuple[tuple[str, ...], ...]:
+    """For each motion that the body is free to make within its clearance at rest, the dofs of L in it."""
+    return tuple(tuple(moving_dofs(machine, shape)) for shape in machine.scene.free_at_rest)
+
+
+def rest_notes(motions: tuple[tuple[str, ...], ...]) -> list[str]:
+    """What a body that is free at rest in these motions, as of `free_at_rest`, starts from."""
+    if not motions:
+        return []
+    told = ", and in ".join(" with ".join(dofs) for dofs in motions)
+    return [
+        f"Note: at rest the body is free within its clearance in {told}: it starts where very weak springs would "
+        "centre it. Preload, or a process force in the motion, makes the start definite."
+    ]
+
+
 def _reason(of: Histories) -> str:
     """Which links made the model what it is."""
     if of.linear:
@@ -175,7 +207,7 @@ def _reason(of: Histories) -> str:
             kinds.setdefault("clearance" if law.edges[-1] > 0 else "unequal sides", []).append(name)
         elif law.kind != "linear":
             kinds.setdefault("preload" if law.kind == "preloaded" else law.kind, []).append(name)
-    return "; ".join(f"{kind} in {_named(names)}" for kind, names in kinds.items())
+    return "; ".join(f"{kind} in {named(names)}" for kind, names in kinds.items())
 
 
 def _rotation_warnings(found: Rotation) -> Iterator[str]:
@@ -242,12 +274,12 @@ def _energy_warnings(found: Energy | None, coarse: bool) -> Iterator[str]:
         yield f"{told}: the samples are too coarse to tell. Report at finer instants: simulate(..., times=...)."
 
 
-def _rest_warnings(motions: tuple[tuple[str, ...], ...]) -> Iterator[str]:
-    if motions:
-        told = ", and in ".join(" with ".join(dofs) for dofs in motions)
+def _sensitivity_warnings(found: float | None) -> Iterator[str]:
+    if found is not None and found > SENSITIVE:
         yield (
-            f"Note: at rest the body is free within its clearance in {told}: it starts where very weak springs would "
-            "centre it. Preload, or a process force in the motion, makes the start definite."
+            f"Note: impacts multiply small differences here: a motion larger by {checks.NUDGE:.0e} of it changes loads "
+            f"by up to {percent(found)} of the largest. No method tells their course, and peaks may change as "
+            "much. Damping that always acts (no damping_in_contact), more damping or less play settle it."
         )
 
 
@@ -261,7 +293,7 @@ def _contact_warnings(of: Histories, found: Contact) -> Iterator[str]:
     if more:
         longest = max(found.share[of.links.names.index(name)] for name in more)
         yield (
-            f"Note: {_named(list(more))} {_open(len(more))} for up to {percent(longest)} of the time: half of "
+            f"Note: {named(list(more))} {_open(len(more))} for up to {percent(longest)} of the time: half of "
             f"its balls or rollers carry nothing then. {max(more.values()):.3g} times the preload would keep all rows "
             "loaded."
         )
@@ -276,7 +308,7 @@ def percent(part: float) -> str:
     return f"{float(f'{100 * part:.2g}') if part > 1e-9 else 0:g} %"
 
 
-def _named(names: Sequence[str], most: int = 2) -> str:
+def named(names: Sequence[str], most: int = 2) -> str:
     """The first names, and how many more there are."""
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more
@@ -287,4 +319,6 @@ def _load(value: float) -> str:
 
 
 def _off(off: float, name: str) -> str:
+    if percent(abs(off)) == "0 %":
+        return "unchanged"
     return f"{percent(abs(off))} {'low' if off < 0 else 'high'} ({name})"

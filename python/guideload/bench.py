@@ -11,6 +11,7 @@ import numpy as np
 from guideload._core import Solution
 from guideload.errors import ArgumentError, GuideloadError, RunError
 from guideload.judged import JudgedLoads, difference
+from guideload.laws import NO_EXACT
 from guideload.machine import Machine
 from guideload.motion import Motion
 from guideload.precision import AUTO_RTOL, Reference, Row, Setting, WorkPrecision, on_front
@@ -72,10 +73,10 @@ def _seconds(budget: object) -> float:
 def _auto(machine: Machine, motion: Motion) -> tuple[str | None, str]:
     """What `auto` picks and why; none, and the reason, if it fails."""
     try:
-        run = simulate(machine, motion, rtol=AUTO_RTOL)._run
+        result = simulate(machine, motion, rtol=AUTO_RTOL)
     except RunError as error:
         return None, str(error)
-    return run.method, run.reason
+    return result.method, result.reason
 
 
 def _ladders(motion: Motion) -> list[list[Setting]]:
@@ -160,6 +161,9 @@ class _Bench:
 
     def add(self, setting: Setting) -> None:
         """Run a setting once, or say why not: it fails, or would take longer than is left."""
+        if setting.method == "exact" and self.machine.rung == "smooth nonlinear":
+            self.rows[setting] = Row(setting, failed=NO_EXACT)
+            return
         predicted, left = self._predicted(setting), self.ends - perf_counter()
         if predicted >= left:
             self.rows[setting] = Row(setting, failed=_skipped(predicted, left, self.budget))

@@ -5,13 +5,10 @@ from __future__ import annotations
 import re
 
 from rich.box import SIMPLE_HEAD
-from rich.padding import Padding
 from rich.table import Table
-from rich.text import Text
 
-from guideload.machine import DOFS
 from guideload.precision import Row, WorkPrecision, scientific
-from guideload.report import WIDTH, to_text
+from guideload.report_parts import WIDTH, heading, remark, section, to_text
 
 # Against finite rotations the loads of the yardstick's machines differ by 5e-5 to 3e-4 of the load.
 MODEL_ACCURACY = 1e-4
@@ -28,8 +25,6 @@ DEFINITIONS = (
 
 def chart_report(chart: WorkPrecision, width: int = WIDTH, encoding: str = "utf-8") -> str:
     """The table of all settings that ran, the reference and its trust, what `auto` picks, and what did not run."""
-    machine = chart.machine
-    held = ", ".join(dof for dof in DOFS if dof not in machine.free) or "none"
     times = "once" if chart.repetitions == 1 else f"{chart.repetitions} times: median and interquartile range"
     remarks = [
         *DEFINITIONS,
@@ -42,13 +37,11 @@ def chart_report(chart: WorkPrecision, width: int = WIDTH, encoding: str = "utf-
     ]
     return to_text(
         [
-            machine.name,
-            f"free {', '.join(machine.free)}; held {held}",
-            "",
-            Text("Speed against accuracy", style="bold"),
+            *heading(chart.machine),
+            *section("Speed against accuracy"),
             f"{chart.samples} samples over {chart.duration:.4g} s; every setting ran {times}",
             settings_table(chart),
-            *(Padding(remark, (0, 0, 1, 0)) for remark in remarks),
+            *remark(*remarks),
         ],
         width,
         encoding,
@@ -58,10 +51,10 @@ def chart_report(chart: WorkPrecision, width: int = WIDTH, encoding: str = "utf-
 def settings_table(chart: WorkPrecision) -> Table:
     """A row per run: the settings that lead to it, its time, steps and errors."""
     table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=0)
-    for heading in ("method", "rtol or step"):
-        table.add_column(heading, no_wrap=True)
-    for heading in ("time\nms", "spread\n%", "steps", "re-\njected", "error\nof load", "of dyn.\npart"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    for title in ("method", "rtol or step"):
+        table.add_column(title, no_wrap=True)
+    for title in ("time\nms", "spread\n%", "steps", "re-\njected", "error\nof load", "of dyn.\npart"):
+        table.add_column(title, justify="right", no_wrap=True)
     table.add_column("")
     for rows in chart.runs():
         row = rows[0]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload._core import Law, Scene
+from guideload._core import Scene
 from guideload.machine import DOFS, Machine
 from guideload.modes import Modes
 from guideload.parts import Array
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 POWER_SHARE = 0.99  # of the excitation's power, which lies below the end of its band
+NUDGE = 1e-9  # of the excitation: far less than any trace is right to
 BALL_ROW = 2.0**1.5  # of the preload: the load at which a preloaded ball contact opens its unloaded row
 ROLLER_ROW = 2.0 ** (10 / 9)
 
@@ -90,6 +91,16 @@ class Histories:
         return int(self.data.attrs["motion_jumps"]) - int(np.count_nonzero(np.diff(self.time) == 0.0))
 
     @property
+    def repeatable(self) -> bool:
+        """Whether the run can be made again from the instants: they hold the whole excitation, from the start on."""
+        return self.rests_at_first and self.fine and not self.hidden_jumps
+
+    def solved(self, scene: Scene, factor: float = 1.0) -> Array:
+        """(time, link) N, link loads of a scene under the excitation times a factor; links not preloaded."""
+        acceleration, wrench = factor * self.cart_acceleration, factor * self.wrench
+        return scene.solve(self.time, acceleration, wrench, method="exact", rtol=1e-6).link_loads("total")
+
+    @property
     def fine(self) -> bool:
         """Whether the instants are as close as the motion's samples, so that no excitation is lost between them."""
         return self.step is not None and self.step <= 1.001 * self.trace_step
@@ -148,6 +159,7 @@ class Contact:
     never           names of the links that have clearance and never touch
     changes         how many times a link passed an edge of its law, counted while solving
     changing_sign   names of the links whose elastic load pulls and pushes, in the links' order
+    preloaded       (link,) whether `lost` means a row that is open, not a link that carries nothing
     preload_needed  (carriage, 2) N, along y and z: preload of the whole carriage with which balls stay loaded on
                     both rows under these loads; rollers need `ROLLERS` times as much
     """
@@ -157,11 +169,19 @@ class Contact:
     never: tuple[str, ...]
     changes: int
     changing_sign: tuple[str, ...]
+    preloaded: NDArray[np.bool_]
     preload_needed: Array
 
     def lost_by(self, links: NDArray[np.int64]) -> NDArray[np.bool_]:
         """(time,) whether any of these links has lost contact, by their indices."""
         return np.asarray(self.lost[:, links].any(axis=1))
+
+    def words(self, links: NDArray[np.int64]) -> str:
+        """What it means that some of these links have lost contact."""
+        rows = self.preloaded[links[self.lost[:, links].any(axis=0)]]
+        return (
+            "contact lost" if not rows.any() else "a row open" if rows.all() else "contact lost or a row open"
+        )
 
 
 ROLLERS = BALL_ROW / ROLLER_ROW
@@ -189,6 +209,7 @@ def contact(of: Histories) -> Contact:
         never=_chosen(of.links.names, clear & lost.all(axis=0)),
         changes=int(of.data.attrs["contact_changes"]),
         changing_sign=_chosen(of.links.names, (high > rounding) & (low < -rounding)),
+        preloaded=np.array([law.kind == "preloaded" for law in of.links.laws]),
         preload_needed=2.0 * ends.max(axis=1) / BALL_ROW,  # an end has half of the carriage's preload
     )
 
@@ -298,37 +319,29 @@ def below(of: Histories) -> Below:
     links = of.links.names
     names = tuple(carriage.name for carriage in of.machine.carriages) or links
     load, static = of.of("link_load", "link"), of.data["static_link_load"].values
-    repeatable = of.rests_at_first and of.fine and not of.hidden_jumps
     moved, at_rest = of.excitation @ of.response, of.weight @ of.response
     return Below(
         names=names,
         peak=_peak(of, load),
         quasi_static=_peak(of, at_rest + moved),
-        linear=None if of.linear or not repeatable else _linear_peak(of),
+        linear=None if of.linear or not of.repeatable else _peak(of, of.solved(of.machine.nominal_scene)),
         links=links,
         dynamic=np.abs(load - static).max(axis=0),
         quasi_static_dynamic=np.abs(moved).max(axis=0),
     )
 
 
-def _linear_peak(of: Histories) -> Array:
-    """(name,) N, peaks of the same run with the nominal stiffness of every link."""
-    machine, links = of.machine, of.links
-    scene = Scene(
-        mass=machine.body.mass,
-        center_of_mass=machine.body.center_of_mass,
-        inertia=machine.body.central_inertia().tolist(),
-        gravity=machine.gravity,
-        free=machine.free,
-        points=links.points,
-        directions=links.directions,
-        laws=[Law.linear(stiffness) for stiffness in links.stiffness],
-        damping=links.damping,
-        damping_in_contact=np.zeros(len(links.names), dtype=np.bool_),
-    )
-    acceleration, wrench = (np.ascontiguousarray(part) for part in (of.cart_acceleration, of.wrench))
-    solution = scene.solve(of.time, acceleration, wrench, method="exact", rtol=1e-6)
-    return _peak(of, solution.link_loads("total"))
+def sensitivity(of: Histories) -> float | None:
+    """Largest change of a link load when the excitation grows by `NUDGE` of it, relative to the largest link load.
+
+    Impacts multiply small differences. None where links are linear, where a method with an error of its own solved
+    them, and where the run cannot be made again from the instants.
+    """
+    if of.linear or of.data.attrs["method"] != "exact" or not of.repeatable:
+        return None
+    load = of.of("link_load", "link")
+    largest = float(np.abs(load).max())
+    return float(np.abs(of.solved(of.machine.scene, 1.0 + NUDGE) - load).max()) / largest if largest else 0.0
 
 
 def peak_instants(of: Histories) -> NDArray[np.intp]:

@@ -23,8 +23,8 @@ from guideload.cli_shared import (
     read_motion,
     tell,
     trace_options,
+    working,
 )
-from guideload.cli_shared import working as _working
 from guideload.errors import ArgumentError, ConfigError, GuideloadError, SceneError, TraceError
 from guideload.outputs import (
     FORMATS,
@@ -89,11 +89,11 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
     require_free(output, {"guides": names, "paper": names}, overwrite)
     results = {}
     with written_whole(output) as folder:
-        with _working("reading the example"):
+        with working("reading the example"):
             machine = Machine.from_toml(str(EXAMPLES / "manipulator.toml"))
             motion = read_motion(Path(str(EXAMPLES / "manipulator.csv")), machine)
         for name, machine_with_dofs in (("guides", machine), ("paper", machine.with_free(PAPER_DOFS))):
-            with _working(f"computing the loads, {name}"):
+            with working(f"computing the loads, {name}"):
                 results[name] = simulate(machine_with_dofs, motion)
             _write(results[name], folder / name, "netcdf", not no_pictures, output / name)
     titles = {"All dofs that the guides carry": results["guides"], "The paper's dofs": results["paper"]}
@@ -124,11 +124,13 @@ def init(path: Path) -> None:
 @trace_options
 def check(machine_file: Path, trace_file: Path | None, **reading: Any) -> None:
     """Check a machine, and a trace if one is given, and tell what was understood."""
-    from guideload import report
+    from guideload.machine_report import machine_report
 
     machine = read_machine(machine_file)
-    tell(report.machine_report(machine, encoding=output_encoding()))
+    tell(machine_report(machine, encoding=output_encoding()))
     if trace_file is not None:
+        from guideload import report
+
         tell(report.motion_report(read_motion(trace_file, machine, **reading), encoding=output_encoding()))
 
 
@@ -143,7 +145,7 @@ def check(machine_file: Path, trace_file: Path | None, **reading: Any) -> None:
 @click.option("--overwrite", is_flag=True, help="Replace the picture if it exists.")
 def natural_modes(machine_file: Path, output: Path | None, overwrite: bool) -> None:
     """Natural frequencies, damping ratios and mode shapes of a machine."""
-    from guideload import report
+    from guideload.machine_report import modes_report
     from guideload.modes import Modes
 
     if output is not None:
@@ -158,7 +160,7 @@ def natural_modes(machine_file: Path, output: Path | None, overwrite: bool) -> N
                 plots.save(plots.modes(machine, modes)[0], draft / output.name).replace(output)
             except OSError as error:
                 raise unwritable(output, error) from error
-    tell(report.modes_report(machine, modes, encoding=output_encoding()))
+    tell(modes_report(machine, modes, encoding=output_encoding()))
     if output is not None:
         tell(f"Wrote {output}.")
 
@@ -207,10 +209,10 @@ def run(
     names = _names_of_run(file_format, not no_pictures)
     require_free(output, {"": names}, overwrite, inputs=(machine_file, trace_file))
     with written_whole(output) as folder:
-        with _working("reading"):
+        with working("reading"):
             machine = read_machine(machine_file, free)
             motion = read_motion(trace_file, machine, **reading)
-        with _working("computing the loads"):
+        with working("computing the loads"):
             result = simulate(machine, motion, method=method, rtol=rtol, step=step)
         _write(result, folder, file_format, not no_pictures, output)
     tell(report.result_report(result, encoding=output_encoding()))
@@ -229,11 +231,11 @@ def _write(result: Result, folder: Path, file_format: str, pictures: bool, shown
 
     try:
         folder.mkdir(exist_ok=True)
-        with _working("writing the loads"):
+        with working("writing the loads"):
             getattr(result, f"to_{file_format}")(folder / FORMATS[file_format])
             (folder / "report.txt").write_text(report.result_report(result), encoding="utf-8")
         if pictures:
-            with _working("drawing the pictures"):
+            with working("drawing the pictures"):
                 from guideload import plots
 
                 plots.save_all(result, folder)

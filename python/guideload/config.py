@@ -9,7 +9,7 @@ import re
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
+from difflib import SequenceMatcher, get_close_matches
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
@@ -259,11 +259,17 @@ def _problem(item: ErrorDetails, model: type[BaseModel]) -> Problem:
         return Problem(path, None, hint, f'add the key "{path[-1]}"', None, ABSENT)
     if item["type"] == "extra_forbidden":
         keys = list(holder.model_fields)
-        near = get_close_matches(str(path[-1]), keys, n=1)
-        hint = f'did you mean "{near[0]}"?' if near else f"keys known here: {', '.join(keys)}"
+        near = _nearest(str(path[-1]), keys)
+        hint = f"did you mean {' or '.join(near)}?" if near else f"keys known here: {', '.join(keys)}"
         return Problem(path, value, "a known key", hint, None, shown(value))
     words = EXPECTED.get(item["type"])
     return Problem(path, value, words(item) if words else item["msg"], hint, None, shown(value))
+
+
+def _nearest(word: str, known: list[str]) -> list[str]:
+    """The known words most like this one, in quotes; several where they are equally like it, as those of y and z."""
+    likeness = {near: SequenceMatcher(None, near, word).ratio() for near in get_close_matches(word, known)}
+    return [f'"{near}"' for near in sorted(likeness) if likeness[near] == max(likeness.values())]
 
 
 def _field(model: type[BaseModel], path: KeyPath) -> tuple[type[BaseModel], FieldInfo | None]:

@@ -30,7 +30,8 @@ def energy(of: Histories) -> Energy | None:
     Energy: q'.M q' / 2 + sum of U_i(delta_i) - Q.q; input power: q'.(E - M_u a); dissipated: sum of b_i delta_i'^2.
     Powers are integrated with their first two derivatives (Hermite, order 6 in the step), from the states and, for
     q''', from the equation of motion; between instants the excitation is linear, at them it may have kinks. The
-    resolution is the distance from the quadrature with first derivatives only (order 4).
+    resolution is the distance from the quadrature with first derivatives only (order 4), and what dampers took that
+    begin or end between two instants.
     """
     if of.hidden_jumps:
         return None
@@ -58,7 +59,7 @@ def energy(of: Histories) -> Energy | None:
     if turned_over <= 1e-12 * float(np.abs(stored).max()):  # nothing moves but rounding
         return Energy(0.0, 0.0, 0.0)
     residual = np.abs(np.diff(stored).cumsum() - sixth.cumsum()).max()
-    resolution = np.abs((sixth - fourth).cumsum()).max()
+    resolution = np.abs((sixth - fourth).cumsum()).max() + _unseen(of, steps)
     return Energy(turned_over, float(residual) / turned_over, float(resolution) / turned_over)
 
 
@@ -76,15 +77,29 @@ def _link_forces(of: Histories) -> tuple[Array, Array, Array]:
     if of.linear:
         damping = (rows.T * links.damping) @ rows
         return of.velocity @ damping, of.acceleration @ damping, of.velocity @ of.stiffness
-    active = np.broadcast_to(links.damping, of.deflection.shape).copy()
+    active = _active_damping(of)
     tangent = np.empty_like(of.deflection)
     for i, law in enumerate(links.laws):
-        deflection = np.ascontiguousarray(of.deflection[:, i])
-        tangent[:, i] = law.tangent(deflection)
-        if links.damping_in_contact[i]:
-            active[np.abs(deflection) <= law.edges[-1], i] = 0.0
+        tangent[:, i] = law.tangent(np.ascontiguousarray(of.deflection[:, i]))
     rate, second = of.velocity @ rows.T, of.acceleration @ rows.T
     return (active * rate) @ rows, (active * second) @ rows, (tangent * rate) @ rows
+
+
+def _active_damping(of: Histories) -> Array:
+    """(time, link) N s/m, that of every link at its deflection."""
+    links = of.links
+    active = np.broadcast_to(links.damping, of.deflection.shape).copy()
+    for i in np.flatnonzero(links.damping_in_contact):
+        active[np.abs(of.deflection[:, i]) <= links.laws[i].edges[-1], i] = 0.0
+    return active
+
+
+def _unseen(of: Histories, steps: Array) -> float:
+    """J, what dampers that begin or end between two instants may have taken more or less than the quadrature has."""
+    if not of.links.damping_in_contact.any():
+        return 0.0
+    fastest = _ends((of.velocity @ of.rows.T) ** 2).max(axis=0)
+    return 0.5 * float(steps @ (np.abs(np.diff(_active_damping(of), axis=0)) * fastest).sum(axis=1))
 
 
 def _elastic_energy(of: Histories) -> Array:

@@ -23,6 +23,7 @@ from guideload.errors import ValueRefused
 Rung = Literal["linear", "piecewise linear", "smooth nonlinear"]
 # Of the force of one row over its deflection: Hertz' contact at a point; at a line, as rolling bearings count it.
 EXPONENT = {"ball": 3.0 / 2.0, "roller": 10.0 / 9.0}
+NO_EXACT = "preloaded contacts have no exact solution"
 MOST_POINTS = 16  # of a curve in the core
 # Of the largest force of a curve: what the arithmetic between two points leaves of zero.
 ROUNDING = 1e-12
@@ -79,9 +80,9 @@ def _through_zero(points: tuple[tuple[float, float], ...]) -> tuple[tuple[float,
     half = points[:1] == ((0.0, 0.0),)
     most = (MOST_POINTS + 1) // 2 if half else MOST_POINTS
     if not 2 <= len(points) <= most:
-        mirrored = "one that begins at [0, 0] is mirrored, which doubles its points" if half else ""
+        mirrored = "; one that begins at [0, 0] is mirrored, which doubles its points" if half else ""
         raise ValueRefused(
-            f"2 to {most} points [deflection, force]", points, mirrored or f"these are {len(points)}"
+            f"2 to {most} points [deflection, force]", points, f"these are {len(points)}{mirrored}"
         )
     deflection, force = np.array(points).T
     for values, unit, words, falls in (

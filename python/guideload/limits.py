@@ -13,9 +13,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload._core import Law, Scene
+from guideload._core import Scene
 from guideload.amplification import UNDAMPED, MethodName, amplification, longest_stable_steps
 from guideload.errors import ArgumentError, RunError
+from guideload.laws import NO_EXACT
 from guideload.machine import DOFS, Machine
 from guideload.modes import moving_dofs
 from guideload.motion import Motion
@@ -34,15 +35,17 @@ GROWTH = 1e5
 MOST_TRIED = 20_000_000
 # Steps that rk45 may take to be run for its cost, about a second.
 MOST_RUN = 3_000_000
+# Of the largest excitation: how far a sample may be off the line through its neighbours to lie on it.
+STRAIGHT = 1e-12
 # Counted steps that are put down to stability: within this factor of what it asks for.
 NEAR = 1.3
 
 
 @dataclass(frozen=True)
 class Cost:
-    """What a method took for the motion: counted, timed, and beside it what its samples and stability ask for.
+    """What a method took for the motion: counted, timed, and beside it what its bends and stability ask for.
 
-    needed    steps: one for each interval between samples, and no longer than stable
+    needed    steps that end wherever they must, see `step_ends`, and are no longer than stable
     steps, rejected, seconds: as counted and timed; None where the method was not run
     note      why it was not run, else empty
     """
@@ -88,12 +91,12 @@ class Stability:
 
     @property
     def limited_by(self) -> str:
-        """What sets the number of steps of rk45: samples, stability or tolerance; empty if it was not run."""
+        """What sets the number of steps of rk45: samples, stability or tolerance."""
         rk45 = self.costs[METHODS.index("rk45")]
         if rk45.steps is None:
             return "stability"
         counted = rk45.steps
-        if counted <= NEAR * np.count_nonzero(np.diff(self.motion.time)):
+        if counted <= NEAR * step_ends(self.machine, self.motion, "rk45").size:
             return "samples"
         return "stability" if counted <= NEAR * rk45.needed else "tolerance"
 
@@ -105,7 +108,7 @@ class Stability:
 
     def moving(self, index: int) -> list[str]:
         """The dofs that make up the mode of an eigenvalue, largest first; none if nothing but L turns."""
-        scene = nominal_scene(self.machine)
+        scene = self.machine.nominal_scene
         (mass, damping, stiffness), _ = scene.matrices()
         free = [DOFS.index(dof) for dof in self.machine.free]
         _, _, shapes, _ = scene.modes()
@@ -125,16 +128,18 @@ def stability(machine: Machine, motion: Motion | None = None, *, rtol: float = 1
     motion  that the costs are for; left out, a jerk-limited move by 1.6 m at 1 kHz, up to 1 m/s and 2 m/s2
     rtol    tolerance of rk45 and implicit there
 
-    Raises SceneError (unsupported body), ArgumentError (rtol), RunError.
+    Raises SceneError (unsupported body), ArgumentError (rtol, motion), RunError.
     """
-    scene = nominal_scene(machine)
+    if motion is None:
+        motion = standard_move()
+    if not np.ptp(motion.time):
+        raise ArgumentError(f"motion: expected samples over some time, got all at {motion.time[0]:g} s")
+    scene = machine.nominal_scene
     eigenvalues = scene.modes()[3]
     undamped = eigenvalues.real >= -UNDAMPED * np.abs(eigenvalues)
     eigenvalues = np.where(undamped, 0.0, eigenvalues.real) + 1j * eigenvalues.imag
     eigenvalues = eigenvalues[np.argsort(np.abs(eigenvalues), kind="stable")]
     longest = longest_stable_steps(eigenvalues)
-    if motion is None:
-        motion = standard_move()
     step = float(longest.min())
     return Stability(
         machine=machine,
@@ -144,25 +149,6 @@ def stability(machine: Machine, motion: Motion | None = None, *, rtol: float = 1
         motion=motion,
         rtol=rtol,
         costs=tuple(_cost(machine, motion, method, rtol, step) for method in METHODS),
-    )
-
-
-def nominal_scene(machine: Machine) -> Scene:
-    """The machine's scene with every link linear, of its nominal stiffness, and its damping at all times."""
-    if machine.scene.rung == "linear":
-        return machine.scene
-    links = machine.link_table()
-    return Scene(
-        mass=machine.body.mass,
-        center_of_mass=machine.body.center_of_mass,
-        inertia=machine.body.central_inertia().tolist(),
-        gravity=machine.gravity,
-        free=machine.free,
-        points=links.points,
-        directions=links.directions,
-        laws=[Law.linear(stiffness) for stiffness in links.stiffness],
-        damping=links.damping,
-        damping_in_contact=np.zeros(len(links.names), dtype=np.bool_),
     )
 
 
@@ -222,29 +208,50 @@ def _kick(scene: Scene) -> Array:
 
 def _cost(machine: Machine, motion: Motion, method: MethodName, rtol: float, longest: float) -> Cost:
     """Run a method, and time it."""
-    needed = _needed(motion, longest if method == "rk45" else np.inf)
+    ends = step_ends(machine, motion, method)
+    needed = _needed(motion, ends, longest if method == "rk45" else np.inf)
+    if method == "exact" and machine.rung == "smooth nonlinear":
+        return Cost(method, needed, None, None, None, NO_EXACT)
     if needed > MOST_RUN:
         return Cost(method, needed, None, None, None, f"{needed:.2g} steps are not worth the wait")
     scene = machine.scene
     began = time.perf_counter()
-    try:
-        solution = scene.solve(
-            motion.time, motion.acceleration, motion.wrench, method=method, rtol=rtol, step=None
-        )
-    except ArgumentError as error:
-        if method != "exact":
-            raise
-        return Cost(method, needed, None, None, None, str(error))
+    solution = scene.solve(
+        motion.time, motion.acceleration, motion.wrench, method=method, rtol=rtol, step=None
+    )
     seconds = time.perf_counter() - began
     return Cost(method, needed, solution.steps, solution.rejected, seconds)
 
 
-def _needed(motion: Motion, longest: float) -> int:
-    """Steps that end at every sample, none longer than `longest` s once anything moves: rest costs nothing."""
+def step_ends(machine: Machine, motion: Motion, method: MethodName) -> NDArray[np.intp]:
+    """Indices of the samples that no step of a method passes: all, or those at which the excitation bends.
+
+    rk45 and implicit step over samples that lie on a straight line, unless contact changes are to be found.
+    """
+    if method == "exact" or machine.rung == "piecewise linear" or motion.time.size < 3:
+        return np.arange(motion.time.size)
+    columns = _inputs(motion)
     steps = np.diff(motion.time)
-    excited = motion.acceleration.any(axis=1)
-    if motion.wrench is not None:
-        excited |= motion.wrench.any(axis=1)
-    moving = np.cumsum(excited)[1:] > 0
+    first, second = steps[:-1], steps[1:]
+    smooth = (first > 0.0) & (second > 0.0)  # at a jump there is no line
+    part = (first / np.where(smooth, first + second, 1.0))[:, None]
+    off = np.abs((1.0 - part) * columns[:-2] + part * columns[2:] - columns[1:-1])
+    straight = smooth & (off <= STRAIGHT * np.abs(columns).max(axis=0)).all(axis=1)
+    return np.flatnonzero(np.concatenate([[True], ~straight, [True]]))
+
+
+def _needed(motion: Motion, ends: NDArray[np.intp], longest: float) -> int:
+    """Steps from each of the samples `ends` to the next, none longer than `longest` s.
+
+    Until anything moves one each is enough.
+    """
+    excited = _inputs(motion).any(axis=1)
+    moving = ends[1:] >= (excited.argmax() if excited.any() else excited.size)
+    steps = np.diff(motion.time[ends])
     counts = np.where(moving, np.ceil(steps / longest * (1.0 - 1e-12)), 1.0)
     return int(np.maximum(counts, 1.0)[steps > 0.0].sum())
+
+
+def _inputs(motion: Motion) -> Array:
+    """(time, 3 or 9) acceleration [m/s2], and force and moment [N, N m] where there are any."""
+    return motion.acceleration if motion.wrench is None else np.hstack([motion.acceleration, motion.wrench])

@@ -8,8 +8,10 @@ import numpy as np
 from rich.console import RenderableType
 
 from guideload.amplification import per_period
-from guideload.limits import METHODS
-from guideload.report import WIDTH, _heading, _remark, _section, _table, motion_lines, to_text
+from guideload.limits import METHODS, NEAR
+from guideload.machine_report import nominal_lines
+from guideload.report import motion_lines
+from guideload.report_parts import WIDTH, heading, new_table, remark, section, to_text
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -32,24 +34,24 @@ RING_DEFINITIONS = (
 def stability_report(stability: Stability, width: int = WIDTH, encoding: str = "utf-8") -> str:
     """The report of step limits: eigenvalues, predicted and measured step, cost, errors per period."""
     parts: list[RenderableType] = [
-        *_heading(stability.machine),
-        *_section("How long a step may be"),
+        *heading(stability.machine),
+        *section("How long a step may be"),
         eigenvalues_table(stability),
-        *_remark(STEP_DEFINITIONS, *step_lines(stability), *contact_lines(stability)),
-        *_section("What a motion costs"),
+        *remark(STEP_DEFINITIONS, *step_lines(stability), *nominal_lines(stability.machine, "eigenvalues")),
+        *section("What a motion costs"),
         *motion_lines(stability.motion),
         costs_table(stability),
-        *_remark(*cost_lines(stability)),
-        *_section("What a method does to a vibration"),
+        *remark(*cost_lines(stability)),
+        *section("What a method does to a vibration"),
         ring_table(),
-        *_remark(RING_DEFINITIONS, *damping_lines(stability)),
+        *remark(RING_DEFINITIONS, *damping_lines(stability)),
     ]
     return to_text(parts, width, encoding)
 
 
 def eigenvalues_table(stability: Stability) -> Table:
     """A row per eigenvalue, one for each pair: damped frequency, damping, longest stable step of rk45."""
-    table = _table("", "eigenvalue\n1/s", "rings at\nHz", "damping\nratio %", "stable\nms")
+    table = new_table("", "eigenvalue\n1/s", "rings at\nHz", "damping\nratio %", "stable\nms")
     table.add_column("moves mostly in")
     for index in _upper(stability):
         value = stability.eigenvalues[index]
@@ -91,20 +93,9 @@ def step_lines(stability: Stability) -> list[str]:
     ]
 
 
-def contact_lines(stability: Stability) -> list[str]:
-    """What eigenvalues mean where links are not linear."""
-    rung = stability.machine.scene.rung
-    if rung == "linear":
-        return []
-    return [
-        f"This scene is {rung}: the eigenvalues are those with all links in contact, each with its nominal "
-        "stiffness. They change while links are open or carry other loads."
-    ]
-
-
 def costs_table(stability: Stability) -> Table:
     """A row per method: the steps that samples and stability ask for, those counted, the time."""
-    table = _table("method", "needed\nsteps", "counted\nsteps", "rejected\nsteps", "time\nms")
+    table = new_table("method", "needed\nsteps", "counted\nsteps", "rejected\nsteps", "time\nms")
     table.add_column("")
     for cost in stability.costs:
         table.add_row(cost.method, str(cost.needed), *_counted(cost), cost.note)
@@ -114,7 +105,8 @@ def costs_table(stability: Stability) -> Table:
 def cost_lines(stability: Stability) -> list[str]:
     """What sets the steps of rk45, and what it would cost less with."""
     lines = [
-        f"Needed: a step ends at every sample; no step of rk45 is longer than stable. rtol {stability.rtol:g}."
+        "Needed: no step of rk45 is longer than stable, and none passes a sample, but rk45 and implicit pass those on "
+        f"a straight line where no contact changes. rtol {stability.rtol:g}."
     ]
     exact, rk45, implicit = stability.costs
     if stability.limited_by == "samples":
@@ -129,17 +121,18 @@ def cost_lines(stability: Stability) -> list[str]:
         counted = rk45.steps or rk45.needed
         other = implicit.steps or implicit.needed
         samples = np.count_nonzero(np.diff(stability.motion.time))
+        advice = f"Use {'exact or implicit' if exact.steps else 'implicit'} here."
         lines.append(
             f"Stability sets the steps of rk45, whatever the tolerance: {counted / samples:.3g} to each sample, "
             f"{counted / other:.3g} times those of implicit. "
-            f"Use {'exact or implicit' if exact.steps else 'implicit'} here."
+            f"{advice if counted > NEAR * samples else 'That costs little here.'}"
         )
     return lines
 
 
 def ring_table() -> Table:
     """Amplitude lost and phase gained per period by rk45 and implicit, for some steps per period."""
-    table = _table(
+    table = new_table(
         "steps per\nperiod", "rk45\nlost", "implicit\nlost", "rk45\nleads rad", "implicit\nleads rad"
     )
     for steps in STEPS_PER_PERIOD:

@@ -6,7 +6,7 @@ the paper where pinion and rack mesh).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches
 from functools import cached_property
 from os import PathLike
@@ -18,7 +18,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from pydantic.functional_validators import ModelWrapValidatorHandler
 from pydantic_core import ErrorDetails, InitErrorDetails
 
-from guideload._core import Scene
+from guideload._core import Law, Scene
 from guideload.config import Part, located, read
 from guideload.errors import ConfigError, KeyPath, ValueRefused, shown
 from guideload.laws import Rung, rung_of
@@ -127,6 +127,19 @@ class Machine(Part):
     def scene(self) -> Scene:
         """The scene that the core integrates. Raises SceneError if the links leave the body unsupported."""
         table = self.link_table()
+        return self._scene_with(table.laws, table.damping_in_contact)
+
+    @cached_property
+    def nominal_scene(self) -> Scene:
+        """The same with every link linear, of its nominal stiffness, and its damping at all times."""
+        if self.rung == "linear":
+            return self.scene
+        table = self.link_table()
+        laws = [Law.linear(stiffness) for stiffness in table.stiffness]
+        return self._scene_with(laws, np.zeros(len(laws), dtype=np.bool_))
+
+    def _scene_with(self, laws: Sequence[Law], damping_in_contact: NDArray[np.bool_]) -> Scene:
+        table = self.link_table()
         return Scene(
             mass=self.body.mass,
             center_of_mass=self.body.center_of_mass,
@@ -135,9 +148,9 @@ class Machine(Part):
             free=self.free,
             points=table.points,
             directions=table.directions,
-            laws=table.laws,
+            laws=laws,
             damping=table.damping,
-            damping_in_contact=table.damping_in_contact,
+            damping_in_contact=damping_in_contact,
         )
 
     @property
@@ -152,6 +165,12 @@ class Machine(Part):
     @cached_property
     def _links(self) -> LinkTable:
         return table_of(self.carriages, self.carriage_centers, self.links)
+
+    def __eq__(self, other: object) -> bool:
+        """Equal fields; what is computed from them, arrays among it, takes no part."""
+        if not isinstance(other, Machine):
+            return NotImplemented
+        return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)
 
     def __getstate__(self) -> dict[Any, Any]:
         """Fields only: what is computed from them is computed again where it is needed."""

@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 class Modes:
     """The natural modes, n of them, by ascending frequency.
 
+    Links that are not linear count with their nominal stiffness, all in contact.
+
     frequency     (n,) Hz, without damping
     damping_ratio (n,) of critical, each mode on its own (exact where damping is proportional to stiffness)
     shape         (n, 6) displacement and rotation of L [m, rad], without damping; scaled so that the carriage

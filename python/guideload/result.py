@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.errors import ArgumentError
 from guideload.machine import Machine
 from guideload.modes import Modes
 from guideload.runs import AXES, Array, Run
@@ -38,9 +39,9 @@ class Peaks:
 class Result:
     """The loads of one run.
 
-    `machine` is the machine, `modes` its natural modes, `audit` what the result is worth, `carriage_loads` the
-    plain array, and `data` an xarray.Dataset with all quantities over time, carriage, rail, link, dof and axis,
-    each with its units:
+    `machine` is the machine, `method` what solved it and `reason` why, `modes` its natural modes, `audit` what
+    the result is worth, `carriage_loads` the plain array, and `data` an xarray.Dataset with all quantities over
+    time, carriage, rail, link, dof and axis, each with its units:
     force, moment (of the carriages on their guides, moments about the carriage centres), their elastic and
     damping parts, resultant (y-z), link_load, rail_force, rail_moment, reaction (of the held dofs; held x:
     the drive force), displacement, velocity, acceleration (of L in the carriage frame), and static values.
@@ -49,13 +50,14 @@ class Result:
 
     def __init__(self, machine: Machine, data: xr.Dataset) -> None:
         self.machine = machine
+        self.method, self.reason = str(data.attrs["method"]), str(data.attrs["method_reason"])
         self.__dict__["data"] = data
 
     @classmethod
     def of_run(cls, run: Run) -> Result:
         """The result of a run; its labelled arrays are made when first asked for."""
         result = cls.__new__(cls)
-        result.machine = run.machine
+        result.machine, result.method, result.reason = run.machine, run.method, run.reason
         result._run = run
         result.__dict__["carriage_loads"] = run.carriage_loads()
         return result
@@ -84,19 +86,24 @@ class Result:
 
     @cached_property
     def audit(self) -> Audit:
-        """Whether the model was no more than the scene needs, and no less: figures and warnings."""
+        """Whether the model was no more than the scene needs, and no less: figures and warnings.
+
+        Raises ArgumentError if the result reports no instant.
+        """
         from guideload.audit import Audit  # reads the labelled arrays
 
+        self._require_instants()
         return Audit.of(self.machine, self.data, self.modes)
 
     def peaks(self) -> pd.DataFrame:
         """A row per carriage: peak resultant (y-z), when, its static and dynamic part, and peak components.
 
         Columns end in their unit. Peaks are largest magnitudes over the reported instants; a dynamic part is
-        the magnitude of load less static load.
+        the magnitude of load less static load. Raises ArgumentError if the result reports no instant.
         """
         import pandas as pd
 
+        self._require_instants()
         data = self.data
         resultant = data["resultant"].values
         static = np.hypot(*data["static_force"].values[:, 1:].T)
@@ -115,6 +122,10 @@ class Result:
         table |= {f"peak_F{axis}_N": force[:, i] for i, axis in enumerate(AXES)}
         table |= {f"peak_M{axis}_Nm": moment[:, i] for i, axis in enumerate(AXES)}
         return pd.DataFrame(table, index=pd.Index(data["carriage"].values, name="carriage"))
+
+    def _require_instants(self) -> None:
+        if not self.data.sizes["time"]:
+            raise ArgumentError("times: the result reports no instant, so it has no peaks and no audit")
 
     def to_netcdf(self, path: str | PathLike[str]) -> None:
         """Write all of it as netCDF 4."""

@@ -131,6 +131,12 @@ def spectrum(result: Result, ax: Axes | None = None) -> Axes:
     between two frequencies is the mean square of the load there.
     """
     data = result.data
+    if np.ptp(data["time"].values) == 0.0:
+        with look():
+            ax = axes_or_new(ax, 9.0, 4.6)
+            _set_title(ax, result, "Spectrum of the dynamic loads")
+            ax.text(0.5, 0.5, "a single instant has none", transform=ax.transAxes, ha="center", color=GREY)
+        return ax
     frequency, density = load_density(result)
     frequency, density, _ = octave_bands(frequency, density)
     amplitude = np.sqrt(density)
@@ -232,8 +238,9 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
         ax.set_title(f"Carriage {carriage}, {axis}", pad=6 if in_line else 22)
         _keep_span(ax, load, float(data["resultant"].max()))
         if lost.any():
+            words = result.audit.contact.words(links)
             part = percent(float(share_of_time(time, lost[:, None])[0]))
-            _mark_lost(ax, time, lost, color, label=f"contact lost {part} of the time")
+            _mark_lost(ax, time, lost, color, label=f"{words} {part} of the time")
         ax.legend(
             loc="lower right",
             bbox_to_anchor=(1.0, 1.0),
@@ -263,7 +270,8 @@ def _draw_carriages(
     ax.plot([], [], color=GREY, linewidth=0.9, linestyle=(0, (5, 4)), label="static level")
     ax.set_xlabel("time [s]")
     _keep_span(ax, loads)
-    lost = [result.audit.contact.lost_by(links) for links in result.machine.links_of_carriages]
+    contact, links = result.audit.contact, result.machine.links_of_carriages
+    lost = [contact.lost_by(of_carriage) for of_carriage in links]
     marked = [index for index, flags in enumerate(lost) if flags.any()]
     height = min(BAR, BARS / max(len(marked), 1))
     strip = height * len(marked)
@@ -271,7 +279,7 @@ def _draw_carriages(
     for place, index in enumerate(reversed(marked)):  # from the axis up, in the legend's order
         _mark_lost(ax, time, lost[index], carriage_look(index).color, place * height, height)
     if marked:
-        ax.plot([], [], color=GREY, linewidth=4, label="contact lost")
+        ax.plot([], [], color=GREY, linewidth=4, label=contact.words(np.concatenate(links)))
     ax.legend(title="carriage", loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left")
 
 

@@ -125,7 +125,8 @@ def modes(machine: Machine, modes: Modes, axes: Sequence[Axes3D] | None = None) 
             rows = -(-count // columns)
             figure = new_figure(4.0 * columns, 0.5 + 3.6 * rows)
             axes = [_add_axes(figure, rows, columns, index + 1) for index in range(count)]
-            figure.suptitle(f"{machine.name}: natural modes\n")
+            what = "" if machine.rung == "linear" else ", all links in contact at their nominal stiffness"
+            figure.suptitle(f"{machine.name}: natural modes{what}\n")
             marks = [Patch(color=carriage_look(i).color, alpha=0.6) for i in range(len(machine.carriages))]
             names = [carriage.name for carriage in machine.carriages]
             figure.legend(
