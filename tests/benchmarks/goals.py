@@ -60,8 +60,10 @@ def _clear(scene: Measured, noisy: Measured) -> list[Goal]:
         Goal(f"{name}: time", "<= 0.8 ms", f"{exact.median * 1e3:.2f} ms", exact.median <= 0.8e-3),
         Goal(f"{name}: error of the load", "<= 1e-9", f"{exact.error:.0e}", exact.error <= 1e-9),
         _at_least("clearance, error 1e-3: quicker than the best peer", 5.0, scene, USEFUL, ""),
+        _at_least("clearance, error 1e-6: quicker than the best peer", 5.0, scene, 1e-6, ""),
         Goal(f"{name}: noisy to clean", "<= 1.5", f"{ratio:.2f}", ratio <= 1.5),
         _at_least("clearance, noisy, error 1e-3: quicker than the best peer", 5.0, noisy, USEFUL, ""),
+        _at_least("clearance, noisy, error 1e-6: quicker than the best peer", 5.0, noisy, 1e-6, ""),
     ]
 
 

@@ -32,6 +32,9 @@ const SLACK: f64 = 1e-13;
 /// How far the bound on the second derivative may rise before all links are looked at anew.
 const HEADROOM: f64 = 4.0;
 
+/// Part of that bound which one kink of the excitation may be before it counts as rough.
+const ROUGH: f64 = 0.25;
+
 /// In place of an edge that is infinitely far, and of a rate of zero: no product or ratio of them is no number.
 const FAR: f64 = 1e100;
 const NEAR: f64 = 1e-100;
@@ -102,6 +105,24 @@ impl Block {
         first
     }
 
+    /// Whether no link can pass an edge in a time `h` from `state` on, if no second derivative of a state is above `bending`.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn step_clear(&self, h: f64, state: &State, bending: f64) -> bool {
+        let (at, moving) = (self.deflections(state), self.rates(state));
+        let margin = 0.5 * h * h * bending;
+        let mut worst = [0.0; LANES];
+        for i in 0..LANES {
+            let up = fma(h, larger(moving[i], 0.0), at[i] - self.high[i]);
+            let down = fma(h, larger(-moving[i], 0.0), self.low[i] - at[i]);
+            worst[i] = fma(margin, self.reach[i], larger(up, down)) - self.slack[i];
+        }
+        let mut clear = true;
+        for worst in worst {
+            clear &= worst <= 0.0;
+        }
+        clear
+    }
+
     /// Whether the cubics through both ends of a step, which they are wrong by no more than `margin` per unit of reach, stay within the edges.
     #[cfg_attr(feature = "std", inline(always))]
     fn cubics_clear(&self, h: f64, state: &State, next: &State, margin: f64) -> bool {
@@ -159,9 +180,10 @@ pub(crate) struct Contacts<'a> {
     blocks: Many<Block, { ROOM / LANES }>,
     linear: Piece,
     made: Made,
-    /// Bound on the second derivative of the state at the end of the last step, and the slopes of its excitation.
+    /// Bound on the second derivative of the state at the end of the last step; the slopes of its excitation, and its values there.
     bending: f64,
     slopes: Values,
+    values: Values,
     /// Time for which no link can pass an edge, as long as that bound stays below this limit.
     clear_for: f64,
     limit: f64,
@@ -204,6 +226,7 @@ impl<'a> Contacts<'a> {
             made: Made { piece: linear, series: Series::new(&linear), square: 0.0, growth_rate: 0.0 },
             bending: f64::INFINITY,
             slopes: [0.0; 9],
+            values: [0.0; 9],
             clear_for: 0.0,
             limit: 0.0,
             known: [const { None }; KNOWN],
@@ -226,33 +249,47 @@ impl<'a> Contacts<'a> {
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64> {
         let growth = self.growth(ramp.h);
-        self.bending = growth * (self.bending + ramp.turn(&mut self.slopes));
-        if self.clear_for < ramp.h || self.bending > self.limit {
-            self.bending = growth * self.bending_of(ramp, state);
-            if self.clear_for < ramp.h || self.bending > self.limit {
-                return self.look(ramp, state, next);
-            }
-        }
-        self.clear_for -= ramp.h;
-        None
-    }
-
-    /// As [`Contacts::first_change`], from where all links are.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn look(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64> {
-        self.limit = HEADROOM * self.bending;
-        // Loops and not iterators: closures would be compiled for the oldest processor.
-        let mut clear_for = f64::INFINITY;
-        for block in self.blocks.all() {
-            clear_for = smaller(block.clear_for(state, self.limit), clear_for);
-        }
-        self.clear_for = clear_for - ramp.h;
-        if self.clear_for >= 0.0 && self.limit < f64::INFINITY {
+        let turn = growth * ramp.turn(&mut self.slopes, &mut self.values);
+        self.bending = fma(growth, self.bending, turn);
+        // What is no number is not clear.
+        if self.clear_for >= ramp.h && self.bending <= self.limit {
+            self.clear_for -= ramp.h;
             return None;
         }
         self.clear_for = 0.0;
+        if self.step_clear(ramp, state) {
+            return None;
+        }
+        self.bending = growth * self.bending_of(ramp, state);
+        // Where each sample is a kink, the bound does not hold for longer than a step.
+        if turn > ROUGH * self.bending {
+            if self.step_clear(ramp, state) {
+                return None;
+            }
+        } else {
+            self.limit = HEADROOM * self.bending;
+            // Loops and not iterators: closures would be compiled for the oldest processor.
+            let mut clear_for = f64::INFINITY;
+            for block in self.blocks.all() {
+                clear_for = smaller(block.clear_for(state, self.limit), clear_for);
+            }
+            if clear_for >= ramp.h && self.limit < f64::INFINITY {
+                self.clear_for = clear_for - ramp.h;
+                return None;
+            }
+        }
         self.change = if self.cubics_clear(ramp, state, next) { None } else { self.search(ramp, state) };
         self.change.map(|change| change.theta)
+    }
+
+    /// Whether no link can pass an edge within a step.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn step_clear(&self, ramp: &Ramp, state: &State) -> bool {
+        let mut clear = self.bending < f64::INFINITY;
+        for block in self.blocks.all() {
+            clear = clear && block.step_clear(ramp.h, state, self.bending);
+        }
+        clear
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -351,9 +388,10 @@ impl<'a> Contacts<'a> {
                 let (at, moving) = (block.deflections(state)[lane], block.rates(state)[lane]);
                 let slack = block.slack[lane];
                 let segment = &mut self.bends.all_mut()[bend].1;
-                if at >= block.high[lane] - slack && moving > 0.0 {
+                // As differences, which are no number where a state is as far as there is no edge.
+                if block.high[lane] - at <= slack && moving > 0.0 {
                     *segment += 1;
-                } else if at <= block.low[lane] + slack && moving < 0.0 {
+                } else if at - block.low[lane] <= slack && moving < 0.0 {
                     *segment -= 1;
                 } else {
                     continue;
@@ -399,7 +437,12 @@ impl<'a> Contacts<'a> {
         for &(index, segment) in self.bends.all() {
             let row = &self.system.rows()[index];
             let (load_at_zero, stiffness) = row.link.law().segment(segment as usize);
-            let excess = fma(stiffness, row.rest, load_at_zero) - row.load;
+            // None on the segment of rest, so that rest is rest to the last bit.
+            let excess = if segment as usize == row.link.law().segment_of(row.rest) {
+                0.0
+            } else {
+                fma(stiffness, row.rest, load_at_zero) - row.load
+            };
             // In its clearance a link has no stiffness.
             piece.add(row, stiffness, excess, stiffness > 0.0 || !row.link.is_damped_in_contact());
         }
@@ -514,6 +557,9 @@ struct Path {
 /// Halvings of a step after which it is not looked into any more: a path that turns within such a part turns within rounding.
 const HALVINGS: usize = 30;
 
+/// Parts of a step after which none is halved any more: a path that turns at an edge needs some sixty, one along it would need all.
+const MOST_LOOKS: usize = 1000;
+
 /// Steps of a root search that gains a digit or more each.
 const ROOT_STEPS: usize = 60;
 
@@ -550,13 +596,14 @@ impl Path {
         // Parts that lie ahead, the nearest last: the end of each.
         let mut ends = [(0.0, [0.0; 2]); HALVINGS + 1];
         ends[0] = (limit, self.at(limit));
-        let (mut ahead, mut a) = (1, 0.0);
+        let (mut ahead, mut a, mut looks) = (1, 0.0, 0);
         while ahead > 0 {
             let (b, end) = ends[ahead - 1];
+            looks += 1;
             match self.look(a, start, b, end, low, high) {
                 Look::Inside => {}
                 Look::Exit(theta, up) => return Some((theta, up)),
-                Look::Closer if ahead <= HALVINGS => {
+                Look::Closer if ahead <= HALVINGS && looks < MOST_LOOKS => {
                     let middle = 0.5 * (a + b);
                     ends[ahead] = (middle, self.at(middle));
                     ahead += 1;

@@ -105,15 +105,16 @@ impl Ramp<'_> {
         values
     }
 
-    /// By how much the rate of change of the force differs, at most, from that of an earlier ramp, of which `slopes` holds the rates of
-    /// change of the values; those of this one take their place.
+    /// By how much the rate of change of the force differs, at most, from that of the ramp before, of which `slopes` holds the rates of
+    /// change of the values and `values` the last of them; those of this one take their place. Infinite after a jump.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn turn(&self, slopes: &mut Values) -> f64 {
+    pub(crate) fn turn(&self, slopes: &mut Values, values: &mut Values) -> f64 {
         let mut turn = 0.0;
         for i in 0..self.drive.count {
             let slope = (self.end[i] - self.start[i]) / self.h;
-            turn = fma(self.drive.size[i], (slope - slopes[i]).abs(), turn);
-            slopes[i] = slope;
+            let jump = if self.start[i] == values[i] { 0.0 } else { f64::INFINITY };
+            turn = fma(self.drive.size[i], (slope - slopes[i]).abs(), turn + jump);
+            (slopes[i], values[i]) = (slope, self.end[i]);
         }
         turn
     }

@@ -53,6 +53,40 @@ fn any_machine(random: &mut Random) -> Machine {
     machine
 }
 
+/// A push that sets in from rest where every link is far from its edges: what it was before says nothing of what comes.
+#[test]
+fn a_jump_is_seen_by_the_search_for_contact_changes() {
+    let (omega, c) = (2000.0, 2e-5);
+    let mut machine = with_laws(one_dof(omega, 0.0), |_, k| clear(k, c));
+    machine.gravity = Vector3::zeros();
+    // In 4 ms at 10 m/s2 to the stop and back into the gap, once there and, from the end of the jump on, once the other way.
+    let time = [0.0, 1.0, 1.0, 1.006, 1.006, 1.016];
+    let samples =
+        [[0.0; 3], [0.0; 3], [0.0, -10.0, 0.0], [0.0, -10.0, 0.0], [0.0, 60.0, 0.0], [0.0, 60.0, 0.0]];
+    let excitation = Excitation::new(&time, &samples, None).expect("sound");
+    let coarse = machine.exact_loads(&excitation);
+    let mut times = vec![0.0];
+    let mut finer = vec![[0.0; 3]];
+    let mut at = vec![0];
+    for (k, parts) in [1, 0, 600, 0, 1000].into_iter().enumerate() {
+        if parts == 0 {
+            times.push(time[k + 1]);
+            finer.push(samples[k + 1]);
+        }
+        for part in 1..=parts {
+            let theta = f64::from(part) / f64::from(parts);
+            times.push((1.0 - theta) * time[k] + theta * time[k + 1]);
+            finer.push(samples[k + 1]);
+        }
+        at.push(times.len() - 1);
+    }
+    let fine = Excitation::new(&times, &finer, None).expect("sound");
+    let (states, summary) = machine.states(&Exact::<4>, ADAPTIVE, &fine);
+    assert!(summary.contact_changes >= 4, "{summary:?}");
+    let states: Vec<State> = at.into_iter().map(|k| states[k]).collect();
+    alike(&coarse, &machine.loads_of(&states), 1e-10);
+}
+
 /// Each interval of samples cut in `parts`.
 fn refined(time: &[f64], samples: &[[f64; 3]], parts: usize) -> (Vec<f64>, Vec<[f64; 3]>) {
     let (mut times, mut refined) = (vec![time[0]], vec![samples[0]]);
