@@ -21,7 +21,7 @@ type Lanes = [f64; LANES];
 
 /// Combinations of segments that are remembered.
 #[cfg(feature = "std")]
-const KNOWN: usize = 64;
+const KNOWN: usize = 32;
 #[cfg(not(feature = "std"))]
 const KNOWN: usize = 4;
 
@@ -257,12 +257,13 @@ impl<'a> Contacts<'a> {
             return None;
         }
         self.clear_for = 0.0;
-        if self.step_clear(ramp, state) {
+        // Where each sample is a kink, the bound does not hold for longer than a step.
+        let rough = turn > ROUGH * self.bending;
+        if rough && self.step_clear(ramp, state) {
             return None;
         }
         self.bending = growth * self.bending_of(ramp, state);
-        // Where each sample is a kink, the bound does not hold for longer than a step.
-        if turn > ROUGH * self.bending {
+        if rough {
             if self.step_clear(ramp, state) {
                 return None;
             }

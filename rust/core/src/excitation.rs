@@ -18,7 +18,7 @@ enum Knots<'a> {
 
 /// Acceleration of L and external load over time.
 ///
-/// Two samples at one time are a jump. Integrators know the samples as knots: no step ever passes one.
+/// Two samples at one time are a jump. Integrators know the samples as knots: no step ever passes one at which the excitation bends.
 #[derive(Debug, Clone, Copy)]
 pub struct Excitation<'a> {
     knots: Knots<'a>,

@@ -59,10 +59,10 @@ impl Row {
         load
     }
 
-    /// Whether the damper does not act, as it does only in contact.
+    /// Whether the damper does not act, as it does only in contact: where there is stiffness.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn is_idle(&self, state: &State) -> bool {
-        self.link.is_damped_in_contact() && self.at(state).abs() < self.link.law().clearance()
+        self.link.is_damped_in_contact() && self.link.law().tangent(self.at(state)) == 0.0
     }
 
     /// Elastic load and load of the damper at a state, N.

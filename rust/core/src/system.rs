@@ -23,7 +23,7 @@ use crate::link::Link;
 use crate::many::Many;
 use crate::rows::Row;
 use crate::scene::Scene;
-use crate::statics::equilibrium;
+use crate::statics::{NOTHING, equilibrium};
 
 /// Deviation from the static position in energy coordinates: `ω η` (six), then `η'` (six), both in √J. Entries past the number
 /// of free degrees of freedom stay zero.
@@ -136,7 +136,8 @@ impl System {
                 row.rest = dot(&row.deflection, &found.position);
                 row.load = row.link.law().force(row.rest);
                 let tangent = row.link.law().tangent(row.rest);
-                row.stiffness = if tangent > 0.0 { tangent } else { row.link.law().nominal() };
+                let nominal = row.link.law().nominal();
+                row.stiffness = if tangent > NOTHING * nominal { tangent } else { nominal };
             }
             modes = factor(scene, rows.all_mut())?;
             matrices.stiffness = Matrix6::zeros();

@@ -27,7 +27,7 @@ const CENTRING: [f64; 4] = [1e-2, 1e-4, 1e-6, 1e-8];
 
 /// A stiffness below this part of the nominal or the largest one is none, and a force below this part of all forces is none: rounding
 /// leaves 1e-15.
-const NOTHING: f64 = 1e-12;
+pub(crate) const NOTHING: f64 = 1e-12;
 
 /// A residual that is hardly more than rounding.
 const ROUNDING: f64 = 1e-14;

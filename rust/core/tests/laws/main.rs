@@ -2,6 +2,7 @@
 
 mod common;
 mod contacts;
+mod edges;
 
 mod assembly;
 mod dynamics;
