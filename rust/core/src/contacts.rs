@@ -10,7 +10,7 @@ use crate::float::{add_scaled, fma, sqrt};
 use crate::integrate::{Ramp, Values};
 use crate::many::{Many, ROOM};
 use crate::piece::Piece;
-use crate::propagator::{Series, TERMS, advance, matrix, norms};
+use crate::propagator::{Series, TERMS, advance, growth_rate};
 use crate::rows::Row;
 use crate::simd::{Kernel, widest};
 use crate::system::{Force, NO_FORCE, State, System};
@@ -166,8 +166,7 @@ pub(crate) struct Change {
 struct Made {
     piece: Piece,
     series: Series,
-    /// Bounds on `|A²|`, and on the growth rate of a state.
-    square: f64,
+    /// Bound on the growth rate of a state.
     growth_rate: f64,
 }
 
@@ -223,7 +222,7 @@ impl<'a> Contacts<'a> {
             bends,
             blocks,
             linear,
-            made: Made { piece: linear, series: Series::new(&linear), square: 0.0, growth_rate: 0.0 },
+            made: Made { piece: linear, series: Series::new(&linear), growth_rate: 0.0 },
             bending: f64::INFINITY,
             slopes: [0.0; 9],
             values: [0.0; 9],
@@ -262,7 +261,7 @@ impl<'a> Contacts<'a> {
         if rough && self.step_clear(ramp, state) {
             return None;
         }
-        self.bending = growth * self.bending_of(ramp, state);
+        self.bending = growth * size(&self.second_derivative(ramp, state));
         if rough {
             if self.step_clear(ramp, state) {
                 return None;
@@ -296,8 +295,10 @@ impl<'a> Contacts<'a> {
     #[cfg_attr(feature = "std", inline(always))]
     fn cubics_clear(&self, ramp: &Ramp, state: &State, next: &State) -> bool {
         let h = ramp.h;
-        let bending = self.growth(h) * self.bending_of(ramp, state);
-        let margin = self.made.square * (h * h * (h * h)) / 384.0 * bending;
+        // The fourth derivative follows the equations without force too.
+        let third = self.made.piece.linear(&self.second_derivative(ramp, state), &NO_FORCE);
+        let fourth = self.growth(h) * size(&self.made.piece.linear(&third, &NO_FORCE));
+        let margin = h * h * (h * h) / 384.0 * fourth;
         let mut clear = margin < f64::INFINITY;
         for block in self.blocks.all() {
             clear = clear && block.cubics_clear(h, state, next, margin);
@@ -305,16 +306,16 @@ impl<'a> Contacts<'a> {
         clear
     }
 
-    /// Size of the second derivative of the state at the start of a step: from there on, as the force is linear in time, it follows the
-    /// equations without force.
+    /// Second derivative of the state at the start of a step: from there on, as the force is linear in time, it follows the equations
+    /// without force.
     #[cfg_attr(feature = "std", inline(always))]
-    fn bending_of(&self, ramp: &Ramp, state: &State) -> f64 {
+    fn second_derivative(&self, ramp: &Ramp, state: &State) -> State {
         let rate = self.made.piece.linear(state, &self.force(ramp, 0.0));
         let mut rise = rise(ramp);
         for entry in &mut rise {
             *entry /= ramp.h;
         }
-        size(&self.made.piece.linear(&rate, &rise))
+        self.made.piece.linear(&rate, &rise)
     }
 
     /// Bound on the growth of a state without force in a time h: `exp(x) <= 1 + 2 x` up to x = 1.25; beyond, the step is halved.
@@ -448,8 +449,7 @@ impl<'a> Contacts<'a> {
             piece.add(row, stiffness, excess, stiffness > 0.0 || !row.link.is_damped_in_contact());
         }
         let piece = piece.with_key(key);
-        let (square, growth_rate) = norms(&matrix(&piece));
-        Made { piece, series: Series::new(&piece), square, growth_rate }
+        Made { piece, series: Series::new(&piece), growth_rate: growth_rate(&piece) }
     }
 }
 

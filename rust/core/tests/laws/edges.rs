@@ -6,9 +6,7 @@ use guideload::{
 };
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3, Vector6};
 
-use crate::common::{
-    ADAPTIVE, Machine, Random, alike, cart, close, cycle, noise, one_dof, random_machine,
-};
+use crate::common::{ADAPTIVE, Machine, Random, alike, cart, close, cycle, noise, one_dof, random_machine};
 
 /// The same machine with other laws; `law` is given the index and the stiffness of each link.
 fn with_laws(mut machine: Machine, mut law: impl FnMut(usize, f64) -> Law) -> Machine {
@@ -201,7 +199,10 @@ fn numbers_of_any_size_end_a_run() {
                 let (states, outcome) = machine.run(&Exact::<1>, ADAPTIVE, &excitation, Output::Samples);
                 assert!(outcome.is_err() || states.iter().flatten().all(|entry| entry.is_finite()));
                 machine.run(&Rk45, Control::Fixed { step: step / 10.0 }, &excitation, Output::Samples).1.ok();
-                machine.run(&Radau, Control::Fixed { step: step / 10.0 }, &excitation, Output::Samples).1.ok();
+                machine
+                    .run(&Radau, Control::Fixed { step: step / 10.0 }, &excitation, Output::Samples)
+                    .1
+                    .ok();
             }
         }
     }
@@ -305,7 +306,8 @@ fn nothing_depends_on_axes_or_units_of_force() {
         alike(&turned.exact_loads(&excitation_turned), &want, 1e-9);
 
         let mut heavy = machine.clone();
-        heavy.body = Body::new(body.mass() * 8.0, body.center_of_mass(), body.inertia() * 8.0).expect("a body");
+        heavy.body =
+            Body::new(body.mass() * 8.0, body.center_of_mass(), body.inertia() * 8.0).expect("a body");
         for link in &mut heavy.links {
             let law = link.law().scaled(8.0).expect("a law");
             let made = Link::with_law(link.point(), link.direction(), law, link.damping() * 8.0);
