@@ -30,7 +30,7 @@ const KNOWN: usize = 4;
 const SLACK: f64 = 1e-13;
 
 /// How far the bound on the second derivative may rise before all links are looked at anew.
-const HEADROOM: f64 = 4.0;
+const HEADROOM: f64 = 16.0;
 
 /// Part of that bound which one kink of the excitation may be before it counts as rough.
 const ROUGH: f64 = 0.25;
