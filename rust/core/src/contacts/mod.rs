@@ -5,6 +5,12 @@
 //! change is asked for the cubic through its ends, whose control points bound it, and the fourth derivative what it is wrong by. Only what
 //! that does not clear is looked into, on the power series of the exact solution itself, so that no change is missed.
 
+mod block;
+mod path;
+
+use block::{Block, EMPTY, LANES, smaller};
+use path::Path;
+
 use crate::equations::Equations;
 use crate::float::{add_scaled, fma, sqrt};
 use crate::integrate::{Ramp, Values};
@@ -14,10 +20,6 @@ use crate::propagator::{Series, TERMS, advance, growth_rate};
 use crate::rows::Row;
 use crate::simd::{Kernel, widest};
 use crate::system::{Force, NO_FORCE, State, System};
-
-/// Links looked at side by side: two AVX2 registers.
-const LANES: usize = 8;
-type Lanes = [f64; LANES];
 
 /// Combinations of segments that are remembered.
 #[cfg(feature = "std")]
@@ -34,123 +36,6 @@ const HEADROOM: f64 = 16.0;
 
 /// Part of that bound which one kink of the excitation may be before it counts as rough.
 const ROUGH: f64 = 0.25;
-
-/// In place of an edge that is infinitely far, and of a rate of zero: no product or ratio of them is no number.
-const FAR: f64 = 1e100;
-const NEAR: f64 = 1e-100;
-
-/// Eight links: how they move, where they are and which edges they may not pass.
-#[derive(Debug, Clone, Copy)]
-struct Block {
-    deflection: [Lanes; 6],
-    rate: [Lanes; 6],
-    /// Size of the deflection row: what a state of size one moves the link by.
-    reach: Lanes,
-    slack: Lanes,
-    /// Edges of the present segments, less the deflection at rest.
-    low: Lanes,
-    high: Lanes,
-}
-
-const EMPTY: Block = Block {
-    deflection: [[0.0; LANES]; 6],
-    rate: [[0.0; LANES]; 6],
-    reach: [0.0; LANES],
-    slack: [0.0; LANES],
-    low: [f64::NEG_INFINITY; LANES],
-    high: [f64::INFINITY; LANES],
-};
-
-impl Block {
-    /// Deflections from rest.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn deflections(&self, state: &State) -> Lanes {
-        let mut at = [0.0; LANES];
-        for j in 0..6 {
-            add_scaled(&mut at, &self.deflection[j], state[j]);
-        }
-        at
-    }
-
-    /// Their rates.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn rates(&self, state: &State) -> Lanes {
-        let mut moving = [0.0; LANES];
-        for j in 0..6 {
-            add_scaled(&mut moving, &self.rate[j], state[6 + j]);
-        }
-        moving
-    }
-
-    /// Time in which no link can pass an edge from `state` on, if no second derivative of a state is above `bending`; below zero if one
-    /// is beyond.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn clear_for(&self, state: &State, bending: f64) -> f64 {
-        let (at, moving) = (self.deflections(state), self.rates(state));
-        let mut times = [0.0; LANES];
-        for i in 0..LANES {
-            // |v| t + b t² / 2 = d on either side.
-            let b = 2.0 * bending * self.reach[i];
-            let up = smaller(self.high[i] - at[i] + self.slack[i], FAR);
-            let down = smaller(at[i] - self.low[i] + self.slack[i], FAR);
-            let (rising, falling) = (larger(moving[i], NEAR), larger(-moving[i], NEAR));
-            let to_high = 2.0 * up / (rising + sqrt(fma(rising, rising, b * larger(up, 0.0))));
-            let to_low = 2.0 * down / (falling + sqrt(fma(falling, falling, b * larger(down, 0.0))));
-            times[i] = smaller(to_high, to_low);
-        }
-        let mut first = f64::INFINITY;
-        for time in times {
-            first = smaller(time, first);
-        }
-        first
-    }
-
-    /// Whether no link can pass an edge in a time `h` from `state` on, if no second derivative of a state is above `bending`.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn step_clear(&self, h: f64, state: &State, bending: f64) -> bool {
-        let (at, moving) = (self.deflections(state), self.rates(state));
-        let margin = 0.5 * h * h * bending;
-        let mut worst = [0.0; LANES];
-        for i in 0..LANES {
-            let up = fma(h, larger(moving[i], 0.0), at[i] - self.high[i]);
-            let down = fma(h, larger(-moving[i], 0.0), self.low[i] - at[i]);
-            worst[i] = fma(margin, self.reach[i], larger(up, down)) - self.slack[i];
-        }
-        let mut clear = true;
-        for worst in worst {
-            clear &= worst <= 0.0;
-        }
-        clear
-    }
-
-    /// Whether the cubics through both ends of a step, which they are wrong by no more than `margin` per unit of reach, stay within the edges.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn cubics_clear(&self, h: f64, state: &State, next: &State, margin: f64) -> bool {
-        let (at, end_at) = (self.deflections(state), self.deflections(next));
-        let (moving, end_moving) = (self.rates(state), self.rates(next));
-        let third = h / 3.0;
-        let mut worst = f64::NEG_INFINITY;
-        for i in 0..LANES {
-            let (after, before) = (fma(third, moving[i], at[i]), fma(-third, end_moving[i], end_at[i]));
-            let top = larger(larger(after, before), larger(at[i], end_at[i])) - self.high[i];
-            let bottom = self.low[i] - smaller(smaller(after, before), smaller(at[i], end_at[i]));
-            worst = larger(fma(margin, self.reach[i], larger(top, bottom)) - self.slack[i], worst);
-        }
-        worst <= 0.0
-    }
-}
-
-/// The larger of two; unlike `f64::max` one instruction.
-#[cfg_attr(feature = "std", inline(always))]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// The smaller of two; the second if one is no number.
-#[cfg_attr(feature = "std", inline(always))]
-fn smaller(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
 
 /// The next contact change of a step.
 #[derive(Debug, Clone, Copy)]
@@ -546,130 +431,4 @@ fn size(state: &State) -> f64 {
         }
     }
     sqrt(sums[0] + sums[1] + (sums[2] + sums[3]))
-}
-
-/// A deflection over a step: its power series in the fraction of the step.
-struct Path {
-    terms: [f64; TERMS + 1],
-    /// Largest fourth derivative, or more.
-    fourth: f64,
-}
-
-/// Halvings of a step after which it is not looked into any more: a path that turns within such a part turns within rounding.
-const HALVINGS: usize = 30;
-
-/// Parts of a step after which none is halved any more: a path that turns at an edge needs some sixty, one along it would need all.
-const MOST_LOOKS: usize = 1000;
-
-/// Steps of a root search that gains a digit or more each.
-const ROOT_STEPS: usize = 60;
-
-impl Path {
-    #[cfg_attr(feature = "std", inline(always))]
-    fn new(terms: [f64; TERMS + 1]) -> Self {
-        let mut fourth = 0.0;
-        for k in 4..=TERMS {
-            fourth = fma((k * (k - 1) * (k - 2) * (k - 3)) as f64, terms[k].abs(), fourth);
-        }
-        Self { terms, fourth }
-    }
-
-    /// Value and slope.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn at(&self, theta: f64) -> [f64; 2] {
-        let (mut value, mut slope) = (0.0, 0.0);
-        for term in self.terms.iter().rev() {
-            slope = fma(slope, theta, value);
-            value = fma(value, theta, *term);
-        }
-        [value, slope]
-    }
-
-    /// The first fraction up to `limit` at which the path leaves `low..=high`, and whether upwards. A start outside counts once the path
-    /// moves further out.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn first_exit(&self, low: f64, high: f64, limit: f64) -> Option<(f64, bool)> {
-        let mut start = [self.terms[0], self.terms[1]];
-        if start[0] > high && start[1] > 0.0 || start[0] < low && start[1] < 0.0 {
-            return Some((0.0, start[0] > high));
-        }
-        let (low, high) = (f64::min(low, start[0]), f64::max(high, start[0]));
-        // Parts that lie ahead, the nearest last: the end of each.
-        let mut ends = [(0.0, [0.0; 2]); HALVINGS + 1];
-        ends[0] = (limit, self.at(limit));
-        let (mut ahead, mut a, mut looks) = (1, 0.0, 0);
-        while ahead > 0 {
-            let (b, end) = ends[ahead - 1];
-            looks += 1;
-            match self.look(a, start, b, end, low, high) {
-                Look::Inside => {}
-                Look::Exit(theta, up) => return Some((theta, up)),
-                Look::Closer if ahead <= HALVINGS && looks < MOST_LOOKS => {
-                    let middle = 0.5 * (a + b);
-                    ends[ahead] = (middle, self.at(middle));
-                    ahead += 1;
-                    continue;
-                }
-                Look::Closer if end[0] < low || end[0] > high => return Some((b, end[0] > high)),
-                Look::Closer => {}
-            }
-            (a, start) = (b, end);
-            ahead -= 1;
-        }
-        None
-    }
-
-    /// What the values and slopes at both ends of a part tell of it.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn look(&self, a: f64, start: [f64; 2], b: f64, end: [f64; 2], low: f64, high: f64) -> Look {
-        let h = b - a;
-        // Control points of the cubic, and what it can be wrong by; the same of its slope.
-        let margin = self.fourth * h * h * h * h / 384.0;
-        let (after, before) = (start[0] + h / 3.0 * start[1], end[0] - h / 3.0 * end[1]);
-        let (top, bottom) =
-            (f64::max(f64::max(after, before), end[0]), f64::min(f64::min(after, before), end[0]));
-        if bottom - margin >= low && top + margin <= high {
-            return Look::Inside;
-        }
-        let up = end[0] > high;
-        if up || end[0] < low {
-            let (bow, margin) =
-                (3.0 * (end[0] - start[0]) / h - start[1] - end[1], self.fourth * h * h * h / 100.0);
-            let sign = if up { 1.0 } else { -1.0 };
-            if f64::min(f64::min(sign * start[1], sign * end[1]), sign * bow) > margin {
-                return Look::Exit(self.root(a, b, if up { high } else { low }, up), up);
-            }
-        }
-        Look::Closer
-    }
-
-    /// Where a path that rises (`up`) or falls all along passes `edge`, from the far side: Newton, held within a bracket.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn root(&self, mut a: f64, mut b: f64, edge: f64, up: bool) -> f64 {
-        let mut theta = 0.5 * (a + b);
-        for _ in 0..ROOT_STEPS {
-            let [value, slope] = self.at(theta);
-            if (value > edge) == up {
-                b = theta
-            } else {
-                a = theta
-            }
-            let next = theta - (value - edge) / slope;
-            if (next - theta).abs() <= 4.0 * f64::EPSILON * theta || b - a <= 2.0 * f64::EPSILON * b {
-                break;
-            }
-            theta = if next > a && next < b { next } else { 0.5 * (a + b) };
-        }
-        theta
-    }
-}
-
-/// What is known of a part of a path.
-enum Look {
-    /// It does not leave.
-    Inside,
-    /// It leaves there, and whether upwards.
-    Exit(f64, bool),
-    /// Its halves will tell.
-    Closer,
 }

@@ -1,0 +1,125 @@
+//! Links side by side: where they are, how they move, and how far it is to the edges that they may not pass.
+
+use crate::float::{add_scaled, fma, sqrt};
+use crate::system::State;
+
+/// Links looked at side by side: two AVX2 registers.
+pub(super) const LANES: usize = 8;
+type Lanes = [f64; LANES];
+
+/// In place of an edge that is infinitely far, and of a rate of zero: no product or ratio of them is no number.
+const FAR: f64 = 1e100;
+const NEAR: f64 = 1e-100;
+
+/// Eight links: how they move, where they are and which edges they may not pass.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Block {
+    pub deflection: [Lanes; 6],
+    pub rate: [Lanes; 6],
+    /// Size of the deflection row: what a state of size one moves the link by.
+    pub reach: Lanes,
+    pub slack: Lanes,
+    /// Edges of the present segments, less the deflection at rest.
+    pub low: Lanes,
+    pub high: Lanes,
+}
+
+pub(super) const EMPTY: Block = Block {
+    deflection: [[0.0; LANES]; 6],
+    rate: [[0.0; LANES]; 6],
+    reach: [0.0; LANES],
+    slack: [0.0; LANES],
+    low: [f64::NEG_INFINITY; LANES],
+    high: [f64::INFINITY; LANES],
+};
+
+impl Block {
+    /// Deflections from rest.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn deflections(&self, state: &State) -> Lanes {
+        let mut at = [0.0; LANES];
+        for j in 0..6 {
+            add_scaled(&mut at, &self.deflection[j], state[j]);
+        }
+        at
+    }
+
+    /// Their rates.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn rates(&self, state: &State) -> Lanes {
+        let mut moving = [0.0; LANES];
+        for j in 0..6 {
+            add_scaled(&mut moving, &self.rate[j], state[6 + j]);
+        }
+        moving
+    }
+
+    /// Time in which no link can pass an edge from `state` on, if no second derivative of a state is above `bending`; below zero if one
+    /// is beyond.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn clear_for(&self, state: &State, bending: f64) -> f64 {
+        let (at, moving) = (self.deflections(state), self.rates(state));
+        let mut times = [0.0; LANES];
+        for i in 0..LANES {
+            // |v| t + b t² / 2 = d on either side.
+            let b = 2.0 * bending * self.reach[i];
+            let up = smaller(self.high[i] - at[i] + self.slack[i], FAR);
+            let down = smaller(at[i] - self.low[i] + self.slack[i], FAR);
+            let (rising, falling) = (larger(moving[i], NEAR), larger(-moving[i], NEAR));
+            let to_high = 2.0 * up / (rising + sqrt(fma(rising, rising, b * larger(up, 0.0))));
+            let to_low = 2.0 * down / (falling + sqrt(fma(falling, falling, b * larger(down, 0.0))));
+            times[i] = smaller(to_high, to_low);
+        }
+        let mut first = f64::INFINITY;
+        for time in times {
+            first = smaller(time, first);
+        }
+        first
+    }
+
+    /// Whether no link can pass an edge in a time `h` from `state` on, if no second derivative of a state is above `bending`.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn step_clear(&self, h: f64, state: &State, bending: f64) -> bool {
+        let (at, moving) = (self.deflections(state), self.rates(state));
+        let margin = 0.5 * h * h * bending;
+        let mut worst = [0.0; LANES];
+        for i in 0..LANES {
+            let up = fma(h, larger(moving[i], 0.0), at[i] - self.high[i]);
+            let down = fma(h, larger(-moving[i], 0.0), self.low[i] - at[i]);
+            worst[i] = fma(margin, self.reach[i], larger(up, down)) - self.slack[i];
+        }
+        let mut clear = true;
+        for worst in worst {
+            clear &= worst <= 0.0;
+        }
+        clear
+    }
+
+    /// Whether the cubics through both ends of a step, which they are wrong by no more than `margin` per unit of reach, stay within the edges.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn cubics_clear(&self, h: f64, state: &State, next: &State, margin: f64) -> bool {
+        let (at, end_at) = (self.deflections(state), self.deflections(next));
+        let (moving, end_moving) = (self.rates(state), self.rates(next));
+        let third = h / 3.0;
+        let mut worst = f64::NEG_INFINITY;
+        for i in 0..LANES {
+            let (after, before) = (fma(third, moving[i], at[i]), fma(-third, end_moving[i], end_at[i]));
+            let top = larger(larger(after, before), larger(at[i], end_at[i])) - self.high[i];
+            let bottom = self.low[i] - smaller(smaller(after, before), smaller(at[i], end_at[i]));
+            worst = larger(fma(margin, self.reach[i], larger(top, bottom)) - self.slack[i], worst);
+        }
+        worst <= 0.0
+    }
+}
+
+/// The larger of two; unlike `f64::max` one instruction.
+#[cfg_attr(feature = "std", inline(always))]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two; the second if one is no number.
+#[cfg_attr(feature = "std", inline(always))]
+pub(super) fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
