@@ -1,8 +1,11 @@
 //! Dynamic load of linear rolling guides: one rigid body on elastic and damping links, driven by a measured motion.
 //!
-//! The files follow the data: [`tensor`] → [`body`], [`link`], [`dof`] → [`scene`] → [`assemble`] → [`system`] (modes, statics)
-//! → [`excitation`] → [`integrate`] → [`record`] → [`loads`]; [`modes`] stands beside them. All quantities are SI. Source: the paper
-//! "Dynamical load of linear rolling guides", whose equation numbers stand where they are used.
+//! The files follow the data: [`tensor`] → [`body`], [`law`] → [`link`], [`dof`] → [`scene`] → [`assemble`] → `factor` (modes), `statics`
+//! → [`system`] → [`excitation`] → `equations` and who keeps them: [`system`] (linear), `piece` and `contacts` (linear between contact
+//! changes), `smooth` (preloaded) → `propagator`, [`integrate`] → [`record`] → [`loads`], `fill`; [`modes`] stands beside them. All
+//! quantities are SI. Source: the paper "Dynamical load of linear rolling guides", whose equation numbers stand where they are used.
+//!
+//! A new elastic law goes into [`law`], a new method into [`integrate`] beside the three that are there.
 //!
 //! ```
 //! use guideload::{Body, Control, Exact, Excitation, Extremes, Free, Output, Part, Peaks, Scene, System};

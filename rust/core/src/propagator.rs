@@ -185,10 +185,9 @@ fn power_series<E: Equations>(
     mut take: impl FnMut(usize, &State),
 ) {
     let tau = ramp.h * length;
-    let (first, last) = (ramp.force(0.0), ramp.force(1.0));
-    let mut rise = NO_FORCE;
-    for i in 0..6 {
-        rise[i] = (last[i] - first[i]) * length;
+    let mut rise = ramp.rise();
+    for entry in &mut rise {
+        *entry *= length;
     }
     let mut force = ramp.force(from);
     add_scaled(&mut force, equations.constant(), 1.0);

@@ -18,7 +18,7 @@ use crate::dof::Free;
 use crate::equations::{Equations, Square};
 use crate::error::SceneError;
 use crate::factor::{Modes, factor};
-use crate::float::{add_scaled, fma};
+use crate::float::{add_scaled, fma, sqrt};
 use crate::link::Link;
 use crate::many::Many;
 use crate::rows::Row;
@@ -42,6 +42,19 @@ pub(crate) const NO_FORCE: Force = [0.0; 8];
 #[cfg_attr(feature = "std", inline(always))]
 pub fn joined([x, y, z]: [f64; 3], [a, b, c, d, e, f]: [f64; 6]) -> Input {
     [x, y, z, a, b, c, d, e, f]
+}
+
+/// Size of a state: the square root of twice its energy, in the linear part of a scene.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn size(state: &State) -> f64 {
+    // Four sums side by side.
+    let mut sums = [0.0; 4];
+    for entries in state.as_chunks::<4>().0 {
+        for (sum, entry) in sums.iter_mut().zip(entries) {
+            *sum = fma(*entry, *entry, *sum);
+        }
+    }
+    sqrt(sums[0] + sums[1] + (sums[2] + sums[3]))
 }
 
 /// What a scene holds that is not linear, and so how much of a model it needs.

@@ -105,6 +105,16 @@ impl Ramp<'_> {
         values
     }
 
+    /// Rise of the modal force over the step.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn rise(&self) -> Force {
+        let (first, mut rise) = (self.force(0.0), self.force(1.0));
+        for (rise, first) in rise.iter_mut().zip(first) {
+            *rise -= first;
+        }
+        rise
+    }
+
     /// By how much the rate of change of the force differs, at most, from that of the ramp before, of which `slopes` holds the rates of
     /// change of the values and `values` the last of them; those of this one take their place. Infinite after a jump.
     #[cfg_attr(feature = "std", inline(always))]

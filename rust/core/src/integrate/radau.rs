@@ -18,7 +18,7 @@ use super::kept::Kept;
 use super::tableau::{Eigenpart, RADAU};
 use crate::equations::{Equations, Square};
 use crate::float::add_scaled;
-use crate::system::State;
+use crate::system::{Force, State};
 use newton::Course;
 
 /// The implicit method.
@@ -171,14 +171,7 @@ impl Tangent {
     /// The parts of a step whose right-hand sides are those of the tangent: `rate` at the start, `rise` of the modal force, and
     /// `bend` more on the velocities (for equations that are not linear).
     #[cfg_attr(feature = "std", inline(always))]
-    fn begin<E: Equations>(
-        &self,
-        equations: &E,
-        rate: &State,
-        rise: &[f64; 6],
-        bend: &Bend,
-        parts: &mut Parts,
-    ) {
+    fn begin<E: Equations>(&self, equations: &E, rate: &State, rise: &Force, bend: &Bend, parts: &mut Parts) {
         for (index, part) in RADAU.parts.iter().enumerate() {
             let mut r = [[0.0; 12]; 2];
             for half in 0..2 {
@@ -247,7 +240,8 @@ impl Method for Radau {
             *place = Some(Tangent::new(equations, state, ramp.h));
         }
         let Some(tangent) = place else { unreachable!("just made") };
-        let (rate, rise) = (equations.rate(state, &ramp.force(0.0)), rise(ramp));
+        // The force is linear in time, so all right-hand sides lie in two vectors.
+        let (rate, rise) = (equations.rate(state, &ramp.force(0.0)), ramp.rise());
         tangent.begin(equations, &rate, &rise, &NO_BEND, parts);
         (end(state, parts), tangent.error(equations, &rate, parts))
     }
@@ -299,18 +293,6 @@ fn stages(parts: &Parts) -> [State; 5] {
 type Bend = [[[f64; 6]; 2]; 3];
 
 const NO_BEND: Bend = [[[0.0; 6]; 2]; 3];
-
-/// Rise of the modal force over a step: it is linear in time, so all right-hand sides lie in two vectors, the rate at the start and
-/// this.
-#[cfg_attr(feature = "std", inline(always))]
-fn rise(ramp: &Ramp) -> [f64; 6] {
-    let (start, end) = (ramp.force(0.0), ramp.force(1.0));
-    let mut rise = [0.0; 6];
-    for i in 0..6 {
-        rise[i] = end[i] - start[i];
-    }
-    rise
-}
 
 /// The state at the end of a step.
 #[cfg_attr(feature = "std", inline(always))]

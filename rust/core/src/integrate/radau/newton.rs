@@ -4,11 +4,11 @@
 //! when what is left is small beside the error of the step itself: no tolerance enters. As the rate of `ω η` is linear whatever the
 //! links are, only the velocities' halves are iterated, and those of `ω η` follow.
 
-use super::{Bend, COUNTS, NO_BEND, Parts, RADAU, Stages, Tangent, end, rise, times, upper};
+use super::{Bend, COUNTS, NO_BEND, Parts, RADAU, Stages, Tangent, end, times, upper};
 use crate::equations::Equations;
 use crate::float::{add_scaled, sqrt};
 use crate::integrate::drive::Ramp;
-use crate::system::{Force, NO_FORCE, State};
+use crate::system::{Force, NO_FORCE, State, size};
 
 /// Share of what a right-hand side is at each stage in each part: the inverse of the eigenvectors, computed as they were.
 pub(super) const SHARES: [[[f64; 2]; 5]; 3] = [
@@ -90,7 +90,7 @@ pub(super) fn step<E: Equations>(
 ) -> (State, State) {
     let Stages { kept, parts, course, .. } = memory;
     let place = kept.place(ramp.h, equations.key()).0;
-    let (rate, rise) = (equations.rate(state, &ramp.force(0.0)), rise(ramp));
+    let (rate, rise) = (equations.rate(state, &ramp.force(0.0)), ramp.rise());
     let mut forces = [NO_FORCE; 5];
     for stage in 0..5 {
         forces[stage] = ramp.force(RADAU.nodes[stage]);
@@ -325,14 +325,4 @@ fn weights(ratio: f64) -> [[[f64; 5]; 2]; 3] {
         }
     }
     weights
-}
-
-/// Square root of twice the energy.
-#[cfg_attr(feature = "std", inline(always))]
-fn size(state: &State) -> f64 {
-    let mut sum = 0.0;
-    for entry in state {
-        sum += entry * entry;
-    }
-    sqrt(sum)
 }

@@ -1,0 +1,66 @@
+//! Errors of excitations.
+
+use core::fmt;
+
+/// What is wrong with an excitation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ExcitationError {
+    /// No sample.
+    Empty,
+    /// Histories of different lengths.
+    Length {
+        /// Which one.
+        field: &'static str,
+        /// Knots.
+        expected: usize,
+        /// Its samples.
+        got: usize,
+    },
+    /// NaN or infinity.
+    NotFinite {
+        /// In which history.
+        field: &'static str,
+        /// At which sample, from 0.
+        index: usize,
+    },
+    /// Time runs backwards.
+    Order {
+        /// At which sample, from 0.
+        index: usize,
+        /// Time of the sample before, s.
+        before: f64,
+        /// Its own time, s.
+        got: f64,
+    },
+    /// More than two samples at one time: two are a jump, three are a mistake.
+    Repeated {
+        /// The third sample, from 0.
+        index: usize,
+        /// Its time, s.
+        time: f64,
+    },
+}
+
+impl fmt::Display for ExcitationError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => f.write_str("time: expected at least one sample, got none"),
+            Self::Length { field, expected, got } => {
+                write!(f, "{field}: expected {expected} samples, one per time, got {got}")
+            }
+            Self::NotFinite { field, index } => {
+                write!(f, "{field}[{index}]: expected a finite number; repair or cut the trace first")
+            }
+            Self::Order { index, before, got } => write!(
+                f,
+                "time[{index}]: expected >= {before} s (the sample before), got {got} s; sort or cut the trace first"
+            ),
+            Self::Repeated { index, time } => write!(
+                f,
+                "time[{index}]: a third sample at {time} s; two at one time are a jump, more say nothing: remove them"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for ExcitationError {}

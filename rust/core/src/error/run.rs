@@ -1,0 +1,112 @@
+//! Errors of runs.
+
+use core::fmt;
+
+/// What stops a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RunError {
+    /// Tolerance that double precision cannot hold, or that asks for nothing.
+    Tolerance {
+        /// As asked.
+        got: f64,
+    },
+    /// Fixed step that is not positive, or below rounding.
+    Step {
+        /// s.
+        got: f64,
+    },
+    /// The exact method on a link that is not linear in pieces.
+    NotExact {
+        /// Its index.
+        link: usize,
+    },
+    /// The error stays above the tolerance however short the step.
+    StepTooSmall {
+        /// When, s.
+        time: f64,
+        /// Step at which it gave up, s.
+        step: f64,
+        /// Estimated error of that step as a multiple of the tolerance.
+        error: f64,
+    },
+    /// The state left the range of numbers: a fixed step outside the method's stability region.
+    Diverged {
+        /// When, s.
+        time: f64,
+        /// Step, s.
+        step: f64,
+    },
+    /// An output time outside the excitation, or out of order.
+    OutputTime {
+        /// Which, from 0.
+        index: usize,
+        /// s.
+        got: f64,
+        /// First and last time allowed there, s.
+        range: [f64; 2],
+    },
+    /// More steps than anyone wants to wait for.
+    TooManySteps {
+        /// When it gave up, s.
+        time: f64,
+        /// Step by then, s.
+        step: f64,
+    },
+    /// An excitation of which the loads are beyond the range of numbers.
+    OutOfRange,
+    /// Eigenvalues that the iteration did not settle.
+    Eigenvalues,
+    /// A record that cannot hold all samples.
+    Capacity {
+        /// Samples of the run.
+        expected: usize,
+        /// Samples it holds.
+        got: usize,
+    },
+}
+
+impl fmt::Display for RunError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Tolerance { got } => write!(
+                f,
+                "rtol: expected 1e-13 to 0.1 of the load scale, got {got:e}; for less than rounding use method \"exact\", \
+                 which has no step error"
+            ),
+            Self::Step { got } => write!(f, "step: expected > 0 s and at least 1e-9 of the intervals between samples, got {got} s"),
+            Self::NotExact { link } => write!(
+                f,
+                "method: links[{link}] has a preloaded contact, which has no exact solution; expected \"rk45\", \"implicit\" or \"auto\""
+            ),
+            Self::StepTooSmall { time, step, error } => write!(
+                f,
+                "step {step:.3e} s at t = {time:.9} s is below 1e-9 of the interval between samples (error {error:.3} x \
+                 tolerance): loosen rtol, or use method \"exact\" or \"implicit\""
+            ),
+            Self::Diverged { time, step } => write!(
+                f,
+                "the solution grew without bound at t = {time:.9} s with a step of {step:.3e} s: the step is outside the \
+                 method's stability region; shorten it, leave it to error control, or use method \"exact\" or \"implicit\""
+            ),
+            Self::OutputTime { index, got, range: [from, to] } => {
+                write!(f, "times[{index}]: expected {from} to {to} s, ascending, got {got} s")
+            }
+            Self::TooManySteps { time, step } => write!(
+                f,
+                "1e8 steps reach only t = {time:.9} s, the last of {step:.3e} s: lengthen the step or loosen rtol, or use \
+                 method \"exact\" or \"implicit\""
+            ),
+            Self::OutOfRange => f.write_str(
+                "the loads are beyond the range of numbers: are the accelerations and forces in m/s2, N and N m?",
+            ),
+            Self::Eigenvalues => f.write_str(
+                "the eigenvalues of the damped system did not settle; frequencies and shapes without damping are available",
+            ),
+            Self::Capacity { expected, got } => {
+                write!(f, "record: expected room for {expected} samples, got {got}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for RunError {}
