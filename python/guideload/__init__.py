@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from guideload.precision import WorkPrecision
     from guideload.result import Result
     from guideload.simulation import peak_loads, simulate
+    from guideload.study.execute import StudyInterrupted, run_study
+    from guideload.study.result import StudyResult
+    from guideload.study.spec import Study
 
 _HOMES = {
     "audit": ("Audit",),
@@ -35,6 +38,9 @@ _HOMES = {
     "precision": ("WorkPrecision",),
     "result": ("Result",),
     "simulation": ("peak_loads", "simulate"),
+    "study.execute": ("StudyInterrupted", "run_study"),
+    "study.result": ("StudyResult",),
+    "study.spec": ("Study",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
@@ -55,12 +61,16 @@ __all__ = [
     "RunError",
     "SceneError",
     "Stability",
+    "Study",
+    "StudyInterrupted",
+    "StudyResult",
     "Trace",
     "TraceError",
     "WorkPrecision",
     "motion_from_trace",
     "peak_loads",
     "read_trace",
+    "run_study",
     "simulate",
     "stability",
     "work_precision",

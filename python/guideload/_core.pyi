@@ -198,6 +198,67 @@ class Solution:
     def inputs(self) -> Array:
         """(time, 9) the excitation at the recorded instants: acceleration, external force, moment about L."""
 
+class Batch:
+    """One base scene and motion, and what varies; immutable, one serves all threads and chunks.
+
+    mass to damping_in_contact: as for `Scene`; the base itself need not be supported. inertia_about_reference: whether
+    the inertia is about L, and stays so where mass and centre of mass change, rather than about the centre of mass.
+    groups, centers: as for `Scene.peaks`. time, acceleration, wrench: as for `Scene.solve`. speed: (n,) m/s of the
+    cart at the samples, for the mean load. exponent: p of the mean load. method: as for `Scene.solve`, or auto: exact
+    where the laws of a sample allow it, else rk45, or implicit where rk45 would not be stable.
+
+    changes: (target, constant, [(column, factor), ...]): sets the target to constant + sum(factor * value[column]),
+    each target at most once. Targets: ("mass", 0, 0) kg, ("center_of_mass", axis, 0) m, ("inertia", i, j) kg m2,
+    ("gravity", axis, 0) m/s2, ("point", link, axis) m, ("damping", link, 0) N s/m, ("law", link, parameter) with
+    stiffness, positive_stiffness, negative_stiffness [N/m], clearance [m], preload [N] or scale (of all forces),
+    ("center", group, axis) m, ("acceleration", 0, 0) and ("wrench", 0, 0): factors on the motion.
+
+    measures: (quantity, index, statistic), all over the samples of the motion. Of a group, by its index: Fx Fy Fz [N]
+    Mx My Mz [N m] (about its centre), resultant (hypot(Fy, Fz)), and with index 0 the drive (reaction along x; nan if x
+    is free) with min, time_of_min, max, time_of_max (the first of equal ones), rms (weighted by time) or start;
+    ("load", group, "mean"): (int P^p |v| dt / int |v| dt)^(1/p), P = |Fy| + |Fz|, nan if the motion has no speed or
+    never moves; ("contact", group, "lost"): 1 if at some sample a link of the group carries nothing, or has a
+    row of its preload open, else 0.
+
+    Raises SceneError for a base that no sample could start from, TraceError, ArgumentError for changes and measures
+    that the base has no place for.
+    """
+
+    def __new__(
+        cls,
+        *,
+        mass: float,
+        center_of_mass: Vector,
+        inertia: Sequence[Sequence[float]],
+        inertia_about_reference: bool,
+        gravity: Vector,
+        free: Sequence[str],
+        points: Array,
+        directions: Array,
+        laws: Sequence[Law],
+        damping: Array,
+        damping_in_contact: NDArray[np.bool_],
+        groups: Groups,
+        centers: Array,
+        time: Array,
+        acceleration: Array,
+        wrench: Array | None,
+        speed: Array | None,
+        exponent: float,
+        changes: Sequence[tuple[tuple[str, int, int | str], float, Sequence[tuple[int, float]]]],
+        measures: Sequence[tuple[str, int, str]],
+        method: str,
+        rtol: float,
+    ) -> Batch: ...
+    def run(self, values: Array, threads: int) -> tuple[Array, list[tuple[int, str]]]:
+        """Measures (n, measures) of samples with values (n, columns), and (row, reason) of those without a result.
+
+        A row without a result is nan. A row depends on its values alone, to the last bit, for any number of threads.
+        """
+
+    def histories(self, values: Array) -> tuple[Array, list[tuple[int, str]]]:
+        """(n, time, groups, 6) force [N] and moment about the centre [N m], and (row, reason) of those without."""
+
 def carriage_links(center: Vector, length: float) -> tuple[Array, Array]:
     """The four links of a carriage (paper, 4.1): end -x along y and z, end +x along y and z.
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from guideload import cli_methods
+from guideload import cli_methods, cli_study
 from guideload.cli_shared import (
     POSITIVE,
     Folder,
@@ -102,20 +102,31 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
 
 
 @main.command()
-@click.argument("path", type=InputFile, default=Path("machine.toml"))
-def init(path: Path) -> None:
-    """Write a commented machine.toml to fill in."""
-    template = (EXAMPLES / "machine.toml").read_text(encoding="utf-8")
+@click.argument("path", type=InputFile, required=False)
+@click.option(
+    "--study", is_flag=True, help="Write a study.toml, on the loads of machine.toml where it scatters."
+)
+def init(path: Path | None, study: bool) -> None:
+    """Write a commented machine.toml to fill in, or a study.toml."""
+    name = "study.toml" if study else "machine.toml"
+    path = path or Path(name)
+    template = (EXAMPLES / name).read_text(encoding="utf-8")
+    if study:  # the example is of the packaged machine; this one of that which `init` and the user's log give
+        template = template.replace('"manipulator.toml"', '"machine.toml"').replace(
+            '"manipulator.csv"', '"trace.csv"'
+        )
     try:
         with path.open("x", encoding="utf-8", newline="\n") as file:
             file.write(template)
     except FileExistsError:
+        option = " --study" if study else ""
         raise Refused(
-            f"{path} exists and is left as it is; give another name: guideload init NAME.toml"
+            f"{path} exists and is left as it is; give another name: guideload init NAME.toml{option}"
         ) from None
     except OSError as error:
         raise unwritable(path, error) from None
-    tell(f"Wrote {path}. Fill it in, then: guideload check {path}")
+    then = f"guideload study {path} -o out/" if study else f"guideload check {path}"
+    tell(f"Wrote {path}. Fill it in, then: {then}")
 
 
 @main.command()
@@ -246,3 +257,4 @@ def _write(result: Result, folder: Path, file_format: str, pictures: bool, shown
 
 main.add_command(cli_methods.chart)
 main.add_command(cli_methods.stability)
+main.add_command(cli_study.study)

@@ -12,7 +12,9 @@ import click
 FORMATS = {"netcdf": "loads.nc", "parquet": "loads.parquet", "csv": "loads.csv"}
 PICTURES = ("scene.png", "figures_7_to_11.png", "resultant.png", "moments.png", "modes.png", "spectrum.png")
 CHART = ("chart.png", "chart.csv")
-OUTPUTS = (*FORMATS.values(), "loads.json", *PICTURES, *CHART, "report.txt")
+STUDY_PICTURES = ("distributions.png", "exceedance.png", "tornado.png", "scatter.png", "histories.png")
+STUDY = ("summary.json", "report.txt", *STUDY_PICTURES)  # beside the samples, which the study keeps itself
+OUTPUTS = (*FORMATS.values(), "loads.json", *PICTURES, *CHART, *STUDY)
 MANIFEST = ".guideload"  # hidden, in every folder that we write: the names of our files there
 MANIFEST_TITLE = "Files that guideload wrote into this folder; --overwrite replaces these and no others:"
 PICTURE_ENDINGS = (".png", ".svg", ".pdf", ".eps", ".jpg", ".tif", ".webp")

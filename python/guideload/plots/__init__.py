@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from matplotlib.figure import SubFigure
 
 from guideload.plots.chart import work_precision
+from guideload.plots.drivers import scatter, tornado
 from guideload.plots.histories import (
     load_density,
     load_y,
@@ -24,6 +25,7 @@ from guideload.plots.histories import (
 )
 from guideload.plots.regions import stability
 from guideload.plots.space import equivalent_box, modes, scene
+from guideload.plots.study import band, distributions, exceedance, save_study
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,7 +33,10 @@ if TYPE_CHECKING:
     from guideload.result import Result
 
 __all__ = [
+    "band",
+    "distributions",
     "equivalent_box",
+    "exceedance",
     "load_density",
     "load_y",
     "load_z",
@@ -42,9 +47,12 @@ __all__ = [
     "resultant",
     "save",
     "save_all",
+    "save_study",
+    "scatter",
     "scene",
     "spectrum",
     "stability",
+    "tornado",
     "work_precision",
 ]
 

@@ -27,12 +27,7 @@ impl Body {
     /// [`SceneError`] names what no body can have: a mass that is not positive, a tensor that is not symmetric or not
     /// positive definite, or principal moments that break the triangle rule.
     pub fn new(mass: f64, center_of_mass: Vector3<f64>, inertia: Matrix3<f64>) -> Result<Self, SceneError> {
-        if !(mass > 0.0 && mass.is_finite()) {
-            return Err(SceneError::Mass { got: mass });
-        }
-        if !center_of_mass.iter().all(|x| x.is_finite()) {
-            return Err(SceneError::NotFinite { field: "body.center_of_mass" });
-        }
+        check_mass(mass, &center_of_mass)?;
         if !inertia.iter().all(|x| x.is_finite()) {
             return Err(SceneError::NotFinite { field: "body.inertia" });
         }
@@ -63,6 +58,16 @@ impl Body {
         inertia: Matrix3<f64>,
     ) -> Result<Self, SceneError> {
         Self::new(mass, center_of_mass, parallel_axes(&inertia, -mass, &center_of_mass))
+    }
+
+    /// A body of another mass at another centre of mass, with the same inertia about that.
+    ///
+    /// # Errors
+    /// As [`Body::new`].
+    #[cfg(feature = "std")]
+    pub(crate) fn with_mass(&self, mass: f64, center_of_mass: Vector3<f64>) -> Result<Self, SceneError> {
+        check_mass(mass, &center_of_mass)?;
+        Ok(Self { mass, center_of_mass, inertia: self.inertia })
     }
 
     /// Mass, kg.
@@ -102,4 +107,14 @@ impl Body {
         let moment = self.center_of_mass.cross(&force);
         Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
     }
+}
+
+fn check_mass(mass: f64, center_of_mass: &Vector3<f64>) -> Result<(), SceneError> {
+    if !(mass > 0.0 && mass.is_finite()) {
+        return Err(SceneError::Mass { got: mass });
+    }
+    if !center_of_mass.iter().all(|x| x.is_finite()) {
+        return Err(SceneError::NotFinite { field: "body.center_of_mass" });
+    }
+    Ok(())
 }

@@ -34,6 +34,8 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub mod assemble;
+#[cfg(feature = "std")]
+pub mod batch;
 pub mod body;
 mod contacts;
 pub mod dof;
@@ -63,6 +65,8 @@ pub mod tensor;
 pub use assemble::{Matrices, assemble};
 pub use body::Body;
 pub use dof::{Dof, Free};
+#[cfg(feature = "std")]
+pub use error::{BatchError, SampleError};
 pub use error::{ExcitationError, RunError, SceneError};
 pub use excitation::{Excitation, wrench_at};
 pub use integrate::{Control, Exact, Method, Output, Radau, Rk45, Summary, load_scale, run};

@@ -40,20 +40,48 @@ impl Link {
         law: Law,
         damping: f64,
     ) -> Result<Self, SceneError> {
-        if !point.iter().all(|x| x.is_finite()) {
-            return Err(SceneError::NotFinite { field: "point" });
-        }
         let length = direction.norm();
-        if !(length > 0.0 && length.is_finite()) {
+        if point.iter().all(|x| x.is_finite()) && !(length > 0.0 && length.is_finite()) {
             return Err(SceneError::Direction { got: direction.into() });
         }
-        if !(damping >= 0.0 && damping.is_finite()) {
-            return Err(SceneError::Damping { got: damping });
+        let link = Self { point, direction: direction / length, law, damping, damping_in_contact: false };
+        link.check()?;
+        Ok(link)
+    }
+
+    /// What no link can have, but for its direction.
+    fn check(&self) -> Result<(), SceneError> {
+        if !self.point.iter().all(|x| x.is_finite()) {
+            return Err(SceneError::NotFinite { field: "point" });
         }
-        if law.nominal() == 0.0 && damping == 0.0 {
+        if !(self.damping >= 0.0 && self.damping.is_finite()) {
+            return Err(SceneError::Damping { got: self.damping });
+        }
+        if self.law.nominal() == 0.0 && self.damping == 0.0 {
             return Err(SceneError::IdleLink);
         }
-        Ok(Self { point, direction: direction / length, law, damping, damping_in_contact: false })
+        if self.damping_in_contact && self.law.clearance() == 0.0 {
+            return Err(SceneError::AlwaysInContact);
+        }
+        Ok(())
+    }
+
+    /// Puts other numbers in; along the same direction, and damped when it was.
+    ///
+    /// # Errors
+    /// As [`Link::with_law`] and [`Link::damped_in_contact`]; then the link is not to be used.
+    #[cfg(feature = "std")]
+    pub(crate) fn set(
+        &mut self,
+        point: Vector3<f64>,
+        law: Option<Law>,
+        damping: f64,
+    ) -> Result<(), SceneError> {
+        (self.point, self.damping) = (point, damping);
+        if let Some(law) = law {
+            self.law = law;
+        }
+        self.check()
     }
 
     /// The same link with a damper that acts only while it is in contact, outside its clearance.
@@ -61,10 +89,9 @@ impl Link {
     /// # Errors
     /// [`SceneError::AlwaysInContact`] if its law has no clearance.
     pub fn damped_in_contact(self) -> Result<Self, SceneError> {
-        if self.law.clearance() == 0.0 {
-            return Err(SceneError::AlwaysInContact);
-        }
-        Ok(Self { damping_in_contact: true, ..self })
+        let link = Self { damping_in_contact: true, ..self };
+        link.check()?;
+        Ok(link)
     }
 
     /// Where it holds the body, m from L.

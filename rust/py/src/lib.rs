@@ -1,6 +1,7 @@
 //! Python binding: converts arrays and errors, releases the interpreter, and computes nothing itself.
 #![allow(missing_docs)] // the documentation stands in `_core.pyi`
 
+mod batch;
 mod convert;
 mod law;
 mod scene;
@@ -10,6 +11,8 @@ use pyo3::prelude::*;
 
 #[pymodule]
 mod _core {
+    #[pymodule_export]
+    use super::batch::PyBatch;
     #[pymodule_export]
     use super::law::PyLaw;
     #[pymodule_export]

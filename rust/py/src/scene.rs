@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use guideload::loads::reaction;
 use guideload::{
-    Body, Control, Exact, Excitation, Extremes, Link, Output, Part, Peaks, Radau, Record, Rk45, RunError,
-    Rung, Scene, State, Summary, System, carriage_ends, eigenvalues, link_load, modes, run,
+    Body, Control, Exact, Excitation, Extremes, Output, Part, Peaks, Radau, Record, Rk45, RunError, Rung,
+    Scene, State, Summary, System, carriage_ends, eigenvalues, link_load, modes, run,
 };
 use numpy::{Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
 use pyo3::exceptions::PyValueError;
@@ -75,26 +75,7 @@ impl PyScene {
         damping_in_contact: PyReadonlyArray1<'_, bool>,
     ) -> PyResult<Self> {
         let body = Body::new(mass, center_of_mass.into(), matrix3(inertia)).map_err(CoreError::from)?;
-        let (points, directions) = (rows::<3>(&points, "points")?, rows::<3>(&directions, "directions")?);
-        let damping = slice(&damping, "damping")?;
-        let damping_in_contact = slice(&damping_in_contact, "damping_in_contact")?;
-        for (name, length) in [
-            ("directions", directions.len()),
-            ("laws", laws.len()),
-            ("damping", damping.len()),
-            ("damping_in_contact", damping_in_contact.len()),
-        ] {
-            if length != points.len() {
-                let message = format!("{name}: expected {}, one per link, got {length}", points.len());
-                return Err(PyValueError::new_err(message));
-            }
-        }
-        let mut links = Vec::with_capacity(points.len());
-        for i in 0..points.len() {
-            let link = Link::with_law(points[i].into(), directions[i].into(), laws[i].0, damping[i]);
-            let link = if damping_in_contact[i] { link.and_then(Link::damped_in_contact) } else { link };
-            links.push(link.map_err(|error| CoreError::Link(i, error))?);
-        }
+        let links = convert::links(&points, &directions, &laws, &damping, &damping_in_contact)?;
         let free = convert::free(&free)?;
         let scene = Scene::new(body, &links, gravity.into(), free).map_err(CoreError::from)?;
         let system = System::new(&scene).map_err(CoreError::from)?;

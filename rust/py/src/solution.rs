@@ -6,10 +6,9 @@ use guideload::loads::{Recovery, acceleration, fill, position, reaction, velocit
 use guideload::system::joined;
 use guideload::{Input, Part, State, Summary, System, Wrench, group_load, link_load};
 use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
-use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::convert::{self, rows, slice};
+use crate::convert::{self, links_of, rows};
 
 /// Excitation at the recorded instants: as it was given, or at times between its samples.
 pub enum Inputs {
@@ -132,25 +131,8 @@ pub fn groups_of<'a>(
     centers: &[[f64; 3]],
     part: Part,
 ) -> PyResult<Vec<Wrench<'a>>> {
-    if groups.len() != centers.len() {
-        let message =
-            format!("centers: expected {} rows, one per group, got {}", groups.len(), centers.len());
-        return Err(PyValueError::new_err(message));
-    }
-    if !centers.as_flattened().iter().all(|x| x.is_finite()) {
-        return Err(PyValueError::new_err("centers: expected finite numbers"));
-    }
-    let count = system.links().len();
-    let mut loads = Vec::with_capacity(groups.len());
-    for (group, center) in groups.iter().zip(centers) {
-        let mut links = Vec::new();
-        for &index in slice(group, "groups")? {
-            let link = usize::try_from(index).ok().filter(|&link| link < count);
-            links.push(link.ok_or_else(|| {
-                PyIndexError::new_err(format!("groups: there is no link {index} of {count}"))
-            })?);
-        }
-        loads.push(group_load(system, links, (*center).into(), part));
-    }
-    Ok(loads)
+    Ok(links_of(system.links().len(), groups, centers)?
+        .into_iter()
+        .map(|(links, center)| group_load(system, links, center.into(), part))
+        .collect())
 }

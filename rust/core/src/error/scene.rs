@@ -104,6 +104,13 @@ pub enum SceneError {
         /// As given.
         got: f64,
     },
+    /// Number that a law of this kind does not have.
+    NoParameter {
+        /// Which number.
+        parameter: &'static str,
+        /// Kind of the law.
+        law: &'static str,
+    },
     /// Negative or non-finite damping.
     Damping {
         /// N s/m.
@@ -204,6 +211,14 @@ impl fmt::Display for SceneError {
             }
             Self::Factor { got } => {
                 write!(f, "factor: expected > 0 and a law within the range of numbers, got {got}")
+            }
+            Self::NoParameter { parameter, law } => {
+                let has = match *law {
+                    "preloaded" => "stiffness, preload and scale",
+                    "curve" => "scale",
+                    _ => "stiffness, positive_stiffness, negative_stiffness, clearance and scale",
+                };
+                write!(f, "{parameter}: a {law} law has none; change one of its own: {has}")
             }
             Self::Damping { got } => write!(f, "damping: expected >= 0 N s/m, got {got}"),
             Self::IdleLink => {

@@ -4,6 +4,29 @@ use crate::excitation::Excitation;
 use crate::float::{add_scaled, fma, sqrt};
 use crate::system::{Force, Input, NO_FORCE, System};
 
+/// An excitation of which the accelerations and the external loads count more or less.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Scaled<'a> {
+    pub excitation: &'a Excitation<'a>,
+    /// Largest magnitude of each component as it stands in the excitation.
+    pub peak: Input,
+    /// On the accelerations, and on the external loads.
+    pub factors: [f64; 2],
+}
+
+impl<'a> Scaled<'a> {
+    /// As it is.
+    pub(crate) fn whole(excitation: &'a Excitation<'a>) -> Self {
+        Self { excitation, peak: excitation.peak(), factors: [1.0; 2] }
+    }
+
+    pub(crate) fn scaled_peak(&self) -> Input {
+        core::array::from_fn(|component| {
+            self.peak[component] * self.factors[usize::from(component >= 3)].abs()
+        })
+    }
+}
+
 /// The components of an excitation that are not zero throughout, mostly one of nine, and the modal force of each.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Drive {
@@ -25,12 +48,16 @@ const STRAIGHT: f64 = 8.0 * f64::EPSILON;
 pub(crate) type Values = [f64; 9];
 
 impl Drive {
-    pub(crate) fn new(system: &System, peak: &Input) -> Self {
+    /// `peak`: of the excitation as it stands; `factors`: on its accelerations and its external loads.
+    pub(crate) fn new(system: &System, peak: &Input, factors: [f64; 2]) -> Self {
         let mut drive =
             Self { components: [0; 9], count: 0, influence: [NO_FORCE; 9], size: [0.0; 9], peak: [0.0; 9] };
         for component in (0..9).filter(|&component| peak[component] > 0.0) {
             drive.components[drive.count] = component;
-            let influence = system.influence()[component];
+            let mut influence = system.influence()[component];
+            for force in &mut influence {
+                *force *= factors[usize::from(component >= 3)];
+            }
             drive.influence[drive.count] = influence;
             drive.size[drive.count] = sqrt(influence.iter().map(|f| f * f).sum());
             drive.peak[drive.count] = peak[component];

@@ -11,7 +11,7 @@ mod tableau;
 
 pub use control::{Control, load_scale};
 pub use drive::Ramp;
-pub(crate) use drive::Values;
+pub(crate) use drive::{Scaled, Values};
 pub use exact::Exact;
 pub use radau::Radau;
 pub use rk45::Rk45;
@@ -99,6 +99,19 @@ pub fn run<M: Method, R: Record>(
     output: Output,
     record: &mut R,
 ) -> Result<Summary, RunError> {
+    run_scaled(system, method, control, &Scaled::whole(excitation), output, record)
+}
+
+/// [`run`] under the accelerations of an excitation times one factor and its external loads times another.
+pub(crate) fn run_scaled<M: Method, R: Record>(
+    system: &System,
+    method: &M,
+    control: Control,
+    scaled: &Scaled,
+    output: Output,
+    record: &mut R,
+) -> Result<Summary, RunError> {
+    let excitation = scaled.excitation;
     if M::ERROR_ORDER.is_none()
         && let Some(link) = system.first_smooth()
     {
@@ -111,12 +124,11 @@ pub fn run<M: Method, R: Record>(
         Output::Times(times) => times.len(),
     };
     record.reserve(expected)?;
-    let peak = excitation.peak();
-    let load_scale = control::scale_of(system, &peak);
+    let load_scale = control::scale_of(system, &scaled.scaled_peak());
     if !load_scale.is_finite() {
         return Err(RunError::OutOfRange);
     }
-    let drive = Drive::new(system, &peak);
+    let drive = Drive::new(system, &scaled.peak, scaled.factors);
     let job = Job { system, method, control, excitation, output, record, drive, load_scale };
     match system.rung() {
         Rung::Linear => widest(Following { job, course: Steady(system) }),

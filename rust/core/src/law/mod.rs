@@ -4,6 +4,7 @@
 //! which the body pushes on the link. No law falls anywhere, so every energy is convex and a static equilibrium has one set of loads.
 
 mod curve;
+mod parameter;
 mod preloaded;
 mod sided;
 
@@ -13,6 +14,7 @@ use preloaded::Preloaded;
 use sided::Sided;
 
 pub use curve::MOST_POINTS;
+pub use parameter::Parameter;
 
 /// An elastic law. Only laws that mean something can be made.
 #[derive(Debug, Clone, Copy, PartialEq)]

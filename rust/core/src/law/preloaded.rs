@@ -10,7 +10,7 @@ pub(super) struct Preloaded {
     /// -d₀ and d₀, m.
     pub(super) edges: [f64; 2],
     /// F₀, N.
-    preload: f64,
+    pub(super) preload: f64,
     /// K = F₀ / d₀ⁿ.
     coefficient: f64,
     /// n.
@@ -41,6 +41,11 @@ impl Preloaded {
             return Err(SceneError::NotFinite { field: "law: preload over stiffness out of range" });
         }
         Ok(law)
+    }
+
+    /// The same rolling elements at another stiffness and preload.
+    pub(super) fn with(&self, stiffness: f64, preload: f64) -> Result<Self, SceneError> {
+        Self::new(stiffness, preload, self.exponent)
     }
 
     /// d₀ and K, if n is that of balls.

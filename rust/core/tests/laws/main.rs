@@ -9,6 +9,7 @@ mod dynamics;
 mod excitation;
 mod extremes;
 mod invariance;
+mod lanes;
 mod law;
 mod loads;
 mod methods;

@@ -110,7 +110,7 @@ fn coast<M: Method>(method: &M, springs: &Springs, mut state: State, length: f64
 }
 
 fn no_drive() -> Drive {
-    Drive::new(&cart(), &[0.0; 9])
+    Drive::new(&cart(), &[0.0; 9], [1.0; 2])
 }
 
 /// The yardstick `cart`.
@@ -250,7 +250,7 @@ fn links_that_open_and_close_converge_and_agree_with_rk45() {
 fn linear_springs_are_stepped_over_as_the_linear_system_is() {
     let system = cart();
     let springs = carried(&system, |x| (6e7 * x, 6e7));
-    let drive = Drive::new(&system, &[1.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let drive = Drive::new(&system, &[1.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0], [1.0; 2]);
     let (start, end) = ([1.0, -3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [-2.0; 9]);
     let ramp = Ramp { h: 1e-3, start: &start, end: &end, drive: &drive, whole: true };
     let (mut direct, mut iterated) = (Radau.memory(), Radau.memory());

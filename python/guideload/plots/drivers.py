@@ -1,0 +1,141 @@
+"""Pictures of what drives a study: the parameters by strength, and a quantity over each of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+
+from guideload.plots.style import GREY, INK, axes_or_new, look, new_figure
+from guideload.study.quantities import described, with_unit
+from guideload.study.statistics import known
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from guideload.study.result import StudyResult
+
+    Array = NDArray[np.float64]
+
+BARS = 16  # parameters of a tornado
+PANELS = 6  # parameters of a scatter
+POINTS = 3000  # of a scatter, the first samples
+TREND = 120  # samples from which on a scatter has its median drawn
+NAME = 26  # signs of a name beside an axis
+STEPS = (1, 2, 2.5, 5, 10)  # of the ticks
+
+
+def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
+    """The parameters that drive a quantity, or any column, strongest on top, with their intervals of 95 %.
+
+    Total Sobol indices, with the first order as a darker part, if the design gives them; else rank correlations.
+    """
+    name = name or result.leading
+    rows = result.driving(name)
+    shown, rest = rows.iloc[:BARS], rows.iloc[BARS:]
+    main = "total" if result.studied.sensitivity else "rank_correlation"
+    with look():
+        ax = axes_or_new(ax, 7.6, 1.7 + 0.27 * len(shown))
+        set_title(ax, result, f"What drives {described(name)}", known(result.column(name)).size)
+        values = shown[main].to_numpy(dtype=np.float64)
+        if not np.isfinite(values).any():
+            return nothing(ax)
+        places = np.arange(len(shown))
+        ends = ("total_low", "total_high") if result.studied.sensitivity else ("low", "high")
+        low, high = (shown[end].to_numpy(dtype=np.float64) for end in ends)
+        if result.studied.sensitivity:
+            first = np.clip(shown["first_order"].to_numpy(dtype=np.float64), 0, None)
+            ax.barh(places, values, 0.68, color="#9ecae6", label="total")
+            ax.barh(places, first, 0.34, color="#0072B2", label="first order, alone")
+            ax.set_xlim(0, max(1.0, 1.04 * float(np.nanmax(high))))
+            ax.set_xlabel("Sobol index: share of the variance")
+            ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        else:
+            colors = np.where(values >= 0, "#0072B2", "#D55E00")
+            ax.barh(places, values, 0.68, color=colors.tolist())
+            reach = min(1.0, 1.15 * float(np.nanmax(np.abs([low, high]))))
+            ax.set_xlim(-reach, reach)
+            ax.set_xlabel("rank correlation: below 0 it falls as the parameter grows")
+            ax.axvline(0, color=GREY, linewidth=0.8)
+        spread = np.clip([values - low, high - values], 0, None)
+        ax.errorbar(values, places, xerr=spread, fmt="none", ecolor=INK, elinewidth=0.9, capsize=2, zorder=4)
+        ax.set_yticks(places, [short(str(one)) for one in shown.index])
+        ax.set_ylim(len(shown) - 0.4, -0.6)
+        ax.yaxis.grid(False)
+        ax.tick_params(axis="y", length=0)
+        if len(rest):
+            text = f"and {len(rest)} more, none beyond {rest[main].abs().max():.2f}"
+            ax.annotate(
+                text,
+                (1, 1),
+                (0, 3),
+                xycoords="axes fraction",
+                textcoords="offset points",
+                ha="right",
+                color=GREY,
+            )
+    return ax
+
+
+def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | None = None) -> list[Axes]:
+    """A quantity over each of the parameters that drive it most, up to six, and its median along them.
+
+    Of at most the first 3000 samples. With `axes`, over as many parameters as there are axes.
+    """
+    name = name or result.leading
+    drivers = result.driving(name).index
+    given = PANELS if axes is None else len(axes)
+    chosen = [str(one) for one in drivers[:given]]
+    units = {one.name: one.unit for one in result.studied.varied}
+    with look():
+        if axes is None:
+            across = min(len(chosen), 3)
+            down = -(-len(chosen) // across)
+            figure = new_figure(max(3.4 * across, 5.0), 0.8 + 2.6 * down)
+            grid = figure.add_gridspec(down, across)
+            axes = [figure.add_subplot(grid[i // across, i % across]) for i in range(len(chosen))]
+            figure.suptitle(f"What drives {described(name)}: {result.studied.machine.name}", parse_math=False)
+        values = result.column(name)[:POINTS]
+        for i, (ax, one) in enumerate(zip(axes, chosen, strict=False)):
+            column = result.column(one)[:POINTS]
+            there = ~(np.isnan(column) | np.isnan(values))
+            if not there.any():
+                nothing(ax)
+            size, alpha = (14.0, 0.7) if there.sum() <= 300 else (5.0, 0.3)
+            x, y = column[there], values[there]
+            ax.scatter(x, y, size, color="#0072B2", alpha=alpha, linewidth=0, rasterized=True)
+            _trend(ax, x, y)
+            unit = "of its value" if units[one] == "1" else units[one]
+            ax.set_xlabel(f"{short(one)} [{unit}]", parse_math=False)
+            ax.set_ylabel(with_unit(name) if i % 3 == 0 else "")
+            ax.xaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
+            ax.margins(x=0.04)
+    return axes
+
+
+def _trend(ax: Axes, x: Array, y: Array) -> None:
+    """The median of y in twelve groups of equal size along x."""
+    if x.size < TREND:
+        return
+    groups = np.array_split(np.argsort(x, kind="stable"), 12)
+    middles = [(np.median(x[group]), np.median(y[group])) for group in groups]
+    ax.plot(*np.transpose(middles), color=INK, linewidth=1.6)
+
+
+def short(name: str) -> str:
+    """A name cut in its middle to what fits beside an axis."""
+    return name if len(name) <= NAME else f"{name[: NAME // 2 - 1]}…{name[-NAME // 2 :]}"
+
+
+def nothing(ax: Axes) -> Axes:
+    """Axes that say why they are empty."""
+    ax.text(0.5, 0.5, "no sample has a result", transform=ax.transAxes, ha="center", color=GREY)
+    return ax
+
+
+def set_title(ax: Axes, result: StudyResult, title: str, samples: int) -> None:
+    """A title above the machine and the number of samples that are drawn."""
+    count = "1 sample" if samples == 1 else f"{samples} samples"
+    ax.set_title(f"{title}\n{result.studied.machine.name}: {count}", parse_math=False)

@@ -1,0 +1,1 @@
+"""Studies: what the loads of many machines are that differ as real ones do."""

@@ -1,0 +1,99 @@
+"""Correlations among factors, from what a study says of them to the copula that makes them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+
+import numpy as np
+from pydantic import Field
+
+from guideload.config import Part
+from guideload.errors import ConfigError, KeyPath, Problem, ValueRefused
+from guideload.study.factors import Coefficient, Factor, Vary, problem
+from guideload.study.sampling import Copula, cholesky
+from guideload.study.spread import KeyRefused
+
+
+class Correlation(Part):
+    """Correlation of the normal scores of several entries or factors, of all their pairs.
+
+    Of two entries that both have a draw for each carriage (rail, link) only those of the same one are correlated.
+    """
+
+    between: tuple[str, ...] = Field(
+        min_length=2, description='names or paths of entries, or single factors, e.g. ["body.mass", "k[1a]"]'
+    )
+    value: Coefficient = Field(description="between -1 and 1")
+
+
+def copula_of(
+    correlations: Sequence[Correlation], factors: Sequence[Factor], entries: Sequence[Vary]
+) -> Copula | None:
+    """The correlated columns; None if there are none.
+
+    Raises ConfigError for unknown names, for a pair given twice, and for correlations that cannot be together.
+    """
+    given: dict[tuple[int, int], float] = {}
+    last: KeyPath = ()
+    for i, entry in enumerate(entries):
+        if entry.within is not None:
+            own = [column for column, factor in enumerate(factors) if factor.entry == i]
+            given |= dict.fromkeys(combinations(own, 2), entry.within)
+            last = ("vary", i, "within")
+    for i, correlation in enumerate(correlations):
+        last = ("correlation", i, "value")
+        try:
+            for pair in _pairs(correlation, factors, entries):
+                if pair in given:
+                    both = " and ".join(factors[column].name for column in pair)
+                    raise KeyRefused(
+                        "between", "each pair once", list(correlation.between), f"{both} have theirs"
+                    )
+                given[pair] = correlation.value
+        except ValueRefused as refused:
+            raise ConfigError([problem(("correlation", i), refused)]) from None
+    columns = tuple(sorted({column for pair, value in given.items() if value for column in pair}))
+    if not columns:
+        return None
+    matrix = np.eye(len(columns))
+    for (a, b), value in given.items():
+        if value:
+            i, j = columns.index(a), columns.index(b)
+            matrix[i, j] = matrix[j, i] = value
+    rows = cholesky(matrix.tolist())
+    if rows is None:
+        smallest = float(np.linalg.eigvalsh(matrix)[0])
+        hint = (
+            f"its smallest eigenvalue is {smallest:.2g}: these correlations contradict each other; all of them times "
+            f"{0.99 / (1.0 - smallest):.2g} would not"
+        )
+        words = f"the correlations of {len(columns)} factors"
+        raise ConfigError([Problem(last, None, "a positive definite matrix", hint, None, words)])
+    return Copula(columns, rows)
+
+
+def _pairs(
+    correlation: Correlation, factors: Sequence[Factor], entries: Sequence[Vary]
+) -> Iterator[tuple[int, int]]:
+    """Columns that are correlated, the lower first."""
+    for first, second in combinations(correlation.between, 2):
+        a, b = _columns(first, factors, entries), _columns(second, factors, entries)
+        if set(a) & set(b):
+            way_out = "within tells the correlation of an entry's own draws"
+            raise KeyRefused("between", "different entries", list(correlation.between), way_out)
+        each = {entries[factors[i].entry].each if len(group) > 1 else None for group in (a, b) for i in group}
+        by_part = len(each) == 1 and not each & {None, "value"}
+        for i in a:
+            for j in b:
+                if not by_part or factors[i].owner == factors[j].owner:
+                    yield min(i, j), max(i, j)
+
+
+def _columns(name: str, factors: Sequence[Factor], entries: Sequence[Vary]) -> list[int]:
+    """The columns that a name means: all of an entry, or one."""
+    found = [i for i, factor in enumerate(factors) if name in (factor.name, entries[factor.entry].title)]
+    if not found:
+        known = dict.fromkeys([*(entry.title for entry in entries), *(factor.name for factor in factors)])
+        raise KeyRefused("between", "names of what varies", name, f"they are {', '.join(known)}")
+    return found

@@ -1,0 +1,72 @@
+"""The load histories of the samples that a study was asked to keep, labelled as a single run's are."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from guideload.errors import RunError, SceneError
+from guideload.runs import AXES, Array
+from guideload.simulation import simulate
+
+if TYPE_CHECKING:
+    from guideload.study.plan import Plan
+
+Variable = tuple[tuple[str, ...], object, dict[str, str]]
+TOGETHER = 16  # samples at a time, so that Ctrl-C is answered
+
+
+def histories(plan: Plan) -> xr.Dataset:
+    """force, moment and resultant (sample, time, carriage) of the samples in `plan.histories`, with their factors.
+
+    A sample that failed has NaN, and why in `reason`. nominal_force and so on (time, carriage): of the machine as
+    described, if that has a solution.
+    """
+    samples = tuple(dict.fromkeys(plan.histories))
+    values = np.concatenate([plan.values(i, i + 1) for i in samples])
+    loads, reasons = [], [""] * len(samples)
+    for start in range(0, len(samples), TOGETHER):
+        some, failed = plan.batch().histories(values[start : start + TOGETHER])
+        loads.append(some)
+        for i, reason in failed:
+            reasons[start + i] = reason
+    variables = _loads(("sample",), np.concatenate(loads), "", "load of the carriage")
+    try:
+        nominal = simulate(plan.machine, plan.motion, plan.method, rtol=plan.rtol).carriage_loads
+        variables |= _loads((), nominal, "nominal_", "load of the carriage, machine as described")
+    except (RunError, SceneError):  # only what is drawn about it may have a solution
+        pass
+    variables["value"] = ("sample", "factor"), values, {"long_name": "values of the factors, in their units"}
+    why = np.array(reasons, dtype=object)
+    variables["reason"] = ("sample",), why, {"long_name": "why the sample failed, or empty"}
+    coords = {
+        "sample": ("sample", list(samples), {"long_name": "index of the sample"}),
+        "time": ("time", plan.motion.time, {"units": "s", "long_name": "time"}),
+        "carriage": [carriage.name for carriage in plan.machine.carriages],
+        "axis": list(AXES),
+        "factor": [factor.name for factor in plan.factors],
+    }
+    return xr.Dataset(variables, coords=coords, attrs={"fingerprint": plan.fingerprint()})
+
+
+def _loads(of: tuple[str, ...], loads: Array, name: str, text: str) -> dict[str, Variable]:
+    """Labelled loads (..., time, carriage, 6), as of a single run."""
+    dims = (*of, "time", "carriage")
+    resultant = np.hypot(loads[..., 1], loads[..., 2])
+    return {
+        f"{name}force": ((*dims, "axis"), loads[..., :3], {"units": "N", "long_name": text}),
+        f"{name}moment": (
+            (*dims, "axis"),
+            loads[..., 3:],
+            {"units": "N m", "long_name": f"{text}, about its centre"},
+        ),
+        f"{name}resultant": (dims, resultant, {"units": "N", "long_name": f"{text}, resultant in y and z"}),
+    }
+
+
+def asked_for(data: xr.Dataset | None, plan: Plan) -> bool:
+    """Whether these are the histories of the plan's samples."""
+    samples = tuple(dict.fromkeys(plan.histories))
+    return data is not None and tuple(data["sample"].values.tolist()) == samples

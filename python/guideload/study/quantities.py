@@ -1,0 +1,134 @@
+"""The figures of a sample that statistics are about, made of the columns that a study stores."""
+
+from __future__ import annotations
+
+import re
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from guideload.errors import ValueRefused
+from guideload.study.studied import Studied
+
+if TYPE_CHECKING:
+    from guideload.study.parts import Parts
+
+Array = NDArray[np.float64]
+
+
+class Quantity(NamedTuple):
+    """A figure of every sample, of each carriage and, of the worst of them, of the whole machine.
+
+    title              in tables and pictures
+    sources            quantity and statistic of the columns whose largest magnitude it is
+    in_summary         whether the summary has it
+    smallest_is_worst  as of a life
+    of_machine         whether there is one only, not one of each carriage
+    """
+
+    title: str
+    sources: tuple[tuple[str, str], ...]
+    in_summary: bool = False
+    smallest_is_worst: bool = False
+    of_machine: bool = False
+
+    def worse(self, one: Array, other: Array) -> Array:
+        """The worse of two in each sample; NaN where either has none."""
+        found: Array = np.minimum(one, other) if self.smallest_is_worst else np.maximum(one, other)
+        return found
+
+
+def _peak(title: str, quantity: str, *, in_summary: bool = False, of_machine: bool = False) -> Quantity:
+    sources = (quantity, "min"), (quantity, "max")
+    return Quantity(title, sources, in_summary=in_summary, of_machine=of_machine)
+
+
+PEAK = "peak_resultant_N"
+LIFE = "life_km"
+QUANTITIES = {
+    PEAK: Quantity("peak resultant", (("resultant", "max"),), in_summary=True),
+    "peak_Fx_N": _peak("peak |Fx|", "Fx"),
+    "peak_Fy_N": _peak("peak |Fy|", "Fy", in_summary=True),
+    "peak_Fz_N": _peak("peak |Fz|", "Fz", in_summary=True),
+    "peak_Mx_Nm": _peak("peak |Mx|", "Mx"),
+    "peak_My_Nm": _peak("peak |My|", "My"),
+    "peak_Mz_Nm": _peak("peak |Mz|", "Mz"),
+    "mean_load_N": Quantity("mean load", (("load", "mean"),), in_summary=True),
+    LIFE: Quantity("life", (("load", "mean"),), in_summary=True, smallest_is_worst=True),
+    "rms_resultant_N": Quantity("rms resultant", (("resultant", "rms"),)),
+    **{f"rms_F{axis}_N": Quantity(f"rms F{axis}", ((f"F{axis}", "rms"),)) for axis in "xyz"},
+    **{f"rms_M{axis}_Nm": Quantity(f"rms M{axis}", ((f"M{axis}", "rms"),)) for axis in "xyz"},
+    "contact_lost": Quantity("contact lost", (("contact", "lost"),), in_summary=True),
+    "peak_drive_N": _peak("peak drive force", "drive", in_summary=True, of_machine=True),
+    "rms_drive_N": Quantity("rms drive force", (("drive", "rms"),), of_machine=True),
+}
+
+
+def unit_of(name: str) -> str:
+    """The unit at the end of a quantity's name, "" without one."""
+    ends = re.search(r"_(Nm|N|km)$", name)
+    return {"Nm": "N m"}.get(ends[1], ends[1]) if ends else ""
+
+
+def titled(name: str) -> str:
+    """A quantity as a title: "Peak resultant"."""
+    title = QUANTITIES[name].title
+    return title[0].upper() + title[1:]
+
+
+def with_unit(name: str) -> str:
+    """A quantity and its unit, "peak resultant [N]"; any other column by its name."""
+    quantity = name.partition("[")[0]
+    if quantity not in QUANTITIES:
+        return name
+    unit = unit_of(quantity)
+    return QUANTITIES[quantity].title + (f" [{unit}]" if unit else "")
+
+
+def described(name: str) -> str:
+    """`the peak resultant of 1a`, `... of the machine`; any other column by its name."""
+    quantity, _, carriage = name.partition("[")
+    if quantity not in QUANTITIES:
+        return name
+    return f"the {QUANTITIES[quantity].title} of {carriage.removesuffix(']') or 'the machine'}"
+
+
+def available(studied: Studied) -> tuple[str, ...]:
+    """The names of the quantities that a study has columns for; of a life also rating and travel."""
+    kinds = {(quantity, statistic) for quantity, _, statistic in studied.measures}
+    has_life = studied.rating is not None and studied.life_base is not None
+    return tuple(
+        name
+        for name, quantity in QUANTITIES.items()
+        if kinds.issuperset(quantity.sources) and (name != LIFE or has_life)
+    )
+
+
+def figure(parts: Parts, studied: Studied, name: str, index: int) -> Array:
+    """A quantity of the carriage with this index, (runs,)."""
+    columns = dict(zip(studied.measures, studied.columns, strict=True))
+    first, *rest = (
+        parts.column(columns[quantity, index, statistic]) for quantity, statistic in QUANTITIES[name].sources
+    )
+    for other in rest:
+        first = np.maximum(np.abs(first), np.abs(other))
+    if name != LIFE:
+        return first
+    assert studied.rating is not None and studied.life_base is not None
+    with np.errstate(divide="ignore"):  # without load it lasts for ever
+        life: Array = 1e-3 * studied.life_base * (studied.rating / first) ** studied.exponent
+    return life
+
+
+def limits_of(studied: Studied) -> dict[str, float]:
+    """The limits asked for, by quantity and in its unit. Raises ValueRefused for a quantity that there is not."""
+    names = {re.sub(r"_(Nm|N|km)$", "", name): name for name in available(studied)}
+    found = {}
+    for key, limit in studied.limits.items():
+        if key not in names:
+            near = get_close_matches(key, names, n=3, cutoff=0.4) or sorted(names)
+            raise ValueRefused("a quantity of the study", key, f"nearest: {', '.join(near)}")
+        found[names[key]] = 1e-3 * limit if names[key] == LIFE else limit
+    return found

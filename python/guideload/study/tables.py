@@ -1,0 +1,32 @@
+"""Columns of tables beside a study: measured values and given cases, with the unit that the header tells."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from guideload.trace_table import Table
+from guideload.units import factor
+
+Array = NDArray[np.float64]
+HEADER = re.compile(r"\s*(?P<name>.*\S)\s+\[(?P<unit>[^\[\]]*)\]\s*")
+
+
+def name_and_unit(header: str) -> tuple[str, str]:
+    """ "body.mass" and "t" of "body.mass [t]": the unit stands in brackets after a blank; "" if there is none."""
+    match = HEADER.fullmatch(header)
+    return (match["name"], match["unit"]) if match else (header.strip(), "")
+
+
+def numbers_of(table: Table, header: str, unit: str) -> tuple[Array, bool]:
+    """A column (n,) in SI `unit`, and False; or as shares, and True, where its header says [%].
+
+    Without a unit in the header it is taken as SI. Raises TraceError naming rows without a number, and ValueRefused for
+    another dimension.
+    """
+    written = name_and_unit(header)[1]
+    if written == "%":
+        return table.numbers(header) / 100.0, True
+    return table.numbers(header) * (factor(written, unit) if written else 1.0), False

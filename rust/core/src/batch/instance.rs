@@ -1,0 +1,279 @@
+//! One scene with the values of a sample in place.
+
+use core::ops::Range;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::change::{Change, Target};
+use crate::body::Body;
+use crate::dof::Free;
+use crate::error::{BatchError, SampleError};
+use crate::link::Link;
+use crate::scene::Scene;
+
+/// The scene that samples change.
+#[derive(Debug, Clone, Copy)]
+pub struct Base<'a> {
+    /// Mass of the body, kg.
+    pub mass: f64,
+    /// Its centre of mass from L, m.
+    pub center_of_mass: Vector3<f64>,
+    /// Its inertia, kg m².
+    pub inertia: Matrix3<f64>,
+    /// Whether the inertia is about L, and stays so where mass and centre of mass change, rather than about the centre of mass.
+    pub inertia_about_reference: bool,
+    /// The links.
+    pub links: &'a [Link],
+    /// m/s², pointing down.
+    pub gravity: Vector3<f64>,
+    /// The free degrees of freedom.
+    pub free: Free,
+    /// Groups of links (carriages), of which loads are measured.
+    pub groups: &'a [Group],
+}
+
+impl Base<'_> {
+    /// The body as it is without changes.
+    ///
+    /// # Errors
+    /// As [`Body::new`].
+    pub fn body(&self) -> Result<Body, crate::SceneError> {
+        let new = if self.inertia_about_reference { Body::about_reference } else { Body::new };
+        new(self.mass, self.center_of_mass, self.inertia)
+    }
+}
+
+/// Links of which the loads are taken together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    /// Their indices in the scene.
+    pub links: Vec<usize>,
+    /// Point that moments are about, m from L.
+    pub center: Vector3<f64>,
+}
+
+/// One scene with the values of a sample in place.
+#[derive(Debug, Clone)]
+pub struct Instance {
+    body: Body,
+    gravity: Vector3<f64>,
+    free: Free,
+    links: Vec<Link>,
+    centers: Vec<Vector3<f64>>,
+    factors: [f64; 2],
+}
+
+impl Instance {
+    /// The base as it stands.
+    ///
+    /// # Errors
+    /// As [`Base::body`] and [`Scene::new`].
+    pub fn new(base: &Base) -> Result<Self, BatchError> {
+        let body = base.body()?;
+        Scene::new(body, base.links, base.gravity, base.free)?;
+        Ok(Self {
+            body,
+            gravity: base.gravity,
+            free: base.free,
+            links: base.links.to_vec(),
+            centers: base.groups.iter().map(|group| group.center).collect(),
+            factors: [1.0; 2],
+        })
+    }
+
+    /// The scene.
+    ///
+    /// # Errors
+    /// As [`Scene::new`].
+    pub fn scene(&self) -> Result<Scene<'_>, crate::SceneError> {
+        Scene::new(self.body, &self.links, self.gravity, self.free)
+    }
+
+    /// The body.
+    pub fn body(&self) -> &Body {
+        &self.body
+    }
+
+    /// The links.
+    pub fn links(&self) -> &[Link] {
+        &self.links
+    }
+
+    /// Whether all links are linear.
+    pub fn is_linear(&self) -> bool {
+        self.links.iter().all(|link| link.law().is_linear())
+    }
+
+    /// Gravity, m/s².
+    pub fn gravity(&self) -> Vector3<f64> {
+        self.gravity
+    }
+
+    /// The free degrees of freedom.
+    pub fn free(&self) -> Free {
+        self.free
+    }
+
+    /// Centres of the groups, m from L.
+    pub fn centers(&self) -> &[Vector3<f64>] {
+        &self.centers
+    }
+
+    /// Factors on the accelerations of the motion and on its external loads.
+    pub fn factors(&self) -> [f64; 2] {
+        self.factors
+    }
+}
+
+/// Changes in the order in which they are made, so that what belongs to one link stands together.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    changes: Vec<Change>,
+    body: Range<usize>,
+    gravity: Range<usize>,
+    /// Per changed link: its index, and its changes.
+    links: Vec<(usize, Range<usize>)>,
+    /// Centres and factors.
+    rest: Range<usize>,
+    columns: usize,
+}
+
+impl Plan {
+    /// The plan of some changes of a base.
+    ///
+    /// # Errors
+    /// [`BatchError`] for a place that the base does not have, or one that is changed twice.
+    pub fn new(base: &Base, changes: &[Change]) -> Result<Self, BatchError> {
+        let mut changes = changes.to_vec();
+        for change in &changes {
+            let target = change.target;
+            let place = match target {
+                Target::Mass | Target::Acceleration | Target::Wrench => true,
+                Target::CenterOfMass(axis) | Target::Gravity(axis) => axis < 3,
+                Target::Inertia(i, j) => i < 3 && j < 3,
+                Target::Point { link, axis } => link < base.links.len() && axis < 3,
+                Target::Damping(link) | Target::Law { link, .. } => link < base.links.len(),
+                Target::Center { group, axis } => group < base.groups.len() && axis < 3,
+            };
+            if !place {
+                return Err(BatchError::Target { target });
+            }
+            if !change.constant.is_finite() || !change.terms.iter().all(|(_, factor)| factor.is_finite()) {
+                return Err(BatchError::NotFinite { target });
+            }
+        }
+        changes.sort_by_key(|change| order(change.target));
+        if let Some(pair) = changes.windows(2).find(|pair| order(pair[0].target) == order(pair[1].target)) {
+            return Err(BatchError::Repeated { target: pair[1].target });
+        }
+        let from = |kind: usize| changes.partition_point(|change| order(change.target).0 < kind);
+        let ends = [0, 1, 2, 3, 4].map(from);
+        let mut links: Vec<(usize, Range<usize>)> = Vec::new();
+        for index in ends[2]..ends[3] {
+            let link = order(changes[index].target).1;
+            match links.last_mut() {
+                Some((last, range)) if *last == link => range.end = index + 1,
+                _ => links.push((link, index..index + 1)),
+            }
+        }
+        let columns = changes.iter().flat_map(|change| &change.terms).map(|(column, _)| column + 1);
+        Ok(Self {
+            columns: columns.max().unwrap_or(0),
+            body: ends[0]..ends[1],
+            gravity: ends[1]..ends[2],
+            links,
+            rest: ends[3]..ends[4],
+            changes,
+        })
+    }
+
+    /// How many columns of values the changes need.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// Puts the values of a sample into an instance of the base; what they do not change is that of the base.
+    ///
+    /// # Errors
+    /// What [`Body`], [`Link`] and [`Scene`] refuse; the instance then serves the next sample, but not this one.
+    pub fn apply(&self, base: &Base, values: &[f64], to: &mut Instance) -> Result<(), SampleError> {
+        if !self.body.is_empty() {
+            to.body = self.body(base, values, &to.body)?;
+        }
+        for change in &self.changes[self.gravity.clone()] {
+            let Target::Gravity(axis) = change.target else { continue };
+            to.gravity[axis] = change.at(values);
+        }
+        for (index, range) in &self.links {
+            let changes = &self.changes[range.clone()];
+            set(&base.links[*index], changes, values, &mut to.links[*index])
+                .map_err(|error| SampleError::Link(*index, error))?;
+        }
+        for change in &self.changes[self.rest.clone()] {
+            let got = change.at(values);
+            if !got.is_finite() {
+                return Err(SampleError::NotFinite { target: change.target, got });
+            }
+            match change.target {
+                Target::Center { group, axis } => to.centers[group][axis] = got,
+                Target::Acceleration => to.factors[0] = got,
+                Target::Wrench => to.factors[1] = got,
+                _ => {}
+            }
+        }
+        Ok(to.scene().map(|_| ())?)
+    }
+
+    /// The body of a sample; `last`: that of the sample before.
+    fn body(&self, base: &Base, values: &[f64], last: &Body) -> Result<Body, SampleError> {
+        let (mut mass, mut center, mut inertia) = (base.mass, base.center_of_mass, base.inertia);
+        // Moments about the centre of mass that no change reaches are those that were checked.
+        let mut same = !base.inertia_about_reference;
+        for change in &self.changes[self.body.clone()] {
+            let value = change.at(values);
+            match change.target {
+                Target::Mass => mass = value,
+                Target::CenterOfMass(axis) => center[axis] = value,
+                Target::Inertia(i, j) => {
+                    (inertia[(i, j)], inertia[(j, i)], same) = (value, value, false);
+                }
+                _ => {}
+            }
+        }
+        Ok(match (same, base.inertia_about_reference) {
+            (true, _) => last.with_mass(mass, center),
+            (false, true) => Body::about_reference(mass, center, inertia),
+            (false, false) => Body::new(mass, center, inertia),
+        }?)
+    }
+}
+
+/// Sorts targets into kinds (body, gravity, links, all else), and within them by what is made together.
+fn order(target: Target) -> (usize, usize, Target) {
+    match target {
+        // Mirrored entries are one.
+        Target::Inertia(i, j) => (0, 0, Target::Inertia(usize::min(i, j), usize::max(i, j))),
+        Target::Mass | Target::CenterOfMass(_) => (0, 0, target),
+        Target::Gravity(_) => (1, 0, target),
+        Target::Point { link, .. } | Target::Damping(link) | Target::Law { link, .. } => (2, link, target),
+        Target::Center { .. } | Target::Acceleration | Target::Wrench => (3, 0, target),
+    }
+}
+
+/// Changes a link of the base.
+fn set(base: &Link, changes: &[Change], values: &[f64], to: &mut Link) -> Result<(), crate::SceneError> {
+    let (mut point, mut damping, mut law) = (base.point(), base.damping(), None);
+    for change in changes {
+        let value = change.at(values);
+        match change.target {
+            Target::Point { axis, .. } => point[axis] = value,
+            Target::Damping(_) => damping = value,
+            // In the order of `Parameter`, the factor last.
+            Target::Law { parameter, .. } => {
+                law = Some(law.as_ref().unwrap_or(base.law()).with(parameter, value)?);
+            }
+            _ => {}
+        }
+    }
+    to.set(point, law, damping)
+}

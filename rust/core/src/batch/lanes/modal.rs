@@ -1,0 +1,534 @@
+//! Many scenes side by side from their masses and links to damped modes: assembly, statics, modes, rows of loads.
+//!
+//! With `y = (p, -p̄)`, `p = (iω η + η') / √2`, the equations of motion are `y' = M y + (f, -f) / √2` with the complex symmetric
+//! `M = [[iΩ - Ĉ/2, Ĉ/2], [Ĉ/2, -iΩ - Ĉ/2]]`. A complex orthogonal T turns it diagonal, and each mode `z' = λ z + g u` goes its own way. Counted
+//! from where the excitation would hold it, `v = z + (g/λ) u`, it is driven by changes of u alone: `v' = λ v + (g/λ) u'`.
+
+use pulp::{Simd, WithSimd};
+
+use super::jacobi::{Damped, Square, symmetric};
+use super::room::Room;
+use super::vector::{Complex, Mask, Real};
+use crate::batch::instance::{Group, Instance};
+use crate::batch::reduce::Row;
+
+/// What is to be known of each scene.
+#[derive(Debug, Clone)]
+pub(super) struct Wanted<'a> {
+    /// Free degrees of freedom, ascending.
+    pub dofs: Vec<usize>,
+    /// Links of each group.
+    pub groups: &'a [Group],
+    /// Components of the excitation that are not zero throughout.
+    pub components: Vec<usize>,
+    pub rows: Vec<Row>,
+    /// Of the motion, s.
+    pub duration: f64,
+}
+
+/// As many scenes as there are lanes, in damped modes: numbers for the kernels, complex ones as pairs.
+#[derive(Debug, Default)]
+pub(super) struct Modal {
+    /// λ of each mode, 1/s.
+    pub(super) eigenvalues: Room,
+    /// `g/λ` of each mode, for each component of the excitation.
+    pub(super) drive: Room,
+    /// Number of wanted rows.
+    pub(super) rows: usize,
+    /// Of each [`TILE`] rows side by side: their values at rest, what a unit of each component of the excitation adds, then, mode by mode, what
+    /// a unit of the real and of the imaginary part of v adds. Rows that fill the last tile up are zero.
+    pub(super) tiles: Room,
+    /// One in the lanes in which all this is right to what the arithmetic allows; the others need the careful way.
+    pub(super) sound: Room,
+}
+
+/// Limits up to which rounding leaves some 1e-13 of the loads.
+///
+/// Spread of ω², and of the pivots of the mass matrix: K and M are formed here, which squares what the careful way keeps apart.
+const SPREAD: f64 = 1e3;
+/// Square of the size of T, per mode: 1 where damping does not couple, infinite where two modes become one.
+const CONDITION: f64 = 50.0;
+/// Radians that a mode turns while it lasts: an error in λ is that many times as large in the load.
+const TURNS: f64 = 2e3;
+
+/// Most modes of a scene.
+pub(super) const MOST: usize = 6;
+
+/// Rows that are worked out side by side.
+pub(super) const TILE: usize = 4;
+
+/// Fills a [`Modal`] from as many scenes as there are lanes.
+pub(super) struct SetUp<'a> {
+    pub scenes: &'a [&'a Instance],
+    pub wanted: &'a Wanted<'a>,
+    pub to: &'a mut Modal,
+}
+
+impl WithSimd for SetUp<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { scenes, wanted, to } = self;
+        let zero = Real::splat(simd, 0.0);
+        let dofs = &wanted.dofs[..usize::min(wanted.dofs.len(), MOST)];
+        let n = dofs.len();
+        let mass = mass_matrix(simd, scenes);
+        let weight = weight(simd, scenes);
+        let links = Links::new(simd, scenes, dofs);
+
+        let mut lower = [[zero; MOST]; MOST];
+        for i in 0..n {
+            for j in 0..n {
+                lower[i][j] = mass[dofs[i]][dofs[j]];
+            }
+        }
+        let mut sound = cholesky(&mut lower, n, Real::splat(simd, 1.0 / SPREAD));
+        let (mut stiffness, mut damping) = links.matrices(simd, n);
+        congruent(&lower, &mut stiffness, n);
+        let vectors = symmetric(simd, &mut stiffness, n);
+        // Shapes Φ = L⁻ᵀ V.
+        let mut shapes = vectors;
+        for mode in 0..n {
+            for i in (0..n).rev() {
+                let mut sum = shapes[i][mode];
+                for k in i + 1..n {
+                    sum = (-lower[k][i]).mul_add(shapes[k][mode], sum);
+                }
+                shapes[i][mode] = sum / lower[i][i];
+            }
+        }
+        let (mut frequency, mut high, mut low) = ([zero; MOST], stiffness[0][0], stiffness[0][0]);
+        for mode in 0..n {
+            let square = stiffness[mode][mode];
+            (high, low) = (high.max(square), low.min(square));
+            frequency[mode] = square.sqrt();
+        }
+        sound = sound.and(high.less_than(low * low.constant(SPREAD)));
+        damping = projected(&shapes, &damping, n);
+
+        // The influence of a unit of each component, and of the weight, on the modes.
+        let mut influence = Vec::with_capacity(wanted.components.len());
+        for &component in &wanted.components {
+            let mut force = [zero; 6];
+            let factor;
+            if component < 3 {
+                factor = Real::gather(simd, |lane| scenes[lane].factors()[0]);
+                for dof in 0..6 {
+                    force[dof] = -mass[dof][component];
+                }
+            } else {
+                factor = Real::gather(simd, |lane| scenes[lane].factors()[1]);
+                force[component - 3] = Real::splat(simd, 1.0);
+            }
+            let mut modal = on_modes(&shapes, dofs, &force);
+            for entry in &mut modal {
+                *entry = *entry * factor;
+            }
+            influence.push((modal, factor));
+        }
+        let mut rest = on_modes(&shapes, dofs, &weight);
+        for mode in 0..n {
+            rest[mode] = rest[mode] / frequency[mode];
+        }
+
+        let half = Real::splat(simd, 0.5);
+        let none = Complex::new(zero, zero);
+        let (mut a, mut b) = ([[none; MOST]; MOST], [[none; MOST]; MOST]);
+        for i in 0..n {
+            for j in 0..n {
+                let coupling = half * damping[i][j];
+                a[i][j] = Complex::new(-coupling, if i == j { frequency[i] } else { zero });
+                b[i][j] = Complex::new(coupling, zero);
+            }
+        }
+        let mut modes = Damped::new(simd, a, b, n);
+        modes.turn();
+        sound = sound.and_not(modes.creeps);
+        let mut eigenvalues = [none; MOST];
+        let (mut size, mut trace, mut damped) = (zero, zero, zero);
+        for k in 0..n {
+            eigenvalues[k] = modes.a[k][k];
+            let mut largest = zero;
+            for i in 0..n {
+                size = size + modes.upper[i][k].norm_squared() + modes.lower[i][k].norm_squared();
+                if i != k {
+                    largest = largest.max(modes.a[i][k].norm_squared());
+                }
+                largest = largest.max(modes.b[i][k].norm_squared());
+            }
+            let square = eigenvalues[k].norm_squared();
+            let settled = largest.less_than(square * square.constant(1e-28));
+            // Of the time that the motion takes and the time in which the mode decays the shorter.
+            let memory = (-eigenvalues[k].re).max(square.constant(1.0 / wanted.duration));
+            let turns = (eigenvalues[k].im).less_than(memory * square.constant(TURNS));
+            let swings = zero.less_than(eigenvalues[k].im);
+            sound = sound.and(settled).and(turns).and(swings);
+            trace = trace + eigenvalues[k].re;
+            damped = damped + half * damping[k][k];
+        }
+        // No rotation changes a trace.
+        let kept = (trace + damped).abs().less_than((damped + frequency[n - 1]) * damped.constant(1e-12));
+        sound = sound.and(kept);
+        sound = sound.and(size.less_than(size.constant(CONDITION * n as f64)));
+
+        let one = Real::splat(simd, 1.0);
+        to.sound.clear::<S>(1)[0] = sound.select(one, zero).lanes;
+        for (to, value) in to.eigenvalues.clear::<S>(2 * n).as_chunks_mut::<2>().0.iter_mut().zip(eigenvalues)
+        {
+            *to = value.lanes();
+        }
+        // g = Tᵀ (f, -f) / √2.
+        let root = Real::splat(simd, core::f64::consts::FRAC_1_SQRT_2);
+        let drives = to.drive.clear::<S>(influence.len() * 2 * n).as_chunks_mut::<2>().0;
+        for ((force, _), drive) in influence.iter().zip(drives.chunks_exact_mut(n)) {
+            for k in 0..n {
+                let mut sum = none;
+                for j in 0..n {
+                    sum = sum + (modes.upper[j][k] - modes.lower[j][k]).scale(force[j] * root);
+                }
+                drive[k] = (sum * eigenvalues[k].recip()).lanes();
+            }
+        }
+
+        let width = 1 + influence.len() + 2 * n;
+        to.rows = wanted.rows.len();
+        let tiles = to.tiles.clear::<S>(to.rows.next_multiple_of(TILE) * width).as_chunks_mut::<TILE>().0;
+        let mut feeds = vec![zero; influence.len()];
+        for (index, row) in wanted.rows.iter().enumerate() {
+            let (tile, place) = (&mut tiles[index / TILE * width..][..width], index % TILE);
+            feeds.fill(zero);
+            let mut of = Loads::new(simd);
+            match *row {
+                Row::Of(group, component) => {
+                    for &link in &wanted.groups[group].links {
+                        of.add(
+                            &links.all[link],
+                            &shapes,
+                            &frequency,
+                            n,
+                            links.arm(simd, scenes, link, group, component),
+                        );
+                    }
+                    of.at_rest(&rest, n);
+                }
+                Row::Drive => {
+                    for (index, link) in links.all.iter().enumerate() {
+                        of.add(
+                            link,
+                            &shapes,
+                            &frequency,
+                            n,
+                            Real::gather(simd, |lane| scenes[lane].links()[index].direction().x),
+                        );
+                    }
+                    of.at_rest(&rest, n);
+                    of.constant = of.constant - weight[0];
+                    // M q'' in the row of x, with η'' = -ω (ωη) - Ĉ η' + f.
+                    let mut inert = [zero; MOST];
+                    for mode in 0..n {
+                        for i in 0..n {
+                            inert[mode] = mass[0][dofs[i]].mul_add(shapes[i][mode], inert[mode]);
+                        }
+                        of.elastic[mode] = (-inert[mode]).mul_add(frequency[mode], of.elastic[mode]);
+                    }
+                    for mode in 0..n {
+                        for i in 0..n {
+                            of.damping[mode] = (-inert[i]).mul_add(damping[i][mode], of.damping[mode]);
+                        }
+                    }
+                    for ((feed, &component), (force, factor)) in
+                        feeds.iter_mut().zip(&wanted.components).zip(&influence)
+                    {
+                        let mut sum = match component {
+                            0..3 => mass[0][component] * *factor,
+                            3 => -*factor,
+                            _ => zero,
+                        };
+                        for mode in 0..n {
+                            sum = inert[mode].mul_add(force[mode], sum);
+                        }
+                        *feed = sum;
+                    }
+                }
+            }
+            tile[0][place] = of.constant.lanes;
+            // Per unit of p and of -p̄, then of the modes: out = 2 Re(Σ c z), z = v - (g/λ) u.
+            for k in 0..n {
+                let mut c = none;
+                for j in 0..n {
+                    let (e, d) = (of.elastic[j] * root, of.damping[j] * root);
+                    c = Complex::new(d, -e).mul_add(modes.upper[j][k], c);
+                    c = Complex::new(-d, -e).mul_add(modes.lower[j][k], c);
+                }
+                for (feed, drive) in feeds.iter_mut().zip(drives.chunks_exact(n)) {
+                    let still = c * Complex::of(simd, drive[k]);
+                    *feed = *feed - (still.re + still.re);
+                }
+                let coefficients = &mut tile[1 + influence.len() + 2 * k..];
+                (coefficients[0][place], coefficients[1][place]) =
+                    ((c.re + c.re).lanes, (-(c.im + c.im)).lanes);
+            }
+            for (feed, to) in feeds.iter().zip(&mut tile[1..]) {
+                to[place] = feed.lanes;
+            }
+        }
+    }
+}
+
+/// A link in all scenes.
+#[derive(Debug)]
+struct Link<S: Simd> {
+    /// Deflection per unit of each free degree of freedom (eqs. 14-17).
+    row: [Real<S>; MOST],
+    stiffness: Real<S>,
+    damping: Real<S>,
+}
+
+#[derive(Debug)]
+struct Links<S: Simd> {
+    all: Vec<Link<S>>,
+}
+
+impl<S: Simd> Links<S> {
+    #[inline(always)]
+    fn new(simd: S, scenes: &[&Instance], dofs: &[usize]) -> Self {
+        let zero = Real::splat(simd, 0.0);
+        let mut all = Vec::with_capacity(scenes[0].links().len());
+        for index in 0..scenes[0].links().len() {
+            let point: [_; 3] = core::array::from_fn(|axis| {
+                Real::gather(simd, |lane| scenes[lane].links()[index].point()[axis])
+            });
+            // Directions do not vary.
+            let o = scenes[0].links()[index].direction();
+            let along: [_; 3] = core::array::from_fn(|axis| Real::splat(simd, o[axis]));
+            let moment = cross(&point, &along);
+            let mut row = [zero; MOST];
+            for (i, &dof) in dofs.iter().enumerate() {
+                row[i] = if dof < 3 { along[dof] } else { moment[dof - 3] };
+            }
+            all.push(Link {
+                row,
+                stiffness: Real::gather(simd, |lane| scenes[lane].links()[index].stiffness()),
+                damping: Real::gather(simd, |lane| scenes[lane].links()[index].damping()),
+            });
+        }
+        Self { all }
+    }
+
+    /// K and C of the free degrees of freedom (eqs. 21-24, 30-33).
+    #[inline(always)]
+    fn matrices(&self, simd: S, n: usize) -> (Square<Real<S>>, Square<Real<S>>) {
+        let zero = Real::splat(simd, 0.0);
+        let (mut k, mut c) = ([[zero; MOST]; MOST], [[zero; MOST]; MOST]);
+        for link in &self.all {
+            for i in 0..n {
+                let (stiff, damped) = (link.stiffness * link.row[i], link.damping * link.row[i]);
+                for j in 0..=i {
+                    k[i][j] = stiff.mul_add(link.row[j], k[i][j]);
+                    c[i][j] = damped.mul_add(link.row[j], c[i][j]);
+                }
+            }
+        }
+        for i in 0..n {
+            for j in 0..i {
+                (k[j][i], c[j][i]) = (k[i][j], c[i][j]);
+            }
+        }
+        (k, c)
+    }
+
+    /// What a unit of the load of a link adds to a component of the load of a group.
+    #[inline(always)]
+    fn arm(&self, simd: S, scenes: &[&Instance], link: usize, group: usize, component: usize) -> Real<S> {
+        Real::gather(simd, |lane| {
+            let scene = &scenes[lane];
+            let o = scene.links()[link].direction();
+            if component < 3 {
+                o[component]
+            } else {
+                (scene.links()[link].point() - scene.centers()[group]).cross(&o)[component - 3]
+            }
+        })
+    }
+}
+
+/// A row per unit of `ωη` and `η'`, and at rest.
+#[derive(Debug)]
+struct Loads<S: Simd> {
+    constant: Real<S>,
+    elastic: [Real<S>; MOST],
+    damping: [Real<S>; MOST],
+}
+
+impl<S: Simd> Loads<S> {
+    #[inline(always)]
+    fn new(simd: S) -> Self {
+        let zero = Real::splat(simd, 0.0);
+        Self { constant: zero, elastic: [zero; MOST], damping: [zero; MOST] }
+    }
+
+    /// Adds `arm` times the load of a link.
+    #[inline(always)]
+    fn add(
+        &mut self,
+        link: &Link<S>,
+        shapes: &Square<Real<S>>,
+        frequency: &[Real<S>; MOST],
+        n: usize,
+        arm: Real<S>,
+    ) {
+        let (stiffness, damping) = (arm * link.stiffness, arm * link.damping);
+        for mode in 0..n {
+            let mut rate = arm.constant(0.0);
+            for i in 0..n {
+                rate = link.row[i].mul_add(shapes[i][mode], rate);
+            }
+            self.elastic[mode] = (stiffness * rate) / frequency[mode] + self.elastic[mode];
+            self.damping[mode] = damping.mul_add(rate, self.damping[mode]);
+        }
+    }
+
+    #[inline(always)]
+    fn at_rest(&mut self, rest: &[Real<S>; MOST], n: usize) {
+        for mode in 0..n {
+            self.constant = self.elastic[mode].mul_add(rest[mode], self.constant);
+        }
+    }
+}
+
+/// `[[m I, -S], [S, J_L]]` with `S = m skew(r_S)` (eqs. 8, 11, 12).
+#[inline(always)]
+fn mass_matrix<S: Simd>(simd: S, scenes: &[&Instance]) -> [[Real<S>; 6]; 6] {
+    let m = Real::gather(simd, |lane| scenes[lane].body().mass());
+    let r: [_; 3] =
+        core::array::from_fn(|axis| Real::gather(simd, |lane| scenes[lane].body().center_of_mass()[axis]));
+    let zero = m.constant(0.0);
+    let mut out = [[zero; 6]; 6];
+    let square = r[0].mul_add(r[0], r[1].mul_add(r[1], r[2] * r[2]));
+    for i in 0..3 {
+        out[i][i] = m;
+        for j in 0..3 {
+            let inertia = Real::gather(simd, |lane| scenes[lane].body().inertia()[(i, j)]);
+            let about = if i == j { (-r[i]).mul_add(r[j], square) } else { -(r[i] * r[j]) };
+            out[3 + i][3 + j] = m.mul_add(about, inertia);
+        }
+        // u × r: -S is m times the transpose of skew(r).
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        let (low, high) = (m * r[k], -(m * r[j]));
+        (out[i][3 + j], out[3 + j][i]) = (low, low);
+        (out[i][3 + k], out[3 + k][i]) = (high, high);
+    }
+    out
+}
+
+/// `(m g, r_S × m g)`.
+#[inline(always)]
+fn weight<S: Simd>(simd: S, scenes: &[&Instance]) -> [Real<S>; 6] {
+    let m = Real::gather(simd, |lane| scenes[lane].body().mass());
+    let force: [_; 3] =
+        core::array::from_fn(|axis| m * Real::gather(simd, |lane| scenes[lane].gravity()[axis]));
+    let r: [_; 3] =
+        core::array::from_fn(|axis| Real::gather(simd, |lane| scenes[lane].body().center_of_mass()[axis]));
+    let moment = cross(&r, &force);
+    [force[0], force[1], force[2], moment[0], moment[1], moment[2]]
+}
+
+#[inline(always)]
+fn cross<S: Simd>(a: &[Real<S>; 3], b: &[Real<S>; 3]) -> [Real<S>; 3] {
+    core::array::from_fn(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        a[j].mul_add(b[k], -(a[k] * b[j]))
+    })
+}
+
+/// `Φᵀ` times the free entries of a force.
+#[inline(always)]
+fn on_modes<S: Simd>(shapes: &Square<Real<S>>, dofs: &[usize], force: &[Real<S>; 6]) -> [Real<S>; MOST] {
+    let n = usize::min(dofs.len(), MOST);
+    let mut out = [force[0].constant(0.0); MOST];
+    for mode in 0..n {
+        for i in 0..n {
+            out[mode] = shapes[i][mode].mul_add(force[dofs[i]], out[mode]);
+        }
+    }
+    out
+}
+
+/// Turns a symmetric matrix into its factor L with `L Lᵀ`; lanes in which all pivots are positive and above a part of the diagonal.
+#[inline(always)]
+fn cholesky<S: Simd>(matrix: &mut Square<Real<S>>, n: usize, part: Real<S>) -> Mask<S> {
+    let zero = part.constant(0.0);
+    let mut sound = zero.less_than(part);
+    for j in 0..n {
+        let mut pivot = matrix[j][j];
+        let least = pivot * part;
+        for k in 0..j {
+            pivot = (-matrix[j][k]).mul_add(matrix[j][k], pivot);
+        }
+        sound = sound.and(least.less_than(pivot)).and(zero.less_than(pivot));
+        let root = pivot.sqrt();
+        matrix[j][j] = root;
+        for i in j + 1..n {
+            let mut sum = matrix[i][j];
+            for k in 0..j {
+                sum = (-matrix[i][k]).mul_add(matrix[j][k], sum);
+            }
+            matrix[i][j] = sum / root;
+            matrix[j][i] = zero;
+        }
+    }
+    sound
+}
+
+/// `L⁻¹ A L⁻ᵀ` in the place of a symmetric A.
+#[inline(always)]
+fn congruent<S: Simd>(lower: &Square<Real<S>>, matrix: &mut Square<Real<S>>, n: usize) {
+    for _ in 0..2 {
+        // Solve for the columns, then turn the result round: twice makes both sides.
+        for column in 0..n {
+            for i in 0..n {
+                let mut sum = matrix[i][column];
+                for k in 0..i {
+                    sum = (-lower[i][k]).mul_add(matrix[k][column], sum);
+                }
+                matrix[i][column] = sum / lower[i][i];
+            }
+        }
+        for i in 0..n {
+            for j in 0..i {
+                (matrix[i][j], matrix[j][i]) = (matrix[j][i], matrix[i][j]);
+            }
+        }
+    }
+    // Symmetric to the last bit.
+    for i in 0..n {
+        for j in 0..i {
+            matrix[j][i] = matrix[i][j];
+        }
+    }
+}
+
+/// `Φᵀ A Φ` of a symmetric A.
+#[inline(always)]
+fn projected<S: Simd>(shapes: &Square<Real<S>>, matrix: &Square<Real<S>>, n: usize) -> Square<Real<S>> {
+    let zero = matrix[0][0].constant(0.0);
+    let (mut half, mut out) = ([[zero; MOST]; MOST], [[zero; MOST]; MOST]);
+    for i in 0..n {
+        for mode in 0..n {
+            for k in 0..n {
+                half[i][mode] = matrix[i][k].mul_add(shapes[k][mode], half[i][mode]);
+            }
+        }
+    }
+    for i in 0..n {
+        for j in 0..=i {
+            let mut sum = zero;
+            for k in 0..n {
+                sum = shapes[k][i].mul_add(half[k][j], sum);
+            }
+            (out[i][j], out[j][i]) = (sum, sum);
+        }
+    }
+    out
+}

@@ -1,0 +1,78 @@
+//! What damped modes do over an interval of time.
+
+use pulp::{Simd, WithSimd};
+
+use super::modal::Modal;
+use super::room::Room;
+use super::vector::{Complex, Real};
+
+/// Fills `to` with the step over each of some lengths of time, s: of each mode `E = exp(λ h) - 1`, then, for each component of the excitation,
+/// of each mode what a change of it adds, `(g/λ) E / (λ h)`. So `v <- v + E v + (g/λ) E / (λ h) du`.
+pub(super) struct Steps<'a> {
+    pub lengths: &'a [f64],
+    pub modal: &'a Modal,
+    pub to: &'a mut Room,
+}
+
+/// Terms of the series of `(exp(z) - 1) / z` for `|z| <= 1/2`: the first one left out is 0.5^15 / 16! = 1e-18.
+const TERMS: usize = 15;
+
+impl WithSimd for Steps<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { lengths, modal, to } = self;
+        let eigenvalues = modal.eigenvalues.vectors::<S>().as_chunks::<2>().0;
+        let n = eigenvalues.len();
+        let drives = modal.drive.vectors::<S>().as_chunks::<2>().0;
+        let width = n + drives.len();
+        let steps = to.clear::<S>(lengths.len() * 2 * width).as_chunks_mut::<2>().0;
+        for (step, &length) in steps.chunks_exact_mut(width).zip(lengths) {
+            let (changes, by_input) = step.split_at_mut(n);
+            let h = Real::splat(simd, length);
+            for mode in 0..n {
+                let (change, mean) = exponential(simd, Complex::of(simd, eigenvalues[mode]).scale(h));
+                changes[mode] = change.lanes();
+                for (to, drive) in by_input.chunks_exact_mut(n).zip(drives.chunks_exact(n)) {
+                    to[mode] = (Complex::of(simd, drive[mode]) * mean).lanes();
+                }
+            }
+        }
+    }
+}
+
+/// `exp(z) - 1`, and that by z.
+#[inline(always)]
+fn exponential<S: Simd>(simd: S, z: Complex<S>) -> (Complex<S>, Complex<S>) {
+    let (zero, one) = (Real::splat(simd, 0.0), Real::splat(simd, 1.0));
+    let (half, two) = (Real::splat(simd, 0.5), Real::splat(simd, 2.0));
+    // Of a part of z of a size of at most a half, doubled as often as it was halved.
+    let (mut part, mut doublings) = (one, zero);
+    let size = z.norm_squared();
+    loop {
+        let long = (half * half).less_than(size * part * part);
+        if !long.any() {
+            break;
+        }
+        part = long.select(part * half, part);
+        doublings = long.select(doublings + one, doublings);
+    }
+    let z = z.scale(part);
+    let mut mean = Complex::new(one, zero);
+    for k in (2..=TERMS).rev() {
+        mean = (mean * z).scale(Real::splat(simd, 1.0 / k as f64));
+        mean.re = mean.re + one;
+    }
+    let mut change = mean * z;
+    loop {
+        let again = zero.less_than(doublings);
+        if !again.any() {
+            return (change, mean);
+        }
+        doublings = doublings - one;
+        let factor = Complex::new(change.re + two, change.im);
+        change = again.select_complex(change * factor, change);
+        mean = again.select_complex((mean * factor).scale(half), mean);
+    }
+}

@@ -1,0 +1,232 @@
+//! What is known of the loads of many scenes side by side, block by block.
+
+use pulp::{Simd, WithSimd};
+
+use super::room::Room;
+use super::timeline::{BLOCK, Timeline};
+use super::vector::Real;
+use crate::batch::power::Power;
+use crate::batch::reduce::{Needs, Tally, Track, Wanted};
+
+/// Numbers that are known of a track, in the order of [`Tally`]; of a resultant those of its square.
+pub(super) const FOUND: usize = 6;
+
+/// What is known of a track so far.
+struct Found<S: Simd> {
+    low: Real<S>,
+    high: Real<S>,
+    low_at: Real<S>,
+    high_at: Real<S>,
+    sum: Real<S>,
+    first: Real<S>,
+}
+
+/// What is known before the first block.
+#[inline(always)]
+pub(super) fn nothing<S: Simd>(simd: S) -> [S::f64s; FOUND] {
+    let (zero, infinite) = (Real::splat(simd, 0.0), Real::splat(simd, f64::INFINITY));
+    Found { low: infinite, high: -infinite, low_at: zero, high_at: zero, sum: zero, first: zero }.lanes()
+}
+
+/// What is known of one scene, a track each.
+pub(super) fn tallies(needs: &Needs, found: &Room, lane: usize, lanes: usize, out: &mut Vec<Tally>) {
+    out.clear();
+    for (index, wanted) in needs.tracks.iter().enumerate() {
+        let number = |i: usize| found.lane(index * FOUND + i, lane, lanes);
+        let root = |x: f64| if let Track::Resultant(..) = wanted.track { x.sqrt() } else { x };
+        out.push(Tally {
+            // Without the sign of a zero, which is not the same on all processors.
+            smallest: root(number(0)) + 0.0,
+            largest: root(number(1)) + 0.0,
+            at_smallest: number(2) as usize,
+            at_largest: number(3) as usize,
+            sum: number(4),
+            start: root(number(5)) + 0.0,
+        });
+    }
+}
+
+/// What a block adds to what is known.
+pub(super) struct Reduce<'a> {
+    pub needs: &'a Needs,
+    pub line: &'a Timeline,
+    pub block: usize,
+    pub values: &'a Room,
+    pub extremes: &'a Room,
+    pub found: &'a mut Room,
+}
+
+impl WithSimd for Reduce<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { needs, line, block, values, extremes, found } = self;
+        let values = values.vectors::<S>().as_chunks::<BLOCK>().0;
+        let extremes = extremes.vectors::<S>().as_chunks::<3>().0;
+        let start = block * BLOCK;
+        let (Some(time), Some(travel)) =
+            (line.time[start..].first_chunk::<BLOCK>(), line.travel[start..].first_chunk::<BLOCK>())
+        else {
+            return;
+        };
+        let moves = travel.iter().any(|&weight| weight > 0.0);
+        for (wanted, place) in needs.tracks.iter().zip(found.vectors_mut::<S>().as_chunks_mut::<FOUND>().0) {
+            let mut found = Found::of(simd, *place);
+            match wanted.track {
+                Track::Row(row) => {
+                    let [low, high, first] = extremes[row].map(|lanes| Real::new(simd, lanes));
+                    if block == 0 {
+                        found.first = first;
+                    }
+                    if wanted.extremes {
+                        found.take_extremes(simd, wanted, [low, high], values.get(row), start);
+                    }
+                    if wanted.squares {
+                        found.take_squares(simd, &values[row], time, |value| value * value);
+                    }
+                }
+                Track::Resultant(y, z) => {
+                    let mut squares = values[y];
+                    for k in 0..BLOCK {
+                        let (y, z) = (Real::new(simd, values[y][k]), Real::new(simd, values[z][k]));
+                        squares[k] = y.mul_add(y, z * z).lanes;
+                    }
+                    if block == 0 {
+                        found.first = Real::new(simd, squares[0]);
+                    }
+                    if wanted.extremes {
+                        found.take_extremes(
+                            simd,
+                            wanted,
+                            least_and_largest(simd, &squares),
+                            Some(&squares),
+                            start,
+                        );
+                    }
+                    if wanted.squares {
+                        found.take_squares(simd, &squares, time, |square| square);
+                    }
+                }
+                Track::Load(y, z) if moves => {
+                    for k in 0..BLOCK {
+                        let load = Real::new(simd, values[y][k]).abs() + Real::new(simd, values[z][k]).abs();
+                        found.sum =
+                            power(simd, load, &needs.power).mul_add(Real::splat(simd, travel[k]), found.sum);
+                    }
+                }
+                Track::Load(..) => {}
+            }
+            *place = found.lanes();
+        }
+    }
+}
+
+impl<S: Simd> Found<S> {
+    #[inline(always)]
+    fn of(simd: S, lanes: [S::f64s; FOUND]) -> Self {
+        let [low, high, low_at, high_at, sum, first] = lanes.map(|lanes| Real::new(simd, lanes));
+        Self { low, high, low_at, high_at, sum, first }
+    }
+
+    #[inline(always)]
+    fn lanes(&self) -> [S::f64s; FOUND] {
+        [self.low, self.high, self.low_at, self.high_at, self.sum, self.first].map(|number| number.lanes)
+    }
+
+    /// Takes the smallest and the largest value of a block that begins with the sample `start`, and, if asked for, when they were.
+    #[inline(always)]
+    fn take_extremes(
+        &mut self,
+        simd: S,
+        wanted: &Wanted,
+        [low, high]: [Real<S>; 2],
+        values: Option<&[S::f64s; BLOCK]>,
+        start: usize,
+    ) {
+        if wanted.times
+            && let Some(values) = values
+        {
+            // Seldom, and so searched for when it comes: the first sample with that value.
+            let (lower, higher) = (low.less_than(self.low), self.high.less_than(high));
+            if lower.any() {
+                let mut at = low;
+                for k in (0..BLOCK).rev() {
+                    let later = low.less_than(Real::new(simd, values[k]));
+                    at = later.select(at, Real::splat(simd, (start + k) as f64));
+                }
+                self.low_at = lower.select(at, self.low_at);
+            }
+            if higher.any() {
+                let mut at = high;
+                for k in (0..BLOCK).rev() {
+                    let later = Real::new(simd, values[k]).less_than(high);
+                    at = later.select(at, Real::splat(simd, (start + k) as f64));
+                }
+                self.high_at = higher.select(at, self.high_at);
+            }
+        }
+        (self.low, self.high) = (self.low.min(low), self.high.max(high));
+    }
+
+    /// Takes the integral of the square over a block.
+    #[inline(always)]
+    fn take_squares(
+        &mut self,
+        simd: S,
+        values: &[S::f64s; BLOCK],
+        weights: &[f64; BLOCK],
+        square: impl Fn(Real<S>) -> Real<S>,
+    ) {
+        let zero = Real::splat(simd, 0.0);
+        let mut sums = [self.sum, zero, zero, zero];
+        for k in 0..BLOCK {
+            let value = square(Real::new(simd, values[k]));
+            sums[k % 4] = value.mul_add(Real::splat(simd, weights[k]), sums[k % 4]);
+        }
+        self.sum = sums[0] + sums[1] + (sums[2] + sums[3]);
+    }
+}
+
+/// Of the values over a block.
+#[inline(always)]
+fn least_and_largest<S: Simd>(simd: S, values: &[S::f64s; BLOCK]) -> [Real<S>; 2] {
+    let first = Real::new(simd, values[0]);
+    let (mut low, mut high) = ([first; 4], [first; 4]);
+    for k in 0..BLOCK {
+        let value = Real::new(simd, values[k]);
+        (low[k % 4], high[k % 4]) = (low[k % 4].min(value), high[k % 4].max(value));
+    }
+    [low[0].min(low[1]).min(low[2].min(low[3])), high[0].max(high[1]).max(high[2].max(high[3]))]
+}
+
+/// Loads that are not negative to a power.
+#[inline(always)]
+fn power<S: Simd>(simd: S, load: Real<S>, power: &Power) -> Real<S> {
+    let Some(thirds) = power.thirds() else { return Real::gather(simd, |lane| power.of(load.lane(lane))) };
+    let mut out = load;
+    for _ in 1..thirds / 3 {
+        out = out * load;
+    }
+    if thirds % 3 > 0 {
+        let root = cube_root(simd, load);
+        for _ in 0..thirds % 3 {
+            out = out * root;
+        }
+    }
+    out
+}
+
+/// Halley's method from a guess by a third of the exponent.
+#[inline(always)]
+fn cube_root<S: Simd>(simd: S, load: Real<S>) -> Real<S> {
+    const GUESS: u64 = 0x2a9f_7893_782d_a1ce; // two thirds of the exponent's offset, Kahan
+    let mut root = Real::gather(simd, |lane| f64::from_bits(load.lane(lane).to_bits() / 3 + GUESS));
+    let twice = load + load;
+    for _ in 0..3 {
+        let cube = root * root * root;
+        root = root * ((cube + twice) / (cube + cube + load));
+    }
+    // Nothing below what a load can be, where the guess is no longer near.
+    Real::splat(simd, 1e-100).less_than(load).select(root, Real::splat(simd, 0.0))
+}

@@ -1,0 +1,319 @@
+//! Numbers side by side, one scene in each lane, real and complex.
+//!
+//! Every operation works on each lane by itself and rounds as the same operation on one number does, so a result is the same to the last bit in
+//! any lane of any width. What calls these must be `#[inline(always)]` up to a kernel, or it is compiled for the oldest processor.
+
+use core::ops::{Add, Div, Mul, Neg, Sub};
+
+use pulp::Simd;
+
+/// A number in each lane.
+#[derive(Debug)]
+pub(super) struct Real<S: Simd> {
+    simd: S,
+    pub(super) lanes: S::f64s,
+}
+
+impl<S: Simd> Clone for Real<S> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S: Simd> Copy for Real<S> {}
+
+impl<S: Simd> Real<S> {
+    /// What a vector register holds.
+    #[inline(always)]
+    pub(super) fn new(simd: S, lanes: S::f64s) -> Self {
+        Self { simd, lanes }
+    }
+
+    /// The same number in all lanes.
+    #[inline(always)]
+    pub(super) fn splat(simd: S, value: f64) -> Self {
+        Self::new(simd, simd.splat_f64s(value))
+    }
+
+    /// The number of each lane.
+    #[inline(always)]
+    pub(super) fn gather(simd: S, of: impl Fn(usize) -> f64) -> Self {
+        let mut lanes = simd.splat_f64s(0.0);
+        for (lane, value) in bytemuck_mut::<S>(&mut lanes).iter_mut().enumerate() {
+            *value = of(lane);
+        }
+        Self::new(simd, lanes)
+    }
+
+    /// The number in one lane.
+    #[inline(always)]
+    pub(super) fn lane(&self, lane: usize) -> f64 {
+        bytemuck_ref::<S>(&self.lanes)[lane]
+    }
+
+    /// A constant beside this one.
+    #[inline(always)]
+    pub(super) fn constant(self, value: f64) -> Self {
+        Self::splat(self.simd, value)
+    }
+
+    /// `self * b + c`, rounded once.
+    #[inline(always)]
+    pub(super) fn mul_add(self, b: Self, c: Self) -> Self {
+        Self::new(self.simd, self.simd.mul_add_f64s(self.lanes, b.lanes, c.lanes))
+    }
+
+    #[inline(always)]
+    pub(super) fn sqrt(self) -> Self {
+        Self::new(self.simd, self.simd.sqrt_f64s(self.lanes))
+    }
+
+    #[inline(always)]
+    pub(super) fn abs(self) -> Self {
+        Self::new(self.simd, self.simd.abs_f64s(self.lanes))
+    }
+
+    /// The larger one; not for numbers that may be NaN.
+    #[inline(always)]
+    pub(super) fn max(self, other: Self) -> Self {
+        Self::new(self.simd, self.simd.max_f64s(self.lanes, other.lanes))
+    }
+
+    /// The smaller one; not for numbers that may be NaN.
+    #[inline(always)]
+    pub(super) fn min(self, other: Self) -> Self {
+        Self::new(self.simd, self.simd.min_f64s(self.lanes, other.lanes))
+    }
+
+    /// Lanes in which it is less than the other; none where one of them is NaN.
+    #[inline(always)]
+    pub(super) fn less_than(self, other: Self) -> Mask<S> {
+        Mask { simd: self.simd, lanes: self.simd.less_than_f64s(self.lanes, other.lanes) }
+    }
+}
+
+/// Yes or no in each lane.
+#[derive(Debug)]
+pub(super) struct Mask<S: Simd> {
+    simd: S,
+    lanes: S::m64s,
+}
+
+impl<S: Simd> Clone for Mask<S> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S: Simd> Copy for Mask<S> {}
+
+impl<S: Simd> Mask<S> {
+    /// The first number where yes, the second where no.
+    #[inline(always)]
+    pub(super) fn select(self, yes: Real<S>, no: Real<S>) -> Real<S> {
+        Real::new(self.simd, self.simd.select_f64s(self.lanes, yes.lanes, no.lanes))
+    }
+
+    #[inline(always)]
+    pub(super) fn and(self, other: Self) -> Self {
+        Self { simd: self.simd, lanes: self.simd.and_m64s(self.lanes, other.lanes) }
+    }
+
+    /// Yes here and no there.
+    #[inline(always)]
+    pub(super) fn and_not(self, other: Self) -> Self {
+        Self { simd: self.simd, lanes: self.simd.and_m64s(self.lanes, self.simd.not_m64s(other.lanes)) }
+    }
+
+    #[inline(always)]
+    pub(super) fn or(self, other: Self) -> Self {
+        Self { simd: self.simd, lanes: self.simd.or_m64s(self.lanes, other.lanes) }
+    }
+
+    /// The first number where yes, the second where no.
+    #[inline(always)]
+    pub(super) fn select_complex(self, yes: Complex<S>, no: Complex<S>) -> Complex<S> {
+        Complex::new(self.select(yes.re, no.re), self.select(yes.im, no.im))
+    }
+
+    /// Whether any lane says yes.
+    #[inline(always)]
+    pub(super) fn any(self) -> bool {
+        self.simd.first_true_m64s(self.lanes) < S::F64_LANES
+    }
+}
+
+#[inline(always)]
+fn bytemuck_ref<S: Simd>(lanes: &S::f64s) -> &[f64] {
+    pulp::bytemuck::cast_slice(core::slice::from_ref(lanes))
+}
+
+#[inline(always)]
+fn bytemuck_mut<S: Simd>(lanes: &mut S::f64s) -> &mut [f64] {
+    pulp::bytemuck::cast_slice_mut(core::slice::from_mut(lanes))
+}
+
+impl<S: Simd> Add for Real<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self::new(self.simd, self.simd.add_f64s(self.lanes, other.lanes))
+    }
+}
+
+impl<S: Simd> Sub for Real<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.simd, self.simd.sub_f64s(self.lanes, other.lanes))
+    }
+}
+
+impl<S: Simd> Mul for Real<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self::new(self.simd, self.simd.mul_f64s(self.lanes, other.lanes))
+    }
+}
+
+impl<S: Simd> Div for Real<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        Self::new(self.simd, self.simd.div_f64s(self.lanes, other.lanes))
+    }
+}
+
+impl<S: Simd> Neg for Real<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::new(self.simd, self.simd.neg_f64s(self.lanes))
+    }
+}
+
+/// A complex number in each lane.
+#[derive(Debug)]
+pub(super) struct Complex<S: Simd> {
+    pub(super) re: Real<S>,
+    pub(super) im: Real<S>,
+}
+
+impl<S: Simd> Clone for Complex<S> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S: Simd> Copy for Complex<S> {}
+
+impl<S: Simd> Complex<S> {
+    #[inline(always)]
+    pub(super) fn new(re: Real<S>, im: Real<S>) -> Self {
+        Self { re, im }
+    }
+
+    /// Of vector registers that hold the real and the imaginary part.
+    #[inline(always)]
+    pub(super) fn of(simd: S, [re, im]: [S::f64s; 2]) -> Self {
+        Self::new(Real::new(simd, re), Real::new(simd, im))
+    }
+
+    /// The vector registers.
+    #[inline(always)]
+    pub(super) fn lanes(self) -> [S::f64s; 2] {
+        [self.re.lanes, self.im.lanes]
+    }
+
+    #[inline(always)]
+    pub(super) fn conj(self) -> Self {
+        Self::new(self.re, -self.im)
+    }
+
+    #[inline(always)]
+    pub(super) fn scale(self, factor: Real<S>) -> Self {
+        Self::new(self.re * factor, self.im * factor)
+    }
+
+    #[inline(always)]
+    pub(super) fn norm_squared(self) -> Real<S> {
+        self.re.mul_add(self.re, self.im * self.im)
+    }
+
+    /// `self * b + c`.
+    #[inline(always)]
+    pub(super) fn mul_add(self, b: Self, c: Self) -> Self {
+        Self::new(
+            (-self.im).mul_add(b.im, self.re.mul_add(b.re, c.re)),
+            self.im.mul_add(b.re, self.re.mul_add(b.im, c.im)),
+        )
+    }
+
+    /// `1 / self`.
+    #[inline(always)]
+    pub(super) fn recip(self) -> Self {
+        let factor = self.re.constant(1.0) / self.norm_squared();
+        self.conj().scale(factor)
+    }
+
+    /// The square root with a real part that is not negative.
+    #[inline(always)]
+    pub(super) fn sqrt(self) -> Self {
+        let zero = self.re.constant(0.0);
+        let half = self.re.constant(0.5);
+        let large = ((self.norm_squared().sqrt() + self.re.abs()) * half).sqrt();
+        // Where the number is zero so is its root.
+        let small = zero.less_than(large).select(self.im.abs() * half / large, zero);
+        let left = self.re.less_than(zero);
+        let (re, im) = (left.select(small, large), left.select(large, small));
+        Self::new(re, self.im.less_than(zero).select(-im, im))
+    }
+}
+
+impl<S: Simd> Add for Complex<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self::new(self.re + other.re, self.im + other.im)
+    }
+}
+
+impl<S: Simd> Sub for Complex<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.re - other.re, self.im - other.im)
+    }
+}
+
+impl<S: Simd> Mul for Complex<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self::new(
+            self.re.mul_add(other.re, -(self.im * other.im)),
+            self.re.mul_add(other.im, self.im * other.re),
+        )
+    }
+}
+
+impl<S: Simd> Neg for Complex<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::new(-self.re, -self.im)
+    }
+}

@@ -1,0 +1,135 @@
+//! What is measured of a sample: one number each, of the loads at the samples of the motion.
+
+use crate::excitation::Excitation;
+
+/// A load of a group of links: force and moment about the group's centre.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Force along x, N.
+    Fx,
+    /// Force along y, N.
+    Fy,
+    /// Force along z, N.
+    Fz,
+    /// Moment about x, N m.
+    Mx,
+    /// Moment about y, N m.
+    My,
+    /// Moment about z, N m.
+    Mz,
+    /// `√(Fy² + Fz²)`, N.
+    Resultant,
+}
+
+impl Quantity {
+    /// All of them: the components in the order of a wrench, then what is made of them.
+    pub const ALL: [Self; 7] = [Self::Fx, Self::Fy, Self::Fz, Self::Mx, Self::My, Self::Mz, Self::Resultant];
+
+    /// Its name: `Fx`, …, `Mz` or `resultant`.
+    pub const fn name(self) -> &'static str {
+        ["Fx", "Fy", "Fz", "Mx", "My", "Mz", "resultant"][self as usize]
+    }
+
+    /// The quantity of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|quantity| quantity.name() == name)
+    }
+}
+
+/// What is made of a history. The first of equal extremes counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Statistic {
+    /// Smallest value.
+    Min,
+    /// When, s.
+    TimeOfMin,
+    /// Largest value.
+    Max,
+    /// When, s.
+    TimeOfMax,
+    /// Root of the time-weighted mean square, by [`time_weights`].
+    Rms,
+    /// Value at the first sample: that of the static load.
+    Start,
+}
+
+impl Statistic {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::Min, Self::TimeOfMin, Self::Max, Self::TimeOfMax, Self::Rms, Self::Start];
+
+    /// Its name, `time_of_min` for one.
+    pub const fn name(self) -> &'static str {
+        ["min", "time_of_min", "max", "time_of_max", "rms", "start"][self as usize]
+    }
+
+    /// The statistic of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|statistic| statistic.name() == name)
+    }
+}
+
+/// One number of a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Measure {
+    /// Of the load of a group, by its index.
+    Load(usize, Quantity, Statistic),
+    /// Of the reaction of a held x, the drive force, N; no number where x is free.
+    Drive(Statistic),
+    /// Distance-weighted mean load of a group, `(∫ P^p |v| dt / ∫ |v| dt)^(1/p)` with `P = |Fy| + |Fz|`, by [`travel_weights`], N.
+    /// No number where the motion has no speed, or never moves.
+    MeanLoad(usize),
+    /// 1 if at some sample a link of the group carries nothing, neither force nor stiffness, or is preloaded and has a row open; else 0.
+    ContactLost(usize),
+}
+
+impl Measure {
+    /// A measure by names: a [`Quantity`] or `drive` with a [`Statistic`], `load` with `mean`, `contact` with `lost`.
+    pub fn from_names(quantity: &str, group: usize, statistic: &str) -> Option<Self> {
+        match (quantity, statistic) {
+            ("load", "mean") => Some(Self::MeanLoad(group)),
+            ("contact", "lost") => Some(Self::ContactLost(group)),
+            ("drive", _) => Some(Self::Drive(Statistic::from_name(statistic)?)),
+            _ => Some(Self::Load(group, Quantity::from_name(quantity)?, Statistic::from_name(statistic)?)),
+        }
+    }
+
+    /// The group that it is of.
+    pub fn group(self) -> Option<usize> {
+        match self {
+            Self::Load(group, ..) | Self::MeanLoad(group) | Self::ContactLost(group) => Some(group),
+            Self::Drive(_) => None,
+        }
+    }
+}
+
+/// Part of the duration that each sample stands for, by the trapezoidal rule; equal parts for a motion without duration. Their sum is 1.
+pub fn time_weights(excitation: &Excitation) -> Vec<f64> {
+    let (count, duration) = (excitation.count(), excitation.duration());
+    if duration == 0.0 {
+        return vec![1.0 / count as f64; count];
+    }
+    let mut weights = vec![0.0; count];
+    for k in 0..count - 1 {
+        let half = 0.5 * (excitation.interval(k) / duration);
+        weights[k] += half;
+        weights[k + 1] += half;
+    }
+    weights
+}
+
+/// Part of the distance that each sample stands for at `speed` m/s, by the trapezoidal rule over time; none for a motion that never moves.
+pub fn travel_weights(excitation: &Excitation, speed: &[f64]) -> Option<Vec<f64>> {
+    let mut weights = time_weights(excitation);
+    for (weight, speed) in weights.iter_mut().zip(speed) {
+        *weight *= speed.abs();
+    }
+    let distance: f64 = weights.iter().sum();
+    if distance == 0.0 {
+        return None;
+    }
+    for weight in &mut weights {
+        *weight /= distance;
+    }
+    Some(weights)
+}

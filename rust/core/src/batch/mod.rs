@@ -1,0 +1,358 @@
+//! Many samples of one scene under one motion, for Monte Carlo: values in, measures out, on any number of threads.
+//!
+//! The files follow the data: `change` (what varies) → `instance` (a scene with the values of a sample in place) → `single` (one run) →
+//! `rows`, `reduce` (its loads, a block of instants at a time) → `measure` (what is asked of them). What a sample gives depends on its own
+//! values alone, to the last bit.
+
+mod change;
+mod instance;
+mod lanes;
+mod measure;
+mod power;
+mod reduce;
+mod rows;
+mod single;
+
+pub use change::{Change, Target};
+pub use instance::{Base, Group, Instance, Plan};
+pub use lanes::Width;
+pub use measure::{Measure, Quantity, Statistic, time_weights, travel_weights};
+
+use std::sync::Mutex;
+
+use crate::dof::Dof;
+use crate::error::{BatchError, SampleError};
+use crate::excitation::Excitation;
+use crate::integrate::Control;
+use lanes::{LaneMemory, Lanes};
+use reduce::{Memory, Needs, Tally};
+use single::Runs;
+
+/// The method that samples are run with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Solver {
+    /// Exact where the laws of a sample allow it; for preloaded ones rk45, or the implicit method where rk45 would not be stable.
+    Auto,
+    /// [`crate::Exact`].
+    Exact,
+    /// [`crate::Rk45`].
+    Rk45,
+    /// [`crate::Radau`].
+    Implicit,
+}
+
+impl Solver {
+    /// The solver of that name: `auto`, `exact`, `rk45` or `implicit`.
+    pub fn from_name(name: &str) -> Option<Self> {
+        let all = [
+            ("auto", Self::Auto),
+            ("exact", Self::Exact),
+            ("rk45", Self::Rk45),
+            ("implicit", Self::Implicit),
+        ];
+        all.into_iter().find(|(known, _)| *known == name).map(|(_, solver)| solver)
+    }
+}
+
+/// The motion that all samples follow.
+#[derive(Debug, Clone, Copy)]
+pub struct Motion<'a> {
+    /// What drives the scene.
+    pub excitation: Excitation<'a>,
+    /// Speed of travel at its samples, m/s, for mean loads.
+    pub speed: Option<&'a [f64]>,
+    /// Exponent p of the mean load: 3 for balls, 10/3 for rollers.
+    pub exponent: f64,
+}
+
+/// Samples that a worker takes at a time.
+pub const SAMPLES: usize = 64;
+
+/// One base scene and motion, what varies and what is measured. Immutable: one serves all threads.
+#[derive(Debug, Clone)]
+pub struct Batch<'a> {
+    base: Base<'a>,
+    motion: Motion<'a>,
+    plan: Plan,
+    start: Instance,
+    measures: Vec<Measure>,
+    needs: Needs,
+    lanes: Lanes<'a>,
+    peak: [f64; 9],
+    usual: f64,
+    solver: Solver,
+    rtol: f64,
+}
+
+impl<'a> Batch<'a> {
+    /// A batch of `changes` of a `base` under a `motion`. `rtol`: error of the link loads of the methods that have one, relative to
+    /// [`crate::load_scale`].
+    ///
+    /// # Errors
+    /// [`BatchError`] for what the base does not have, what is given twice or is out of range, and for a base that is no scene even before
+    /// it is changed. Whether it is supported and has an equilibrium is asked of each sample.
+    pub fn new(
+        base: Base<'a>,
+        motion: Motion<'a>,
+        changes: &[Change],
+        measures: &[Measure],
+        solver: Solver,
+        rtol: f64,
+    ) -> Result<Self, BatchError> {
+        let (excitation, count) = (&motion.excitation, base.links.len());
+        for (group, links) in base.groups.iter().map(|group| &group.links).enumerate() {
+            if let Some(&link) = links.iter().find(|link| **link >= count) {
+                return Err(BatchError::Group { group, link, count });
+            }
+        }
+        if let Some(&measure) = measures.iter().find(|m| m.group().is_some_and(|g| g >= base.groups.len())) {
+            return Err(BatchError::Measure { measure });
+        }
+        if !(motion.exponent >= 1.0 && motion.exponent.is_finite()) {
+            return Err(BatchError::Exponent { got: motion.exponent });
+        }
+        if let Some(speed) = motion.speed {
+            let (expected, got) = (excitation.count(), speed.len());
+            if expected != got {
+                return Err(BatchError::Length { field: "speed", expected, got });
+            }
+            if let Some(index) = speed.iter().position(|x| !x.is_finite()) {
+                return Err(BatchError::Speed { index });
+            }
+        }
+        Control::Adaptive { rtol }.check(solver != Solver::Exact)?;
+        let drive_is_held = !base.free.contains(Dof::X);
+        let mut intervals: Vec<f64> = (1..excitation.count()).map(|k| excitation.interval(k - 1)).collect();
+        intervals.retain(|length| *length > 0.0);
+        intervals.sort_unstable_by(f64::total_cmp);
+        let needs = Needs::new(measures, drive_is_held, excitation, motion.speed, motion.exponent);
+        Ok(Self {
+            lanes: Lanes::new(&base, excitation, &needs, Width::Widest),
+            plan: Plan::new(&base, changes)?,
+            start: Instance::new(&base)?,
+            measures: measures.to_vec(),
+            needs,
+            peak: excitation.peak(),
+            usual: intervals.get(intervals.len() / 2).copied().unwrap_or(0.0),
+            base,
+            motion,
+            solver,
+            rtol,
+        })
+    }
+
+    /// The same batch with linear scenes in vectors of another width: another speed, but the same bits.
+    pub fn with_width(mut self, width: Width) -> Self {
+        self.lanes = Lanes::new(&self.base, &self.motion.excitation, &self.needs, width);
+        self
+    }
+
+    /// Columns of values that the changes need.
+    pub fn columns(&self) -> usize {
+        self.plan.columns()
+    }
+
+    /// What is measured, in the order of the columns of results.
+    pub fn measures(&self) -> &[Measure] {
+        &self.measures
+    }
+
+    /// Runs `count` samples with `values` (count, columns), row by row, on so many `threads`, and puts their measures into `out`
+    /// (count, measures). A sample that has no result has a row of NaN and is returned with its reason, in order.
+    ///
+    /// # Errors
+    /// [`BatchError::Columns`], [`BatchError::Length`].
+    pub fn run(
+        &self,
+        count: usize,
+        values: &[f64],
+        threads: usize,
+        out: &mut [f64],
+    ) -> Result<Vec<(usize, SampleError)>, BatchError> {
+        let columns = self.check(count, values, out, self.measures.len())?;
+        let width = self.measures.len();
+        if count == 0 {
+            return Ok(Vec::new());
+        }
+        // Work is handed out in groups of samples, each with its rows of the table.
+        let rows: Vec<&mut [f64]> = match width {
+            0 => (0..count.div_ceil(SAMPLES)).map(|_| &mut [][..]).collect(),
+            _ => out.chunks_mut(SAMPLES * width).collect(),
+        };
+        let queue = Mutex::new(rows.into_iter().enumerate());
+        let work = || {
+            let mut worker = Worker::new(self);
+            loop {
+                // The queue is sound even where a thread died with it in hand, as none does.
+                let next = queue.lock().unwrap_or_else(std::sync::PoisonError::into_inner).next();
+                let Some((group, rows)) = next else { return worker.failures };
+                let samples = group * SAMPLES..usize::min((group + 1) * SAMPLES, count);
+                worker.run(
+                    self,
+                    samples.start,
+                    &values[samples.start * columns..samples.end * columns],
+                    columns,
+                    samples.len(),
+                    rows,
+                );
+            }
+        };
+        let threads = threads.clamp(1, count.div_ceil(SAMPLES));
+        let mut failures = work_on(threads, work);
+        failures.sort_unstable_by_key(|(sample, _)| *sample);
+        Ok(failures)
+    }
+
+    /// Runs `count` samples and puts the loads of all groups into `out` (count, time, groups, 6): force in N and moment in N m about the
+    /// group's centre. Rows and failures as in [`Batch::run`].
+    ///
+    /// # Errors
+    /// As [`Batch::run`].
+    pub fn histories(
+        &self,
+        count: usize,
+        values: &[f64],
+        out: &mut [f64],
+    ) -> Result<Vec<(usize, SampleError)>, BatchError> {
+        let width = self.motion.excitation.count() * self.base.groups.len() * 6;
+        let columns = self.check(count, values, out, width)?;
+        let (mut sample, mut failures) = (self.start.clone(), Vec::new());
+        for index in 0..count {
+            let (values, out) = (
+                &values[index * columns..(index + 1) * columns],
+                &mut out[index * width..(index + 1) * width],
+            );
+            let done = self
+                .plan
+                .apply(&self.base, values, &mut sample)
+                .and_then(|()| single::history(&self.runs(), self.base.groups, &sample, out));
+            if let Err(error) = done {
+                out.fill(f64::NAN);
+                failures.push((index, error));
+            }
+        }
+        Ok(failures)
+    }
+
+    /// Number of columns of `values`, if all tables are of the right size.
+    fn check(&self, count: usize, values: &[f64], out: &[f64], width: usize) -> Result<usize, BatchError> {
+        let columns = values.len().checked_div(count).unwrap_or(self.columns());
+        if columns < self.columns() {
+            return Err(BatchError::Columns { expected: self.columns(), got: columns });
+        }
+        if values.len() != count * columns {
+            return Err(BatchError::Length { field: "values", expected: count * columns, got: values.len() });
+        }
+        if out.len() != count * width {
+            return Err(BatchError::Length { field: "out", expected: count * width, got: out.len() });
+        }
+        Ok(columns)
+    }
+
+    fn runs(&self) -> Runs<'_> {
+        Runs {
+            excitation: &self.motion.excitation,
+            peak: self.peak,
+            usual: self.usual,
+            solver: self.solver,
+            rtol: self.rtol,
+        }
+    }
+}
+
+/// What one thread owns.
+struct Worker {
+    samples: Vec<Instance>,
+    memory: Memory,
+    lanes: LaneMemory,
+    tallies: Vec<Tally>,
+    failures: Vec<(usize, SampleError)>,
+}
+
+impl Worker {
+    fn new(batch: &Batch) -> Self {
+        Self {
+            samples: vec![batch.start.clone(); SAMPLES],
+            memory: Memory::new(),
+            lanes: LaneMemory::default(),
+            tallies: Vec::new(),
+            failures: Vec::new(),
+        }
+    }
+
+    /// Runs a group of samples, the first of which is `first`.
+    fn run(
+        &mut self,
+        batch: &Batch,
+        first: usize,
+        values: &[f64],
+        columns: usize,
+        count: usize,
+        rows: &mut [f64],
+    ) {
+        let width = batch.measures.len();
+        let mut sound = Vec::with_capacity(count);
+        for (index, sample) in self.samples[..count].iter_mut().enumerate() {
+            let values = &values[index * columns..(index + 1) * columns];
+            match batch.plan.apply(&batch.base, values, sample) {
+                Ok(()) => sound.push(index),
+                Err(error) => {
+                    rows[index * width..(index + 1) * width].fill(f64::NAN);
+                    self.failures.push((first + index, error));
+                }
+            }
+        }
+        // Linear scenes side by side; what they leave runs one by one.
+        let lost = vec![false; batch.needs.contacts.len()];
+        if let Solver::Auto | Solver::Exact = batch.solver {
+            let (linear, mut rest): (Vec<usize>, Vec<usize>) =
+                sound.into_iter().partition(|&index| self.samples[index].is_linear());
+            for group in linear.chunks(batch.lanes.count()) {
+                let scenes: Vec<&Instance> = group.iter().map(|&index| &self.samples[index]).collect();
+                batch.lanes.run(&batch.needs, &scenes, &mut self.lanes);
+                for (lane, &index) in group.iter().enumerate() {
+                    if batch.lanes.tallies(&batch.needs, &self.lanes, lane, &mut self.tallies) {
+                        let out = &mut rows[index * width..(index + 1) * width];
+                        batch.needs.put(&batch.motion.excitation, &self.tallies, &lost, out);
+                    } else {
+                        rest.push(index);
+                    }
+                }
+            }
+            sound = rest;
+        }
+        for index in sound {
+            let out = &mut rows[index * width..(index + 1) * width];
+            let sample = &self.samples[index];
+            let done = single::measure(
+                &batch.runs(),
+                &batch.needs,
+                batch.base.groups,
+                sample,
+                &mut self.memory,
+                out,
+            );
+            if let Err(error) = done {
+                out.fill(f64::NAN);
+                self.failures.push((first + index, error));
+            }
+        }
+    }
+}
+
+/// Does `work` on so many threads, the present one among them, and joins what it gives.
+fn work_on<T: Send>(threads: usize, work: impl Fn() -> Vec<T> + Sync) -> Vec<T> {
+    std::thread::scope(|scope| {
+        let others: Vec<_> = (1..threads)
+            .filter_map(|_| std::thread::Builder::new().spawn_scoped(scope, &work).ok())
+            .collect();
+        let mut all = work();
+        for other in others {
+            match other.join() {
+                Ok(part) => all.extend(part),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        all
+    })
+}

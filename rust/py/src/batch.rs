@@ -1,0 +1,205 @@
+//! Batches of samples of one scene.
+
+use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Solver, Target};
+use guideload::law::Parameter;
+use guideload::{BatchError, Free, Link, SampleError};
+use numpy::{
+    IntoPyArray, PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::convert::{self, Array2, CoreError, Samples, links_of, matrix3, rows, slice};
+use crate::law::PyLaw;
+
+/// What a batch borrows.
+#[pyclass(name = "Batch", module = "guideload._core", frozen)]
+pub struct PyBatch {
+    mass: f64,
+    center_of_mass: [f64; 3],
+    inertia: [[f64; 3]; 3],
+    inertia_about_reference: bool,
+    gravity: [f64; 3],
+    free: Free,
+    links: Vec<Link>,
+    groups: Vec<Group>,
+    time: Vec<f64>,
+    acceleration: Vec<[f64; 3]>,
+    wrench: Option<Vec<[f64; 6]>>,
+    speed: Option<Vec<f64>>,
+    exponent: f64,
+    changes: Vec<Change>,
+    measures: Vec<Measure>,
+    solver: Solver,
+    rtol: f64,
+}
+
+/// Samples without a result, and why.
+type Failures = Vec<(usize, String)>;
+
+/// The third part of a target: an axis or a name.
+#[derive(FromPyObject)]
+enum Place {
+    Index(usize),
+    Name(String),
+}
+
+/// A target, a constant, and columns with their factors.
+type Given = ((String, usize, Place), f64, Vec<(usize, f64)>);
+
+#[pymethods]
+impl PyBatch {
+    #[new]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol))]
+    #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
+    fn new(
+        py: Python<'_>,
+        mass: f64,
+        center_of_mass: [f64; 3],
+        inertia: [[f64; 3]; 3],
+        inertia_about_reference: bool,
+        gravity: [f64; 3],
+        free: Vec<String>,
+        points: PyReadonlyArray2<'_, f64>,
+        directions: PyReadonlyArray2<'_, f64>,
+        laws: Vec<PyRef<'_, PyLaw>>,
+        damping: PyReadonlyArray1<'_, f64>,
+        damping_in_contact: PyReadonlyArray1<'_, bool>,
+        groups: Vec<PyReadonlyArray1<'_, i64>>,
+        centers: PyReadonlyArray2<'_, f64>,
+        time: PyReadonlyArray1<'_, f64>,
+        acceleration: PyReadonlyArray2<'_, f64>,
+        wrench: Option<PyReadonlyArray2<'_, f64>>,
+        speed: Option<PyReadonlyArray1<'_, f64>>,
+        exponent: f64,
+        changes: Vec<Given>,
+        measures: Vec<(String, usize, String)>,
+        method: &str,
+        rtol: f64,
+    ) -> PyResult<Self> {
+        let links = convert::links(&points, &directions, &laws, &damping, &damping_in_contact)?;
+        let groups = links_of(links.len(), &groups, rows::<3>(&centers, "centers")?)?
+            .into_iter()
+            .map(|(links, center)| Group { links, center: center.into() })
+            .collect();
+        let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
+        let batch = Self {
+            mass,
+            center_of_mass,
+            inertia,
+            inertia_about_reference,
+            gravity,
+            free: convert::free(&free)?,
+            links,
+            groups,
+            time: slice(&time, "time")?.to_vec(),
+            acceleration: samples.acceleration.to_vec(),
+            wrench: samples.wrench.map(<[_]>::to_vec),
+            speed: speed.map(|speed| slice(&speed, "speed").map(<[_]>::to_vec)).transpose()?,
+            exponent,
+            changes: changes.into_iter().map(change).collect::<PyResult<_>>()?,
+            measures: measures.iter().map(measure).collect::<PyResult<_>>()?,
+            solver: solver(method)?,
+            rtol,
+        };
+        py.detach(|| batch.of(|_| Ok(())))?;
+        Ok(batch)
+    }
+
+    /// Measures of samples (n, measures), and the samples without a result.
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        values: PyReadonlyArray2<'_, f64>,
+        threads: usize,
+    ) -> PyResult<(Array2<'py>, Failures)> {
+        let (count, values) = table(&values)?;
+        let width = self.measures.len();
+        let (out, failures) = py.detach(|| {
+            let mut out = vec![0.0; count * width];
+            let failures = self.of(|batch| batch.run(count, values, threads, &mut out))?;
+            Ok::<_, CoreError>((out, failures))
+        })?;
+        Ok((out.into_pyarray(py).reshape([count, width])?, told(failures)))
+    }
+
+    /// Loads of the groups of samples (n, time, groups, 6), and the samples without a result.
+    fn histories<'py>(
+        &self,
+        py: Python<'py>,
+        values: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<(Bound<'py, PyArray4<f64>>, Failures)> {
+        let (count, values) = table(&values)?;
+        let shape = [count, self.time.len(), self.groups.len(), 6];
+        let (out, failures) = py.detach(|| {
+            let mut out = vec![0.0; shape.iter().product()];
+            let failures = self.of(|batch| batch.histories(count, values, &mut out))?;
+            Ok::<_, CoreError>((out, failures))
+        })?;
+        Ok((out.into_pyarray(py).reshape(shape)?, told(failures)))
+    }
+}
+
+impl PyBatch {
+    /// Does something with the batch.
+    fn of<T>(&self, then: impl FnOnce(&Batch) -> Result<T, BatchError>) -> Result<T, CoreError> {
+        let base = Base {
+            mass: self.mass,
+            center_of_mass: self.center_of_mass.into(),
+            inertia: matrix3(self.inertia),
+            inertia_about_reference: self.inertia_about_reference,
+            links: &self.links,
+            gravity: self.gravity.into(),
+            free: self.free,
+            groups: &self.groups,
+        };
+        let excitation = guideload::Excitation::new(&self.time, &self.acceleration, self.wrench.as_deref())?;
+        let motion = Motion { excitation, speed: self.speed.as_deref(), exponent: self.exponent };
+        let batch = Batch::new(base, motion, &self.changes, &self.measures, self.solver, self.rtol)?;
+        Ok(then(&batch)?)
+    }
+}
+
+fn told(failures: Vec<(usize, SampleError)>) -> Failures {
+    failures.into_iter().map(|(sample, error)| (sample, error.to_string())).collect()
+}
+
+/// The number of rows, and all of them.
+fn table<'a>(values: &'a PyReadonlyArray2<'_, f64>) -> PyResult<(usize, &'a [f64])> {
+    if !values.is_c_contiguous() {
+        return Err(convert::not_contiguous("values"));
+    }
+    Ok((values.shape()[0], values.as_slice().map_err(|_| convert::not_contiguous("values"))?))
+}
+
+fn change(((name, index, place), constant, terms): Given) -> PyResult<Change> {
+    let unknown = || PyValueError::new_err(format!("changes: there is no target ({name:?}, {index}, …)"));
+    let target = match (name.as_str(), place) {
+        ("mass", _) => Target::Mass,
+        ("center_of_mass", _) => Target::CenterOfMass(index),
+        ("inertia", Place::Index(column)) => Target::Inertia(index, column),
+        ("gravity", _) => Target::Gravity(index),
+        ("point", Place::Index(axis)) => Target::Point { link: index, axis },
+        ("damping", _) => Target::Damping(index),
+        ("law", Place::Name(parameter)) => {
+            Target::Law { link: index, parameter: Parameter::from_name(&parameter).ok_or_else(unknown)? }
+        }
+        ("center", Place::Index(axis)) => Target::Center { group: index, axis },
+        ("acceleration", _) => Target::Acceleration,
+        ("wrench", _) => Target::Wrench,
+        _ => return Err(unknown()),
+    };
+    Ok(Change { target, constant, terms })
+}
+
+fn measure((quantity, index, statistic): &(String, usize, String)) -> PyResult<Measure> {
+    Measure::from_names(quantity, *index, statistic).ok_or_else(|| {
+        PyValueError::new_err(format!("measures: there is no ({quantity:?}, {index}, {statistic:?})"))
+    })
+}
+
+fn solver(name: &str) -> PyResult<Solver> {
+    Solver::from_name(name).ok_or_else(|| {
+        PyValueError::new_err(format!("method: expected auto, exact, rk45 or implicit, got {name:?}"))
+    })
+}

@@ -1,0 +1,176 @@
+"""The pictures of a study show the figures of its result, at every size, and leave the process as it was."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pytest
+import studies
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from guideload.plots import study as pictures
+from guideload.plots.drivers import BARS
+from guideload.plots.style import load_text
+from guideload.study.result import StudyResult
+
+
+@pytest.fixture(scope="module")
+def result() -> StudyResult:
+    return studies.study(3000, limits={"peak_resultant": 8000.0, "life": 4e6}, histories=100)
+
+
+def labels(ax: Axes) -> list[str]:
+    return [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+def texts(ax: Axes) -> str:
+    return "\n".join(text.get_text() for text in ax.texts)
+
+
+def test_distributions_mark_the_quantiles_of_every_carriage(result: StudyResult) -> None:
+    ax = pictures.distributions(result)
+    assert [label.get_text() for label in ax.get_yticklabels()] == list(result.studied.carriages)
+    for row, carriage in enumerate(result.studied.carriages):
+        found = result.quantiles(f"peak_resultant_N[{carriage}]", (0.05, 0.5, 0.95, 0.99))["value"]
+        bar, middle, last = ax.lines[3 * row : 3 * row + 3]
+        np.testing.assert_allclose(bar.get_xdata(), found.iloc[[0, 2]])
+        assert middle.get_xdata()[0] == found[0.5] and last.get_xdata()[0] == found[0.99]
+        assert set(bar.get_ydata()) == {row}
+    assert ax.get_xlabel() == "peak resultant [N]" and "3000 samples" in ax.get_title(loc="left")
+    assert f"limit {load_text(8000)}" in texts(ax)
+
+
+def test_few_samples_are_drawn_one_by_one() -> None:
+    few = studies.study(12, 2)
+    first = pictures.distributions(few).lines[0]
+    np.testing.assert_array_equal(first.get_xdata(), few.column("peak_resultant_N[1a]"))
+
+
+def test_exceedance_is_that_of_the_result_with_its_band(result: StudyResult) -> None:
+    ax = pictures.exceedance(result)
+    assert labels(ax) == [*result.studied.carriages, "machine (any)"] and ax.get_yscale() == "log"
+    columns = [
+        *(f"peak_resultant_N[{carriage}]" for carriage in result.studied.carriages),
+        "peak_resultant_N",
+    ]
+    for column, line in zip(columns, ax.lines, strict=False):
+        limits, (share, *_) = result.exceedance(column)
+        np.testing.assert_array_equal(line.get_xdata(), limits)
+        np.testing.assert_array_equal(line.get_ydata(), share)
+    assert len(ax.collections) == 5
+    assert pictures.exceedance(result, "peak_drive_N").get_legend().get_texts()[0].get_text() == "machine"
+
+
+def test_a_life_is_shown_by_what_does_not_reach_it(result: StudyResult) -> None:
+    ax = pictures.exceedance(result, "life_km")
+    life = result.column("life_km[1a]")
+    for limit, share in np.transpose(ax.lines[0].get_data())[::50]:
+        assert share == pytest.approx(np.mean(life <= limit), abs=1e-12)
+    assert "not reached" in ax.get_title(loc="left") and "limit 4" in texts(ax)
+
+
+def test_a_limit_far_beyond_leaves_the_samples_their_room() -> None:
+    far = studies.study(300, 2, limits={"peak_resultant": 1e6})
+    for draw in (pictures.distributions, pictures.exceedance):
+        ax = draw(far)
+        assert ax.get_xlim()[1] < 2e4 and "→" in texts(ax)
+
+
+@pytest.mark.parametrize("sensitivity", [False, True])
+def test_tornado_has_the_drivers_strongest_on_top(sensitivity: bool) -> None:
+    result = studies.study(400, 2, 30, sensitivity=sensitivity)
+    ax = pictures.tornado(result)
+    drivers = result.driving()
+    main = drivers["total" if sensitivity else "rank_correlation"]
+    assert [label.get_text() for label in ax.get_yticklabels()] == list(drivers.index[:BARS])
+    widths = [bar.get_width() for bar in ax.patches[:BARS]]
+    np.testing.assert_allclose(widths, main.iloc[:BARS])
+    assert ax.get_ylim()[0] > ax.get_ylim()[1]  # the first on top
+    assert "and 14 more" in texts(ax)
+    assert ("Sobol index" if sensitivity else "rank correlation") in ax.get_xlabel()
+
+
+def test_scatter_shows_the_samples_over_what_drives_them(result: StudyResult) -> None:
+    axes = pictures.scatter(result)
+    assert len(axes) == 5
+    for ax, name in zip(axes, result.driving().index, strict=True):
+        drawn = ax.collections[0].get_offsets()
+        np.testing.assert_array_equal(drawn[:, 0], result.column(name))
+        np.testing.assert_array_equal(drawn[:, 1], result.column("peak_resultant_N"))
+        assert ax.get_xlabel().startswith(name)
+    one = pictures.scatter(result, "peak_Fy_N[2a]")[0]
+    assert one.figure.get_suptitle() == "What drives the peak |Fy| of 2a: Gantry"
+    np.testing.assert_array_equal(one.collections[0].get_offsets()[:, 1], result.column("peak_Fy_N[2a]"))
+
+
+def test_band_holds_the_histories_and_the_machine_as_described(result: StudyResult) -> None:
+    ax = pictures.band(result, "2a")
+    data = result.histories.sel(carriage="2a")
+    median, described = (line.get_ydata() for line in ax.lines)
+    np.testing.assert_allclose(median, np.median(data["resultant"], axis=0))
+    np.testing.assert_array_equal(described, data["nominal_resultant"])
+    assert labels(ax) == ["all", "5 % to 95 %", "median", "machine as described"]
+    few = studies.study(30, 1, histories=3)
+    assert len(pictures.band(few, "1a").lines) == 4 and "3 samples" in pictures.band(few, "1a").get_title(
+        loc="left"
+    )
+    with pytest.raises(ValueError, match="no carriage 'x': the study has '1a', '2a'"):
+        pictures.band(result, "x")
+    with pytest.raises(ValueError, match="no histories were kept"):
+        pictures.band(studies.study(30), "1a")
+
+
+@pytest.mark.parametrize(
+    ("samples", "carriages", "factors", "sensitivity"),
+    [(1, 1, 1, False), (10, 8, 40, True), (300, 4, 12, False), (100_000, 1, 2, False)],
+)
+def test_every_size_of_study_is_drawn(
+    tmp_path: Path, samples: int, carriages: int, factors: int, sensitivity: bool
+) -> None:
+    result = studies.study(samples, carriages, factors, sensitivity=sensitivity, histories=3)
+    paths = pictures.save_study(result, tmp_path / "new")
+    names = ["distributions", "exceedance", "tornado", "scatter", "histories"]
+    assert [path.stem for path in paths] == names
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)
+
+
+def test_a_study_without_any_result_says_so(tmp_path: Path) -> None:
+    nothing = studies.study(
+        5, failed=dict.fromkeys(range(5), "no equilibrium"), limits={"peak_resultant": 1.0}
+    )
+    for ax in (pictures.distributions(nothing), pictures.exceedance(nothing), pictures.tornado(nothing)):
+        assert "no sample has a result" in texts(ax)
+    pictures.save_study(nothing, tmp_path)
+    lost = studies.study(30, histories=3)
+    lost.histories["resultant"][:] = np.nan  # every history is that of a sample that failed
+    assert "no sample has a result" in texts(pictures.band(lost, "1a"))
+    pictures.save_study(lost, tmp_path)
+
+
+def test_axes_given_are_drawn_on_and_the_process_is_left_alone(result: StudyResult) -> None:
+    before = dict(matplotlib.rcParams)
+    for draw in (pictures.distributions, pictures.exceedance, pictures.tornado):
+        ax = Figure().add_subplot()
+        assert draw(result, ax=ax) is ax
+    axes = [Figure().add_subplot() for _ in range(2)]
+    assert pictures.scatter(result, axes=axes) == axes
+    assert dict(matplotlib.rcParams) == before
+    with pytest.raises(ValueError, match="no quantity 'peak': the study has 'peak_resultant_N'"):
+        pictures.distributions(result, "peak")
+
+
+def test_without_peaks_another_figure_is_drawn(tmp_path: Path) -> None:
+    """And nothing but what drives it, where a study kept no column that a figure is made of."""
+    result = studies.study(50, 2)
+    for quantity, count in (("load", 4), ("contact", 4), ("Fy", 2)):
+        kept = [
+            (measure, column)
+            for measure, column in zip(result.studied.measures, result.studied.columns, strict=True)
+            if measure[0] == quantity and measure[2] != "min"
+        ]
+        measures, columns = zip(*kept, strict=True)
+        studied = replace(result.studied, measures=measures, columns=columns, rating=None)
+        paths = pictures.save_study(StudyResult(result.parts, studied), tmp_path / quantity)
+        assert len(paths) == count
