@@ -277,3 +277,40 @@ fn neighbours_do_not_matter() {
     let same = table[width..19 * width].iter().zip(&moved).all(|(a, b)| a.to_bits() == b.to_bits());
     assert!(same);
 }
+
+/// Where only extremes are asked for, stretches that cannot hold a new one are passed over: to the last bit without effect.
+#[test]
+fn what_is_passed_over_holds_no_extreme() {
+    let mut random = Random::new(6);
+    let quiet = |k: usize| [0.0, 40.0, 400.0].contains(&(k as f64 / 10.0).floor());
+    for machine in [cart(), random_machine(&mut random), cart().with_damping(0.02)] {
+        let study = Study::new(machine, &mut random, 13);
+        let mut all = vec![Samples::new(ticks(900, 1e-3), &mut random)];
+        let acceleration = cycle();
+        let time = ticks(acceleration.len(), 1e-3);
+        let speed = vec![1.0; time.len()];
+        all.push(Samples { time, speed, acceleration, wrench: None });
+        // Long rests between short jerks, some of them later and smaller than the first.
+        let mut jerks = Samples::new(ticks(2000, 1e-3), &mut random);
+        for (k, sample) in jerks.acceleration.iter_mut().enumerate() {
+            *sample = sample.map(|x| if quiet(k) { x } else { 0.0 });
+        }
+        all.push(jerks);
+        for samples in &all {
+            let excitation = Excitation::new(&samples.time, &samples.acceleration, None).expect("sound");
+            let motion = Motion { excitation, speed: Some(&samples.speed), exponent: 3.0 };
+            let extreme = |measure: &Measure| match measure {
+                Measure::Load(_, quantity, Statistic::Min | Statistic::Max) => {
+                    *quantity != Quantity::Resultant
+                }
+                _ => false,
+            };
+            let measures = all_measures();
+            let whole = study.table(motion, &measures, Width::Widest, 1);
+            let some: Vec<Measure> = measures.iter().copied().filter(extreme).collect();
+            let alone = study.table(motion, &some, Width::Widest, 1);
+            let asked = whole.iter().zip(measures.iter().cycle()).filter(|(_, measure)| extreme(measure));
+            assert!(asked.zip(&alone).all(|((a, _), b)| a.to_bits() == b.to_bits()));
+        }
+    }
+}

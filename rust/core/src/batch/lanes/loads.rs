@@ -2,7 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::modal::{Modal, TILE};
+use super::modal::{MOST, Modal, TILE};
 use super::room::Room;
 use super::timeline::{BLOCK, Timeline};
 use super::vector::Real;
@@ -10,7 +10,7 @@ use super::vector::Real;
 /// Samples of which the values of a tile of rows are worked out at a time: sixteen sums in the registers, which share each number loaded.
 const SAMPLES: usize = 4;
 
-/// Smallest, largest and first value of all rows over a block, and, if they are kept, the values at its samples.
+/// Smallest, largest and first value of all rows: if the values at the samples are kept, over a block; else over all blocks so far.
 pub(super) struct Loads<'a, const KEPT: bool> {
     pub modal: &'a Modal,
     pub line: &'a Timeline,
@@ -33,8 +33,17 @@ impl<const KEPT: bool> WithSimd for Loads<'_, KEPT> {
         let tiles = modal.tiles.vectors::<S>().as_chunks::<TILE>().0.chunks_exact(width);
         let extremes = extremes.vectors_mut::<S>().as_chunks_mut::<3>().0.as_chunks_mut::<TILE>().0;
         let values = values.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<TILE>().0;
+        let mut sizes = [simd.splat_f64s(0.0); 2 * MOST];
+        if !KEPT {
+            for (size, states) in sizes.iter_mut().zip(states) {
+                *size = largest(simd, states).lanes;
+            }
+        }
         for (index, (tile, extremes)) in tiles.zip(extremes).enumerate() {
             let (head, tile) = tile.split_at(1 + components);
+            if !KEPT && block > 0 && !may_be_new(simd, head, line.range(block), tile, &sizes, extremes) {
+                continue;
+            }
             for part in 0..BLOCK / SAMPLES {
                 let mut sums = head[0].map(|lanes| [Real::new(simd, lanes); SAMPLES]);
                 for (component, feed) in head[1..].iter().enumerate() {
@@ -59,11 +68,11 @@ impl<const KEPT: bool> WithSimd for Loads<'_, KEPT> {
                 for row in 0..TILE {
                     let [a, b, c, d] = sums[row];
                     let (mut low, mut high) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
-                    if part > 0 {
+                    if part > 0 || (!KEPT && block > 0) {
                         low = low.min(Real::new(simd, extremes[row][0]));
                         high = high.max(Real::new(simd, extremes[row][1]));
                     }
-                    let first = if part == 0 { a.lanes } else { extremes[row][2] };
+                    let first = if part == 0 && (KEPT || block == 0) { a.lanes } else { extremes[row][2] };
                     extremes[row] = [low.lanes, high.lanes, first];
                     if KEPT {
                         values[index][row].as_chunks_mut::<SAMPLES>().0[part] =
@@ -73,4 +82,47 @@ impl<const KEPT: bool> WithSimd for Loads<'_, KEPT> {
             }
         }
     }
+}
+
+/// Largest magnitude.
+#[inline(always)]
+fn largest<S: Simd>(simd: S, values: &[S::f64s; BLOCK]) -> Real<S> {
+    let mut most = [Real::splat(simd, 0.0); 4];
+    for k in 0..BLOCK {
+        most[k % 4] = most[k % 4].max(Real::new(simd, values[k]).abs());
+    }
+    most[0].max(most[1]).max(most[2].max(most[3]))
+}
+
+/// Whether in any lane a row of a tile may have a new extreme in a block: from the range of the excitation there and the largest deviations,
+/// which costs a tenth of looking. Mostly there is none: after the overshoot of a ramp, and wherever the drive rests.
+#[inline(always)]
+fn may_be_new<S: Simd>(
+    simd: S,
+    head: &[[S::f64s; TILE]],
+    range: &[[f64; 2]],
+    tile: &[[S::f64s; TILE]],
+    sizes: &[S::f64s; 2 * MOST],
+    extremes: &[[S::f64s; 3]; TILE],
+) -> bool {
+    // Rounding of a sum of some twenty terms is far less than this part of their sizes.
+    let rounding = Real::splat(simd, 1e-13);
+    let mut new = rounding.less_than(Real::splat(simd, 0.0));
+    for row in 0..TILE {
+        let rest = Real::new(simd, head[0][row]);
+        let (mut low, mut high, mut size) = (rest, rest, rest.abs());
+        for (feed, &[least, most]) in head[1..].iter().zip(range) {
+            let feed = Real::new(simd, feed[row]);
+            let (a, b) = (feed * Real::splat(simd, least), feed * Real::splat(simd, most));
+            (low, high, size) = (low + a.min(b), high + a.max(b), size + a.abs().max(b.abs()));
+        }
+        let mut spread = Real::splat(simd, 0.0);
+        for (coefficients, size) in tile.iter().zip(sizes) {
+            spread = Real::new(simd, coefficients[row]).abs().mul_add(Real::new(simd, *size), spread);
+        }
+        spread = (size + spread).mul_add(rounding, spread);
+        let [lowest, highest, _] = extremes[row].map(|lanes| Real::new(simd, lanes));
+        new = new.or((low - spread).less_than(lowest)).or(highest.less_than(high + spread));
+    }
+    new.any()
 }

@@ -63,7 +63,12 @@ impl<const N: usize> WithSimd for March<'_, N> {
             } else {
                 simd.vectorize(Loads::<false> { modal, line, block, states, values, extremes });
             }
-            simd.vectorize(Reduce { needs, line, block, values, extremes, found });
+            if kept {
+                simd.vectorize(Reduce { needs, line, block, values, extremes, found });
+            }
+        }
+        if !kept {
+            simd.vectorize(Reduce { needs, line, block: 0, values, extremes, found });
         }
     }
 }

@@ -83,7 +83,7 @@ impl WithSimd for Reduce<'_> {
                         found.take_extremes(simd, wanted, [low, high], values.get(row), start);
                     }
                     if wanted.squares {
-                        found.take_squares(simd, &values[row], time, |value| value * value);
+                        found.take_squares(simd, &values[row], time, |value, sum| value.mul_add(value, sum));
                     }
                 }
                 Track::Resultant(y, z) => {
@@ -105,15 +105,11 @@ impl WithSimd for Reduce<'_> {
                         );
                     }
                     if wanted.squares {
-                        found.take_squares(simd, &squares, time, |square| square);
+                        found.take_squares(simd, &squares, time, |square, sum| square + sum);
                     }
                 }
                 Track::Load(y, z) if moves => {
-                    for k in 0..BLOCK {
-                        let load = Real::new(simd, values[y][k]).abs() + Real::new(simd, values[z][k]).abs();
-                        found.sum =
-                            power(simd, load, &needs.power).mul_add(Real::splat(simd, travel[k]), found.sum);
-                    }
+                    found.take_loads(simd, [&values[y], &values[z]], travel, &needs.power);
                 }
                 Track::Load(..) => {}
             }
@@ -176,15 +172,50 @@ impl<S: Simd> Found<S> {
         simd: S,
         values: &[S::f64s; BLOCK],
         weights: &[f64; BLOCK],
-        square: impl Fn(Real<S>) -> Real<S>,
+        square: impl Fn(Real<S>, Real<S>) -> Real<S>,
     ) {
         let zero = Real::splat(simd, 0.0);
-        let mut sums = [self.sum, zero, zero, zero];
-        for k in 0..BLOCK {
-            let value = square(Real::new(simd, values[k]));
-            sums[k % 4] = value.mul_add(Real::splat(simd, weights[k]), sums[k % 4]);
+        let mut sums = [zero; 4];
+        if weights.iter().all(|weight| *weight == weights[0]) {
+            for k in 0..BLOCK {
+                sums[k % 4] = square(Real::new(simd, values[k]), sums[k % 4]);
+            }
+            let sum = sums[0] + sums[1] + (sums[2] + sums[3]);
+            self.sum = sum.mul_add(Real::splat(simd, weights[0]), self.sum);
+            return;
         }
-        self.sum = sums[0] + sums[1] + (sums[2] + sums[3]);
+        for k in 0..BLOCK {
+            let weighed = square(Real::new(simd, values[k]), zero);
+            self.sum = weighed.mul_add(Real::splat(simd, weights[k]), self.sum);
+        }
+    }
+
+    /// Takes what loads of y and z do over a block of travel.
+    #[inline(always)]
+    fn take_loads(&mut self, simd: S, [y, z]: [&[S::f64s; BLOCK]; 2], travel: &[f64; BLOCK], power: &Power) {
+        let load = |k: usize| Real::new(simd, y[k]).abs() + Real::new(simd, z[k]).abs();
+        let weight = |k: usize| Real::splat(simd, travel[k]);
+        match power.thirds() {
+            Some(9) => {
+                for k in 0..BLOCK {
+                    let load = load(k);
+                    self.sum = (load * load).mul_add(load * weight(k), self.sum);
+                }
+            }
+            Some(10) => {
+                for k in 0..BLOCK {
+                    let load = load(k);
+                    self.sum = (load * load).mul_add(load * weight(k) * cube_root(simd, load), self.sum);
+                }
+            }
+            _ => {
+                for k in 0..BLOCK {
+                    let load = load(k);
+                    let raised = Real::gather(simd, |lane| power.of(load.lane(lane)));
+                    self.sum = raised.mul_add(weight(k), self.sum);
+                }
+            }
+        }
     }
 }
 
@@ -198,23 +229,6 @@ fn least_and_largest<S: Simd>(simd: S, values: &[S::f64s; BLOCK]) -> [Real<S>; 2
         (low[k % 4], high[k % 4]) = (low[k % 4].min(value), high[k % 4].max(value));
     }
     [low[0].min(low[1]).min(low[2].min(low[3])), high[0].max(high[1]).max(high[2].max(high[3]))]
-}
-
-/// Loads that are not negative to a power.
-#[inline(always)]
-fn power<S: Simd>(simd: S, load: Real<S>, power: &Power) -> Real<S> {
-    let Some(thirds) = power.thirds() else { return Real::gather(simd, |lane| power.of(load.lane(lane))) };
-    let mut out = load;
-    for _ in 1..thirds / 3 {
-        out = out * load;
-    }
-    if thirds % 3 > 0 {
-        let root = cube_root(simd, load);
-        for _ in 0..thirds % 3 {
-            out = out * root;
-        }
-    }
-    out
 }
 
 /// Halley's method from a guess by a third of the exponent.

@@ -18,6 +18,8 @@ pub(super) struct Timeline {
     /// Their values at the samples, and the changes from the sample before, sample by sample; whole blocks, the last value repeated.
     pub values: Vec<f64>,
     pub changes: Vec<f64>,
+    /// Smallest and largest value of each component in each block.
+    ranges: Vec<[f64; 2]>,
     /// Time from the sample before, s.
     pub intervals: Vec<f64>,
     /// Lengths that come again, and which of them each interval has; none if there are too many.
@@ -47,6 +49,15 @@ impl Timeline {
                 // The motion begins at rest, where the excitation would hold nothing yet: a first value is a change.
                 let from = if k == 0 { 0.0 } else { excitation.component(before, component) };
                 changes.push(value - from);
+            }
+        }
+        let mut ranges = Vec::with_capacity(whole / BLOCK * components.len());
+        for block in values.chunks_exact(usize::max(BLOCK * components.len(), 1)) {
+            for component in 0..components.len() {
+                let of = block[component..].iter().step_by(components.len());
+                ranges.push(of.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], &value| {
+                    [f64::min(least, value), f64::max(most, value)]
+                }));
             }
         }
         let mut intervals = vec![0.0; whole];
@@ -80,6 +91,7 @@ impl Timeline {
             components,
             values,
             changes,
+            ranges,
             intervals,
             lengths,
             kinds,
@@ -92,6 +104,11 @@ impl Timeline {
     /// Blocks of [`BLOCK`] samples, the last one filled up.
     pub(super) fn blocks(&self) -> usize {
         self.count.div_ceil(BLOCK)
+    }
+
+    /// Smallest and largest value of each component in a block.
+    pub(super) fn range(&self, block: usize) -> &[[f64; 2]] {
+        &self.ranges[block * self.components.len()..][..self.components.len()]
     }
 
     /// Which length the intervals up to all samples of a block have, if it is the same.
