@@ -59,13 +59,28 @@ def trace_options(command: Any) -> Any:
             "--unit", help='Unit of that column, e.g. rpm or mm/s; for counts the travel of one: "5e-8 m".'
         ),
         click.option("--kind", help="What it is: position, counts, velocity (of the cart) or motor_speed."),
-        click.option("--time", help="Column of the time stamps."),
+        click.option("--time", help="Column of the time stamps; with --rate, of a counter of cycles."),
         click.option("--rate", type=NumberOrText(), help="Samples per second, in place of a time column."),
+        click.option(
+            "--clock", help="Kind of the time stamps: uniform, ticks, jitter or on_change; else detected."
+        ),
+        click.option(
+            "--quantum", type=NumberOrText(), help='Step of the value, e.g. "5e-8 m"; else detected.'
+        ),
+        click.option(
+            "--counter-bits",
+            type=click.IntRange(0, 62),
+            help="Width of a counter of counts that runs over, 0 for none; else detected.",
+        ),
         click.option(
             "--max-speed", type=NumberOrText(), help='Greatest speed the axis can have, e.g. "2 m/s".'
         ),
         click.option(
             "--allow-gaps", is_flag=True, default=None, help="Accept steps in time far above the usual one."
+        ),
+        click.option(
+            "--repair",
+            help="Damage to leave out: all, or some of empty,doubled,clock,outliers,stuck; else it is refused.",
         ),
         click.option(
             "--no-cross-check",

@@ -1,11 +1,13 @@
 """From a measured trace to the motion that excites the scene: read, check, smooth.
 
 A trace is one column of a table (position, counts, velocity of the cart, or speed of the motor) and its time
-stamps. Nothing in it is repaired silently: what cannot be used is refused with its rows named.
+stamps. Nothing in it is repaired silently: what cannot be used is refused with its rows named, or left out
+where that was asked for.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,24 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload import trace_checks as checks
-from guideload.errors import TraceError, ValueRefused
+from guideload import trace_columns as columns
+from guideload.clocks import CLOCKS, clock_of, held, on_grid, still_across
+from guideload.errors import TraceError
+from guideload.headers import KINDS
 from guideload.motion import Motion
-from guideload.smoothing import Kind, Method, quantum_of, smooth
-from guideload.trace_table import (
-    KINDS,
-    Header,
-    Table,
-    choose_column,
-    kind_of_unit,
-    listed,
-    load_table,
-    partner_of,
-)
-from guideload.units import factor, quantity
+from guideload.repair import repaired, wanted
+from guideload.samples import quantum_given, read_samples
+from guideload.smoothing import Kind, Method, smooth
+from guideload.trace_files import load_table
+from guideload.trace_table import listed
 
 if TYPE_CHECKING:
     from guideload.parts import Drive
-    from guideload.trace_table import TableLike
+    from guideload.trace_files import TableLike
 
 Array = NDArray[np.float64]
 
@@ -43,7 +41,8 @@ class Trace:
     value  (n,) m, m/s or rad/s according to kind; read-only like time
     kind   "position" or "velocity" of the cart, or "motor_speed"
     quantum  step of the value in its unit, 0 if none was found
-    source, column  where it comes from; notes: what was detected and chosen
+    source, column  where it comes from; notes: what was detected, chosen and repaired
+    clock  kind of the time stamps: "uniform", "ticks", "jitter" or "on_change" (see `clocks`)
     """
 
     time: Array
@@ -53,6 +52,7 @@ class Trace:
     source: str
     column: str
     notes: tuple[str, ...] = ()
+    clock: str = "uniform"
 
 
 def read_trace(
@@ -63,75 +63,119 @@ def read_trace(
     kind: str | None = None,
     unit: str | float | None = None,
     rate: float | str | None = None,
+    quantum: float | str | None = None,
+    clock: str | None = None,
+    counter_bits: int | None = None,
     max_speed: float | str | None = None,
     allow_gaps: bool = False,
     cross_check: bool = True,
+    repair: str | Iterable[str] | None = None,
 ) -> Trace:
     """Read and check a trace.
 
-    table: path of a CSV (.csv, .txt, any text), .parquet, .npy or .npz file; or a mapping of columns, a data
-        frame, a structured array, or a bare array: (n,) values, or (n, k) with the time in column "0", all
-        SI.
+    table: path of a CSV (.csv, .txt, any text; TwinCAT Scope exports too), .parquet, .npy or .npz file; or a
+        mapping of columns, a data frame, a structured array, or a bare array: (n,) values, or (n, k) with the
+        time in column "0", all SI. Separator, decimal sign, names, units and encoding of text are detected.
     column: name of the column; without it the one whose header tells a unit of a kind below. Of several, the
         only measured one (words meas, act, actual, ...) if all others are wanted values (ref, cmd, command,
         ...).
-    time: name of the time column; without it the one called t, time, timestamp, ...
+    time: name of the time column; without it the one called t, time, timestamp, Zeit, ... It holds seconds or
+        what its header says, dates (ISO 8601, dd.mm.yyyy hh:mm:ss,fff), times of day, or with `rate` the
+        cycles of a counter.
     kind: "position" (m), "counts", "velocity" of the cart (m/s) or "motor_speed" (rad/s); without it from the
         unit.
     unit: of the column, such as "mm/s" or "rpm"; without it from the header ("n [rpm]", "speed (mm/s)",
-        "q_m"). For counts: metres of cart travel per count, a number or a string such as "5e-8 m".
-    rate: samples per second (Hz), in place of a time column.
+        "q_m") or a row of units below it. For counts: metres of cart travel per count, a number or a string
+        such as "5e-8 m".
+    rate: samples per second (Hz), in place of a time column; with `time`, cycles per second of that column.
+    quantum: step of the value, in the kind's SI unit or as a string; without it detected.
+    clock: kind of the time stamps, without it detected. "uniform": even samples, the stamps are put on the
+        even grid that fits them best. "ticks" and "jitter": the stamps are taken as they are. "on_change": rows
+        are missing where the axis stands still; they are put back with the value held.
+    counter_bits: width of a counter of counts that runs over, 0 for one that does not; without it 16, 24 or
+        32 bits are recognised by jumps of nearly the whole range.
     max_speed: greatest speed that the axis can have, in the kind's SI unit or as a string; replaces the
-        automatic test for jumps (`trace_checks.check_jumps`).
-    allow_gaps: accept steps in time much longer than the usual one, as logs that record on change have them.
+        automatic test for jumps (`trace_checks.speed_jumps`).
+    allow_gaps: accept steps in time much longer than the usual one, where samples were dropped.
     cross_check: compare position with velocity where the table has both of the same axis.
+    repair: damage to leave out, told in the notes with its rows: "all", or some of empty (cells without a
+        number), doubled (samples), clock (stamps that go back), outliers and stuck (values held while the
+        axis moves). "all" accepts gaps as well.
 
     Raises TraceError, naming file, column and rows.
     """
     data = load_table(table)
+    for name, given, known in (("kind", kind, tuple(KINDS)), ("clock", clock, CLOCKS)):
+        if given is not None and given not in known:
+            raise TraceError(f'{data.source}: {name}: expected one of {", ".join(known)}, got "{given}"')
+    for asked in (column, time):
+        if asked is not None and asked not in data.columns:
+            raise TraceError(f"{data.source}: no column {asked!r}; there are {listed(data.names)}")
+    damage = wanted(repair)
+    stamped = columns.time_column(data, column, time, rate)
     notes = list(data.notes)
-    if kind is not None and kind not in KINDS:
-        raise TraceError(f'{data.source}: kind: expected one of {", ".join(KINDS)}, got "{kind}"')
-    for name in (column, time):
-        if name is not None and name not in data.columns:
-            raise TraceError(f"{data.source}: no column {name!r}; there are {listed(data.names)}")
-    clock = _time_column(data, column, time, rate)
     if column is None:
-        column, note = choose_column(data, _candidates(data, clock, kind, unit))
+        column, note = columns.choose_column(data, columns.candidates(data, stamped, kind, unit))
         notes.append(note)
-    kind, scale = _meaning(data, column, kind, unit)
-    count = len(data.columns[column])
-    checks.check_length(data, count)
-    value = data.numbers(column)
-    whole = kind == "counts" and bool(np.all(value == np.round(value)))
-    if kind == "counts":
-        value = value - value[0]  # absolute counters are too large to keep their last digits as metres
-    value = value * scale
-    stamps, clock_name, note = _stamps(data, clock, rate, count)
-    notes.append(note)
-    checks.check_order(data, clock_name, stamps)
-    notes.append(checks.check_gaps(data, clock_name, stamps, value, allow_gaps))
-    partner = partner_of(column, data.names) if cross_check and kind in ("position", "velocity") else None
-    if partner is not None:
-        try:
-            other = data.numbers(partner) * _partner_scale(data, partner, scale)
-        except TraceError:  # nobody asked for that column: it takes no part, and the note says so
-            notes.append(f"column {partner} not compared with {column}: it has cells without a number")
-        else:
-            both = (value, other) if kind == "position" else (other, value)
-            notes.append(checks.check_partner(data, column, partner, stamps, *both))
-    limit = None if max_speed is None else _positive(data, "max_speed", max_speed, _speed_unit(kind))
-    checks.check_jumps(data, column, stamps, value, kind, limit)
-    if np.ptp(value) == 0.0:
-        moves = value[0] != 0.0 and kind in ("velocity", "motor_speed")
+    kind, scale = columns.meaning(data, column, kind, unit)
+    if rate is None and stamped is None:
+        stamped = data.clocks.get(column)
+    partner = columns.partner_of(data, column) if cross_check and kind in ("position", "velocity") else None
+    read = read_samples(data, column, stamped, partner, (kind, scale), rate, counter_bits, "empty" in damage)
+    notes += read.notes
+    is_position = kind in ("position", "counts")
+    kind = "position" if is_position else kind
+    step = read.step if quantum is None else quantum_given(data, kind, quantum)
+    limit = None
+    if max_speed is not None:
+        limit = columns.positive(data, "max_speed", max_speed, "rad/s" if kind == "motor_speed" else "m/s")
+    stamps, kept, done = repaired(
+        read.rows, read.time, read.value, damage, is_position, step, limit, int(read.place[-1]) + 1
+    )
+    notes += done
+    rows, values = read.rows.part(kept), read.value[kept]
+    checks.check_length(rows, values.size)
+    checks.check_order(rows, stamped or "time", stamps)
+    left_out = np.diff(read.place[kept]) > 1
+    found = clock_of(stamps, values, is_position, step, left_out)
+    if stamped is not None:
+        notes.append(found.note)
+    chosen = clock or found.kind
+    open_gaps = found.gaps
+    if chosen == "on_change":
+        open_gaps = open_gaps[~still_across(values, open_gaps, is_position, step)]
+    if open_gaps.size:
+        told = checks.told_gaps(rows, stamps, values, open_gaps, is_position, step)
+        if not (allow_gaps or repair == "all"):
+            raise checks.gaps_refused(rows, stamped or "time", told)
+        notes.append(f"{told}; bridged by the smoothing")
+    if partner is not None and read.partner is not None:
+        other = read.partner[kept] * columns.partner_scale(data, partner, scale)
+        both = (values, other) if is_position else (other, values)
+        notes.append(checks.check_partner(rows, column, partner, stamps, *both))
+    checks.check_jumps(rows, column, stamps, values, kind, limit, step)
+    if np.ptp(values) == 0.0:
+        moves = values[0] != 0.0 and not is_position
         notes.append("the value never changes: " + ("constant speed" if moves else "no motion"))
-    kind = "position" if kind == "counts" else kind
-    step = abs(scale) if whole else quantum_of(value)
-    told = f"quantum {step:.3g} {KINDS[kind]}" if step else "no quantum found"
-    notes.append(f"{kind} from column {column}, {told}")
-    for array in (stamps, value):
+    if chosen == "on_change":
+        gaps = found.gaps[still_across(values, found.gaps, is_position, step)]
+        stamps, values, count = held(stamps, values, gaps, found.step)
+        notes.append(
+            f"log on change: {count} rows put back where the axis stands still, before {rows.rows(gaps)}"
+        )
+    elif clock == "uniform":
+        stamps, distance = on_grid(stamps, np.union1d(found.gaps, np.flatnonzero(left_out) + 1))
+        notes.append(f"stamps put on an even grid, {distance:.3g} s rms from where they were")
+    how = "" if quantum is None else ", as given"
+    notes.append(
+        f"{kind} from column {column}, "
+        + (f"quantum {step:.3g} {KINDS[kind]}{how}" if step else "no quantum found")
+    )
+    for array in (stamps, values):
         array.setflags(write=False)
-    return Trace(stamps, value, kind, step, data.source, column, tuple(note for note in notes if note))
+    return Trace(
+        stamps, values, kind, step, data.source, column, tuple(note for note in notes if note), chosen
+    )
 
 
 def motion_from_trace(
@@ -164,122 +208,3 @@ def motion_from_trace(
         source=f"{trace.source}, column {trace.column}",
         notes=(*trace.notes, found.note),
     )
-
-
-def _time_column(data: Table, column: str | None, time: str | None, rate: float | str | None) -> str | None:
-    """The name of the time column, None if a rate is given. Raises TraceError where neither is to be had."""
-    if rate is not None:
-        if time is not None:
-            raise TraceError(
-                f"{data.source}: expected either time or rate, got time={time!r} and rate={rate!r}"
-            )
-        return None
-    if time is not None:
-        return time
-    if not data.named and len(data.names) > 1:
-        return "0"
-    found = [name for name in data.names if Header.of(name).is_time and name != column]
-    if len(found) == 1:
-        return found[0]
-    if found:
-        raise TraceError(
-            f"{data.source}: {len(found)} columns could be the time: {', '.join(found)}; "
-            "choose with time=NAME (--time NAME)"
-        )
-    first = data.names[0] if data.names else ""
-    count = ""
-    if first and data.is_row_number(first):
-        count = f"; the first column ({first}) is a mere row number, which tells no time"
-    raise TraceError(
-        f"{data.source}: no time column among {listed(data.names)}{count}; give the samples per second "
-        "with rate=1000 (--rate 1000), or name the column with time=NAME (--time NAME)"
-    )
-
-
-def _candidates(data: Table, clock: str | None, kind: str | None, unit: str | float | None) -> list[str]:
-    """Columns that may be meant: by the header's unit; if a unit or kind is given, by the header's words as
-    well."""
-    others = [name for name in data.names if name != clock and not Header.of(name).is_time]
-    wanted = kind
-    if wanted is None and isinstance(unit, str):
-        wanted = kind_of_unit(unit) or None
-    by_unit = [name for name in others if Header.of(name).kind and wanted in (None, Header.of(name).kind)]
-    if by_unit or wanted is None:
-        return by_unit
-    by_word = [name for name in others if not Header.of(name).unit and Header.of(name).word_kind == wanted]
-    return by_word or (others if len(others) == 1 else [])
-
-
-def _meaning(data: Table, column: str, kind: str | None, unit: str | float | None) -> tuple[str, float]:
-    """Kind and factor to SI of the column."""
-    place = f"{data.source}: column {column}"
-    header = Header.of(column)
-    if kind is None and header.unit == "counts":
-        kind = "counts"
-    if kind == "counts":
-        if unit is None:
-            raise TraceError(
-                f"{place}: counts need the cart's travel per count: unit='5e-8 m' (--unit '5e-8 m')"
-            )
-        scale = _argument(data, "unit", unit, "m")
-        if scale == 0.0:
-            raise TraceError(f"{place}: unit: expected metres per count, got 0")
-        return kind, scale
-    if unit is not None and not isinstance(unit, str):
-        raise TraceError(f"{place}: unit: expected a string such as 'mm/s', got {unit!r}")
-    written = unit or header.unit
-    if not written:
-        if kind is not None and not data.named:
-            return kind, 1.0
-        raise TraceError(
-            f"{place}: the header tells no unit; give it, as in unit='mm/s' (--unit mm/s)"
-            + ("" if data.named else f", or the kind of these SI values: {', '.join(KINDS)}")
-        )
-    meant = kind or kind_of_unit(written)
-    try:
-        return meant, factor(written, KINDS.get(meant, "m/s"))  # no kind: no speed either, so this raises
-    except ValueRefused as error:
-        raise TraceError(f"{place}: unit: {error}") from None
-
-
-def _stamps(data: Table, clock: str | None, rate: float | str | None, count: int) -> tuple[Array, str, str]:
-    """Time stamps in s, the name they have in errors, and a note."""
-    if clock is None:
-        assert rate is not None
-        per_second = _positive(data, "rate", rate, "Hz")
-        unused = [name for name in data.names if Header.of(name).is_time]
-        note = f"time from the rate {per_second:g} Hz" + (f"; column {unused[0]} not used" if unused else "")
-        return np.arange(count) / per_second, "time", note
-    unit = Header.of(clock).unit
-    stamps = data.numbers(clock)
-    try:
-        scale = factor(unit, "s") if unit else 1.0
-    except ValueRefused as error:
-        raise TraceError(f"{data.source}: column {clock}: {error}") from None
-    told = "" if unit or not data.named else " (the header tells no unit)"
-    return stamps * scale, clock, f"time from column {clock} in {unit or 's'}{told}"
-
-
-def _partner_scale(data: Table, partner: str, scale: float) -> float:
-    """Factor to SI of the partner: its header's unit, else the column's own with or without "per second"."""
-    header = Header.of(partner)
-    return factor(header.unit, KINDS[header.kind]) if header.kind in ("position", "velocity") else scale
-
-
-def _speed_unit(kind: str) -> str:
-    return "rad/s" if kind == "motor_speed" else "m/s"
-
-
-def _argument(data: Table, name: str, value: float | str, unit: str) -> float:
-    try:
-        return quantity(value, unit)
-    except ValueRefused as error:
-        raise TraceError(f"{data.source}: {name}: {error}") from None
-
-
-def _positive(data: Table, name: str, value: float | str, unit: str) -> float:
-    number = _argument(data, name, value, unit)
-    if number <= 0.0:
-        option = f"--{name.replace('_', '-')}"
-        raise TraceError(f"{data.source}: {name}: expected > 0 {unit}, got {number:g} ({option})")
-    return number

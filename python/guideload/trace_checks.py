@@ -1,5 +1,5 @@
 """What a measured trace must hold before anything is computed from it. Each limit has its reason; nothing is
-repaired.
+repaired here (see `repair`).
 
 All functions take SI arrays and the Table that names the rows, and raise TraceError.
 """
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from guideload.clocks import LONGEST_STEP, still_across
 from guideload.errors import TraceError
 from guideload.smoothing import quantum_of
 from guideload.trace_table import Table
@@ -18,9 +19,6 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 FEWEST_SAMPLES = 8  # the smoothing takes fourth differences: fewer do not tell noise from motion
-# A missing row doubles the step, and stamps made by a PC jitter: 20 ms after a nominal 13 ms (1.54) has been
-# measured.
-LONGEST_STEP = 1.75
 # A jump stands out of its four neighbours by this factor (a speed that motion reaches is approached by its
 # samples) ...
 ISOLATION = 5.0
@@ -46,61 +44,57 @@ def check_order(table: Table, column: str, time: Array) -> None:
         at = int(back[0])
         raise TraceError(
             f"{table.source}: column {column}: time does not grow in {table.rows(back)}: "
-            f"{float(time[at])!r} s after {float(time[at - 1])!r} s; sort the rows, remove doubled ones, or "
-            "cut the trace where the clock jumps"
+            f"{float(time[at])!r} s after {float(time[at - 1])!r} s; sort the rows, cut the trace where the "
+            "clock jumps, or have it mended with repair='doubled,clock' (--repair doubled,clock)"
         )
 
 
-def check_gaps(table: Table, column: str, time: Array, value: Array, allow: bool) -> str:
-    """No step longer than 1.75 times the median step. Returns a note if such are allowed and present."""
-    steps = np.diff(time)
-    usual = float(np.median(steps))
-    gaps = np.flatnonzero(steps > LONGEST_STEP * usual) + 1
-    if gaps.size == 0:
-        return ""
-    worst = int(gaps[np.argmax(steps[gaps - 1])])
-    text = (
-        f"{gaps.size} gaps in time (steps over {LONGEST_STEP:g} times the usual {usual:.4g} s), before "
-        f"{table.rows(gaps)}; the longest is {steps[worst - 1]:.4g} s, before {table.rows([worst])}"
+def gaps_refused(table: Table, column: str, told: str) -> TraceError:
+    """What is wrong with a trace that has gaps, and the ways out; told: see `told_gaps`."""
+    return TraceError(
+        f"{table.source}: column {column}: {told}; rows may be missing: cut the trace, or accept them with "
+        "allow_gaps=True (--allow-gaps); for a log that records on change clock='on_change' (--clock on_change)"
     )
-    moved = float(np.abs(value[gaps] - value[gaps - 1]).max())
-    still = moved <= 2.0 * quantum_of(value)
-    text += "; the value stands still across all of them" if still else ""
-    if allow:
-        return text + "; bridged by the smoothing"
-    raise TraceError(
-        f"{table.source}: column {column}: {text}; rows may be missing: cut the trace, or accept them with "
-        "allow_gaps=True (--allow-gaps)"
+
+
+def told_gaps(
+    table: Table, time: Array, value: Array, gaps: NDArray[np.intp], is_position: bool, quantum: float
+) -> str:
+    """What stands at the gaps: how many, the longest, their rows, and whether the axis stands still there."""
+    steps = np.diff(time)
+    worst = int(gaps[np.argmax(steps[gaps - 1])])
+    still = bool(np.all(still_across(value, gaps, is_position, quantum)))
+    return (
+        f"{gaps.size} gaps in time (steps over {LONGEST_STEP:g} times the usual {np.median(steps):.4g} s), before "
+        f"{table.rows(gaps)}; the longest is {steps[worst - 1]:.4g} s, before {table.rows([worst])}"
+        + ("; the axis stands still across all of them" if still else "")
     )
 
 
 def check_jumps(
-    table: Table, column: str, time: Array, value: Array, kind: str, max_speed: float | None
+    table: Table,
+    column: str,
+    time: Array,
+    value: Array,
+    kind: str,
+    max_speed: float | None,
+    quantum: float,
 ) -> None:
-    """No step that motion cannot make.
-
-    Judged on the speeds u: of each step for positions, of each sample for velocities. With `max_speed` a row
-    is bad when |u| is above it. Without, when u stands out of its two neighbours on either side: its distance
-    to their median is over 5 times that of the farthest of them on the same side, and over 10 quanta; and
-    when it goes beyond the rest of the trace as well: a speed over 1.5 times, or a change of speed over 20
-    times the largest elsewhere.
-    """
+    """No step that motion cannot make (see `speed_jumps`)."""
     steps = np.diff(time)
-    is_position = kind in ("position", "counts")
-    speed = np.diff(value) / steps if is_position else value
+    is_position = kind == "position"
     unit = "m/s" if kind != "motor_speed" else "rad/s"
-    quantum = quantum_of(value)
-    if max_speed is not None:
-        bad = np.abs(speed) > max_speed
-        reason = f"the speed goes above max_speed = {max_speed:g} {unit}"
-    else:
-        bad = _jumps(speed, steps, quantum / float(np.median(steps)) if is_position else quantum)
-        reason = (
-            f"jumps that motion cannot make (the rest of the trace stays below {_top(speed, bad):.4g} {unit})"
-        )
+    bad = speed_jumps(time, value, is_position, quantum, max_speed)
     rows = np.flatnonzero(bad) + (1 if is_position else 0)
     if rows.size == 0:
         return
+    if max_speed is not None:
+        reason = f"the speed goes above max_speed = {max_speed:g} {unit}"
+    else:
+        speed = np.diff(value) / steps if is_position else value
+        reason = (
+            f"jumps that motion cannot make (the rest of the trace stays below {_top(speed, bad):.4g} {unit})"
+        )
     at = int(rows[0])
     before, after = value[max(at - 1, 0)], value[min(at + 1, value.size - 1)]
     what = (
@@ -110,19 +104,39 @@ def check_jumps(
     )
     raise TraceError(
         f"{table.source}: column {column}: {reason} in {table.rows(rows)}: the first is {what}; cut the "
-        "trace to a part without them, or say what the axis can do with max_speed=... (--max-speed)"
+        "trace to a part without them, say what the axis can do with max_speed=... (--max-speed), or leave "
+        "wild samples out with repair='outliers' (--repair outliers)"
     )
 
 
-def _jumps(speed: Array, steps: Array, quantum: float) -> Flags:
+def speed_jumps(
+    time: Array, value: Array, is_position: bool, quantum: float, max_speed: float | None
+) -> Flags:
+    """Where motion cannot be so: flags of the steps (n - 1,) of a position, of the samples (n,) of a speed.
+
+    Judged on the speeds u: of each step for positions, of each sample for velocities. With `max_speed` a row
+    is bad when |u| is above it. Without, when u stands out of its two neighbours on either side: its distance
+    to their median is over 5 times that of the farthest of them on the same side, and over 10 quanta; and
+    when it goes beyond the rest of the trace as well: a speed over 1.5 times, or a change of speed over 20
+    times the largest elsewhere.
+    """
+    steps = np.diff(time)
+    speed = np.diff(value) / steps if is_position else value
+    if max_speed is not None:
+        above: Flags = np.abs(speed) > max_speed
+        return above
+    return _jumps(speed, quantum / float(np.median(steps)) if is_position else quantum)
+
+
+def _jumps(speed: Array, quantum: float) -> Flags:
     padded = np.pad(speed, 2, mode="edge")
-    around = np.delete(sliding_window_view(padded, 5), 2, axis=1)
-    middle = np.median(around, axis=1)
+    near = [padded[i : i + speed.size] for i in (0, 1, 3, 4)]  # two neighbours on either side
+    low, high = (pick(pick(near[0], near[1]), pick(near[2], near[3])) for pick in (np.minimum, np.maximum))
+    inner = np.maximum(np.minimum(near[0], near[1]), np.minimum(near[2], near[3]))
+    middle = 0.5 * (inner + np.minimum(np.maximum(near[0], near[1]), np.maximum(near[2], near[3])))
     out = speed - middle
-    side = np.sign(out)[:, None] * (around - middle[:, None])
-    isolated: Flags = np.abs(out) > np.maximum(
-        ISOLATION * np.maximum(side.max(axis=1), 0.0), QUANTA * quantum
-    )
+    farthest = np.where(out > 0.0, high - middle, middle - low)  # neighbour on the same side
+    isolated: Flags = np.abs(out) > np.maximum(ISOLATION * farthest, QUANTA * quantum)
     if not isolated.any():
         return isolated
     change = np.abs(np.diff(speed))
