@@ -45,7 +45,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from cost import processor
+from clock import processor
 from goals import goals, quickest
 from measure import FULL, MISSED, PULSE_TOLERANCES, QUICK, Job, Measured, measure, pulse_errors
 from peers.roster import installed, roster

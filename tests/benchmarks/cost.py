@@ -42,13 +42,14 @@ from dataclasses import dataclass, field
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, get_args
+from typing import get_args
 
 import numpy as np
 import scipy
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from clock import processor, timed
 from peers.problem import Array, problem
 from peers.roster import LSIM, RK45, RTOL, found_peers
 from reference import cart, cycle, noisy
@@ -160,15 +161,6 @@ def measure(jobs: list[Job]) -> None:
                 job.times.append(timed(job.call))
         gc.collect()
     gc.enable()
-
-
-def timed(call: Callable[[], Any]) -> float:
-    """Seconds that a call takes."""
-    start = time.perf_counter()
-    given = call()
-    seconds = time.perf_counter() - start
-    del given  # freed outside
-    return seconds
 
 
 # ---- processes
@@ -285,14 +277,6 @@ def short(value: float) -> str:
 def part(value: float) -> str:
     """An error as a part of something."""
     return f"{value:.0e}" if value else "0"
-
-
-def processor() -> str:
-    """The processor's name."""
-    info = Path("/proc/cpuinfo")  # of Linux; platform knows no more than "x86_64" there
-    lines = info.read_text().splitlines() if info.exists() else []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor() or platform.machine()
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from functools import partial
 from typing import Any, get_args
 
 import numpy as np
+from clock import timed
 from peers.problem import Array, Call
 from peers.roster import Peer, installed, roster
 from scenes import Case
@@ -188,15 +189,6 @@ def time_again(jobs: list[Job], pace: Pace) -> None:
                     job.times.append(timed(job.call))
         gc.collect()
     gc.enable()
-
-
-def timed(call: Callable[[], Any]) -> float:
-    """Seconds that a call takes."""
-    start = time.perf_counter()
-    given = call()
-    seconds = time.perf_counter() - start
-    del given  # freed outside
-    return seconds
 
 
 @contextmanager

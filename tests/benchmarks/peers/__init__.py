@@ -8,4 +8,8 @@ loads. All peers work, like guideload, with the deviation from static equilibriu
 drown the motion in the sag. Absolute tolerances are rtol times the sag in each state. With 1e-6 of a metre,
 SciPy's default, RK45 is wrong by 5 % and DOP853 by 39 % of the dynamic load on `cycle`, with "success".
 roster.py lists all peers and their settings.
+
+Those called batch_* run many scenes (monte_carlo.py). Such a peer gets a `Scatter` (scatter.py), draws of one machine,
+and gives the peaks of each scene; all that depends on the draws is inside its call, assembly and position at rest as
+well. batch_roster.py lists them.
 """

@@ -47,17 +47,17 @@ def _equations(given: Problem) -> Any:
 
     n = given.b.size
     lines = [
-        f"time_k {{ {_listed(given.time)} }}",
-        f"given_k {{ {_listed(given.u)} }}",
+        f"time_k {{ {listed(given.time)} }}",
+        f"given_k {{ {listed(given.u)} }}",
         f"A_ij {{ {_entries(given.a)} }}",
-        f"b_i {{ {_listed(given.b)} }}",
+        f"b_i {{ {listed(given.b)} }}",
     ]
     if given.law is not None:
         lines += [
             f"R_lj {{ {_entries(given.rows)} }}",
-            f"rest_l {{ {_listed(given.at_rest)} }}",
+            f"rest_l {{ {listed(given.at_rest)} }}",
             f"B_il {{ {_entries(given.by)} }}",
-            f"hold_i {{ {_listed(given.constant)} }}",
+            f"hold_i {{ {listed(given.constant)} }}",
         ]
     lines += [
         f"u_i {{ (0:{n}): 0.0 }}",
@@ -77,7 +77,7 @@ def _equations(given: Problem) -> Any:
     return pydiffsol.Ode("\n".join(lines), matrix_type=pydiffsol.nalgebra_dense)
 
 
-def _listed(values: Iterable[float]) -> str:
+def listed(values: Iterable[float]) -> str:
     return ", ".join(repr(float(value)) for value in values)
 
 

@@ -1,0 +1,316 @@
+"""Scenes per second and core, guideload beside its peers: `python tests/benchmarks/monte_carlo.py`.
+
+    --quick       fewer runs
+    --markdown    a table for the README
+    --million     also a million machines of the packaged study by `guideload study`, their time and memory
+
+The yardstick's cart, 16 links and 5 free dofs, where it scatters: mass uniform within 10 %, centre of mass
+within 5 cm per axis, stiffness and damping of each carriage lognormal with sigma 0.2. The cycle of 7062 samples
+at 1 kHz, the same with 0.1 m/s2 rms of noise on every sample, and the cycle with 5 um of clearance in each
+link. Of each scene and carriage the peaks of the y and z load are kept, the largest magnitude at the samples.
+
+guideload runs them by the plan of a `Study`, from a new `Batch` on; the package peers says how each peer does
+(those called batch_*), and what they get: the draws. All that is to be done for a scene, its matrices, position
+at rest, exponential and peaks, is inside the time; what is done once, as drawing and compiling, is not. Packages
+that are not installed are left out and named: `pip install .[bench]`.
+
+All is in one process held on one core (two for two threads, where the system can do that), by turns; times are
+medians. A call runs as many scenes as give a stable figure. An error is the largest difference of a peak from
+the truth, as a part of the scene's largest peak, over the first scenes. The truth is computed anew without
+guideload's core; who differs from it by more than 1e-3 is not counted. Exudyn's model is not ours (finite
+rotations): its error is a check of the physics. Two threads are only worth looking at where nothing else runs.
+"""
+
+from __future__ import annotations
+
+import os
+
+# One thread each; read when NumPy and the others are imported.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+os.environ["OMP_NUM_THREADS"] = "1"
+os.environ["MKL_NUM_THREADS"] = "1"
+os.environ["VECLIB_MAXIMUM_THREADS"] = "1"
+os.environ["RAYON_NUM_THREADS"] = "1"
+os.environ["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
+
+import argparse
+import platform
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from clock import cores, on_cores, processor, timed
+from goals import USEFUL, Goal
+from peers.batch_roster import BatchPeer, clear_peers, linear_peers
+from peers.roster import installed
+from peers.scatter import Peaks, Scatter
+from scattered import CHECKED, Case, cases
+
+from guideload import peak_loads
+
+PACKAGES = ("numpy", "scipy", "numba", "jax", "pydiffsol", "exudyn", "numbalsoda")
+ROUNDS, PATIENCE = 7, 2.5  # runs of each, as long as they have not taken that many seconds
+QUICK_ROUNDS, QUICK_PATIENCE = 3, 0.5
+OURS = "guideload"
+MILLION = 1_000_000
+
+
+@dataclass(eq=False)
+class Job:
+    """One way to run a case."""
+
+    name: str
+    run: Callable[[], Peaks]
+    scenes: int
+    threads: int = 1
+    error: float = np.inf
+    failure: str = ""
+    times: list[float] = field(default_factory=list)  # s
+
+    @property
+    def rate(self) -> float:
+        """Scenes per second."""
+        return self.scenes / statistics.median(self.times)
+
+    @property
+    def per_core(self) -> float:
+        return self.rate / self.threads
+
+    @property
+    def counted(self) -> bool:
+        return self.error <= USEFUL
+
+
+@dataclass(eq=False)
+class Measured:
+    """A case and its jobs."""
+
+    case: Case
+    jobs: list[Job]
+    same: bool  # whether two threads gave the same bits as one
+    apart: float  # largest difference of the batch from single runs, of the largest peak
+
+    def ours(self, threads: int) -> Job | None:
+        return next((job for job in self.jobs if job.name == OURS and job.threads == threads), None)
+
+    def best_peer(self, error: float = USEFUL) -> Job | None:
+        """The quickest peer that is at least that accurate."""
+        peers = [job for job in self.jobs if job.name != OURS and job.error <= error]
+        return max(peers, key=lambda job: job.per_core, default=None)
+
+
+def main() -> None:
+    """Measure all, print all."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--quick", action="store_true", help="fewer runs")
+    parser.add_argument("--markdown", action="store_true", help="a table for the README")
+    parser.add_argument(
+        "--million", action="store_true", help="also a million machines of the packaged study"
+    )
+    asked = parser.parse_args()
+    on_cores(1)
+    done, missing = [], []
+    for case in cases():
+        peers = clear_peers() if case.scatter.clearance else linear_peers()
+        missing += [peer.missing() for peer in peers if peer.missing()]
+        measured = measure(case, [peer for peer in peers if not peer.missing()], asked.quick)
+        done.append(measured)
+        print_case(measured)
+    if asked.markdown:
+        print_markdown(done)
+    print(made_on())
+    if missing:
+        print(f"left out: {', '.join(dict.fromkeys(missing))}")
+    million = run_million() if asked.million else None
+    print("\nasked in issue 4")
+    for goal in goals(done, million):
+        print(goal)
+
+
+# ---- measure
+
+
+def measure(case: Case, peers: list[BatchPeer], quick: bool) -> Measured:
+    """All jobs of a case, one run each for error and compilers, then by turns."""
+    print(f"{case.title}: {case.truth.how}", file=sys.stderr)
+    given, scenes = case.scatter, len(case.scatter)
+    results = {threads: case.run(threads) for threads in (1, 2)}
+    same = np.array_equal(results[1], results[2])
+    jobs = [
+        Job(OURS, lambda n=threads: case.run(n), scenes, threads) for threads in (1, 2) if threads <= cores()
+    ]
+    for job in jobs:
+        job.error = case.truth.error(results[job.threads])
+    jobs += [peer_job(case, peer) for peer in peers]
+    able = [job for job in jobs if not job.failure]
+    rounds, patience = (QUICK_ROUNDS, QUICK_PATIENCE) if quick else (ROUNDS, PATIENCE)
+    for _ in range(rounds):
+        for job in able:
+            if sum(job.times) < patience:
+                on_cores(job.threads)
+                job.times.append(timed(job.run))
+                on_cores(1)
+    return Measured(case, jobs, same, apart(given, results[1]))
+
+
+def peer_job(case: Case, peer: BatchPeer) -> Job:
+    """A peer, run once on the scenes whose truth is known."""
+    count = peer.rough if case.rough and peer.rough else peer.scenes
+    part = case.scatter.first(count)
+    try:
+        run = peer.load()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            error = case.truth.error(run(part.first(CHECKED)))
+        return Job(peer.name, lambda: run(part), count, error=error)
+    except (RuntimeError, ArithmeticError, ValueError, OSError, subprocess.CalledProcessError) as failed:
+        return Job(peer.name, list, count, failure=str(failed).partition("\n")[0][:100])
+
+
+def apart(given: Scatter, batch: Peaks) -> float:
+    """How far the batch is from `peak_loads` of each of the first scenes."""
+    worst = 0.0
+    for scene in range(CHECKED):
+        peaks = peak_loads(given.machine_of(scene), given.motion, method="exact")
+        single = np.maximum(-peaks.smallest, peaks.largest)[:, 1:3].ravel()
+        worst = max(worst, float(np.abs(batch[scene] - single).max() / single.max()))
+    return worst
+
+
+def run_million() -> tuple[float, float] | str:
+    """Seconds and GiB of `guideload study` from its start to the summary; or what went wrong."""
+    program = shutil.which("guideload", path=str(Path(sys.executable).parent))
+    if program is None:
+        return f"no command guideload beside {sys.executable}"
+    on_cores(2)
+    study = str(files("guideload") / "examples" / "study.toml")
+    with tempfile.TemporaryDirectory() as folder:
+        options = ("--samples", str(MILLION), "--threads", "2", "--no-pictures")
+        start = time.perf_counter()
+        child = subprocess.Popen(
+            (program, "study", study, "-o", str(Path(folder) / "out"), *options), stdout=subprocess.DEVNULL
+        )
+        _, status, usage = os.wait4(child.pid, 0)
+        seconds = time.perf_counter() - start
+        child.returncode = os.waitstatus_to_exitcode(status)
+    on_cores(1)
+    if child.returncode:
+        return f"guideload study ended with {child.returncode}"
+    unit = 1 if sys.platform == "darwin" else 1024  # of the largest resident set, bytes
+    return seconds, usage.ru_maxrss * unit / 2**30
+
+
+# ---- print
+
+
+def print_case(done: Measured) -> None:
+    """A line per job, quick before slow."""
+    print(f"{done.case.title}\ntruth: {done.case.truth.how}")
+    print(f"{'':34}{'threads':>8}{'scenes/s per core':>19}{'spread':>8}{'scenes':>8}{'runs':>6}{'error':>10}")
+    for job in sorted((job for job in done.jobs if job.times), key=lambda job: -job.per_core):
+        low, high = np.percentile(job.times, [25.0, 75.0])
+        spread = f"{(high - low) / statistics.median(job.times):.0%}"
+        cells = f"{short(job.per_core):>19}{spread:>8}{job.scenes:>8}{len(job.times):>6}{job.error:>10.1e}"
+        print(f"{job.name:34}{job.threads:>8}{cells}{'' if job.counted else '  WRONG, not counted'}")
+    for job in done.jobs:
+        if job.failure:
+            print(f"{job.name:34}failed: {job.failure}")
+    print()
+
+
+def print_markdown(done: list[Measured]) -> None:
+    """Rates of all on all cases, the error on the first that each has."""
+    names = dict.fromkeys(job.name for measured in done for job in measured.jobs if job.times and job.counted)
+    print(row("scenes/s per core", *(measured.case.title for measured in done), "error"))
+    print(row("---", *("---:" for _ in done), "---:"))
+    for name in names:
+        found = [next((job for job in m.jobs if job.name == name and job.times), None) for m in done]
+        cells = [short(job.per_core) if job else "" for job in found]
+        print(row(name, *cells, next(f"{job.error:.0e}" for job in found if job)))
+    print()
+
+
+def short(value: float) -> str:
+    """Two digits or more, no exponent."""
+    return f"{float(f'{value:.3g}'):,.0f}".replace(",", " ") if value >= 10.0 else f"{value:.2g}"
+
+
+def row(*cells: str) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def made_on() -> str:
+    """Machine and versions."""
+    found = ", ".join(f"{name} {version(name)}" for name in PACKAGES if installed(name))
+    return f"{processor()}; Python {platform.python_version()}, {found}."
+
+
+# ---- goals
+
+
+def goals(done: list[Measured], million: tuple[float, float] | str | None) -> list[Goal]:
+    """What issue 4 asks, for the cases in the order of `cases()`; the costs are asked in study_cost.py."""
+    plain, noisy, clear = done
+    found = [
+        _rate("linear, scenes/s per core", 40_000.0, plain, 1e-6),
+        _rate("linear, noisy, scenes/s per core", 40_000.0, noisy, 1e-6),
+        _two("linear, two threads to one", plain),
+        _ahead("linear: times as fast as the best peer", plain, USEFUL),
+        _rate("clearance at error 1e-6, scenes/s per core", 2_500.0, clear, 1e-6),
+        _two("clearance, two threads to one", clear),
+        _ahead("clearance at error 1e-6: times as fast as the best peer", clear, 1e-6),
+    ]
+    for name, measured in (("linear", plain), ("noisy", noisy), ("clearance", clear)):
+        gap = measured.apart
+        found.append(Goal(f"{name}: batch to single runs", "<= 1e-12", f"{gap:.0e}", gap <= 1e-12))
+        bits = "the same" if measured.same else "others"
+        found.append(Goal(f"{name}: bits with two threads", "the same", bits, measured.same))
+    name = "a million machines of the example, two cores"
+    if isinstance(million, tuple):
+        seconds, memory = million
+        found.append(Goal(f"{name}: time", "<= 60 s", f"{seconds:.1f} s", seconds <= 60.0))
+        found.append(Goal(f"{name}: memory", "<= 1 GiB", f"{memory:.2f} GiB", memory <= 1.0))
+    else:
+        found.append(Goal(name, "<= 60 s, <= 1 GiB", million or "not run (--million)", million is None))
+    return found
+
+
+def _rate(what: str, asked: float, of: Measured, error: float) -> Goal:
+    job = of.ours(1)
+    assert job is not None
+    met = job.per_core >= asked and job.error <= error
+    return Goal(what, f">= {asked:,.0f}", f"{job.per_core:,.0f} at {job.error:.0e}", met)
+
+
+def _two(what: str, of: Measured) -> Goal:
+    one, two = of.ours(1), of.ours(2)
+    if one is None or two is None:
+        return Goal(what, ">= 1.9", "one core only", False)
+    ratio = two.rate / one.rate
+    return Goal(what, ">= 1.9", f"{ratio:.2f}", ratio >= 1.9)
+
+
+def _ahead(what: str, of: Measured, error: float) -> Goal:
+    ours, peer = of.ours(1), of.best_peer(error)
+    assert ours is not None
+    if peer is None:
+        return Goal(what, "> 1", "no peer is that accurate", True)
+    ratio = ours.per_core / peer.per_core
+    return Goal(what, "> 1", f"{ratio:.1f} ({peer.name}: {peer.per_core:,.0f})", ratio > 1.0)
+
+
+if __name__ == "__main__":
+    main()

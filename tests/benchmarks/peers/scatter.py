@@ -1,0 +1,228 @@
+"""The job that the batch peers get: one machine and motion, and draws of what varies; set up in NumPy, many scenes at
+once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy
+
+from guideload import Machine, Motion
+from peers.laws import Sided, force, tangent
+from peers.problem import Array, Problem, free_rows, problem
+
+Peaks = Array  # (scene, 2 carriages) N: of each carriage the largest |Fy| and |Fz| at the samples
+Run = Callable[["Scatter"], Peaks]
+REGULARISED = (
+    1e-2,
+    1e-4,
+    1e-6,
+    1e-8,
+)  # springs that tell where a body rests that is free within its clearance
+
+
+@dataclass(frozen=True, eq=False)
+class Scatter:
+    """Scenes that differ in the body, and in the carriages' stiffness and damping; an axis over scenes comes first."""
+
+    machine: Machine  # with linear links; what does not vary
+    motion: Motion
+    nominal: Problem  # the scene where nothing varies
+    geometry: Geometry
+    clearance: float  # m to either side in each link, 0 where the links are linear
+    mass: Array  # (scene,) kg
+    center: Array  # (scene, 3) m, centre of mass
+    stiffness: Array  # (scene, carriage) times the machine's
+    damping: Array
+
+    def __len__(self) -> int:
+        return self.mass.size
+
+    def first(self, count: int) -> Scatter:
+        """The first scenes."""
+        names = ("mass", "center", "stiffness", "damping")
+        return replace(self, **{name: getattr(self, name)[:count].copy() for name in names})
+
+    @property
+    def law(self) -> Sided | None:
+        """Of a link of 1 N/m."""
+        return Sided(1.0, 1.0, self.clearance) if self.clearance else None
+
+    def machine_of(self, scene: int) -> Machine:
+        """One scene, as a description of its own."""
+        body = self.machine.body.model_dump() | {
+            "mass": self.mass[scene],
+            "center_of_mass": self.center[scene],
+        }
+        factors = {"stiffness": self.stiffness[scene], "damping": self.damping[scene]}
+        carriages = []
+        for i, carriage in enumerate(self.machine.carriages):
+            given = carriage.model_dump(exclude_defaults=True)
+            for axis in "yz":
+                given |= {f"{name}_{axis}": given[f"{name}_{axis}"] * by[i] for name, by in factors.items()}
+                given[f"clearance_{axis}"] = self.clearance
+            carriages.append(given)
+        rails, free, gravity = self.machine.rails, self.machine.free, self.machine.gravity
+        return Machine(body=body, rails=rails, carriages=carriages, free=free, gravity=gravity)
+
+    def problem_of(self, scene: int) -> Problem:
+        """One scene as `problem` assembles it, sharing nothing with `systems`; for the truth."""
+        if self.law is None:
+            return problem(self.machine_of(scene), self.motion)
+        machine = replace(self, clearance=0.0).machine_of(scene)
+        k = machine.link_table().stiffness
+        given = problem(machine, self.motion, Sided(k, k, self.clearance))  # type: ignore[arg-type]
+        # The same with links of 1 N/m, whose stiffness stands in what their forces are multiplied with.
+        return replace(given, law=self.law, by=given.by * k, onto=given.onto * k)
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """What no draw changes."""
+
+    free: list[int]
+    rows: Array  # (link, n) deflections of the links over the free dofs
+    carriage: Array  # (link,) whose link it is
+    stiffness: Array  # (link,) N/m
+    inertia: Array  # (3, 3) kg m2 about the centre of mass
+    gravity: Array  # (3,) m/s2
+    sides: Array  # (2 carriages, link) 1 where a link is part of the carriage's y or z force
+    elastic: Array  # (2 carriages, n) these forces over the free dofs
+    damped: Array
+    stiff: Array  # (carriage, n, n) the stiffness matrix of each carriage's links
+    damp: Array
+
+
+def scatter(
+    machine: Machine,
+    motion: Motion,
+    clearance: float,
+    mass: Array,
+    center: Array,
+    stiffness: Array,
+    damping: Array,
+) -> Scatter:
+    """Draws of a machine whose links are all of its carriages."""
+    draws = (np.ascontiguousarray(values) for values in (mass, center, stiffness, damping))
+    return Scatter(machine, motion, problem(machine, motion), _geometry(machine), clearance, *draws)
+
+
+def _geometry(machine: Machine) -> Geometry:
+    links = machine.link_table()
+    free, rows = free_rows(machine)
+    of = links.carriage == np.arange(len(machine.carriages))[:, None]  # (carriage, link)
+    sides = (of[:, None, :] * links.directions.T[1:3]).reshape(-1, len(rows))
+
+    def grids(factor: Array) -> Array:
+        return np.einsum("cl,l,li,lj->cij", of, factor, rows, rows)
+
+    return Geometry(
+        free=free,
+        rows=rows,
+        carriage=links.carriage,
+        stiffness=links.stiffness,
+        inertia=machine.body.central_inertia(),
+        gravity=np.array(machine.gravity),
+        sides=sides,
+        elastic=sides * links.stiffness @ rows,
+        damped=sides * links.damping @ rows,
+        stiff=grids(links.stiffness),
+        damp=grids(links.damping),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Systems:
+    """x' = a x + b u - by [F(at_rest + rows x) - F(at_rest)], as in `Problem`, of each scene."""
+
+    scatter: Scatter
+    a: Array  # (scene, 2n, 2n)
+    b: Array  # (scene, 2n)
+    c: Array  # (scene, 2 carriages, 2n)
+    rest: Array  # (scene, 2 carriages) N
+    at_rest: Array  # (scene, link) m
+    by: Array  # (scene, 2n, link)
+    onto: Array  # (scene, 2 carriages, link)
+
+    def propagators(self) -> tuple[Array, Array, Array]:
+        """p, g0, g1 of `Problem.exponential`, with an axis over scenes; of linear links."""
+        count, n = self.b.shape
+        step = self.scatter.nominal.step
+        m = np.zeros((count, n + 2, n + 2))
+        m[:, :n, :n], m[:, :n, n], m[:, n, n + 1] = self.a * step, self.b * step, 1.0
+        e = scipy.linalg.expm(m)[:, :n]
+        return np.ascontiguousarray(e[:, :, :n]), e[:, :, n] - e[:, :, n + 1], e[:, :, n + 1].copy()
+
+    def problem(self, scene: int) -> Problem:
+        """One of them for the peers that run one at a time; of the loads only those along y and z."""
+        nominal, law = self.scatter.nominal, self.scatter.law
+        c, rest = np.zeros_like(nominal.c), np.zeros_like(nominal.rest)
+        c[:, 1:3] = self.c[scene].reshape(len(c), 2, -1)
+        rest[:, 1:3] = self.rest[scene].reshape(-1, 2)
+        given = replace(nominal, a=self.a[scene], b=self.b[scene], c=c, rest=rest)
+        if law is None:
+            return given
+        rows = self.scatter.geometry.rows
+        return replace(
+            given,
+            law=law,
+            rows=np.hstack([rows, np.zeros_like(rows)]),
+            at_rest=self.at_rest[scene],
+            by=self.by[scene],
+            onto=self.onto[scene],
+        )
+
+
+def systems(of: Scatter) -> Systems:
+    """Assembly and rest of all scenes at once."""
+    known, (count, n) = of.geometry, (len(of), of.nominal.b.size // 2)
+    mass, free = of.mass[:, None, None], known.free
+    s = np.zeros((count, 3, 3))  # s @ v is center x v
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        s[:, i, j], s[:, j, i] = -of.center[:, k], of.center[:, k]
+    inertia = np.empty((count, 6, 6))
+    inertia[:, :3, :3], inertia[:, :3, 3:], inertia[:, 3:, :3] = mass * np.eye(3), -mass * s, mass * s
+    inertia[:, 3:, 3:] = known.inertia - mass * (s @ s)
+    inverse = np.linalg.inv(inertia[:, free][:, :, free])
+    weight = (inertia[:, free, :3] @ known.gravity)[:, :, None]
+    stiffness, damping = (
+        np.einsum("sc,cij->sij", factors, grids)
+        for factors, grids in ((of.stiffness, known.stiff), (of.damping, known.damp))
+    )
+    a, b = np.zeros((count, 2 * n, 2 * n)), np.zeros((count, 2 * n))
+    a[:, :n, n:], a[:, n:, n:] = np.eye(n), -inverse @ damping
+    b[:, n:] = -(inverse @ inertia[:, free, :1])[:, :, 0]
+    elastic, damped = (
+        factors.repeat(2, axis=1)[:, :, None] * forces
+        for factors, forces in ((of.stiffness, known.elastic), (of.damping, known.damped))
+    )
+    c = np.concatenate([np.zeros_like(elastic), damped], axis=2)
+    none = np.zeros((count, 0))
+    if of.law is None:
+        sag = np.linalg.solve(stiffness, weight)
+        a[:, n:, :n], c[:, :, :n] = -inverse @ stiffness, elastic
+        return Systems(of, a, b, c, (elastic @ sag)[:, :, 0], none, none, none)
+    k = of.stiffness[:, known.carriage] * known.stiffness  # (scene, link)
+    at_rest = _at_rest(known.rows, k, of.law, weight[:, :, 0])
+    by = np.concatenate([np.zeros((count, n, k.shape[1])), inverse @ (known.rows.T * k[:, None])], axis=1)
+    rest = np.zeros(c.shape[:2])  # is in onto F(at_rest)
+    return Systems(of, a, b, c, rest, at_rest, by, known.sides * k[:, None])
+
+
+def _at_rest(rows: Array, stiffness: Array, law: Sided, weight: Array) -> Array:
+    """(scene, link) deflections of static equilibrium; Newton for all scenes in step, as `rest_position` for one."""
+    pull, slope = force(law), tangent(law)
+    q = np.linalg.solve(rows.T * stiffness[:, None] @ rows, weight[:, :, None])[:, :, 0]
+    for eps in REGULARISED:
+        for _ in range(100):
+            d = q @ rows.T
+            residual = (stiffness * (pull(d) + eps * d)) @ rows - weight
+            strain = rows.T * (stiffness * (slope(d) + eps))[:, None] @ rows
+            change = np.linalg.solve(strain, residual[:, :, None])[:, :, 0]
+            moved = np.abs(change @ rows.T).max(axis=1)
+            q = q - change * np.minimum(1.0, 1e-4 / moved)[:, None]  # at most 0.1 mm
+            if (moved < 1e-14 * np.abs(d).max(axis=1)).all():
+                break
+    return q @ rows.T
