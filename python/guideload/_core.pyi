@@ -250,10 +250,13 @@ class Batch:
         method: str,
         rtol: float,
     ) -> Batch: ...
-    def run(self, values: Array, threads: int) -> tuple[Array, list[tuple[int, str]]]:
+    def run(
+        self, values: Array, threads: int, width: str = "widest"
+    ) -> tuple[Array, list[tuple[int, str]]]:
         """Measures (n, measures) of samples with values (n, columns), and (row, reason) of those without a result.
 
-        A row without a result is nan. A row depends on its values alone, to the last bit, for any number of threads.
+        A row without a result is nan. A row depends on its values alone, to the last bit, for any number of threads
+        and any width of the vectors in which linear scenes run side by side: widest (of the processor), four or one.
         """
 
     def histories(self, values: Array) -> tuple[Array, list[tuple[int, str]]]:

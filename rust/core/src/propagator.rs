@@ -3,7 +3,7 @@
 use crate::equations::Equations;
 use crate::float::{add_scaled, ceil, sqrt};
 use crate::integrate::{Ramp, Values};
-use crate::system::{Force, NO_FORCE, State};
+use crate::system::{Force, NO_FORCE, State, size};
 
 /// Terms of the exponential series: the first one left out is below rounding where the norm is at most one (1/19! = 8e-18).
 pub(crate) const TERMS: usize = 18;
@@ -92,29 +92,26 @@ impl Propagator {
     /// The state at the end of the interval.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn apply(&self, state: &State, start: &Values, end: &Values) -> State {
-        // The excitation by itself, as it is known before the state; then two sums side by side: one alone would wait for its own
+        // The excitation by itself, as it is known before the state; then three sums side by side: fewer would wait for their own
         // additions.
-        let mut even = self.from_constant;
+        let (mut sum, mut second, mut third) = (self.from_constant, *state, [0.0; 12]);
         for j in 0..self.components {
-            add_scaled(&mut even, &self.from_start[j], start[j]);
-            add_scaled(&mut even, &self.from_end[j], end[j]);
+            add_scaled(&mut sum, &self.from_start[j], start[j]);
+            add_scaled(&mut sum, &self.from_end[j], end[j]);
+        }
+        for j in (0..12).step_by(3) {
+            add_scaled(&mut sum, &self.change[j], state[j]);
+            add_scaled(&mut second, &self.change[j + 1], state[j + 1]);
+            add_scaled(&mut third, &self.change[j + 2], state[j + 2]);
         }
         for i in 0..12 {
-            even[i] += state[i];
+            sum[i] += second[i] + third[i];
         }
-        let mut odd = [0.0; 12];
-        for j in (0..12).step_by(2) {
-            add_scaled(&mut even, &self.change[j], state[j]);
-            add_scaled(&mut odd, &self.change[j + 1], state[j + 1]);
-        }
-        for i in 0..12 {
-            even[i] += odd[i];
-        }
-        even
+        sum
     }
 }
 
-/// The power series of the solution over an interval, in parts short enough for it to end after [`TERMS`] terms.
+/// The power series of the solution over an interval, in parts short enough for it to end after some terms.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Series {
     norm: f64,
@@ -138,7 +135,7 @@ impl Series {
         Self { norm }
     }
 
-    /// Number of parts of an interval of length `h`.
+    /// Number of parts of an interval of length `h` that end after [`TERMS`] terms.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn parts(&self, h: f64) -> f64 {
         f64::max(1.0, ceil(h * self.norm))
@@ -147,13 +144,19 @@ impl Series {
     /// The state at the end of a ramp.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn advance<E: Equations>(&self, equations: &E, ramp: &Ramp, state: &State) -> State {
-        let parts = self.parts(ramp.h);
+        let parts = f64::max(1.0, ceil(ramp.h * self.norm / LONGEST));
         let mut state = *state;
         let mut part = 0.0;
         while part < parts {
             let mut sum = state;
-            power_series(equations, ramp, [part / parts, 1.0 / parts], &state, |_, term| {
-                add_scaled(&mut sum, term, 1.0)
+            let (mut scale, mut small) = (size(&state), 0);
+            power_series(equations, ramp, [part / parts, 1.0 / parts], &state, MOST_TERMS, |k, term| {
+                add_scaled(&mut sum, term, 1.0);
+                // Two in a row, one of which may hide what is in the other half of the state.
+                let size = size(term);
+                scale = if k == 1 && size > scale { size } else { scale };
+                small = if size <= NEGLIGIBLE * scale { small + 1 } else { 0 };
+                small < 2
             });
             state = sum;
             part += 1.0;
@@ -169,20 +172,30 @@ impl Series {
         ramp: &Ramp,
         state: &State,
     ) -> [State; TERMS + 1] {
-        let mut terms = [*state; TERMS + 1];
-        power_series(equations, ramp, [0.0, 1.0], state, |k, term| terms[k] = *term);
+        let mut terms = [[0.0; 12]; TERMS + 1];
+        terms[0] = *state;
+        power_series(equations, ramp, [0.0, 1.0], state, TERMS, |k, term| {
+            terms[k] = *term;
+            true
+        });
         terms
     }
 }
 
-/// Terms 1, 2, … of the solution from `state` over the part of a ramp that begins at `from` and is `length` long, in fractions of the ramp.
+/// The same for a norm of at most [`LONGEST`] (2²⁵/25! = 2e-18); what is below this part of a state does not reach its last bit.
+const MOST_TERMS: usize = 24;
+const LONGEST: f64 = 2.0;
+const NEGLIGIBLE: f64 = 1e-18;
+
+/// Terms 1, 2, … of the solution, as long as `take` wants them, from `state` over the part of a ramp that begins at `from` and is `length` long, in fractions of the ramp.
 #[cfg_attr(feature = "std", inline(always))]
 fn power_series<E: Equations>(
     equations: &E,
     ramp: &Ramp,
     [from, length]: [f64; 2],
     state: &State,
-    mut take: impl FnMut(usize, &State),
+    most: usize,
+    mut take: impl FnMut(usize, &State) -> bool,
 ) {
     let tau = ramp.h * length;
     let mut rise = ramp.rise();
@@ -198,10 +211,12 @@ fn power_series<E: Equations>(
     term = equations.linear(&term, &rise);
     scale(&mut term, tau / 2.0);
     take(2, &term);
-    for k in 3..=TERMS {
+    for k in 3..=most {
         term = equations.linear(&term, &NO_FORCE);
         scale(&mut term, tau / k as f64);
-        take(k, &term);
+        if !take(k, &term) {
+            return;
+        }
     }
 }
 

@@ -32,3 +32,24 @@ pub(crate) fn widest<K: Kernel>(kernel: K) -> K::Output {
     }
     kernel.run()
 }
+
+/// Runs a kernel of long loops over numbers side by side, for which twice as wide vectors pay.
+#[cfg(feature = "std")]
+#[inline]
+pub(crate) fn widest_of_all<K: Kernel>(kernel: K) -> K::Output {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::is_x86_feature_detected as has;
+
+        #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+        fn avx512<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run()
+        }
+
+        if has!("avx512f") && has!("avx512dq") && has!("avx512vl") && has!("fma") {
+            // SAFETY: the processor has just been asked for all of them; those with AVX-512 have AVX2.
+            return unsafe { avx512(kernel) };
+        }
+    }
+    widest(kernel)
+}

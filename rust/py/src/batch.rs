@@ -1,6 +1,6 @@
 //! Batches of samples of one scene.
 
-use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Solver, Target};
+use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Solver, Target, Width};
 use guideload::law::Parameter;
 use guideload::{BatchError, Free, Link, SampleError};
 use numpy::{
@@ -107,20 +107,25 @@ impl PyBatch {
     }
 
     /// Measures of samples (n, measures), and the samples without a result.
+    #[pyo3(signature = (values, threads, width="widest"))]
     fn run<'py>(
         &self,
         py: Python<'py>,
         values: PyReadonlyArray2<'_, f64>,
         threads: usize,
+        width: &str,
     ) -> PyResult<(Array2<'py>, Failures)> {
         let (count, values) = table(&values)?;
-        let width = self.measures.len();
+        let width = Width::from_name(width).ok_or_else(|| {
+            PyValueError::new_err(format!("width: expected widest, four or one, got {width:?}"))
+        })?;
+        let columns = self.measures.len();
         let (out, failures) = py.detach(|| {
-            let mut out = vec![0.0; count * width];
-            let failures = self.of(|batch| batch.run(count, values, threads, &mut out))?;
+            let mut out = vec![0.0; count * columns];
+            let failures = self.of(|batch| batch.with_width(width).run(count, values, threads, &mut out))?;
             Ok::<_, CoreError>((out, failures))
         })?;
-        Ok((out.into_pyarray(py).reshape([count, width])?, told(failures)))
+        Ok((out.into_pyarray(py).reshape([count, columns])?, told(failures)))
     }
 
     /// Loads of the groups of samples (n, time, groups, 6), and the samples without a result.
@@ -142,7 +147,7 @@ impl PyBatch {
 
 impl PyBatch {
     /// Does something with the batch.
-    fn of<T>(&self, then: impl FnOnce(&Batch) -> Result<T, BatchError>) -> Result<T, CoreError> {
+    fn of<T>(&self, then: impl FnOnce(Batch) -> Result<T, BatchError>) -> Result<T, CoreError> {
         let base = Base {
             mass: self.mass,
             center_of_mass: self.center_of_mass.into(),
@@ -156,7 +161,7 @@ impl PyBatch {
         let excitation = guideload::Excitation::new(&self.time, &self.acceleration, self.wrench.as_deref())?;
         let motion = Motion { excitation, speed: self.speed.as_deref(), exponent: self.exponent };
         let batch = Batch::new(base, motion, &self.changes, &self.measures, self.solver, self.rtol)?;
-        Ok(then(&batch)?)
+        Ok(then(batch)?)
     }
 }
 

@@ -7,7 +7,7 @@ use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::float::{fma, sqrt};
 use crate::record::Record;
-use crate::simd::{Kernel, widest};
+use crate::simd::{Kernel, widest_of_all};
 use crate::system::{Input, State};
 
 /// A history that something is made of, by the rows of loads that it needs.
@@ -232,7 +232,7 @@ impl<'a> Reduce<'a> {
     #[inline(never)]
     fn flush(&mut self) {
         if self.filled > 0 {
-            widest(Flush(self));
+            widest_of_all(Flush(self));
             self.before += self.filled;
             self.filled = 0;
         }

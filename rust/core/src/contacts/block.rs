@@ -77,15 +77,14 @@ impl Block {
         first
     }
 
-    /// Whether no link can pass an edge in a time `h` from `state` on, if no second derivative of a state is above `bending`.
+    /// Whether no link can pass an edge between two states, from the straight line through which none is farther than `margin` per unit of
+    /// reach.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn step_clear(&self, h: f64, state: &State, bending: f64) -> bool {
-        let (at, moving) = (self.deflections(state), self.rates(state));
-        let margin = 0.5 * h * h * bending;
+    pub(super) fn ends_clear(&self, state: &State, next: &State, margin: f64) -> bool {
+        let (at, end) = (self.deflections(state), self.deflections(next));
         let mut worst = [0.0; LANES];
         for i in 0..LANES {
-            let up = fma(h, larger(moving[i], 0.0), at[i] - self.high[i]);
-            let down = fma(h, larger(-moving[i], 0.0), self.low[i] - at[i]);
+            let (up, down) = (larger(at[i], end[i]) - self.high[i], self.low[i] - smaller(at[i], end[i]));
             worst[i] = fma(margin, self.reach[i], larger(up, down)) - self.slack[i];
         }
         let mut clear = true;

@@ -34,8 +34,9 @@ const SLACK: f64 = 1e-13;
 /// How far the bound on the second derivative may rise before all links are looked at anew.
 const HEADROOM: f64 = 16.0;
 
-/// Part of that bound which one kink of the excitation may be before it counts as rough.
-const ROUGH: f64 = 0.25;
+/// Steps that a look ahead is worth, and after how many others the next one is tried where one did not clear as many.
+const WORTH: f64 = 8.0;
+const WAITS: u32 = 16;
 
 /// The next contact change of a step.
 #[derive(Debug, Clone, Copy)]
@@ -71,6 +72,8 @@ pub(crate) struct Contacts<'a> {
     /// Time for which no link can pass an edge, as long as that bound stays below this limit.
     clear_for: f64,
     limit: f64,
+    /// Steps until the next look ahead.
+    waits: u32,
     /// The last combinations of segments, and what they make.
     known: [Option<(Many<u8>, Made)>; KNOWN],
     named: u32,
@@ -113,6 +116,7 @@ impl<'a> Contacts<'a> {
             values: [0.0; 9],
             clear_for: 0.0,
             limit: 0.0,
+            waits: 0,
             known: [const { None }; KNOWN],
             named: 0,
             change: None,
@@ -141,40 +145,47 @@ impl<'a> Contacts<'a> {
             return None;
         }
         self.clear_for = 0.0;
-        // Where each sample is a kink, the bound does not hold for longer than a step.
-        let rough = turn > ROUGH * self.bending;
-        if rough && self.step_clear(ramp, state) {
+        // Where the step ends, and how far it can bow in between, on what is known.
+        let clear = self.ends_clear(ramp.h, state, next);
+        if clear && self.waits > 0 {
+            self.waits -= 1;
             return None;
         }
         self.bending = growth * size(&self.second_derivative(ramp, state));
-        if rough {
-            if self.step_clear(ramp, state) {
-                return None;
-            }
-        } else {
-            self.limit = HEADROOM * self.bending;
-            // Loops and not iterators: closures would be compiled for the oldest processor.
-            let mut clear_for = f64::INFINITY;
-            for block in self.blocks.all() {
-                clear_for = smaller(block.clear_for(state, self.limit), clear_for);
-            }
-            if clear_for >= ramp.h && self.limit < f64::INFINITY {
-                self.clear_for = clear_for - ramp.h;
-                return None;
-            }
+        if clear || self.ends_clear(ramp.h, state, next) {
+            self.look_ahead(ramp.h, next);
+            return None;
         }
         self.change = if self.cubics_clear(ramp, state, next) { None } else { self.search(ramp, state) };
         self.change.map(|change| change.theta)
     }
 
-    /// Whether no link can pass an edge within a step.
+    /// Whether no link can pass an edge within a step of length `h` between two states, if none bends more than is known.
     #[cfg_attr(feature = "std", inline(always))]
-    fn step_clear(&self, ramp: &Ramp, state: &State) -> bool {
-        let mut clear = self.bending < f64::INFINITY;
+    fn ends_clear(&self, h: f64, state: &State, next: &State) -> bool {
+        let margin = 0.125 * h * h * self.bending;
+        let mut clear = margin < f64::INFINITY;
         for block in self.blocks.all() {
-            clear = clear && block.step_clear(ramp.h, state, self.bending);
+            clear = clear && block.ends_clear(state, next, margin);
         }
         clear
+    }
+
+    /// For how long no link can pass an edge from a state on.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn look_ahead(&mut self, h: f64, state: &State) {
+        self.limit = HEADROOM * self.bending;
+        // Loops and not iterators: closures would be compiled for the oldest processor.
+        let mut clear_for = f64::INFINITY;
+        for block in self.blocks.all() {
+            clear_for = smaller(block.clear_for(state, self.limit), clear_for);
+        }
+        if clear_for >= h && self.limit < f64::INFINITY {
+            self.clear_for = clear_for;
+        }
+        if clear_for < WORTH * h {
+            self.waits = WAITS;
+        }
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -203,11 +214,11 @@ impl<'a> Contacts<'a> {
         self.made.piece.linear(&rate, &rise)
     }
 
-    /// Bound on the growth of a state without force in a time h: `exp(x) <= 1 + 2 x` up to x = 1.25; beyond, the step is halved.
+    /// Bound on the growth of a state without force in a time h: `exp(x) <= 1 + x + x²` up to x = 1.25; beyond, the step is halved.
     #[cfg_attr(feature = "std", inline(always))]
     fn growth(&self, h: f64) -> f64 {
         let x = self.made.growth_rate * h;
-        if x <= 1.25 { fma(2.0, x, 1.0) } else { f64::INFINITY }
+        if x <= 1.25 { fma(x, x, x) + 1.0 } else { f64::INFINITY }
     }
 
     /// All of the force but that of the state.

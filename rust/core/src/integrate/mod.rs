@@ -103,13 +103,16 @@ pub fn run<M: Method, R: Record>(
 }
 
 /// [`run`] under the accelerations of an excitation times one factor and its external loads times another.
-pub(crate) fn run_scaled<M: Method, R: Record>(
+///
+/// The record is called through a table: a loop for each kind of record would be so many times the code, and an instant costs far more than the
+/// call.
+pub(crate) fn run_scaled<M: Method>(
     system: &System,
     method: &M,
     control: Control,
     scaled: &Scaled,
     output: Output,
-    record: &mut R,
+    record: &mut dyn Record,
 ) -> Result<Summary, RunError> {
     let excitation = scaled.excitation;
     if M::ERROR_ORDER.is_none()
@@ -138,24 +141,24 @@ pub(crate) fn run_scaled<M: Method, R: Record>(
 }
 
 /// A run that can begin.
-struct Job<'a, M, R> {
+struct Job<'a, M> {
     system: &'a System,
     method: &'a M,
     control: Control,
     excitation: &'a Excitation<'a>,
     output: Output<'a>,
-    record: &'a mut R,
+    record: &'a mut dyn Record,
     drive: Drive,
     load_scale: f64,
 }
 
 /// A run and the equations that it follows.
-struct Following<'a, M, R, C> {
-    job: Job<'a, M, R>,
+struct Following<'a, M, C> {
+    job: Job<'a, M>,
     course: C,
 }
 
-impl<M: Method, R: Record, C: Course> Kernel for Following<'_, M, R, C> {
+impl<M: Method, C: Course> Kernel for Following<'_, M, C> {
     type Output = Result<Summary, RunError>;
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -170,7 +173,8 @@ impl<M: Method, R: Record, C: Course> Kernel for Following<'_, M, R, C> {
             _ => None,
         };
         let mut memory = method.memory();
-        let mut state: State = [0.0; 12];
+        // States in two places that change, and so in memory: in registers their entries would be taken apart and put together every step.
+        let (mut state, mut next): (&mut State, &mut State) = (&mut [0.0; 12], &mut [0.0; 12]);
         let mut summary = Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale };
         let mut reach = 0.0;
         let (mut from, mut to) = (&mut [0.0; 9], &mut [0.0; 9]);
@@ -180,7 +184,7 @@ impl<M: Method, R: Record, C: Course> Kernel for Following<'_, M, R, C> {
         let merges = controller.is_some() && !C::Equations::PIECES;
 
         if let Output::Samples = output {
-            record.instant(excitation.time(0), &state, &excitation.input(0));
+            record.instant(excitation.time(0), state, &excitation.input(0));
             summary.recorded += 1;
         }
         let mut k = 0;
@@ -225,9 +229,10 @@ impl<M: Method, R: Record, C: Course> Kernel for Following<'_, M, R, C> {
                     parts = [whole.values(done / length), whole.values(end)];
                     Ramp { h, start: &parts[0], end: &parts[1], drive: &drive, whole: false }
                 };
-                let (mut next, error) = method.step(course.equations(), &mut memory, &ramp, &state);
+                let error;
+                (*next, error) = method.step(course.equations(), &mut memory, &ramp, state);
                 // Without step error nothing grows by itself, and what is out of range stays so: asked once, at the end.
-                let mut sound = M::ERROR_ORDER.is_none() || finite(&next);
+                let mut sound = M::ERROR_ORDER.is_none() || finite(next);
                 if let Some(controller) = &mut controller {
                     let error = if sound { norm.of(&error) } else { f64::INFINITY };
                     if !controller.accept(h, error, between) {
@@ -242,20 +247,20 @@ impl<M: Method, R: Record, C: Course> Kernel for Following<'_, M, R, C> {
                 } else if M::ERROR_ORDER.is_some() {
                     // Springs and dampers are passive, and the start is the lowest point of their potential: |η'| grows no faster than |f|.
                     reach += ramp.impulse();
-                    sound &= speed(&next) <= DIVERGENCE * reach;
+                    sound &= speed(next) <= DIVERGENCE * reach;
                 }
                 if !sound {
                     return Err(RunError::Diverged { time: start + done, step: h });
                 }
-                let change = course.first_change(&ramp, &state, &next);
+                let change = course.first_change(&ramp, state, next);
                 let shorter;
                 if let Some(theta) = change {
                     shorter = ramp.values(theta);
                     ramp = Ramp { h: theta * h, end: &shorter, whole: false, ..ramp };
-                    next = if theta > 0.0 {
-                        method.step(course.equations(), &mut memory, &ramp, &state).0
+                    *next = if theta > 0.0 {
+                        method.step(course.equations(), &mut memory, &ramp, state).0
                     } else {
-                        state
+                        *state
                     };
                     (h, left, last) = (ramp.h, 1.0, false);
                 }
@@ -265,7 +270,7 @@ impl<M: Method, R: Record, C: Course> Kernel for Following<'_, M, R, C> {
                 if let Output::Samples = output {
                     while k < until && (last || excitation.time(k) - start <= done + h) {
                         let theta = f64::min((excitation.time(k) - start - done) / h, 1.0);
-                        let there = method.between(course.equations(), &mut memory, &ramp, &state, theta);
+                        let there = method.between(course.equations(), &mut memory, &ramp, state, theta);
                         record.instant(excitation.time(k), &there, &excitation.input(k));
                         summary.recorded += 1;
                         k += 1;
@@ -278,14 +283,14 @@ impl<M: Method, R: Record, C: Course> Kernel for Following<'_, M, R, C> {
                             break;
                         }
                         let theta = theta.clamp(0.0, 1.0);
-                        let there = method.between(course.equations(), &mut memory, &ramp, &state, theta);
+                        let there = method.between(course.equations(), &mut memory, &ramp, state, theta);
                         record.instant(time, &there, &excitation.input_at(time));
                         summary.recorded += 1;
                     }
                 }
-                state = next;
+                core::mem::swap(&mut state, &mut next);
                 if change.is_some() {
-                    course.cross(&state);
+                    course.cross(state);
                 }
                 summary.steps += 1;
                 done = match (last, change) {
@@ -299,17 +304,17 @@ impl<M: Method, R: Record, C: Course> Kernel for Following<'_, M, R, C> {
             core::mem::swap(&mut from, &mut to);
             k = until;
             if let Output::Samples = output {
-                record.instant(excitation.time(k), &state, &excitation.input(k));
+                record.instant(excitation.time(k), state, &excitation.input(k));
                 summary.recorded += 1;
             }
         }
-        if !finite(&state) {
+        if !finite(state) {
             return Err(RunError::OutOfRange);
         }
         if let Output::Times(times) = output {
             // All that is left when the excitation has no duration.
             for &time in &times[summary.recorded..] {
-                record.instant(time, &state, &excitation.input_at(time));
+                record.instant(time, state, &excitation.input_at(time));
                 summary.recorded += 1;
             }
         }

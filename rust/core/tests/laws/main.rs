@@ -5,6 +5,8 @@ mod contacts;
 mod edges;
 
 mod assembly;
+mod batch;
+mod changes;
 mod dynamics;
 mod excitation;
 mod extremes;

@@ -34,6 +34,14 @@ pub enum Width {
     One,
 }
 
+impl Width {
+    /// The width of that name: `widest`, `four` or `one`.
+    pub fn from_name(name: &str) -> Option<Self> {
+        let all = [("widest", Self::Widest), ("four", Self::Four), ("one", Self::One)];
+        all.into_iter().find(|(known, _)| *known == name).map(|(_, width)| width)
+    }
+}
+
 /// Most lanes of any processor.
 pub(super) const MOST_LANES: usize = 8;
 

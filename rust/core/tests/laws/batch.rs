@@ -1,0 +1,499 @@
+//! A batch is many single runs: the same numbers, whoever computes them beside whom.
+
+use guideload::batch::{
+    Base, Batch, Change, Group, Measure, Motion, Quantity, Solver, Statistic, Target, time_weights,
+    travel_weights,
+};
+use guideload::law::Parameter;
+use guideload::loads::reaction;
+use guideload::{
+    Body, Control, Exact, Excitation, Free, Law, Link, Output, Part, Radau, Rk45, Rung, SampleError,
+    SceneError, State, group_load, run,
+};
+use nalgebra::Vector3;
+
+use crate::common::{ADAPTIVE, CART_CENTERS, Machine, Random, cart, close, cycle};
+
+/// `cart` with other laws, and its carriages.
+pub fn cart_on(law: Law) -> (Machine, Vec<Group>) {
+    let mut machine = cart();
+    for link in &mut machine.links {
+        *link = Link::with_law(link.point(), link.direction(), law, link.damping()).expect("a link");
+    }
+    let groups = CART_CENTERS.iter().enumerate();
+    let groups =
+        groups.map(|(i, center)| Group { links: (4 * i..4 * i + 4).collect(), center: (*center).into() });
+    (machine, groups.collect())
+}
+
+pub fn base<'a>(machine: &'a Machine, groups: &'a [Group]) -> Base<'a> {
+    Base {
+        mass: machine.body.mass(),
+        center_of_mass: machine.body.center_of_mass(),
+        inertia: machine.body.inertia(),
+        inertia_about_reference: false,
+        links: &machine.links,
+        gravity: machine.gravity,
+        free: machine.free,
+        groups,
+    }
+}
+
+pub fn change(target: Target, constant: f64, terms: &[(usize, f64)]) -> Change {
+    Change { target, constant, terms: terms.to_vec() }
+}
+
+/// Mass, centre of mass, and a factor on stiffness and one on damping of each carriage; then factors on the motion.
+pub fn yardstick(links: usize) -> Vec<Change> {
+    let mut changes = vec![change(Target::Mass, 0.0, &[(0, 1250.0)])];
+    for (axis, at) in [0.12, -0.65, 0.18].into_iter().enumerate() {
+        changes.push(change(Target::CenterOfMass(axis), at, &[(1 + axis, 1.0)]));
+    }
+    for link in 0..links {
+        changes.push(change(Target::Damping(link), 0.0, &[(8 + link / 4, 5e4)]));
+        let target = Target::Law { link, parameter: Parameter::Stiffness };
+        changes.push(change(target, 0.0, &[(4 + link / 4, 6e7)]));
+    }
+    changes.push(change(Target::Wrench, 0.0, &[(13, 1.0)]));
+    changes.push(change(Target::Acceleration, 0.0, &[(12, 1.0)]));
+    changes
+}
+
+fn draws(random: &mut Random, count: usize) -> Vec<[f64; 14]> {
+    let mut draw = || {
+        let mut values = [0.0; 14];
+        values[0] = random.between(0.9, 1.1);
+        values[1..4].fill_with(|| random.between(-0.05, 0.05));
+        values[4..12].fill_with(|| random.between(0.7, 1.4));
+        values[12..].fill_with(|| random.between(-1.5, 1.5));
+        values
+    };
+    (0..count).map(|_| draw()).collect()
+}
+
+/// Everything that can be asked.
+fn all_measures(groups: usize) -> Vec<Measure> {
+    let mut measures = Vec::new();
+    for group in 0..groups {
+        for quantity in Quantity::ALL {
+            measures.extend(Statistic::ALL.map(|statistic| Measure::Load(group, quantity, statistic)));
+        }
+        measures.extend([Measure::MeanLoad(group), Measure::ContactLost(group)]);
+    }
+    measures.extend(Statistic::ALL.map(Measure::Drive));
+    measures
+}
+
+/// A motion that owns its samples: not evenly timed, with a jump and external loads.
+pub struct Trace {
+    time: Vec<f64>,
+    acceleration: Vec<[f64; 3]>,
+    wrench: Vec<[f64; 6]>,
+    speed: Vec<f64>,
+}
+
+impl Trace {
+    pub fn new(random: &mut Random, count: usize) -> Self {
+        let mut now = 0.3;
+        let time = (0..count)
+            .map(|k| {
+                now += if k == count / 2 { 0.0 } else { random.between(5e-4, 3e-3) };
+                now
+            })
+            .collect();
+        let mut vector = |size| <[f64; 3]>::from(random.vector(size));
+        Self {
+            time,
+            acceleration: (0..count).map(|_| vector(2.0)).collect(),
+            wrench: (0..count)
+                .map(|_| {
+                    let ([a, b, c], [d, e, f]) = (vector(2000.0), vector(300.0));
+                    [a, b, c, d, e, f]
+                })
+                .collect(),
+            speed: (0..count).map(|_| vector(1.0)[0]).collect(),
+        }
+    }
+
+    fn excitation(&self) -> Excitation<'_> {
+        Excitation::new(&self.time, &self.acceleration, Some(&self.wrench)).expect("a sound trace")
+    }
+
+    pub fn motion(&self, exponent: f64) -> Motion<'_> {
+        Motion { excitation: self.excitation(), speed: Some(&self.speed), exponent }
+    }
+
+    /// The trace with its accelerations and external loads times two factors.
+    fn scaled(&self, acceleration: f64, wrench: f64) -> Self {
+        Self {
+            time: self.time.clone(),
+            acceleration: self.acceleration.iter().map(|a| a.map(|x| x * acceleration)).collect(),
+            wrench: self.wrench.iter().map(|a| a.map(|x| x * wrench)).collect(),
+            speed: self.speed.clone(),
+        }
+    }
+}
+
+/// The measures of one scene under a motion, from the whole history.
+fn by_hand(
+    machine: &Machine,
+    groups: &[Group],
+    trace: &Trace,
+    exponent: f64,
+    measures: &[Measure],
+    solver: Solver,
+) -> Vec<f64> {
+    let (system, excitation) = (machine.system(), trace.excitation());
+    let mut states: Vec<State> = Vec::new();
+    let (control, output) = (Control::Adaptive { rtol: 1e-9 }, Output::Samples);
+    match solver {
+        Solver::Rk45 => run(&system, &Rk45, control, &excitation, output, &mut states),
+        Solver::Implicit => run(&system, &Radau, control, &excitation, output, &mut states),
+        _ => run(&system, &Exact::<4>, control, &excitation, output, &mut states),
+    }
+    .expect("a run that succeeds");
+    let loads_of = |group: usize| -> Vec<[f64; 6]> {
+        let load = group_load(&system, groups[group].links.clone(), groups[group].center, Part::Total);
+        states.iter().enumerate().map(|(k, state)| load.at(state, &excitation.input(k))).collect()
+    };
+    let loads: Vec<_> = (0..groups.len()).map(loads_of).collect();
+    let drive = reaction(&system);
+    let weights = time_weights(&excitation);
+    let statistic = |history: &[f64], statistic: Statistic| {
+        let mut best = 0;
+        for k in 0..history.len() {
+            let better = match statistic {
+                Statistic::Min | Statistic::TimeOfMin => history[k] < history[best],
+                _ => history[k] > history[best],
+            };
+            best = if better { k } else { best };
+        }
+        match statistic {
+            Statistic::Min | Statistic::Max => history[best],
+            Statistic::TimeOfMin | Statistic::TimeOfMax => trace.time[best],
+            Statistic::Rms => history.iter().zip(&weights).map(|(x, w)| w * x * x).sum::<f64>().sqrt(),
+            Statistic::Start => history[0],
+        }
+    };
+    let measure = |measure: &Measure| match *measure {
+        Measure::Load(group, quantity, of) => {
+            let history: Vec<f64> = loads[group]
+                .iter()
+                .map(|load| match quantity {
+                    Quantity::Resultant => load[1].hypot(load[2]),
+                    component => load[component as usize],
+                })
+                .collect();
+            statistic(&history, of)
+        }
+        Measure::Drive(of) => {
+            let at = |(k, state)| drive.at(state, &excitation.input(k))[0];
+            statistic(&states.iter().enumerate().map(at).collect::<Vec<_>>(), of)
+        }
+        Measure::MeanLoad(group) => {
+            let weights = travel_weights(&excitation, &trace.speed).expect("a motion that moves");
+            let terms = loads[group].iter().zip(weights);
+            let sum: f64 = terms.map(|(load, w)| w * (load[1].abs() + load[2].abs()).powf(exponent)).sum();
+            sum.powf(1.0 / exponent)
+        }
+        Measure::ContactLost(group) => {
+            let position = guideload::loads::position(&system);
+            let lost = states.iter().any(|state| {
+                let at = nalgebra::Vector6::from(position.at(state, &[0.0; 9]));
+                groups[group].links.iter().any(|&link| {
+                    let (law, d) = (machine.links[link].law(), machine.links[link].row().dot(&at));
+                    match law.kind() {
+                        "linear" => false,
+                        "preloaded" => d.abs() >= law.edges()[1],
+                        _ => law.force(d) == 0.0 && law.tangent(d) == 0.0,
+                    }
+                })
+            });
+            f64::from(u8::from(lost))
+        }
+    };
+    measures.iter().map(measure).collect()
+}
+
+/// The machine that a row of values makes, made directly.
+fn machine_of(base: &Machine, values: &[f64; 14]) -> Machine {
+    let center = base.body.center_of_mass() + Vector3::new(values[1], values[2], values[3]);
+    let mut machine = base.clone();
+    machine.body = Body::new(1250.0 * values[0], center, base.body.inertia()).expect("a body");
+    for (i, link) in machine.links.iter_mut().enumerate() {
+        let law = link.law().with(Parameter::Stiffness, 6e7 * values[4 + i / 4]).expect("a law");
+        *link = Link::with_law(link.point(), link.direction(), law, 5e4 * values[8 + i / 4]).expect("a link");
+    }
+    machine
+}
+
+fn laws() -> [(Law, Solver); 5] {
+    let curve = [[-3e-5, -2000.0], [-4e-6, 0.0], [3e-6, 0.0], [2e-5, 900.0], [4e-5, 3000.0]];
+    [
+        (Law::linear(6e7).expect("a law"), Solver::Auto),
+        (Law::sided(6e7, 6e7, 5e-6).expect("a law"), Solver::Exact),
+        (Law::sided(6e7, 3e7, 0.0).expect("a law"), Solver::Auto),
+        (Law::curve(&curve).expect("a law"), Solver::Exact),
+        (Law::preloaded(6e7, 300.0, 1.5).expect("a law"), Solver::Implicit),
+    ]
+}
+
+#[test]
+fn a_row_is_what_a_single_run_gives() {
+    let mut random = Random::new(41);
+    let trace = Trace::new(&mut random, 120);
+    for (law, solver) in laws() {
+        let (machine, groups) = cart_on(law);
+        let measures = all_measures(groups.len());
+        let values = draws(&mut random, 2);
+        let mut changes = yardstick(machine.links.len());
+        if law.kind() == "curve" {
+            changes.retain(|change| !matches!(change.target, Target::Law { .. }));
+        }
+        for exponent in [3.0, 10.0 / 3.0] {
+            let batch = Batch::new(
+                base(&machine, &groups),
+                trace.motion(exponent),
+                &changes,
+                &measures,
+                solver,
+                1e-9,
+            )
+            .expect("a batch");
+            let mut table = vec![0.0; values.len() * measures.len()];
+            let failures =
+                batch.run(values.len(), values.as_flattened(), 1, &mut table).expect("tables that fit");
+            assert_eq!(failures, []);
+            for (values, row) in values.iter().zip(table.chunks_exact(measures.len())) {
+                let mut values = *values;
+                if law.kind() == "curve" {
+                    values[4..8].fill(1.0);
+                }
+                let sample = if law.kind() == "curve" {
+                    damped(&machine, &values)
+                } else {
+                    machine_of(&machine, &values)
+                };
+                let scaled = trace.scaled(values[12], values[13]);
+                let want = by_hand(&sample, &groups, &scaled, exponent, &measures, solver);
+                // Steps are chosen by errors, which roundings move.
+                let tolerance = if solver == Solver::Implicit { 1e-8 } else { 1e-12 };
+                for ((measure, got), want) in measures.iter().zip(row).zip(&want) {
+                    let scale = match measure {
+                        Measure::Load(_, Quantity::Mx | Quantity::My | Quantity::Mz, _) => 1000.0,
+                        Measure::Load(..) | Measure::Drive(_) => 10_000.0,
+                        _ => want.abs(),
+                    };
+                    let time = matches!(
+                        measure,
+                        Measure::Load(_, _, Statistic::TimeOfMin | Statistic::TimeOfMax)
+                            | Measure::Drive(Statistic::TimeOfMin | Statistic::TimeOfMax)
+                    );
+                    // A sum that is zero but for roundings has its extremes anywhere.
+                    if !(time && matches!(measure, Measure::Load(_, Quantity::Fx, _))) {
+                        close(*got, *want, tolerance, scale);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// As [`machine_of`] with the laws left alone.
+fn damped(base: &Machine, values: &[f64; 14]) -> Machine {
+    let mut machine = machine_of(&cart(), values);
+    for (i, (link, known)) in machine.links.iter_mut().zip(&base.links).enumerate() {
+        *link = Link::with_law(known.point(), known.direction(), *known.law(), 5e4 * values[8 + i / 4])
+            .expect("a link");
+    }
+    machine
+}
+
+#[test]
+fn rows_do_not_know_of_threads_or_neighbours() {
+    let mut random = Random::new(5);
+    let trace = Trace::new(&mut random, 12);
+    for (law, solver) in [laws()[0], laws()[1], laws()[4]] {
+        let (machine, groups) = cart_on(law);
+        let measures = all_measures(groups.len());
+        let batch =
+            Batch::new(base(&machine, &groups), trace.motion(3.0), &yardstick(16), &measures, solver, 1e-6)
+                .expect("a batch");
+        let values = draws(&mut random, 100);
+        let bits = |values: &[[f64; 14]], threads: usize| -> Vec<u64> {
+            let mut table = vec![0.0; values.len() * measures.len()];
+            batch.run(values.len(), values.as_flattened(), threads, &mut table).expect("tables that fit");
+            table.into_iter().map(f64::to_bits).collect()
+        };
+        let all = bits(&values, 1);
+        assert_eq!(all, bits(&values, 3));
+        for part in [3..4, 70..100] {
+            let alone = bits(&values[part.clone()], 2);
+            assert_eq!(alone, all[part.start * measures.len()..part.end * measures.len()]);
+        }
+        let turned: Vec<_> = values.iter().rev().copied().collect();
+        let turned = bits(&turned, 2);
+        let rows = turned.chunks_exact(measures.len()).rev();
+        assert!(rows.zip(all.chunks_exact(measures.len())).all(|(a, b)| a == b));
+    }
+}
+
+#[test]
+fn samples_without_a_result_have_a_reason_and_leave_others_alone() {
+    let (machine, groups) = cart_on(Law::sided(6e7, 6e7, 5e-6).expect("a law"));
+    let trace = Trace::new(&mut Random::new(3), 50);
+    let mut changes = vec![
+        change(Target::Mass, 0.0, &[(0, 1.0)]),
+        change(Target::Acceleration, 0.0, &[(2, 1.0)]),
+        change(Target::Law { link: 3, parameter: Parameter::Clearance }, 0.0, &[(1, 1.0)]),
+    ];
+    // One side only: with gravity from below nothing bears the weight.
+    for link in (0..16).step_by(2) {
+        let target = Target::Law { link, parameter: Parameter::PositiveStiffness };
+        changes.push(change(target, 0.0, &[(3, 6e7)]));
+    }
+    changes.push(change(Target::Gravity(1), 0.0, &[(4, -9.80665)]));
+    let measures = [Measure::Load(1, Quantity::Fy, Statistic::Max), Measure::ContactLost(3)];
+    let batch =
+        Batch::new(base(&machine, &groups), trace.motion(3.0), &changes, &measures, Solver::Auto, 1e-6)
+            .expect("a batch");
+    let good = [1250.0, 4e-6, 1.0, 1.0, 1.0];
+    let rows = [
+        good,
+        [-2.0, 4e-6, 1.0, 1.0, 1.0],
+        [1250.0, -1e-6, 1.0, 1.0, 1.0],
+        [1250.0, 4e-6, f64::NAN, 1.0, 1.0],
+        [1250.0, 4e-6, 1.0, 0.0, -1.0],
+        good,
+        [1250.0, 4e-6, 1e306, 1.0, 1.0],
+    ];
+    let mut table = [0.0; 14];
+    let failures = batch.run(7, rows.as_flattened(), 2, &mut table).expect("tables that fit");
+    let reasons: Vec<(usize, String)> = failures.iter().map(|(i, error)| (*i, error.to_string())).collect();
+    let expected = [
+        (1, "body.mass: expected > 0 kg, got -2"),
+        (2, "links[3].clearance: expected >= 0 m"),
+        (3, "factor on the acceleration: expected a finite number, got NaN"),
+        (4, "no static equilibrium"),
+        (6, "the loads are beyond the range of numbers"),
+    ];
+    assert_eq!(reasons.len(), expected.len(), "{reasons:?}");
+    for ((index, reason), (at, start)) in reasons.iter().zip(expected) {
+        assert_eq!(*index, at);
+        assert!(reason.starts_with(start), "{reason}");
+        assert!(table[2 * at..2 * at + 2].iter().all(|x| x.is_nan()));
+    }
+    assert_eq!(failures[0].1, SampleError::Scene(SceneError::Mass { got: -2.0 }));
+    let mut alone = [0.0; 2];
+    assert_eq!(batch.run(1, &good, 1, &mut alone), Ok(vec![]));
+    for at in [0, 5] {
+        assert_eq!(table[2 * at..2 * at + 2], alone);
+    }
+}
+
+#[test]
+fn an_unsupported_sample_names_the_motion() {
+    let (machine, groups) = cart_on(Law::linear(6e7).expect("a law"));
+    let trace = Trace::new(&mut Random::new(3), 5);
+    let changes: Vec<Change> = (0..16)
+        .map(|link| change(Target::Law { link, parameter: Parameter::Stiffness }, 0.0, &[(link % 2, 6e7)]))
+        .collect();
+    let measures = [Measure::Load(0, Quantity::Fy, Statistic::Rms)];
+    let batch =
+        Batch::new(base(&machine, &groups), trace.motion(3.0), &changes, &measures, Solver::Auto, 1e-6)
+            .expect("a batch");
+    let mut table = [0.0; 2];
+    let failures = batch.run(2, &[1.0, 0.0, 1.0, 1.0], 1, &mut table).expect("tables that fit");
+    assert!(
+        matches!(failures[..], [(0, SampleError::Scene(SceneError::Unsupported { .. }))]),
+        "{failures:?}"
+    );
+    assert!(table[0].is_nan() && table[1] > 0.0);
+}
+
+#[test]
+fn histories_are_those_of_a_single_run() {
+    let mut random = Random::new(23);
+    let trace = Trace::new(&mut random, 40);
+    let (machine, groups) = cart_on(Law::sided(6e7, 6e7, 5e-6).expect("a law"));
+    let batch =
+        Batch::new(base(&machine, &groups), trace.motion(3.0), &yardstick(16), &[], Solver::Auto, 1e-6)
+            .expect("a batch");
+    let mut values = draws(&mut random, 3);
+    values[1][0] = 0.0;
+    let width = 40 * groups.len() * 6;
+    let mut out = vec![0.0; 3 * width];
+    let failures = batch.histories(3, values.as_flattened(), &mut out).expect("tables that fit");
+    assert!(matches!(failures[..], [(1, SampleError::Scene(SceneError::Mass { got: 0.0 }))]));
+    assert!(out[width..2 * width].iter().all(|x| x.is_nan()));
+    let machine = machine_of(&machine, &values[2]);
+    let scaled = trace.scaled(values[2][12], values[2][13]);
+    let (states, _) = machine.states(&Exact::<1>, ADAPTIVE, &scaled.excitation());
+    let system = machine.system();
+    for (g, group) in groups.iter().enumerate() {
+        let load = group_load(&system, group.links.clone(), group.center, Part::Total);
+        for (k, state) in states.iter().enumerate() {
+            let want = load.at(state, &[0.0; 9]);
+            for (axis, want) in want.into_iter().enumerate() {
+                close(out[2 * width + (k * groups.len() + g) * 6 + axis], want, 1e-12, 1e4);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_drive_of_a_free_travel_and_the_mean_of_a_standstill_are_no_numbers() {
+    let (mut machine, groups) = cart_on(Law::linear(6e7).expect("a law"));
+    machine.links.push(Link::new(Vector3::zeros(), Vector3::x(), 1e7, 1e4).expect("a link"));
+    machine.free = Free::ALL;
+    let acceleration = [[0.0; 3]; 3];
+    let excitation = Excitation::uniform(0.0, 0.1, &acceleration).expect("a motion");
+    let measures = [
+        Measure::Drive(Statistic::Max),
+        Measure::MeanLoad(0),
+        Measure::Load(0, Quantity::Fy, Statistic::Rms),
+        Measure::Load(0, Quantity::Fy, Statistic::Start),
+        Measure::Load(0, Quantity::Fy, Statistic::TimeOfMax),
+    ];
+    for speed in [None, Some(&[0.0; 3][..])] {
+        let motion = Motion { excitation, speed, exponent: 3.0 };
+        let batch =
+            Batch::new(base(&machine, &groups), motion, &[], &measures, Solver::Auto, 1e-6).expect("a batch");
+        let mut row = [0.0; 5];
+        assert_eq!(batch.run(1, &[], 1, &mut row), Ok(vec![]));
+        assert!(row[0].is_nan() && row[1].is_nan());
+        // At rest the load is the static one throughout, and the first of equal extremes counts.
+        close(row[2], row[3].abs(), 1e-14, row[3].abs());
+        assert_eq!(row[4], 0.0);
+    }
+}
+
+const PEAK: Measure = Measure::Load(0, Quantity::Fy, Statistic::Max);
+
+#[test]
+fn auto_takes_what_the_laws_of_the_sample_allow() {
+    // A clearance that may be zero: some samples are linear, some are not, and all are exact.
+    let (machine, groups) = cart_on(Law::linear(6e7).expect("a law"));
+    let motion_samples = cycle();
+    let excitation = Excitation::uniform(0.0, 1e-3, &motion_samples[..900]).expect("a motion");
+    let motion = Motion { excitation, speed: None, exponent: 3.0 };
+    let changes: Vec<Change> = (0..16)
+        .map(|link| change(Target::Law { link, parameter: Parameter::Clearance }, 0.0, &[(0, 1.0)]))
+        .collect();
+    let measures = [Measure::ContactLost(0), PEAK];
+    let batch = Batch::new(base(&machine, &groups), motion, &changes, &measures, Solver::Auto, 1e-6)
+        .expect("a batch");
+    let mut table = [0.0; 4];
+    assert_eq!(batch.run(2, &[0.0, 5e-6], 1, &mut table), Ok(vec![]));
+    assert_eq!([table[0], table[2]], [0.0, 1.0]);
+    for (row, clearance) in [0.0, 5e-6].into_iter().enumerate() {
+        let (machine, _) = cart_on(Law::sided(6e7, 6e7, clearance).expect("a law"));
+        let system = machine.system();
+        let rung = if clearance == 0.0 { Rung::Linear } else { Rung::PiecewiseLinear };
+        assert_eq!(system.rung(), rung);
+        let (states, _) = machine.states(&Exact::<1>, ADAPTIVE, &excitation);
+        let load = group_load(&system, 0..4, groups[0].center, Part::Total);
+        let peak = states.iter().map(|state| load.at(state, &[0.0; 9])[1]).fold(f64::MIN, f64::max);
+        close(table[2 * row + 1], peak, 1e-12, 1e4);
+    }
+}
