@@ -6,6 +6,9 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from click.testing import CliRunner, Result
 from study_standin import HashedBatch
@@ -15,6 +18,7 @@ from guideload.outputs import MANIFEST, STUDY_PICTURES
 from guideload.study import execute
 from guideload.study.parts import FolderParts, parts_in
 from guideload.study.result import StudyResult
+from guideload.study.spec import Study
 
 STUDY = """\
 machine = "machine.toml"
@@ -124,6 +128,23 @@ def test_options_are_those_of_the_file_unless_given(file: Path, tmp_path: Path) 
     assert guideload(*run, tmp_path / "b", "--threads", 3).exit_code == 0
     assert contents(tmp_path / "a") == contents(tmp_path / "b")
     assert not any(name.endswith(".png") for name in names(tmp_path / "a"))
+    file.write_text(STUDY.replace("samples = 200\nseed = 1\n", ""))
+    assert "samples: " in refused(*run, tmp_path / "c")
+    assert guideload(*run, tmp_path / "c", "--samples", 50, "--seed", 7).exit_code == 0
+    assert contents(tmp_path / "a") == contents(tmp_path / "c")
+
+
+def test_a_study_is_read_once(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made, built = [], Study.__init__
+
+    def counted(self: Study, /, **values: Any) -> None:
+        made.append(self)
+        built(self, **values)
+
+    monkeypatch.setattr(Study, "__init__", counted)
+    run = ("study", file, "-o", tmp_path / "out", "--no-pictures", "--samples", 50, "--seed", 7)
+    assert guideload(*run).exit_code == 0
+    assert len(made) == 1
 
 
 def test_ctrl_c_reports_what_is_done_and_tells_how_to_go_on(
@@ -156,7 +177,7 @@ def test_ctrl_c_before_the_first_sample(file: Path, tmp_path: Path, monkeypatch:
     assert guideload("study", file, "-o", tmp_path / "out", "--resume", "--no-pictures").exit_code == 0
     with monkeypatch.context() as patched:
         patched.setattr(
-            "guideload.study.spec.Study.from_toml", lambda _: (_ for _ in ()).throw(KeyboardInterrupt)
+            "guideload.study.spec.Study.from_toml", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt)
         )
         ended = guideload("study", file, "-o", tmp_path / "other")
     assert (ended.exit_code, ended.stderr) == (130, "Interrupted.\n")
@@ -200,6 +221,71 @@ def test_another_study_is_not_mixed_in(file: Path, tmp_path: Path) -> None:
     assert guideload(*run, "--resume", "--samples", 256).exit_code == 0
     assert guideload(*run, "--overwrite", "--seed", 2).exit_code == 0
     assert StudyResult.load(tmp_path / "out").studied.seed == 2
+
+
+def test_changed_limits_and_life_take_effect_when_a_study_goes_on(file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run = ("study", file, "--no-pictures", "-o", out)
+    assert guideload(*run).exit_code == 0
+    before, studied = contents(out), StudyResult.load(out).studied
+    assert (studied.limits, studied.rating) == ({"peak_resultant": 0.5}, None)
+    life = '[life]\nrating = "20 kN"\nbase = "50 km"\n'
+    file.write_text(STUDY.replace('"0.5 N"', '"0.25 N"').replace("[[vary]]", life + "[[vary]]", 1))
+    assert guideload(*run, "--resume").exit_code == 0
+    studied = StudyResult.load(out).studied
+    assert (studied.limits, studied.rating, studied.life_base) == ({"peak_resultant": 0.25}, 20e3, 50e3)
+    file.write_text(STUDY.replace('[limits]\npeak_resultant = "0.5 N"\n', ""))  # and when they are gone
+    assert guideload(*run, "--resume").exit_code == 0
+    studied = StudyResult.load(out).studied
+    assert (studied.limits, studied.rating, studied.life_base) == ({}, None, None)
+    assert contents(out) == before
+
+
+def everything(folder: Path) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("link", ["itself", "hard link", "symbolic link"])
+@pytest.mark.parametrize("read", ["cases", "measured values", "trace", "machine", "study"])
+def test_what_a_study_reads_is_neither_removed_nor_replaced(
+    file: Path, tmp_path: Path, read: str, link: str
+) -> None:
+    out = tmp_path / "out"
+    run = ("study", file, "--no-pictures", "-o", out)
+    assert guideload(*run).exit_code == 0
+    (part,) = parts_in(out)
+    # Parts are removed by their name alone, so one may be of a study that was put together by hand.
+    taken = part if read in ("cases", "measured values", "trace") else out / "report.txt"
+    if read == "cases":
+        pq.write_table(pa.table({"body.mass": [1000.0, 1100.0]}), part)
+        text = STUDY.split("[limits]")[0].replace("samples = 200\n", 'cases = "NAME"\n')
+    elif read == "measured values":
+        text = STUDY.replace('distribution = "uniform"\nplus_minus = "10 %"', 'distribution = "sample"\nFILE')
+        text = text.replace("FILE", 'file = "NAME"\ncolumn = "body.mass"')
+    elif read == "trace":
+        time = np.arange(40) * 1e-2
+        pq.write_table(pa.table({"time_s": time, "velocity_m_s": np.minimum(time, 0.2)}), part)
+        text = STUDY.replace("trace.csv", "NAME")
+    elif read == "machine":
+        shutil.copy(file.parent / "machine.toml", taken)
+        text = STUDY.replace("machine.toml", "NAME")
+    else:
+        text = STUDY
+    name = taken
+    if link != "itself":
+        name = file.parent / f"read{taken.suffix}"
+        name.hardlink_to(taken) if link == "hard link" else name.symlink_to(taken)
+    if read == "study":  # a study file below the folder finds its machine and trace beside it no more
+        text = text.replace('"machine.toml"', f'"{file.parent / "machine.toml"}"')
+        text = text.replace('"trace.csv"', f'"{file.parent / "trace.csv"}"')
+        taken.write_text(text)
+        run = ("study", name, "--no-pictures", "-o", out)
+    file.write_text(text.replace("NAME", str(name)))
+    before = everything(tmp_path)
+    assert f"{name} is read by this run and would be replaced" in refused(*run, "--overwrite")
+    assert everything(tmp_path) == before
+    elsewhere = (*run[:-1], tmp_path / "other")
+    assert guideload(*elsewhere, "--overwrite").exit_code == 0
 
 
 def test_files_that_are_not_ours_stay(file: Path, tmp_path: Path) -> None:

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from guideload.counters import unwrap
 from guideload.encoder import read_trace
 from guideload.errors import TraceError
+from guideload.trace.counters import unwrap
 
 TIME = np.arange(4000) * 0.001
 

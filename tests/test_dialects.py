@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from guideload.dialects import dialect_of
 from guideload.encoder import Trace, read_trace
 from guideload.errors import TraceError
-from guideload.headers import Header
+from guideload.trace.dialects import dialect_of
+from guideload.trace.headers import Header
 
 COUNT = 120
 TIME = np.round(np.arange(COUNT) * 0.004, 3)

@@ -1,5 +1,6 @@
 """Reading of traces: what is understood, what is refused with its rows, and the motion that comes out."""
 
+import ast
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from guideload import trace
 from guideload.encoder import motion_from_trace, read_trace
 from guideload.errors import TraceError
 from guideload.machine import Drive
@@ -371,3 +373,21 @@ def test_reading_is_imported_without_the_heavy_libraries():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_imports_run_along_the_files_of_the_reading():
+    """The line of arrows is all files in the order of the data, and none imports one that stands after it."""
+    folder = Path(trace.__file__).parent
+    (line,) = [line for line in trace.__doc__.splitlines() if "→" in line]
+    order = line.split("→")
+    assert sorted(order) == sorted(path.stem for path in folder.glob("*.py") if path.stem != "__init__")
+    for place, name in enumerate(order):
+        imported = set()
+        for node in ast.walk(ast.parse((folder / f"{name}.py").read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module == "guideload.trace":
+                imported |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module.startswith("guideload.trace."):
+                imported.add(node.module.rpartition(".")[2])
+            elif isinstance(node, ast.ImportFrom):
+                assert node.module != "guideload.encoder", name
+        assert imported <= set(order[:place]), name

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 from guideload.cli import EXAMPLES, main
 from guideload.encoder import read_trace
 from guideload.errors import TraceError
-from guideload.repair import (
+from guideload.trace.repair import (
     REPAIRS,
     doubled_samples,
     outliers,

@@ -1,5 +1,6 @@
 """Parts of a study: whole or not there, of one study, and what is spoilt is found."""
 
+import json
 import os
 import subprocess
 import sys
@@ -177,6 +178,16 @@ def test_a_study_goes_on_with_more_samples_and_not_with_fewer(folder: Path) -> N
     assert FolderParts.open(folder).runs == 500
     with pytest.raises(ArgumentError, match="study of 500 runs"), written(plan(300), folder, resume=True):
         raise AssertionError
+
+
+def test_the_manifest_is_written_anew_whenever_a_study_goes_on(folder: Path) -> None:
+    file = folder / manifest.MANIFEST
+    before = file.read_text()
+    told = json.loads(before)
+    told["studied"]["limits"] = {"peak_resultant": 1.0}  # of before: no part of the fingerprint
+    file.write_text(json.dumps(told))
+    with written(plan(300), folder, resume=True):
+        assert file.read_text() == before  # before any sample
 
 
 def test_a_manifest_that_is_not_ours_is_left_alone(tmp_path: Path) -> None:

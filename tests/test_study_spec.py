@@ -1,19 +1,24 @@
 """Studies: from file and from code the same plan; draws as described; refusals with file, row, key and the way out."""
 
+import inspect
 import pickle
+import re
 import shutil
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 import pytest
 from scipy.special import ndtri
 
 import guideload.machine
+from guideload.cli_shared import trace_options
+from guideload.encoder import motion_from_trace, read_trace
 from guideload.errors import ArgumentError, ConfigError, SceneError, TraceError
 from guideload.machine import Machine
 from guideload.motion import Motion
-from guideload.study.spec import Study
+from guideload.study.spec import Reading, Study
 
 EXAMPLES = Path(guideload.machine.__file__).parent / "examples"
 MACHINE = Machine.from_toml(EXAMPLES / "manipulator.toml")
@@ -56,8 +61,6 @@ def test_the_packaged_example_is_a_study_of_the_packaged_machine() -> None:
 
 
 def test_a_study_in_code_is_the_same_as_from_a_file(folder: Path) -> None:
-    from guideload.encoder import motion_from_trace, read_trace
-
     (folder / "study.toml").write_text(
         """
 machine = "manipulator.toml"
@@ -116,6 +119,89 @@ value = 0.2
     assert np.array_equal(written.values(0, 100), coded.values(0, 100))
     assert (written.histories, written.life, written.limits) == ((0, 1), coded.life, coded.limits)
     assert set(written.values(0, 100)[:, 1]) == {118e6, 123e6, 131e6}
+
+
+def test_the_file_takes_all_options_of_the_command_line_for_a_trace() -> None:
+    @trace_options
+    def command(**options: Any) -> None: ...
+
+    options = {option.name for option in click.Command("run", params=command.__click_params__).params}
+    functions = (read_trace, motion_from_trace)
+    keywords = {
+        name: parameter.kind
+        for function in functions
+        for name, parameter in inspect.signature(function).parameters.items()
+    }
+    told = re.search(r"# \[reading\]\n((?:#.*\n)+)", (EXAMPLES / "study.toml").read_text())
+    assert told is not None
+    commented = set(re.findall(r"\w+", told[1])) - {"motor_speed_rpm"}
+    assert set(Reading.model_fields) == options
+    assert options == {name for name, kind in keywords.items() if kind is inspect.Parameter.KEYWORD_ONLY}
+    assert options == commented
+
+
+def test_a_study_reads_a_trace_as_the_command_does(folder: Path) -> None:
+    time = np.arange(400) * 1e-3
+    counts = np.round(3e5 * (1 - np.cos(7 * time))).astype(int) % 2**16
+    rows = [f"{t:.4f},{count}" for t, count in zip(time, counts, strict=True)]
+    rows[100:100] = rows[99:100]
+    (folder / "manipulator.csv").write_text("time_s,x [counts]\n" + "\n".join(rows) + "\n")
+    told = dict(unit="1e-6 m", quantum="2 um", clock="ticks", counter_bits=16, repair="doubled")
+    reading = "\n".join(f"{key} = {value!r}" for key, value in told.items())
+    text = (folder / "study.toml").read_text().replace("# [reading]\n", f"[reading]\n{reading}\n")
+    (folder / "study.toml").write_text(text)
+    motion = Study.from_toml(folder / "study.toml").motion
+    expected = motion_from_trace(read_trace(folder / "manipulator.csv", **told), MACHINE.drive)
+    assert np.array_equal(motion.acceleration, expected.acceleration)
+    assert motion.notes == expected.notes
+    (folder / "study.toml").write_text(text.replace("counter_bits = 16", "counter_bits = 63"))
+    with pytest.raises(
+        ConfigError, match=r"row \d+: reading.counter_bits: expected a whole number from 0 to 62"
+    ):
+        Study.from_toml(folder / "study.toml")
+
+
+def test_samples_and_seed_may_be_given_in_place_of_the_files(folder: Path) -> None:
+    file = folder / "study.toml"
+    text = file.read_text()
+    of = Study.from_toml(file, samples=40, seed=3)
+    assert (of.samples, of.seed) == (40, 3)
+    assert (Study.from_toml(file, seed=3).samples, Study.from_toml(file, samples=40).seed) == (10_000, 1)
+    for number in ("= 0", '= "many"', None):  # what is replaced takes no part
+        rows = [row for row in text.splitlines() if not row.startswith(("samples =", "seed ="))]
+        rows[4:4] = [] if number is None else [f"samples {number}", f"seed {number}"]
+        file.write_text("\n".join(rows))
+        again = Study.from_toml(file, samples=40, seed=3)
+        assert again.plan().fingerprint() == of.plan().fingerprint()
+        assert np.array_equal(again.plan().values(0, 40), of.plan().values(0, 40))
+    file.write_text(text)
+    with pytest.raises(ConfigError) as caught:
+        Study.from_toml(file, samples=2**40)
+    assert (caught.value.key, caught.value.row) == ("samples", None)  # it stands in no row
+    assert f"got {2**40}" in str(caught.value)
+    (folder / "cases.csv").write_text("body.mass [t]\n1.1\n1.3\n")
+    file.write_text('machine = "manipulator.toml"\ntrace = "manipulator.csv"\ncases = "cases.csv"\n')
+    with pytest.raises(ConfigError, match="no samples beside cases, got 5"):
+        Study.from_toml(file, samples=5)
+
+
+def test_a_study_lists_the_files_that_it_reads(folder: Path) -> None:
+    file = folder / "study.toml"
+    three = {folder / name for name in ("study.toml", "manipulator.toml", "manipulator.csv")}
+    assert set(Study.from_toml(file).inputs) == three
+    (folder / "m.csv").write_text("m [t]\n1.1\n1.3\n")
+    head = 'machine = "manipulator.toml"\ntrace = "manipulator.csv"\n'
+    file.write_text(
+        head + 'samples = 4\n[[vary]]\npath = "body.mass"\ndistribution = "sample"\nfile = "m.csv"\n'
+    )
+    of = Study.from_toml(file)
+    assert set(of.inputs) == set(of.model_copy(update={"samples": 8}).inputs) == {*three, folder / "m.csv"}
+    (folder / "cases.csv").write_text("body.mass [t]\n1.1\n1.3\n")
+    file.write_text(head + 'cases = "cases.csv"\n')
+    assert set(Study.from_toml(file).inputs) == {*three, folder / "cases.csv"}
+    in_code = Study(machine=MACHINE, motion=MOTION, cases=str(folder / "cases.csv"))
+    assert in_code.inputs == (folder / "cases.csv",)
+    assert study(MASS).inputs == ()
 
 
 # a row of the example that begins so, its new text, key, further words of the message
@@ -319,6 +405,22 @@ def test_cases_are_run_in_order(tmp_path: Path) -> None:
         assert np.array_equal(plan.values(1, 2), plan.values(0, 3)[1:2])
     assert len({plan.fingerprint() for plan in plans}) == 1
     assert pickle.loads(pickle.dumps(plans[0])).fingerprint() == plans[0].fingerprint()
+
+
+def test_units_of_cases_may_stand_in_a_row_of_their_own(tmp_path: Path) -> None:
+    file = tmp_path / "cases.csv"
+    file.write_text("body.mass;carriages[1a].x\nkg;mm\n1100,0;-500\n1200,0;-400\n")
+    plan = Study(machine=MACHINE, motion=MOTION, cases=file).plan()
+    assert np.allclose(plan.values(0, 2), [[1100.0, -0.5], [1200.0, -0.4]], rtol=1e-15, atol=0.0)
+
+
+def test_a_cell_of_cases_without_a_number_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "cases.csv"
+    file.write_text("body.mass [t],carriages[1a].x\n1.1,-0.5\n1.2,\n1.3,-0.4\n")
+    with pytest.raises(
+        TraceError, match=r"cases.csv: column carriages\[1a\].x: .* in row 3: .*remove the rows"
+    ):
+        Study(machine=MACHINE, motion=MOTION, cases=file)
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from guideload.clocks import clock_of, held, on_grid
 from guideload.encoder import read_trace
 from guideload.errors import TraceError
-from guideload.samples import decimal_quantum
+from guideload.trace.clocks import clock_of, held, on_grid
+from guideload.trace.samples import decimal_quantum
 
 COUNT = 400
 TIME = np.round(np.arange(COUNT) * 0.004, 3)

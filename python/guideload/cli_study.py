@@ -12,7 +12,15 @@ from typing import TYPE_CHECKING
 import click
 
 from guideload.cli_shared import Folder, InputFile, output_encoding, tell, working
-from guideload.outputs import STUDY, Refused, require_free, unwritable, write_manifest, written_whole
+from guideload.outputs import (
+    STUDY,
+    Refused,
+    require_free,
+    require_unread,
+    unwritable,
+    write_manifest,
+    written_whole,
+)
 
 if TYPE_CHECKING:
     from guideload.study.execute import Progress
@@ -55,7 +63,7 @@ def study(
     try:
         with working("reading"):
             described = _read(study_file, output if resume else None, samples, seed)
-        _require_folder(output, resume, overwrite, study_file)
+        _require_folder(output, resume, overwrite, described.inputs)
         try:
             with _bar() as progress:
                 result = run_study(described, output, threads=threads, resume=resume, progress=progress)
@@ -102,28 +110,26 @@ def _read(study_file: Path, resumed: Path | None, samples: int | None, seed: int
     from guideload.study import manifest
     from guideload.study.spec import Study
 
-    described = Study.from_toml(study_file)
     if seed is None and resumed is not None and "seed" not in read(study_file)[0]:
         there = manifest.read(resumed)
         seed = None if there is None else there["studied"]["seed"]
-    given = {"samples": samples, "seed": seed}
-    changed = {name: value for name, value in given.items() if value is not None}
-    return Study(**{**dict(described), **changed}) if changed else described
+    return Study.from_toml(study_file, samples=samples, seed=seed)
 
 
-def _require_folder(output: Path, resume: bool, overwrite: bool, study_file: Path) -> None:
+def _require_folder(output: Path, resume: bool, overwrite: bool, inputs: tuple[Path, ...]) -> None:
     """Before anything runs: the folder is new or empty, or holds a study that may go on, or be replaced.
 
-    One that is to be replaced is removed here.
+    One that is to be replaced is removed here, unless that would take a file of `inputs`.
     """
     from guideload.study import manifest
-    from guideload.study.folder import begun_only, remove
+    from guideload.study.folder import begun_only, files_of, remove
 
     if manifest.read(output) is None:
         if not (resume and begun_only(output)):
-            require_free(output, {"": {*STUDY}}, overwrite, inputs=(study_file,))
+            require_free(output, {"": {*STUDY}}, overwrite, inputs)
     elif resume or overwrite:
-        require_free(output, {"": {*STUDY}}, overwrite=True, inputs=(study_file,))
+        require_free(output, {"": {*STUDY}}, True, inputs)
+        require_unread(files_of(output), inputs)
     else:
         raise Refused(
             f"{output} holds a study: --resume goes on with it, --overwrite replaces it; or give another folder"

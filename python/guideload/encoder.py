@@ -14,21 +14,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload import trace_checks as checks
-from guideload import trace_columns as columns
-from guideload.clocks import CLOCKS, clock_of, held, on_grid, still_across
 from guideload.errors import TraceError
-from guideload.headers import KINDS
 from guideload.motion import Motion
-from guideload.repair import repaired, wanted
-from guideload.samples import quantum_given, read_samples
 from guideload.smoothing import Kind, Method, smooth
-from guideload.trace_files import load_table
-from guideload.trace_table import listed
+from guideload.trace import checks, columns
+from guideload.trace.clocks import CLOCKS, clock_of, held, on_grid, still_across
+from guideload.trace.files import load_table
+from guideload.trace.headers import KINDS
+from guideload.trace.repair import repaired, wanted
+from guideload.trace.samples import quantum_given, read_samples
+from guideload.trace.table import listed
 
 if TYPE_CHECKING:
     from guideload.parts import Drive
-    from guideload.trace_files import TableLike
+    from guideload.trace.files import TableLike
 
 Array = NDArray[np.float64]
 
@@ -42,7 +41,7 @@ class Trace:
     kind   "position" or "velocity" of the cart, or "motor_speed"
     quantum  step of the value in its unit, 0 if none was found
     source, column  where it comes from; notes: what was detected, chosen and repaired
-    clock  kind of the time stamps: "uniform", "ticks", "jitter" or "on_change" (see `clocks`)
+    clock  kind of the time stamps: "uniform", "ticks", "jitter" or "on_change" (see `trace.clocks`)
     """
 
     time: Array
@@ -95,7 +94,7 @@ def read_trace(
     counter_bits: width of a counter of counts that runs over, 0 for one that does not; without it 16, 24 or
         32 bits are recognised by jumps of nearly the whole range.
     max_speed: greatest speed that the axis can have, in the kind's SI unit or as a string; replaces the
-        automatic test for jumps (`trace_checks.speed_jumps`).
+        automatic test for jumps (`trace.checks.speed_jumps`).
     allow_gaps: accept steps in time much longer than the usual one, where samples were dropped.
     cross_check: compare position with velocity where the table has both of the same axis.
     repair: damage to leave out, told in the notes with its rows: "all", or some of empty (cells without a

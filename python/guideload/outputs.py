@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -59,12 +59,18 @@ def require_free(
                     f"{folder / name} was not written by an earlier run, so --overwrite leaves it alone; "
                     "move it, or give another folder"
                 )
-        for name in sorted(ours):
-            for path in inputs:
-                if path.exists() and (folder / name).exists() and path.samefile(folder / name):
-                    raise Refused(
-                        f"{path} is read by this run and would be replaced; give another folder to write"
-                    )
+        require_unread([folder / name for name in sorted(ours)], inputs)
+
+
+def require_unread(replaced: Iterable[Path], inputs: Iterable[Path]) -> None:
+    """Before any work: no file that this run reads is among those that are to be replaced or removed."""
+    there = [path for path in inputs if path.exists()]
+    for file in replaced:
+        for path in there:
+            if file.exists() and path.samefile(file):
+                raise Refused(
+                    f"{path} is read by this run and would be replaced; give another folder to write"
+                )
 
 
 def require_picture(output: Path, overwrite: bool, machine_file: Path) -> None:

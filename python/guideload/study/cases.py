@@ -13,10 +13,11 @@ from guideload.study.distributions import Form
 from guideload.study.factors import Factor, conflicts, require
 from guideload.study.paths import Change, Parameter, Parameters
 from guideload.study.tables import name_and_unit, numbers_of
-from guideload.trace_table import Table, load_table
+from guideload.trace.files import load_table
+from guideload.trace.table import Table
 
 if TYPE_CHECKING:
-    from guideload.trace_table import TableLike
+    from guideload.trace.files import TableLike
 
 Array = NDArray[np.float64]
 

@@ -37,9 +37,7 @@ def written(plan: Plan, folder: Path | None, resume: bool) -> Iterator[Parts]:
             parts.find(read_all=True)
             for path in (*parts.damaged, *_drafts(folder)):
                 path.unlink(missing_ok=True)
-            there = manifest.read(folder)
-            if there is None or there["studied"]["runs"] < plan.runs:
-                manifest.write(folder, plan)
+            manifest.write(folder, plan)  # also on resuming: runs, limits and life may be others than before
         except OSError as error:
             reason = error.strerror or error
             raise RunError(f"{error.filename or folder}: cannot be written: {reason}") from error
@@ -70,8 +68,13 @@ def begun_only(folder: Path) -> bool:
     return names <= {SAMPLES, draft_of(folder / manifest.MANIFEST).name} and not parts_in(folder)
 
 
+def files_of(folder: Path) -> list[Path]:
+    """Where the files of the study in a folder are, drafts too, the manifest last; it may lack some of them."""
+    return [*parts_in(folder), *_drafts(folder), folder / HISTORIES, folder / manifest.MANIFEST]
+
+
 def remove(folder: Path) -> None:
-    """Remove the study in a folder, the manifest last; whatever else is there stays.
+    """Remove the files of the study in a folder, the manifest last; whatever else is there stays.
 
     Raises ArgumentError if the manifest is not ours, RunError if another process is writing the study.
     """
@@ -80,7 +83,7 @@ def remove(folder: Path) -> None:
     samples = folder / SAMPLES
     samples.mkdir(exist_ok=True)
     with alone(samples):
-        for path in (*parts_in(folder), *_drafts(folder), folder / HISTORIES, folder / manifest.MANIFEST):
+        for path in files_of(folder):
             path.unlink(missing_ok=True)
     (samples / LOCK).unlink(missing_ok=True)
     if not any(samples.iterdir()):

@@ -90,8 +90,19 @@ class Reading(Part):
     kind: StrictStr | None = Field(default=None, description="position, counts, velocity or motor_speed")
     time: StrictStr | None = Field(default=None, description="column of the time stamps")
     rate: Raw | None = Field(default=None, description="samples per second, in place of a time column")
+    clock: StrictStr | None = Field(
+        default=None, description="kind of the time stamps: uniform, ticks, jitter or on_change"
+    )
+    quantum: Raw | None = Field(default=None, description='step of the value, e.g. "5e-8 m"')
+    counter_bits: Annotated[int, PlainValidator(partial(_count, least=0, most=62))] | None = Field(
+        default=None, description="width of a counter of counts that runs over, 0 for none"
+    )
     max_speed: Raw | None = Field(default=None, description='greatest speed of the axis, e.g. "2 m/s"')
     allow_gaps: StrictBool | None = Field(default=None, description="whether long steps in time are accepted")
+    repair: StrictStr | None = Field(
+        default=None,
+        description='damage to leave out: "all", or some of "empty,doubled,clock,outliers,stuck"',
+    )
     cross_check: StrictBool | None = Field(
         default=None, description="whether position is compared with velocity"
     )
@@ -175,14 +186,24 @@ class Study(Questions):
     cases: Any = Field(
         default=None, description="in place of `vary`: a table, or its file, whose headers are paths"
     )
+    sources: tuple[Path, ...] = Field(
+        default=(), description="files that the study itself, machine and motion were read from"
+    )
 
     @classmethod
-    def from_toml(cls, file: str | PathLike[str]) -> Study:
-        """The study described in a TOML file; errors name file, row, key and value."""
+    def from_toml(
+        cls, file: str | PathLike[str], *, samples: int | None = None, seed: int | None = None
+    ) -> Study:
+        """The study described in a TOML file; errors name file, row, key and value.
+
+        samples, seed: in place of the file's, which need not have them.
+        """
         values, where = read(file)
+        given = {key: value for key, value in (("samples", samples), ("seed", seed)) if value is not None}
+        where = {path: place for path, place in where.items() if path[0] not in given}
         folder = Path(file).parent
         try:
-            written = StudyFile(**values)
+            written = StudyFile(**{**values, **given})
             machine = Machine.from_toml(folder / written.machine)
             motion = written.reading.motion(folder / written.trace, machine)
             kept = {key: getattr(written, key) for key in Questions.model_fields}
@@ -191,7 +212,8 @@ class Study(Questions):
                 for entry in written.vary
             )
             cases = None if written.cases is None else folder / written.cases
-            return cls(machine=machine, motion=motion, cases=cases, **kept)
+            sources = (Path(file), folder / written.machine, folder / written.trace)
+            return cls(machine=machine, motion=motion, cases=cases, sources=sources, **kept)
         except ConfigError as error:
             if error.file is not None:  # the machine's own file
                 raise
@@ -201,6 +223,12 @@ class Study(Questions):
     def _possible(self) -> Study:
         _ = self.machine.scene, self._plan  # made once, and kept
         return self
+
+    @property
+    def inputs(self) -> tuple[Path, ...]:
+        """All files that are known to have been read: `sources`, given cases and measured values."""
+        cases = (Path(self.cases),) if isinstance(self.cases, str | Path) else ()
+        return (*self.sources, *cases, *(Path(entry.file) for entry in self.vary if entry.file is not None))
 
     def plan(self) -> Plan:
         """What is run: values by index, the core's batch, names of all columns."""

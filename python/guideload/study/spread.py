@@ -28,7 +28,8 @@ from guideload.study.distributions import (
     Uniform,
 )
 from guideload.study.tables import numbers_of
-from guideload.trace_table import listed, load_table
+from guideload.trace.files import load_table
+from guideload.trace.table import listed
 from guideload.units import quantity
 
 Name = Literal["normal", "lognormal", "uniform", "triangular", "sample"]

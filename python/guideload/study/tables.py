@@ -7,7 +7,7 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.trace_table import Table
+from guideload.trace.table import Table
 from guideload.units import factor
 
 Array = NDArray[np.float64]
@@ -23,10 +23,14 @@ def name_and_unit(header: str) -> tuple[str, str]:
 def numbers_of(table: Table, header: str, unit: str) -> tuple[Array, bool]:
     """A column (n,) in SI `unit`, and False; or as shares, and True, where its header says [%].
 
-    Without a unit in the header it is taken as SI. Raises TraceError naming rows without a number, and ValueRefused for
-    another dimension.
+    Without a unit in the header it is the one in a row of units below, else SI. Raises TraceError naming rows without
+    a number, and ValueRefused for another dimension.
     """
-    written = name_and_unit(header)[1]
+    numbers = table.values(header).astype(np.float64)
+    bad = np.flatnonzero(~np.isfinite(numbers))
+    if bad.size:
+        raise table.no_number(header, bad, "remove the rows; nothing is filled in")
+    written = name_and_unit(header)[1] or table.units.get(header, "")
     if written == "%":
-        return table.numbers(header) / 100.0, True
-    return table.numbers(header) * (factor(written, unit) if written else 1.0), False
+        return numbers / 100.0, True
+    return numbers * (factor(written, unit) if written else 1.0), False

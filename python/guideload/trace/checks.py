@@ -10,10 +10,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from guideload.clocks import LONGEST_STEP, still_across
 from guideload.errors import TraceError
 from guideload.smoothing import quantum_of
-from guideload.trace_table import Table
+from guideload.trace.clocks import LONGEST_STEP, still_across
+from guideload.trace.table import Table
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

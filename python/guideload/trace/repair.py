@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.errors import TraceError
-from guideload.trace_checks import speed_jumps
-from guideload.trace_table import Table
+from guideload.trace.checks import speed_jumps
+from guideload.trace.table import Table
 
 Array = NDArray[np.float64]
 Samples = NDArray[np.intp]
@@ -173,7 +173,7 @@ def outliers(
 ) -> Samples:
     """Samples, alone or up to LONGEST_RUN together, that jump away from the motion and back to it.
 
-    A jump that does not come back is none: see `trace_checks.check_jumps`.
+    A jump that does not come back is none: see `checks.check_jumps`.
     """
     kept = np.arange(time.size)
     for _ in range(LONGEST_RUN):

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.dialects import COMMENT, Dialect, dialect_of, rows_of
 from guideload.errors import TraceError, shortened
-from guideload.scope_csv import scope_layout
-from guideload.trace_table import Table, listed_rows, unique
+from guideload.trace.dialects import COMMENT, Dialect, dialect_of, rows_of
+from guideload.trace.scope_csv import scope_layout
+from guideload.trace.table import Table, listed_rows, unique
 
 OPENING = 65536  # characters that show the dialect, and whether it is text at all
 SHOWING = 300  # lines that are enough to show the dialect, unless more stand above the samples

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.errors import TraceError, shortened
-from guideload.headers import Header
+from guideload.trace.headers import Header
 
 Array = NDArray[np.float64]
 SHOWN = 10  # rows named in an error; the count says how many there are
@@ -87,12 +87,14 @@ class Table:
         found: Array = pandas.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
         return found
 
-    def no_number(self, name: str, bad: NDArray[np.intp]) -> TraceError:
-        """What is wrong with these samples of a column: cells without a finite number."""
+    def no_number(self, name: str, bad: NDArray[np.intp], hint: str) -> TraceError:
+        """What is wrong with these samples of a column: cells without a finite number.
+
+        hint: what to do, where the first cell itself does not tell it.
+        """
         cell = np.asarray(self.columns[name])[int(bad[0])]
         text = shortened(str(cell))
         held = f'holds "{text}"' if isinstance(cell, str) else f"is empty or {text}"
-        hint = "cut the trace there, or leave the rows out with repair='empty' (--repair empty)"
         written = cell.strip() if isinstance(cell, str) else ""
         if self.decimal == "." and re.fullmatch(r"[+-]?\d+,\d+([eE][+-]?\d+)?", written):
             hint = "write numbers with a decimal point"

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.errors import TraceError, shortened
-from guideload.text_table import read_text
-from guideload.trace_table import Table
+from guideload.trace.table import Table
+from guideload.trace.text_table import read_text
 
 if TYPE_CHECKING:
     import pandas

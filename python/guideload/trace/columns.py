@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from guideload.errors import TraceError, ValueRefused
-from guideload.headers import (
+from guideload.trace.headers import (
     KINDS,
     MEASURED_WORDS,
     POSITION_WORDS,
@@ -16,7 +16,7 @@ from guideload.headers import (
     kind_of_unit,
     known_unit,
 )
-from guideload.trace_table import Table, listed
+from guideload.trace.table import Table, listed
 from guideload.units import factor, quantity
 
 

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload import trace_checks as checks
-from guideload.counters import unwrap
 from guideload.errors import TraceError
-from guideload.headers import KINDS
 from guideload.smoothing import quantum_of
-from guideload.time_stamps import stamps_of
-from guideload.trace_columns import argument, positive
-from guideload.trace_table import Table
+from guideload.trace import checks
+from guideload.trace.columns import argument, positive
+from guideload.trace.counters import unwrap
+from guideload.trace.headers import KINDS
+from guideload.trace.stamps import stamps_of
+from guideload.trace.table import Table
 
 Array = NDArray[np.float64]
 DECIMALS = 9  # values with more are doubles at full length, whose last digits tell nothing
@@ -70,7 +70,8 @@ def read_samples(
     bad = used[(empty | unstamped)[used]]
     if bad.size and not leave_out:
         column_at_fault, at_fault = (column, empty) if empty[used].any() else (str(stamped), unstamped)
-        raise data.no_number(column_at_fault, used[at_fault[used]])
+        hint = "cut the trace there, or leave the rows out with repair='empty' (--repair empty)"
+        raise data.no_number(column_at_fault, used[at_fault[used]], hint)
     if bad.size:
         notes.append(f"repair: {bad.size} samples without a number left out, {data.rows(bad)}")
         place = place[~(empty | unstamped)[used]]

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from guideload.headers import Header, known_unit
+from guideload.trace.headers import Header, known_unit
 
 SEPARATORS = (";", "\t", ",", "|", " ")  # in order of preference where two explain the lines equally well
 COMMENT = re.compile(r"\s*(?:#|%|//)")

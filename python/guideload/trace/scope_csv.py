@@ -21,8 +21,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from guideload.dialects import SEPARATORS, Dialect, Row, decimal_of, is_value, rows_of
-from guideload.headers import known_unit
+from guideload.trace.dialects import SEPARATORS, Dialect, Row, decimal_of, is_value, rows_of
+from guideload.trace.headers import known_unit
 
 PROJECT_KEYS = ("File", "StartRecord", "Starttime of export")
 CHANNEL_KEYS = (

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.counters import unwrap
 from guideload.errors import TraceError, ValueRefused
-from guideload.trace_table import Table
+from guideload.trace.counters import unwrap
+from guideload.trace.table import Table
 from guideload.units import factor
 
 Array = NDArray[np.float64]
