@@ -2,8 +2,9 @@
 //!
 //! The files follow the data: [`tensor`] → [`body`], [`law`] → [`link`], [`dof`] → [`scene`] → [`assemble`] → `factor` (modes), `statics`
 //! → [`system`] → [`excitation`] → `equations` and who keeps them: [`system`] (linear), `piece` and `contacts` (linear between contact
-//! changes), `smooth` (preloaded) → `propagator`, [`integrate`] → [`record`] → [`loads`], `fill`; [`modes`] stands beside them. All
-//! quantities are SI. Source: the paper "Dynamical load of linear rolling guides", whose equation numbers stand where they are used.
+//! changes), `smooth` (preloaded) → `propagator`, [`integrate`] → [`record`] → [`loads`], `fill`; [`modes`] stands beside them, and with
+//! `std` a `batch` runs many scenes. All quantities are SI. Source: the paper "Dynamical load of linear rolling guides", whose equation
+//! numbers stand where they are used.
 //!
 //! A new elastic law goes into [`law`], a new method into [`integrate`] beside the three that are there.
 //!

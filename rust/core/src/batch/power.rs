@@ -18,31 +18,25 @@ impl Power {
         Self { exponent, whole }
     }
 
-    /// Thirds in the exponent, if they are a whole number of them, as for balls and rollers.
-    pub(super) fn thirds(&self) -> Option<u32> {
-        [9, 10].into_iter().find(|&thirds| f64::from(thirds) == 3.0 * self.exponent)
-    }
-
-    /// `x^p` of one load.
-    pub(super) fn of(&self, load: f64) -> f64 {
-        power(load, self.exponent)
-    }
-
     /// `x^p` of loads that are not negative.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn raise(&self, loads: &mut [f64; BLOCK]) {
-        if let Some(whole) = self.whole {
-            let factors = *loads;
-            for _ in 1..whole {
-                for i in 0..BLOCK {
-                    loads[i] *= factors[i];
-                }
-            }
-        } else {
-            for load in loads.iter_mut() {
-                *load = power(*load, self.exponent);
+        for lanes in loads.as_chunks_mut::<LANES>().0 {
+            *lanes = self.of(lanes);
+        }
+    }
+
+    /// The same of so many.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn of(&self, loads: &Lanes) -> Lanes {
+        let Some(whole) = self.whole else { return power(loads, self.exponent) };
+        let mut raised = *loads;
+        for _ in 1..whole {
+            for i in 0..LANES {
+                raised[i] *= loads[i];
             }
         }
+        raised
     }
 
     /// `x^(1/p)`.
@@ -60,32 +54,72 @@ const ONE: u64 = 0x3FF0_0000_0000_0000;
 const WHOLE: f64 = 6_755_399_441_055_744.0;
 const WHOLE_FROM_ZERO: f64 = 4_503_599_627_370_496.0;
 
-/// `x^p` for x >= 0, right to some roundings times p: without branches, so that many are worked out side by side.
+/// Side by side: an AVX-512 register, or two AVX2 registers.
+pub(super) const LANES: usize = 8;
+pub(super) type Lanes = [f64; LANES];
+
+/// 1 / (2 k + 1) and 1 / k!, the coefficients of artanh and exp.
+const ARTANH: [f64; 12] = {
+    let mut series = [0.0; 12];
+    let mut k = 0;
+    while k < 12 {
+        series[k] = 1.0 / (2 * k + 1) as f64;
+        k += 1;
+    }
+    series
+};
+const EXP: [f64; 15] = {
+    let mut series = [1.0; 15];
+    let mut k = 1;
+    while k < 15 {
+        series[k] = series[k - 1] / k as f64;
+        k += 1;
+    }
+    series
+};
+
+/// A polynomial at each number.
 #[cfg_attr(feature = "std", inline(always))]
-fn power(x: f64, p: f64) -> f64 {
+fn polynomial(coefficients: &[f64], at: &Lanes) -> Lanes {
+    let mut sum = [0.0; LANES];
+    for coefficient in coefficients.iter().rev() {
+        for i in 0..LANES {
+            sum[i] = fma(sum[i], at[i], *coefficient);
+        }
+    }
+    sum
+}
+
+/// `x^p` for x >= 0, right to some roundings times p: without branches, so that they are worked out side by side.
+#[cfg_attr(feature = "std", inline(always))]
+fn power(x: &Lanes, p: f64) -> Lanes {
     // x = 2^e m with m from √½ to √2, and ln m = 2 artanh s with s = (m - 1) / (m + 1).
-    let shifted = x.to_bits().wrapping_add(ONE - ROOT_HALF);
-    let e = f64::from_bits((shifted >> 52) | WHOLE_FROM_ZERO.to_bits()) - (WHOLE_FROM_ZERO + 1023.0);
-    let m = f64::from_bits((shifted & MANTISSA) + ROOT_HALF);
-    let s = (m - 1.0) / (m + 1.0);
-    let z = s * s;
-    let mut series = 1.0 / 23.0;
-    for k in (0..11).rev() {
-        series = fma(series, z, 1.0 / f64::from(2 * k + 1));
+    let (mut e, mut s, mut squares) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    for i in 0..LANES {
+        let shifted = x[i].to_bits().wrapping_add(ONE - ROOT_HALF);
+        e[i] = f64::from_bits((shifted >> 52) | WHOLE_FROM_ZERO.to_bits()) - (WHOLE_FROM_ZERO + 1023.0);
+        let m = f64::from_bits((shifted & MANTISSA) + ROOT_HALF);
+        s[i] = (m - 1.0) / (m + 1.0);
+        squares[i] = s[i] * s[i];
     }
-    let l = 2.0 * LOG2_E * s * series;
-    // x^p = 2^(whole + rest)
-    let power_of_two = fma(p, e, p * l);
-    let whole = power_of_two.clamp(-2000.0, 2046.0) + WHOLE - WHOLE;
-    let rest = LN_2 * (fma(p, e, -whole) + p * l);
-    let mut sum = 1.0;
-    for k in (1..=14).rev() {
-        sum = fma(sum * rest, 1.0 / f64::from(k), 1.0);
+    let artanh = polynomial(&ARTANH, &squares);
+    // x^p = 2^whole e^rest
+    let (mut whole, mut rest) = ([0.0; LANES], [0.0; LANES]);
+    for i in 0..LANES {
+        let l = p * (2.0 * LOG2_E * s[i] * artanh[i]);
+        let both = fma(p, e[i], l);
+        let low = if both > -2000.0 { both } else { -2000.0 };
+        whole[i] = if low < 2046.0 { low } else { 2046.0 } + WHOLE - WHOLE;
+        rest[i] = LN_2 * (fma(p, e[i], -whole[i]) + l);
     }
-    // In two factors, so that neither leaves the range before the product does.
-    let half = 0.5 * whole + WHOLE - WHOLE;
-    let power = sum * two_to(half) * two_to(whole - half);
-    if x > 0.0 { power } else { 0.0 }
+    let mut out = polynomial(&EXP, &rest);
+    for i in 0..LANES {
+        // In two factors, so that neither leaves the range before the product does.
+        let half = 0.5 * whole[i] + WHOLE - WHOLE;
+        let product = out[i] * two_to(half) * two_to(whole[i] - half);
+        out[i] = if x[i] > 0.0 { product } else { 0.0 };
+    }
+    out
 }
 
 /// `2^k` of a whole number.
@@ -96,7 +130,7 @@ fn two_to(k: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{pow, power};
+    use super::{LANES, pow, power};
 
     #[test]
     fn powers_are_those_of_the_library() {
@@ -104,11 +138,13 @@ mod tests {
             for k in -60..60 {
                 let x = 1.37_f64.powi(k) * 1000.0;
                 let want = pow(x, p);
-                assert!((power(x, p) - want).abs() <= 1e-14 * want, "{x}^{p}: {} {want}", power(x, p));
+                let got = power(&[x; LANES], p)[0];
+                assert!((got - want).abs() <= 1e-14 * want, "{x}^{p}: {got} {want}");
             }
-            assert_eq!(power(0.0, p), 0.0);
         }
-        assert_eq!(power(1e-300, 3.0), 0.0);
-        assert_eq!(power(1e300, 3.0), f64::INFINITY);
+        // Nothing, far too little, far too much.
+        assert_eq!(power(&[0.0; LANES], 2.5)[3], 0.0);
+        assert_eq!(power(&[1e-300; LANES], 3.0)[5], 0.0);
+        assert_eq!(power(&[1e300; LANES], 3.0)[7], f64::INFINITY);
     }
 }

@@ -5,7 +5,7 @@ use pulp::{Simd, WithSimd};
 use super::room::Room;
 use super::timeline::{BLOCK, Timeline};
 use super::vector::Real;
-use crate::batch::power::Power;
+use crate::batch::power::{self, Power};
 use crate::batch::reduce::{Needs, Tally, Track, Wanted};
 
 /// Numbers that are known of a track, in the order of [`Tally`]; of a resultant those of its square.
@@ -195,26 +195,14 @@ impl<S: Simd> Found<S> {
     fn take_loads(&mut self, simd: S, [y, z]: [&[S::f64s; BLOCK]; 2], travel: &[f64; BLOCK], power: &Power) {
         let load = |k: usize| Real::new(simd, y[k]).abs() + Real::new(simd, z[k]).abs();
         let weight = |k: usize| Real::splat(simd, travel[k]);
-        match power.thirds() {
-            Some(9) => {
-                for k in 0..BLOCK {
-                    let load = load(k);
-                    self.sum = (load * load).mul_add(load * weight(k), self.sum);
-                }
+        for k in 0..BLOCK {
+            let load = load(k);
+            let mut loads = [0.0; power::LANES];
+            for lane in 0..S::F64_LANES {
+                loads[lane] = load.lane(lane);
             }
-            Some(10) => {
-                for k in 0..BLOCK {
-                    let load = load(k);
-                    self.sum = (load * load).mul_add(load * weight(k) * cube_root(simd, load), self.sum);
-                }
-            }
-            _ => {
-                for k in 0..BLOCK {
-                    let load = load(k);
-                    let raised = Real::gather(simd, |lane| power.of(load.lane(lane)));
-                    self.sum = raised.mul_add(weight(k), self.sum);
-                }
-            }
+            let raised = power.of(&loads);
+            self.sum = Real::gather(simd, |lane| raised[lane]).mul_add(weight(k), self.sum);
         }
     }
 }
@@ -229,18 +217,4 @@ fn least_and_largest<S: Simd>(simd: S, values: &[S::f64s; BLOCK]) -> [Real<S>; 2
         (low[k % 4], high[k % 4]) = (low[k % 4].min(value), high[k % 4].max(value));
     }
     [low[0].min(low[1]).min(low[2].min(low[3])), high[0].max(high[1]).max(high[2].max(high[3]))]
-}
-
-/// Halley's method from a guess by a third of the exponent.
-#[inline(always)]
-fn cube_root<S: Simd>(simd: S, load: Real<S>) -> Real<S> {
-    const GUESS: u64 = 0x2a9f_7893_782d_a1ce; // two thirds of the exponent's offset, Kahan
-    let mut root = Real::gather(simd, |lane| f64::from_bits(load.lane(lane).to_bits() / 3 + GUESS));
-    let twice = load + load;
-    for _ in 0..3 {
-        let cube = root * root * root;
-        root = root * ((cube + twice) / (cube + cube + load));
-    }
-    // Nothing below what a load can be, where the guess is no longer near.
-    Real::splat(simd, 1e-100).less_than(load).select(root, Real::splat(simd, 0.0))
 }
