@@ -9,6 +9,59 @@ Array = NDArray[np.float64]
 Groups = Sequence[NDArray[np.int64]]
 Vector = tuple[float, float, float]
 
+Cells = NDArray[np.uint32]
+
+def motion_likelihood(
+    step: Array, value: Array, variance: Array, mean: Array, covariance: Array, cell: Cells, intensity: Array
+) -> tuple[float, float]:
+    """Sum of ln F and of v^2/F over the innovations v and their variances F of a Kalman filter.
+
+    The state is the value and its derivatives, the next one white noise. step: (n - 1,) times between samples, > 0.
+    value, variance: (n,) samples and the variances of their noise. mean, covariance: (N,), (N, N) of the state before
+    the first sample, N = 2 to 6. cell: (n - 1,) the cell of each interval. intensity: of the white noise, per cell.
+    """
+
+def smooth_motion(
+    step: Array, value: Array, variance: Array, mean: Array, covariance: Array, cell: Cells, intensity: Array
+) -> tuple[Array, Array, Array]:
+    """Given all samples: (n, 3) value and two derivatives, (n, 3) their variances, (n, 2) u and D.
+
+    u/D is a sample less its estimate from all others, 1/D the variance of that. Arguments as of `motion_likelihood`.
+    """
+
+def adapt_motion(
+    step: Array,
+    value: Array,
+    variance: Array,
+    mean: Array,
+    covariance: Array,
+    cell: Cells,
+    intensity: Array,
+    level: float,
+    rounds: int,
+    usual: float,
+    weight: float,
+    floor: float,
+) -> tuple[Array, float]:
+    """Intensities of the cells and noise level by likelihood, from those given on; variances are in units of the level.
+
+    usual, weight: the intensity that each cell is drawn to, and how much, in squared noises. floor: of the level.
+    Other arguments as of `motion_likelihood`.
+    """
+
+def draw_motion(
+    step: Array,
+    value: Array,
+    variance: Array,
+    mean: Array,
+    covariance: Array,
+    cell: Cells,
+    intensity: Array,
+    normal: Array,
+    derivative: int,
+) -> Array:
+    """(n,) one draw of a derivative given all samples. normal: (n N,) standard normal numbers; others as above."""
+
 class Law:
     """The elastic law of a link: force over deflection; immutable.
 
@@ -250,9 +303,7 @@ class Batch:
         method: str,
         rtol: float,
     ) -> Batch: ...
-    def run(
-        self, values: Array, threads: int, width: str = "widest"
-    ) -> tuple[Array, list[tuple[int, str]]]:
+    def run(self, values: Array, threads: int, width: str = "widest") -> tuple[Array, list[tuple[int, str]]]:
         """Measures (n, measures) of samples with values (n, columns), and (row, reason) of those without a result.
 
         A row without a result is nan. A row depends on its values alone, to the last bit, for any number of threads

@@ -90,7 +90,8 @@ def trace_options(command: Any) -> Any:
             help="Do not compare position with velocity where the table has both.",
         ),
         click.option(
-            "--smoothing", help="From samples to acceleration: auto, savitzky_golay or differences."
+            "--smoothing",
+            help="From samples to acceleration: auto, state_space, savitzky_golay or differences.",
         ),
         click.option("--window", type=POSITIVE, help="Window of savitzky_golay in seconds."),
     ]

@@ -2,9 +2,9 @@
 //!
 //! The files follow the data: [`tensor`] → [`body`], [`law`] → [`link`], [`dof`] → [`scene`] → [`assemble`] → `factor` (modes), `statics`
 //! → [`system`] → [`excitation`] → `equations` and who keeps them: [`system`] (linear), `piece` and `contacts` (linear between contact
-//! changes), `smooth` (preloaded) → `propagator`, [`integrate`] → [`record`] → [`loads`], `fill`; [`modes`] stands beside them, and with
-//! `std` a `batch` runs many scenes. All quantities are SI. Source: the paper "Dynamical load of linear rolling guides", whose equation
-//! numbers stand where they are used.
+//! changes), `smooth` (preloaded) → `propagator`, [`integrate`] → [`record`] → [`loads`], `fill`; [`modes`] stands beside them. With `std` a
+//! `batch` runs many scenes, and `smoother` finds the motion behind a trace. All quantities are SI. Source: the paper "Dynamical load of
+//! linear rolling guides", whose equation numbers stand where they are used.
 //!
 //! A new elastic law goes into [`law`], a new method into [`integrate`] beside the three that are there.
 //!
@@ -59,6 +59,8 @@ mod rows;
 pub mod scene;
 mod simd;
 mod smooth;
+#[cfg(feature = "std")]
+pub mod smoother;
 mod statics;
 pub mod system;
 pub mod tensor;

@@ -5,6 +5,7 @@ mod batch;
 mod convert;
 mod law;
 mod scene;
+mod smoother;
 mod solution;
 
 use pyo3::prelude::*;
@@ -17,6 +18,8 @@ mod _core {
     use super::law::PyLaw;
     #[pymodule_export]
     use super::scene::{PyScene, carriage_links};
+    #[pymodule_export]
+    use super::smoother::{adapt_motion, draw_motion, motion_likelihood, smooth_motion};
     #[pymodule_export]
     use super::solution::PySolution;
 }

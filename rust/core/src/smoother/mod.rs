@@ -1,0 +1,372 @@
+//! Kalman filter and fixed-interval smoother of a sampled motion: the kernels behind the Python module `estimation`.
+//!
+//! The state is the position and its first N - 1 derivatives, N = 2 to 6; the N-th is white noise whose intensity is
+//! constant in each cell, a stretch of intervals between samples. A sample is the position (or, for velocity samples,
+//! the velocity in its place) plus white noise of its own variance. All is in the caller's units; a time unit near the
+//! sampling step keeps the numbers tame.
+//!
+//! Filter: Kalman 1960 with the exact noise of each interval. Smoother: backwards with the score r and its variance
+//! (de Jong 1989; Durbin and Koopman 2012, section 4.4), which give also the derivative of the likelihood by each
+//! intensity and, for each sample, its residual against the estimate without it (de Jong and Penzer 1998).
+
+mod draw;
+mod motion;
+
+use motion::Motion;
+
+/// The samples: n values, their noise variances, n - 1 steps of time between them.
+#[derive(Clone, Copy)]
+pub struct Samples<'a> {
+    /// Time from each sample to the next, > 0.
+    pub step: &'a [f64],
+    /// Measured values.
+    pub value: &'a [f64],
+    /// Variance of each value's noise, > 0, in units of the noise level where one is estimated.
+    pub variance: &'a [f64],
+}
+
+/// What is known of the state before the first sample.
+#[derive(Clone, Copy)]
+pub struct Start<'a> {
+    /// N numbers.
+    pub mean: &'a [f64],
+    /// N x N numbers by rows.
+    pub covariance: &'a [f64],
+}
+
+/// Intensity of the white noise: `of[cell[k]]` in the interval after sample k.
+#[derive(Clone, Copy)]
+pub struct Intensity<'a> {
+    /// n - 1 numbers of cells.
+    pub cell: &'a [u32],
+    /// One intensity per cell, >= 0.
+    pub of: &'a [f64],
+}
+
+/// Numbers for each sample that a pass backwards leaves.
+pub struct Smoothed<'a> {
+    /// n x 3: value and its first two derivatives (of order 2 only the first).
+    pub mean: &'a mut [[f64; 3]],
+    /// n x 3: their variances.
+    pub variance: &'a mut [[f64; 3]],
+    /// n x 2: u and D; u/D is the sample less its estimate from all others, 1/D the variance of that.
+    pub residual: &'a mut [[f64; 2]],
+}
+
+/// How `adapt` chooses intensities and noise level.
+#[derive(Clone, Copy, Debug)]
+pub struct Rule {
+    /// Rounds.
+    pub rounds: usize,
+    /// Intensity that each cell is drawn to.
+    pub usual: f64,
+    /// Weight of that, in squared noises of the cell; the tail of the prior is the heavier the smaller it is.
+    pub weight: f64,
+    /// Smallest noise level: variance in the unit of `Samples::variance`.
+    pub floor: f64,
+}
+
+/// Forward pass: (sum of ln F, sum of v^2/F) over the innovations v and their variances F; None if `order` is not 2 to 6.
+#[must_use]
+pub fn likelihood(order: usize, samples: Samples, start: Start, intensity: Intensity) -> Option<(f64, f64)> {
+    match order {
+        2 => Some(Passes::<2>::sums(samples, start, intensity)),
+        3 => Some(Passes::<3>::sums(samples, start, intensity)),
+        4 => Some(Passes::<4>::sums(samples, start, intensity)),
+        5 => Some(Passes::<5>::sums(samples, start, intensity)),
+        6 => Some(Passes::<6>::sums(samples, start, intensity)),
+        _ => None,
+    }
+}
+
+/// Both passes; None if `order` is not 2 to 6.
+pub fn smooth(
+    order: usize,
+    samples: Samples,
+    start: Start,
+    intensity: Intensity,
+    out: &mut Smoothed,
+) -> Option<()> {
+    match order {
+        2 => Passes::<2>::smooth(samples, start, intensity, out),
+        3 => Passes::<3>::smooth(samples, start, intensity, out),
+        4 => Passes::<4>::smooth(samples, start, intensity, out),
+        5 => Passes::<5>::smooth(samples, start, intensity, out),
+        6 => Passes::<6>::smooth(samples, start, intensity, out),
+        _ => return None,
+    }
+    Some(())
+}
+
+/// Adapts the intensity of each cell (`of`, in place) and the noise level, which is returned; None for another order.
+///
+/// Each round multiplies an intensity by the square root of what the scores show over what they should show, which never
+/// lowers the likelihood (Zhou, Hu, Zhou and Lange 2019); the prior of a cell's intensity is inverse gamma (Student's t).
+pub fn adapt(
+    order: usize,
+    samples: Samples,
+    start: Start,
+    cell: &[u32],
+    of: &mut [f64],
+    level: f64,
+    rule: Rule,
+) -> Option<f64> {
+    match order {
+        2 => Some(Passes::<2>::adapt(samples, start, cell, of, level, rule)),
+        3 => Some(Passes::<3>::adapt(samples, start, cell, of, level, rule)),
+        4 => Some(Passes::<4>::adapt(samples, start, cell, of, level, rule)),
+        5 => Some(Passes::<5>::adapt(samples, start, cell, of, level, rule)),
+        6 => Some(Passes::<6>::adapt(samples, start, cell, of, level, rule)),
+        _ => None,
+    }
+}
+
+/// One draw of a derivative (1 or 2, below the order) given the samples into `out` (n); None for another order.
+///
+/// normal: n x `order` independent standard normal numbers.
+pub fn draw(
+    order: usize,
+    samples: Samples,
+    start: Start,
+    intensity: Intensity,
+    normal: &[f64],
+    derivative: usize,
+    out: &mut [f64],
+) -> Option<()> {
+    match order {
+        2 => Passes::<2>::draw(samples, start, intensity, normal, derivative, out),
+        3 => Passes::<3>::draw(samples, start, intensity, normal, derivative, out),
+        4 => Passes::<4>::draw(samples, start, intensity, normal, derivative, out),
+        5 => Passes::<5>::draw(samples, start, intensity, normal, derivative, out),
+        6 => Passes::<6>::draw(samples, start, intensity, normal, derivative, out),
+        _ => return None,
+    }
+    Some(())
+}
+
+const HARDLY: f64 = 1e-9; // of the usual intensity: the least a cell can have
+const HARD: f64 = 1e12; // and the most
+const AT_FLOOR: f64 = 1.02; // a level up to here is the floor
+const TONE: f64 = 1.5; // standard deviations below the floor from which on residuals tell of a tone
+
+/// State before a sample, as the filter has it: what the pass backwards needs.
+#[derive(Clone, Copy)]
+struct Predicted<const N: usize> {
+    mean: [f64; N],
+    covariance: [[f64; N]; N],
+    innovation: f64,
+    variance: f64,
+}
+
+/// The predictions of a forward pass, the covariances as lower triangles: half the memory, of which this is most.
+struct Passes<const N: usize> {
+    kept: Vec<f64>,
+}
+
+/// Score of all samples from here on, and its variance.
+struct Score<const N: usize> {
+    r: [f64; N],
+    variance: [[f64; N]; N],
+}
+
+impl<const N: usize> Passes<N> {
+    const ROW: usize = N + N * (N + 1) / 2 + 2;
+
+    fn keep(&mut self, at: &Predicted<N>) {
+        self.kept.extend_from_slice(&at.mean);
+        for i in 0..N {
+            self.kept.extend_from_slice(&at.covariance[i][..=i]);
+        }
+        self.kept.extend_from_slice(&[at.innovation, at.variance]);
+    }
+
+    fn count(&self) -> usize {
+        self.kept.len() / Self::ROW
+    }
+
+    fn at(&self, k: usize) -> Predicted<N> {
+        let row = &self.kept[k * Self::ROW..(k + 1) * Self::ROW];
+        let mut covariance = [[0.0; N]; N];
+        let mut from = N;
+        for i in 0..N {
+            for j in 0..=i {
+                covariance[i][j] = row[from];
+                covariance[j][i] = row[from];
+                from += 1;
+            }
+        }
+        let mean = core::array::from_fn(|i| row[i]);
+        Predicted { mean, covariance, innovation: row[Self::ROW - 2], variance: row[Self::ROW - 1] }
+    }
+
+    /// Runs the filter with the noise variances times `level`, and shows each prediction.
+    fn forward(
+        samples: Samples,
+        start: Start,
+        intensity: Intensity,
+        level: f64,
+        mut show: impl FnMut(Predicted<N>),
+    ) {
+        let mut mean: [f64; N] = core::array::from_fn(|i| start.mean[i]);
+        let mut p: [[f64; N]; N] =
+            core::array::from_fn(|i| core::array::from_fn(|j| start.covariance[i * N + j]));
+        let mut motion = Motion::<N>::new(1.0);
+        for k in 0..samples.value.len() {
+            if k > 0 {
+                motion.set(samples.step[k - 1]);
+                motion.ahead(&mut mean);
+                motion.spread(&mut p, intensity.of[intensity.cell[k - 1] as usize]);
+            }
+            let variance = p[0][0].max(0.0) + level * samples.variance[k];
+            let innovation = samples.value[k] - mean[0];
+            show(Predicted { mean, covariance: p, innovation, variance });
+            let gain: [f64; N] = core::array::from_fn(|i| p[i][0] / variance);
+            for i in 0..N {
+                mean[i] += gain[i] * innovation;
+            }
+            // Column by column, so that p[j][0] is still the one before the update where it is used.
+            let column: [f64; N] = core::array::from_fn(|j| p[j][0]);
+            for i in 0..N {
+                for j in 0..N {
+                    p[i][j] -= gain[i] * column[j];
+                }
+            }
+        }
+    }
+
+    fn sums(samples: Samples, start: Start, intensity: Intensity) -> (f64, f64) {
+        let (mut determinant, mut misfit) = (0.0, 0.0);
+        Self::forward(samples, start, intensity, 1.0, |at| {
+            determinant += at.variance.ln();
+            misfit += at.innovation * at.innovation / at.variance;
+        });
+        (determinant, misfit)
+    }
+
+    fn filter(&mut self, samples: Samples, start: Start, intensity: Intensity, level: f64) {
+        self.kept.clear();
+        self.kept.reserve_exact(samples.value.len() * Self::ROW);
+        Self::forward(samples, start, intensity, level, |at| self.keep(&at));
+    }
+
+    /// Runs backwards. Shows each interval's motion with the score after it, then the sample before with its own.
+    fn backward(
+        &self,
+        samples: Samples,
+        mut interval: impl FnMut(usize, &Motion<N>, &Score<N>),
+        mut sample: impl FnMut(usize, &Predicted<N>, &Score<N>, [f64; 2]),
+    ) {
+        let mut score = Score { r: [0.0; N], variance: [[0.0; N]; N] };
+        let mut motion = Motion::<N>::new(1.0);
+        for k in (0..self.count()).rev() {
+            let at = self.at(k);
+            if k + 1 < self.count() {
+                motion.set(samples.step[k]);
+                interval(k, &motion, &score);
+                motion.back(&mut score.r);
+                motion.gather(&mut score.variance);
+            }
+            let gain: [f64; N] = core::array::from_fn(|i| at.covariance[i][0] / at.variance);
+            let mut passed = [0.0; N];
+            for i in 0..N {
+                for j in 0..N {
+                    passed[i] += score.variance[i][j] * gain[j];
+                }
+            }
+            let (mut u, mut d) = (at.innovation / at.variance, 1.0 / at.variance);
+            for i in 0..N {
+                u -= gain[i] * score.r[i];
+                d += gain[i] * passed[i];
+            }
+            score.r[0] += u;
+            for i in 0..N {
+                score.variance[0][i] -= passed[i];
+                score.variance[i][0] -= passed[i];
+            }
+            score.variance[0][0] += d;
+            sample(k, &at, &score, [u, d]);
+        }
+    }
+
+    fn smooth(samples: Samples, start: Start, intensity: Intensity, out: &mut Smoothed) {
+        let mut passes = Self { kept: Vec::new() };
+        passes.filter(samples, start, intensity, 1.0);
+        passes.backward(
+            samples,
+            |_, _, _| {},
+            |k, at, score, residual| {
+                out.residual[k] = residual;
+                for i in 0..N.min(3) {
+                    let row = &at.covariance[i];
+                    let (mut mean, mut variance) = (at.mean[i], row[i]);
+                    for a in 0..N {
+                        mean += row[a] * score.r[a];
+                        let mut sum = 0.0;
+                        for b in 0..N {
+                            sum += score.variance[a][b] * row[b];
+                        }
+                        variance -= row[a] * sum;
+                    }
+                    out.mean[k][i] = mean;
+                    out.variance[k][i] = variance.max(0.0);
+                }
+            },
+        );
+    }
+
+    fn adapt(
+        samples: Samples,
+        start: Start,
+        cell: &[u32],
+        of: &mut [f64],
+        mut level: f64,
+        rule: Rule,
+    ) -> f64 {
+        let mut passes = Self { kept: Vec::new() };
+        let mut shown = vec![[0.0; 2]; of.len()];
+        let mut rest = vec![[0.0; 3]; of.len()];
+        for _ in 0..rule.rounds {
+            passes.filter(samples, start, Intensity { cell, of }, level);
+            shown.fill([0.0; 2]);
+            rest.fill([0.0; 3]);
+            let mut noise = [0.0; 2];
+            passes.backward(
+                samples,
+                |k, motion, score| {
+                    let (mut found, mut expected) = (0.0, 0.0);
+                    for i in 0..N {
+                        for j in 0..i {
+                            found += 2.0 * motion.noise[i][j] * score.r[i] * score.r[j];
+                            expected += 2.0 * motion.noise[i][j] * score.variance[i][j];
+                        }
+                        found += motion.noise[i][i] * score.r[i] * score.r[i];
+                        expected += motion.noise[i][i] * score.variance[i][i];
+                    }
+                    let sums = &mut shown[cell[k] as usize];
+                    sums[0] += found;
+                    sums[1] += expected;
+                },
+                |k, _, _, [u, d]| {
+                    noise[0] += samples.variance[k] * u * u;
+                    noise[1] += samples.variance[k] * d;
+                    if let Some(&c) = cell.get(k) {
+                        let sums = &mut rest[c as usize];
+                        *sums = [sums[0] + u * u, sums[1] + d, sums[2] + 1.0];
+                    }
+                },
+            );
+            let at_floor = level <= AT_FLOOR * rule.floor;
+            for ((q, [found, expected]), [square, variance, count]) in of.iter_mut().zip(&shown).zip(&rest) {
+                let up = found + rule.weight * rule.usual / (*q * *q);
+                let down = expected.max(0.0) + rule.weight / *q + f64::MIN_POSITIVE;
+                *q = (*q * (up / down).sqrt()).clamp(HARDLY * rule.usual, HARD * rule.usual);
+                // Residuals below the floor: the estimate follows the rounding's tone.
+                if at_floor && *q > rule.usual && square / variance < 1.0 - TONE * (2.0 / count).sqrt() {
+                    *q = rule.usual;
+                }
+            }
+            level = (level * (noise[0] / noise[1]).sqrt()).max(rule.floor);
+        }
+        level
+    }
+}

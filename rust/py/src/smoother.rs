@@ -1,0 +1,158 @@
+//! The smoother's kernels over arrays.
+
+use guideload::smoother::{self, Intensity, Rule, Samples, Smoothed, Start};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::convert::{Array1, Array2, slice};
+
+/// The arrays of a call, all of one motion of `order`.
+struct Given<'a> {
+    order: usize,
+    samples: Samples<'a>,
+    start: Start<'a>,
+    cell: &'a [u32],
+}
+
+impl<'a> Given<'a> {
+    fn new(
+        samples: [&'a PyReadonlyArray1<'_, f64>; 3],
+        mean: &'a PyReadonlyArray1<'_, f64>,
+        covariance: &'a PyReadonlyArray2<'_, f64>,
+        cell: &'a PyReadonlyArray1<'_, u32>,
+        cells: usize,
+    ) -> PyResult<Self> {
+        let [step, value, variance] = samples;
+        let samples = Samples {
+            step: slice(step, "step")?,
+            value: slice(value, "value")?,
+            variance: slice(variance, "variance")?,
+        };
+        let start = Start {
+            mean: slice(mean, "mean")?,
+            covariance: covariance
+                .as_slice()
+                .map_err(|_| PyValueError::new_err("covariance: not contiguous"))?,
+        };
+        let (cell, count, order) = (slice(cell, "cell")?, samples.value.len(), start.mean.len());
+        let fits =
+            samples.step.len() + 1 == count && samples.variance.len() == count && cell.len() + 1 == count;
+        if !fits || start.covariance.len() != order * order || cell.iter().any(|&c| c as usize >= cells) {
+            return Err(PyValueError::new_err(
+                "step, value, variance, cell, mean, covariance: lengths do not agree",
+            ));
+        }
+        if !(2..=6).contains(&order) {
+            return Err(PyValueError::new_err(format!("mean: expected 2 to 6 numbers, got {order}")));
+        }
+        Ok(Self { order, samples, start, cell })
+    }
+}
+
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+pub fn motion_likelihood(
+    py: Python<'_>,
+    step: PyReadonlyArray1<'_, f64>,
+    value: PyReadonlyArray1<'_, f64>,
+    variance: PyReadonlyArray1<'_, f64>,
+    mean: PyReadonlyArray1<'_, f64>,
+    covariance: PyReadonlyArray2<'_, f64>,
+    cell: PyReadonlyArray1<'_, u32>,
+    intensity: PyReadonlyArray1<'_, f64>,
+) -> PyResult<Option<(f64, f64)>> {
+    let of = slice(&intensity, "intensity")?;
+    let given = Given::new([&step, &value, &variance], &mean, &covariance, &cell, of.len())?;
+    let (order, samples, start, cell) = (given.order, given.samples, given.start, given.cell);
+    Ok(py.detach(|| smoother::likelihood(order, samples, start, Intensity { cell, of })))
+}
+
+#[pyfunction]
+#[allow(clippy::too_many_arguments, clippy::type_complexity)]
+pub fn smooth_motion<'py>(
+    py: Python<'py>,
+    step: PyReadonlyArray1<'_, f64>,
+    value: PyReadonlyArray1<'_, f64>,
+    variance: PyReadonlyArray1<'_, f64>,
+    mean: PyReadonlyArray1<'_, f64>,
+    covariance: PyReadonlyArray2<'_, f64>,
+    cell: PyReadonlyArray1<'_, u32>,
+    intensity: PyReadonlyArray1<'_, f64>,
+) -> PyResult<(Array2<'py>, Array2<'py>, Array2<'py>)> {
+    let of = slice(&intensity, "intensity")?;
+    let given = Given::new([&step, &value, &variance], &mean, &covariance, &cell, of.len())?;
+    let (order, samples, start, cell) = (given.order, given.samples, given.start, given.cell);
+    let count = samples.value.len();
+    let (mut means, mut variances, mut residuals) =
+        (vec![[0.0; 3]; count], vec![[0.0; 3]; count], vec![[0.0; 2]; count]);
+    py.detach(|| {
+        let mut out = Smoothed { mean: &mut means, variance: &mut variances, residual: &mut residuals };
+        smoother::smooth(order, samples, start, Intensity { cell, of }, &mut out)
+    });
+    Ok((table(py, means)?, table(py, variances)?, table(py, residuals)?))
+}
+
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+pub fn adapt_motion<'py>(
+    py: Python<'py>,
+    step: PyReadonlyArray1<'_, f64>,
+    value: PyReadonlyArray1<'_, f64>,
+    variance: PyReadonlyArray1<'_, f64>,
+    mean: PyReadonlyArray1<'_, f64>,
+    covariance: PyReadonlyArray2<'_, f64>,
+    cell: PyReadonlyArray1<'_, u32>,
+    intensity: PyReadonlyArray1<'_, f64>,
+    level: f64,
+    rounds: usize,
+    usual: f64,
+    weight: f64,
+    floor: f64,
+) -> PyResult<(Array1<'py>, f64)> {
+    let mut of = slice(&intensity, "intensity")?.to_vec();
+    let given = Given::new([&step, &value, &variance], &mean, &covariance, &cell, of.len())?;
+    let (order, samples, start, cell) = (given.order, given.samples, given.start, given.cell);
+    let rule = Rule { rounds, usual, weight, floor };
+    let found = py.detach(|| smoother::adapt(order, samples, start, cell, &mut of, level, rule));
+    Ok((of.into_pyarray(py), found.unwrap_or(level)))
+}
+
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+pub fn draw_motion<'py>(
+    py: Python<'py>,
+    step: PyReadonlyArray1<'_, f64>,
+    value: PyReadonlyArray1<'_, f64>,
+    variance: PyReadonlyArray1<'_, f64>,
+    mean: PyReadonlyArray1<'_, f64>,
+    covariance: PyReadonlyArray2<'_, f64>,
+    cell: PyReadonlyArray1<'_, u32>,
+    intensity: PyReadonlyArray1<'_, f64>,
+    normal: PyReadonlyArray1<'_, f64>,
+    derivative: usize,
+) -> PyResult<Array1<'py>> {
+    let of = slice(&intensity, "intensity")?;
+    let given = Given::new([&step, &value, &variance], &mean, &covariance, &cell, of.len())?;
+    let (order, samples, start, cell) = (given.order, given.samples, given.start, given.cell);
+    let normal = slice(&normal, "normal")?;
+    if normal.len() != order * samples.value.len() {
+        return Err(PyValueError::new_err(format!(
+            "normal: expected {} numbers",
+            order * samples.value.len()
+        )));
+    }
+    if derivative >= order {
+        return Err(PyValueError::new_err(format!(
+            "derivative: expected one below {order}, got {derivative}"
+        )));
+    }
+    let mut out = vec![0.0; samples.value.len()];
+    py.detach(|| smoother::draw(order, samples, start, Intensity { cell, of }, normal, derivative, &mut out));
+    Ok(out.into_pyarray(py))
+}
+
+fn table<const N: usize>(py: Python<'_>, rows: Vec<[f64; N]>) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    let count = rows.len();
+    PyArray1::from_vec(py, rows.into_flattened()).reshape([count, N])
+}

@@ -1,0 +1,214 @@
+"""From samples to acceleration against filters chosen with the truth: `python tests/benchmarks/encoder.py`.
+
+    --seed N, --rounds N   made moves: 64 cases a round (traces.py)
+    --cases                a line per case
+    --peers                PyNumDiff's methods at their own automatic choice, on every eighth case (minutes)
+    --emps FILE            the measured trace emps_bangbang_1kHz.csv, against acceleration from force
+
+A case's ratio is the rms error of the acceleration over that of the best Savitzky-Golay filter, chosen with the truth
+over orders 2, 4, 5, 6, some 40 windows each, and (with jitter) over taking the stamps for uniform or resampling by a
+cubic spline. Cover is the share of true accelerations within +-1.96 standard deviations.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import resource
+import sys
+import time as clock
+import warnings
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import savgol_filter
+from traces import FAMILIES, Array, Case, draw, moves
+
+from guideload.estimation import estimate
+from guideload.smoothing import smooth
+
+MEAN, WORST, COVER = 0.90, 1.15, (0.90, 0.98)  # asked in issue 5
+LONG, SECONDS = 1_000_000, 2.0
+# Published model of the EMPS rig: force per volt, viscous and dry friction, offset, mass.
+PER_VOLT, VISCOUS, DRY, OFFSET, MASS = 35.15065, 203.5, 20.39, -3.165, 95.11
+PEERS = ("savgoldiff", "butterdiff", "kerneldiff", "polydiff", "splinediff", "spectraldiff", "rtsdiff")
+
+
+@dataclass(frozen=True)
+class Score:
+    """One case."""
+
+    case: Case
+    best: float  # m/s2 rms, of the filter chosen with the truth
+    how: str
+    ratio: float
+    cover: float
+    order: int
+    spline: float  # ratio of the smoothing spline, today's method before
+
+
+def rms(x: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(x))))
+
+
+def best_filter(case: Case) -> tuple[float, str]:
+    """Rms error and name of the best Savitzky-Golay filter."""
+    count = case.time.size
+    step = float(case.time[-1] - case.time[0]) / (count - 1)
+    even = case.time[0] + step * np.arange(count)
+    views = [("as uniform", case.value)]
+    if case.jitter:
+        views.append(("resampled", CubicSpline(case.time, case.value)(even)))
+    best = (np.inf, "")
+    for name, value in views:
+        for order in (2, 4, 5, 6):
+            lengths = np.unique(
+                np.geomspace(order + 1, min(count - 1, 0.5 / step), 40).astype(int) // 2 * 2 + 1
+            )
+            here, worse = np.inf, 0
+            for length in lengths[(lengths > order) & (lengths <= count)]:
+                found = savgol_filter(value, int(length), order, deriv=2, delta=step)
+                if name == "resampled":
+                    found = np.interp(case.time, even, found)
+                error = rms(found - case.acceleration)
+                best = min(best, (error, f"order {order}, {length} samples, {name}"))
+                worse = 0 if error < here else worse + 1
+                here = min(here, error)
+                if worse > 8:
+                    break
+    return best
+
+
+def score(case: Case) -> Score:
+    """All of one case."""
+    best, how = best_filter(case)
+    found = estimate(case.time, case.value, "position", case.quantum)
+    error = found.acceleration - case.acceleration
+    cover = float(np.mean(np.abs(error) < 1.96 * np.sqrt(found.acceleration_variance)))
+    before = smooth(case.time, case.value, "position", "auto", quantum=case.quantum)
+    spline = rms(before.acceleration - case.acceleration) / best
+    return Score(case, best, how, rms(error) / best, cover, found.order, spline)
+
+
+def table(scores: list[Score]) -> None:
+    """A line per family and one for all."""
+    print(
+        f"{'':14}{'cases':>6}{'mean':>7}{'worst':>7}{f'> {WORST}':>7}{'cover':>17}{'out of':>7}{'spline':>9}"
+    )
+    for family in (*FAMILIES, "all"):
+        part = [s for s in scores if family in (s.case.family, "all")]
+        ratio, cover = np.array([s.ratio for s in part]), np.array([s.cover for s in part])
+        out = np.sum((cover < COVER[0]) | (cover > COVER[1]))
+        mean, spline = (np.exp(np.mean(np.log(x))) for x in (ratio, [s.spline for s in part]))
+        print(
+            f"{family:14}{len(part):>6}{mean:>7.3f}{ratio.max():>7.2f}{np.sum(ratio > WORST):>7}"
+            f"{cover.mean():>7.3f}{cover.min():>5.2f}{cover.max():>5.2f}{out:>7}{spline:>9.3f}"
+        )
+    print(f"asked: mean <= {MEAN}, worst <= {WORST}, cover {COVER[0]} to {COVER[1]} in each case")
+
+
+def emps(file: Path) -> None:
+    """Measured: acceleration from the encoder against acceleration from the force."""
+    import pandas as pd
+
+    data = pd.read_csv(file)
+    found = estimate(data.t_s, data.q_meas_m, "position", 5e-8)
+    velocity, force = found.velocity, PER_VOLT * data.u_V.to_numpy()
+    expected = (force - VISCOUS * velocity - DRY * np.sign(velocity) - OFFSET) / MASS
+    moving = np.abs(velocity) > 0.01
+    columns = np.column_stack([found.acceleration, velocity, np.sign(velocity), np.ones(velocity.size)])
+    mass = np.linalg.lstsq(columns[moving], force[moving], rcond=None)[0][0]
+    error = rms((found.acceleration - expected)[moving])
+    print(
+        f"\nEMPS: rms difference {error:.5f} m/s2 (asked 0.0225), mass {mass:.2f} kg ({100 * (mass / MASS - 1):+.2f} %)"
+    )
+    print(f"    {found.note}")
+
+
+def long_trace() -> None:
+    """Time and memory of a million samples, the best of three runs."""
+    truth, end = moves("jerk-limited", np.random.default_rng(0))
+    stamps = np.arange(LONG) * 1e-3
+    turns, since = np.divmod(stamps, end)  # the moves again and again, each from where the last ended
+    value = np.round((truth(since)[0] + turns * truth(np.array([end]))[0]) / 1e-6) * 1e-6
+    taken = []
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(3):
+        start = clock.perf_counter()
+        estimate(stamps, value, "position", 1e-6)
+        taken.append(clock.perf_counter() - start)
+    held = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024 / LONG
+    print(
+        f"\n{LONG} samples: {min(taken):.2f} s (asked {SECONDS:g}), {held:.0f} B per sample at the peak (asked 500)"
+    )
+
+
+def twice(peer: str, case: Case) -> float:
+    """Rms error of a PyNumDiff method applied twice, each time with the parameters that its optimiser chooses.
+
+    The optimiser wants the band of the signal: it gets the truth's, to 99 % of the acceleration's power.
+    """
+    import pynumdiff
+    from pynumdiff.optimize import optimize
+
+    method: Callable[..., tuple[Array, Array]] = getattr(pynumdiff, peer)
+    step = float(case.time[-1] - case.time[0]) / (case.time.size - 1)
+    power = np.cumsum(np.abs(np.fft.rfft(case.acceleration)) ** 2)
+    band = float(np.searchsorted(power, 0.99 * power[-1]) / (step * case.time.size))
+    signal = case.value
+    with warnings.catch_warnings(), open(os.devnull, "w") as nowhere:
+        warnings.simplefilter("ignore")
+        shown, sys.stderr = sys.stderr, nowhere
+        try:
+            for _ in range(2):
+                chosen, _ = optimize(method, signal, step, bandlimit=band, parallel=False, maxiter=5)
+                signal = method(signal, step, **chosen)[1]
+        finally:
+            sys.stderr = shown
+    return rms(signal - case.acceleration)
+
+
+def peers(scores: list[Score]) -> None:
+    """PyNumDiff on every eighth case of at most 3000 samples."""
+    print(f"\nratio to the best filter{'ours':>10}" + "".join(f"{peer:>13}" for peer in PEERS))
+    for one in [s for s in scores if s.case.time.size <= 3000][::8]:
+        cells = []
+        for peer in PEERS:
+            try:
+                cells.append(f"{twice(peer, one.case) / one.best:>13.2f}")
+            except Exception as error:  # a method may refuse a case; the others go on
+                cells.append(f"{type(error).__name__[:12]:>13}")
+        print(f"{one.case.title[:24]}{one.ratio:>10.2f}{''.join(cells)}", flush=True)
+
+
+def main() -> None:
+    """Measure all, print all."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--rounds", type=int, default=1)
+    parser.add_argument("--cases", action="store_true", help="a line per case")
+    parser.add_argument("--peers", action="store_true", help="PyNumDiff as well")
+    parser.add_argument("--emps", type=Path, metavar="FILE")
+    asked = parser.parse_args()
+    long_trace()
+    with ProcessPoolExecutor(2) as pool:
+        scores = list(pool.map(score, draw(asked.seed, asked.rounds)))
+    if asked.cases:
+        for s in scores:
+            print(
+                f"{s.case.title}  {s.best:8.2g} m/s2 ({s.how})  {s.ratio:.2f} {s.cover:.3f} order {s.order}"
+            )
+    print()
+    table(scores)
+    if asked.emps:
+        emps(asked.emps)
+    if asked.peers:
+        peers(scores)
+
+
+if __name__ == "__main__":
+    main()

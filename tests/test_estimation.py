@@ -1,0 +1,212 @@
+"""Laws of the smoother: it is the Gaussian posterior, its draws too; adapting pays; the band tells the truth."""
+
+import sys
+from itertools import product
+from math import factorial
+from pathlib import Path
+
+import make_example_trace as example
+import numpy as np
+import pytest
+from scipy.signal import savgol_filter
+
+from guideload import _core
+from guideload.errors import TraceError
+from guideload.estimation import ORDERS, Kind, estimate
+
+sys.path.insert(0, str(Path(__file__).resolve().parent / "benchmarks"))
+from traces import FAMILIES, case
+
+RNG_SEED = 5
+
+
+def rms(x):
+    return float(np.sqrt(np.mean(np.square(x))))
+
+
+def free_motion(states, step):
+    """Transition and noise of a step from the definition: integrals of monomials over factorials."""
+    phi = np.array(
+        [
+            [step ** (j - i) / factorial(j - i) if j >= i else 0.0 for j in range(states)]
+            for i in range(states)
+        ]
+    )
+    noise = np.zeros((states, states))
+    for i, j in product(range(states), repeat=2):
+        a, b = states - 1 - i, states - 1 - j
+        noise[i, j] = step ** (a + b + 1) / ((a + b + 1) * factorial(a) * factorial(b))
+    return phi, noise
+
+
+def dense(states, step, value, variance, mean, covariance, intensity):
+    """Posterior of all states at once, by the textbook's formula for jointly normal numbers; and log likelihood."""
+    count = value.size
+    means, blocks = [mean], [[covariance]]
+    for k in range(count - 1):
+        phi, noise = free_motion(states, step[k])
+        means.append(phi @ means[-1])
+        row = [phi @ block for block in blocks[-1]]
+        blocks.append([*row, row[-1] @ phi.T + intensity[k] * noise])
+    full = np.block(
+        [[blocks[i][j] if j <= i else blocks[j][i].T for j in range(count)] for i in range(count)]
+    )
+    seen = np.kron(np.eye(count), np.eye(states)[:1])
+    total = seen @ full @ seen.T + np.diag(variance)
+    rest = value - seen @ np.concatenate(means)
+    gain = full @ seen.T @ np.linalg.inv(total)
+    likelihood = -0.5 * (np.linalg.slogdet(total)[1] + rest @ np.linalg.solve(total, rest))
+    return np.concatenate(means) + gain @ rest, full - gain @ seen @ full, likelihood
+
+
+def problem(states, count=12):
+    rng = np.random.default_rng(RNG_SEED)
+    step = rng.uniform(0.1, 0.3, count - 1)
+    value = np.cumsum(rng.standard_normal(count))
+    variance = rng.uniform(0.1, 0.4, count)
+    covariance = np.diag(4.0 * np.arange(1.0, states + 1.0))
+    cell = (np.arange(count - 1) // 3).astype(np.uint32)
+    intensity = np.array([1.0, 100.0, 1e-2, 30.0])
+    return (step, value, variance, 0.1 * np.ones(states), covariance, cell, intensity)
+
+
+@pytest.mark.parametrize("states", [2, 3, 4, 5, 6])
+def test_the_kernels_are_the_posterior_of_jointly_normal_numbers(states):
+    given = problem(states)
+    mean, covariance, likelihood = dense(states, *given[:5], given[6][given[5]])
+    found, variance, residual = _core.smooth_motion(*given)
+    for i in range(min(states, 3)):
+        np.testing.assert_allclose(found[:, i], mean[i::states], rtol=1e-5, atol=1e-6)
+        np.testing.assert_allclose(variance[:, i], np.diag(covariance)[i::states], rtol=1e-6)
+    determinant, misfit = _core.motion_likelihood(*given)
+    assert -0.5 * (determinant + misfit) == pytest.approx(likelihood, rel=1e-9)
+    # Without sample 5, the estimate of it and its variance.
+    step, value, noise, *rest = given
+    without, spread, _ = _core.smooth_motion(
+        step, value, np.where(np.arange(value.size) == 5, 1e12, noise), *rest
+    )
+    assert residual[5, 0] / residual[5, 1] == pytest.approx(value[5] - without[5, 0], rel=1e-6)
+    assert 1.0 / residual[5, 1] == pytest.approx(spread[5, 0] + noise[5], rel=1e-6)
+
+
+@pytest.mark.parametrize(("states", "derivative"), [(2, 1), (4, 2), (6, 2)])
+def test_draws_have_the_posteriors_mean_and_covariance(states, derivative):
+    given = problem(states)
+    mean, covariance, _ = dense(states, *given[:5], given[6][given[5]])
+    rng = np.random.default_rng(RNG_SEED)
+    count = 4000
+    drawn = np.array(
+        [_core.draw_motion(*given, rng.standard_normal(states * 12), derivative) for _ in range(count)]
+    )
+    true = covariance[derivative::states, derivative::states]
+    scale = np.sqrt(np.diag(true))
+    # 5 standard deviations of a mean, and of a covariance, of that many draws.
+    assert np.abs((drawn.mean(axis=0) - mean[derivative::states]) / scale).max() < 5.0 / np.sqrt(count)
+    difference = (np.cov(drawn.T) - true) / np.outer(scale, scale)
+    assert np.abs(difference).max() < 5.0 * np.sqrt(2.0 / count)
+
+
+def test_adapting_never_lowers_the_likelihood():
+    step, value, variance, mean, covariance, cell, intensity = problem(4, 13)
+    known = -np.inf
+    level = 1.0
+    for _ in range(12):
+        determinant, misfit = _core.motion_likelihood(
+            step, value, level * variance, mean, covariance, cell, intensity
+        )
+        assert -(determinant + misfit) > known - 1e-9
+        known = -(determinant + misfit)
+        intensity, level = _core.adapt_motion(
+            step, value, variance, mean, covariance, cell, intensity, level, 1, 0.1, 0.0, 1e-9
+        )
+
+
+@pytest.mark.parametrize(("kind", "power"), [("position", 2), ("velocity", 1)])
+def test_what_every_order_leaves_alone_is_reproduced_on_uneven_stamps(kind: Kind, power):
+    """Constant acceleration: its derivatives are nought, whatever the order."""
+    time = np.sort(np.random.default_rng(RNG_SEED).uniform(0.0, 2.0, 400)) + 1e3
+    poly = np.polynomial.Polynomial([0.3, -1.2, 0.7][: power + 1])
+    since = time - time[0]
+    found = estimate(time, poly(since), kind)
+    true = poly.deriv(2 if kind == "position" else 1)(since)
+    assert np.abs(found.acceleration - true).max() < 1e-4
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_better_than_the_best_filter_chosen_with_the_truth_and_the_band_covers(family):
+    """Eight draws each; means, for single cases scatter (tests/benchmarks/encoder.py shows them all)."""
+    rng = np.random.default_rng(RNG_SEED)
+    ratios, covers = [], []
+    for rate, quantum in product((250.0, 1000.0), (1e-7, 1e-6, 1e-5, 8e-5)):
+        one = case(family, rate, quantum, 0.0, 0.5, rng)
+        best = min(
+            rms(savgol_filter(one.value, length, order, deriv=2, delta=1.0 / rate) - one.acceleration)
+            for order in (2, 4, 6)
+            for length in np.unique(np.geomspace(order + 1, 0.3 * rate, 20).astype(int) // 2 * 2 + 1)
+            if length > order
+        )
+        found = estimate(one.time, one.value, "position", quantum)
+        error = found.acceleration - one.acceleration
+        ratios.append(rms(error) / best)
+        covers.append(np.mean(np.abs(error) < 1.96 * np.sqrt(found.acceleration_variance)))
+    assert np.exp(np.mean(np.log(ratios))) < 0.95
+    assert 0.90 < np.mean(covers) < 0.98
+
+
+def test_jumps_are_found_where_they_are_and_a_sine_has_none():
+    time = np.arange(0.0, 4.0, 1e-3)
+    corners = np.array([0.5, 1.0, 2.0, 2.5])
+    speed = np.interp(time, corners, [0.0, 1.0, 1.0, 0.0])
+    place = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * 1e-3)])
+    rng = np.random.default_rng(RNG_SEED)
+    found = estimate(
+        time, np.round((place + 1e-6 * rng.standard_normal(time.size)) / 1e-6) * 1e-6, "position", 1e-6
+    )
+    assert found.order in (3, 4)
+    for corner in corners:
+        assert np.any((found.jumps[:, 0] <= corner + 0.01) & (found.jumps[:, 1] >= corner - 0.01))
+    assert rms(found.acceleration[(time > 0.6) & (time < 0.9)] - 2.0) < 0.01
+    assert rms(found.acceleration[time < 0.4]) < 0.01
+    sine = np.round((np.sin(6.0 * time) + 1e-5 * rng.standard_normal(time.size)) / 1e-5) * 1e-5
+    assert estimate(time, sine, "position", 1e-5).jumps.size == 0
+
+
+def test_draws_of_the_acceleration_scatter_as_the_band_says():
+    time = np.arange(0.0, 2.0, 1e-3)
+    value = np.round((0.1 * np.sin(3.0 * time)) / 1e-5) * 1e-5
+    found = estimate(time, value, "position", 1e-5)
+    drawn = found.draws(300, np.random.default_rng(RNG_SEED))
+    assert drawn.shape == (300, time.size)
+    ratio = drawn.std(axis=0) / np.sqrt(found.acceleration_variance)
+    assert np.abs(ratio - 1.0).max() < 5.0 / np.sqrt(600.0)  # 5 standard deviations of a scatter
+    again = found.draws(1, np.random.default_rng(RNG_SEED))
+    assert np.array_equal(again[0], drawn[0])
+
+
+@pytest.mark.parametrize("kind", ["position", "velocity"])
+def test_both_kinds_choose_an_order_and_tell_it(kind: Kind):
+    time = example.times()
+    position, velocity, acceleration = example.motion(time)
+    value, quantum = (position, 1e-6) if kind == "position" else (velocity, 1e-4)
+    found = estimate(time, np.round(value / quantum) * quantum, kind, quantum)
+    assert found.order in ORDERS
+    assert rms(found.acceleration - acceleration) < 0.02 * rms(acceleration)
+    assert found.noise == pytest.approx(quantum / np.sqrt(12.0), rel=0.5)
+    assert str(found.order) in found.note
+
+
+def test_equal_samples_have_neither_acceleration_nor_band():
+    found = estimate(np.arange(20.0), np.full(20, 0.1), "position", 1e-6)
+    assert not found.acceleration.any() and not found.acceleration_variance.any()
+    assert np.array_equal(found.draws(2, np.random.default_rng(1)), np.zeros((2, 20)))
+
+
+def test_refusals_tell_the_place():
+    with pytest.raises(TraceError, match="at least 8 samples, got 7"):
+        estimate(np.arange(7.0), np.arange(7.0))
+    time = np.arange(20.0)
+    time[5] = 3.0
+    with pytest.raises(TraceError, match=r"time\[5\]: expected more than 4.0 s, got 3.0"):
+        estimate(time, np.sin(time))
+    with pytest.raises(ValueError, match="lengths do not agree"):
+        _core.motion_likelihood(*[np.ones(3)] * 3, np.zeros(3), np.eye(3), np.zeros(2, np.uint32), np.ones(1))
