@@ -13,6 +13,11 @@ pub trait Record {
     /// [`RunError::Capacity`] if they will not fit.
     fn reserve(&mut self, count: usize) -> Result<(), RunError>;
 
+    /// Whether it looks at the excitation at the instants; one that does not may be told zeros.
+    fn looks_at_input(&self) -> bool {
+        true
+    }
+
     /// One instant: time, state, excitation.
     fn instant(&mut self, time: f64, state: &State, input: &Input);
 }
@@ -37,6 +42,10 @@ impl Record for History<'_> {
         if got < count { Err(RunError::Capacity { expected: count, got }) } else { Ok(()) }
     }
 
+    fn looks_at_input(&self) -> bool {
+        false
+    }
+
     #[cfg_attr(feature = "std", inline(always))]
     fn instant(&mut self, _: f64, state: &State, _: &Input) {
         self.states[self.filled] = *state;
@@ -50,6 +59,10 @@ impl Record for Vec<State> {
     fn reserve(&mut self, count: usize) -> Result<(), RunError> {
         self.reserve_exact(count);
         Ok(())
+    }
+
+    fn looks_at_input(&self) -> bool {
+        false
     }
 
     #[cfg_attr(feature = "std", inline(always))]

@@ -38,6 +38,9 @@ pub(crate) type Force = [f64; 8];
 /// No force.
 pub(crate) const NO_FORCE: Force = [0.0; 8];
 
+/// No excitation.
+pub(crate) const NO_INPUT: Input = [0.0; 9];
+
 /// An [`Input`] of its parts.
 #[cfg_attr(feature = "std", inline(always))]
 pub fn joined([x, y, z]: [f64; 3], [a, b, c, d, e, f]: [f64; 6]) -> Input {

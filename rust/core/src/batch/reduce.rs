@@ -244,6 +244,10 @@ impl Record for Reduce<'_> {
         Ok(())
     }
 
+    fn looks_at_input(&self) -> bool {
+        false
+    }
+
     #[cfg_attr(feature = "std", inline(always))]
     fn instant(&mut self, _: f64, state: &State, _: &Input) {
         self.memory.block.set(self.filled, state);

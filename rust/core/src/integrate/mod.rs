@@ -28,7 +28,7 @@ use crate::float::{ceil, floor, sqrt};
 use crate::record::Record;
 use crate::simd::{Kernel, widest};
 use crate::smooth::Smooth;
-use crate::system::{Rung, State, System};
+use crate::system::{Input, NO_INPUT, Rung, State, System};
 
 /// A way to advance the state over one step. It never chooses the step: [`run`] and [`Control`] do.
 pub trait Method {
@@ -177,6 +177,9 @@ impl<M: Method, C: Course> Kernel for Following<'_, M, C> {
         let (mut state, mut next): (&mut State, &mut State) = (&mut [0.0; 12], &mut [0.0; 12]);
         let mut summary = Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale };
         let mut reach = 0.0;
+        // Made for those alone that look at it.
+        let looks = record.looks_at_input();
+        let mut at: Input;
         let (mut from, mut to) = (&mut [0.0; 9], &mut [0.0; 9]);
         drive.sample(excitation, 0, from);
         // A method with a step error may step over samples between which the excitation does not bend; where contacts change, short steps are
@@ -271,7 +274,16 @@ impl<M: Method, C: Course> Kernel for Following<'_, M, C> {
                     while k < until && (last || excitation.time(k) - start <= done + h) {
                         let theta = f64::min((excitation.time(k) - start - done) / h, 1.0);
                         let there = method.between(course.equations(), &mut memory, &ramp, state, theta);
-                        record.instant(excitation.time(k), &there, &excitation.input(k));
+                        record.instant(
+                            excitation.time(k),
+                            &there,
+                            if looks {
+                                at = excitation.input(k);
+                                &at
+                            } else {
+                                &NO_INPUT
+                            },
+                        );
                         summary.recorded += 1;
                         k += 1;
                     }
@@ -304,7 +316,16 @@ impl<M: Method, C: Course> Kernel for Following<'_, M, C> {
             core::mem::swap(&mut from, &mut to);
             k = until;
             if let Output::Samples = output {
-                record.instant(excitation.time(k), state, &excitation.input(k));
+                record.instant(
+                    excitation.time(k),
+                    state,
+                    if looks {
+                        at = excitation.input(k);
+                        &at
+                    } else {
+                        &NO_INPUT
+                    },
+                );
                 summary.recorded += 1;
             }
         }

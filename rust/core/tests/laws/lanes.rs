@@ -314,3 +314,65 @@ fn what_is_passed_over_holds_no_extreme() {
         }
     }
 }
+
+/// Where L stands far from all, masses and stiffnesses about it nearly cancel.
+#[test]
+fn any_reference_point() {
+    let mut random = Random::new(7);
+    for distance in [1.0, 4.0, 16.0, 64.0] {
+        let mut machine = random_machine(&mut random);
+        let away = Vector3::new(0.6, -0.48, 0.64) * distance;
+        let body = &machine.body;
+        machine.body =
+            guideload::Body::new(body.mass(), body.center_of_mass() + away, body.inertia()).expect("a body");
+        for link in &mut machine.links {
+            *link = guideload::Link::new(
+                link.point() + away,
+                link.direction(),
+                link.stiffness(),
+                1e-4 * link.stiffness(),
+            )
+            .expect("a link");
+        }
+        let mut study = Study::new(machine, &mut random, 30);
+        for group in &mut study.groups {
+            group.center += away;
+        }
+        agree(&study, &Samples::new(ticks(200, 1e-3), &mut random), 3.0);
+    }
+}
+
+/// In a motion far shorter than any mode the loads are a vanishing part of what the excitation would hold for ever.
+#[test]
+fn motions_that_end_before_anything_moves() {
+    let mut random = Random::new(8);
+    let mut machine = random_machine(&mut random);
+    machine.gravity = Vector3::zeros();
+    let study = Study::new(machine, &mut random, 9);
+    for (count, step) in [(10, 1e-3), (10, 1e-5), (10, 1e-8), (300, 1e-5), (1, 1.0), (2, 1e-6)] {
+        agree(&study, &Samples::new(ticks(count, step), &mut random), 3.0);
+    }
+}
+
+/// Stiffness and mass of any size, as their ratio is an ordinary one.
+#[test]
+fn any_size_of_numbers() {
+    let mut random = Random::new(9);
+    for size in [1e-120, 1e-60, 1e60, 1e120] {
+        let mut machine = random_machine(&mut random);
+        let body = &machine.body;
+        machine.body = guideload::Body::new(size * body.mass(), body.center_of_mass(), size * body.inertia())
+            .expect("a body");
+        for link in &mut machine.links {
+            *link = guideload::Link::new(
+                link.point(),
+                link.direction(),
+                size * link.stiffness(),
+                size * link.damping(),
+            )
+            .expect("a link");
+        }
+        let study = Study::new(machine, &mut random, 9);
+        agree(&study, &Samples::new(ticks(200, 1e-3), &mut random), 3.0);
+    }
+}

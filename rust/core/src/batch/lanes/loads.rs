@@ -10,7 +10,7 @@ use super::vector::Real;
 /// Samples of which the values of a tile of rows are worked out at a time: sixteen sums in the registers, which share each number loaded.
 const SAMPLES: usize = 4;
 
-/// Smallest, largest and first value of all rows: if the values at the samples are kept, over a block; else over all blocks so far.
+/// Smallest and largest value of all rows: if the values at the samples are kept, over a block; else over all blocks so far.
 pub(super) struct Loads<'a, const KEPT: bool> {
     pub modal: &'a Modal,
     pub line: &'a Timeline,
@@ -31,7 +31,7 @@ impl<const KEPT: bool> WithSimd for Loads<'_, KEPT> {
         let states = states.vectors::<S>().as_chunks::<BLOCK>().0;
         let width = 1 + components + states.len();
         let tiles = modal.tiles.vectors::<S>().as_chunks::<TILE>().0.chunks_exact(width);
-        let extremes = extremes.vectors_mut::<S>().as_chunks_mut::<3>().0.as_chunks_mut::<TILE>().0;
+        let extremes = extremes.vectors_mut::<S>().as_chunks_mut::<2>().0.as_chunks_mut::<TILE>().0;
         let values = values.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<TILE>().0;
         let mut sizes = [simd.splat_f64s(0.0); 2 * MOST];
         if !KEPT {
@@ -72,8 +72,7 @@ impl<const KEPT: bool> WithSimd for Loads<'_, KEPT> {
                         low = low.min(Real::new(simd, extremes[row][0]));
                         high = high.max(Real::new(simd, extremes[row][1]));
                     }
-                    let first = if part == 0 && (KEPT || block == 0) { a.lanes } else { extremes[row][2] };
-                    extremes[row] = [low.lanes, high.lanes, first];
+                    extremes[row] = [low.lanes, high.lanes];
                     if KEPT {
                         values[index][row].as_chunks_mut::<SAMPLES>().0[part] =
                             sums[row].map(|sum| sum.lanes);
@@ -103,7 +102,7 @@ fn may_be_new<S: Simd>(
     range: &[[f64; 2]],
     tile: &[[S::f64s; TILE]],
     sizes: &[S::f64s; 2 * MOST],
-    extremes: &[[S::f64s; 3]; TILE],
+    extremes: &[[S::f64s; 2]; TILE],
 ) -> bool {
     // Rounding of a sum of some twenty terms is far less than this part of their sizes.
     let rounding = Real::splat(simd, 1e-13);
@@ -121,7 +120,7 @@ fn may_be_new<S: Simd>(
             spread = Real::new(simd, coefficients[row]).abs().mul_add(Real::new(simd, *size), spread);
         }
         spread = (size + spread).mul_add(rounding, spread);
-        let [lowest, highest, _] = extremes[row].map(|lanes| Real::new(simd, lanes));
+        let [lowest, highest] = extremes[row].map(|lanes| Real::new(simd, lanes));
         new = new.or((low - spread).less_than(lowest)).or(highest.less_than(high + spread));
     }
     new.any()

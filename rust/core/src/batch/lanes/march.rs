@@ -48,7 +48,7 @@ impl<const N: usize> WithSimd for March<'_, N> {
         end.clear::<S>(2 * N);
         states.clear::<S>(2 * N * BLOCK);
         values.clear::<S>(if kept { rows * BLOCK } else { 0 });
-        extremes.clear::<S>(rows * 3);
+        extremes.clear::<S>(rows * 2);
         simd.vectorize(Steps { lengths: &line.lengths, modal, to: steps });
         for block in 0..line.blocks() {
             if let Some(kind) = line.kind(block) {
@@ -64,11 +64,11 @@ impl<const N: usize> WithSimd for March<'_, N> {
                 simd.vectorize(Loads::<false> { modal, line, block, states, values, extremes });
             }
             if kept {
-                simd.vectorize(Reduce { needs, line, block, values, extremes, found });
+                simd.vectorize(Reduce { needs, line, block, starts: &modal.starts, values, extremes, found });
             }
         }
         if !kept {
-            simd.vectorize(Reduce { needs, line, block: 0, values, extremes, found });
+            simd.vectorize(Reduce { needs, line, block: 0, starts: &modal.starts, values, extremes, found });
         }
     }
 }

@@ -68,6 +68,7 @@ impl<'a> Lanes<'a> {
             dofs: base.free.iter().map(|dof| dof as usize).collect(),
             groups: base.groups,
             components: line.components.clone(),
+            first: line.values[..line.components.len()].to_vec(),
             rows: needs.rows.clone(),
             duration: line.duration,
         };
@@ -99,7 +100,7 @@ impl<'a> Lanes<'a> {
         let lanes = self.count();
         let LaneMemory { modal, memory } = memory;
         let finite = (0..2 * self.wanted.dofs.len()).all(|i| memory.end.lane(i, lane, lanes).is_finite());
-        tally::tallies(needs, &memory.found, lane, lanes, out);
+        let finite = tally::tallies(needs, &memory.found, lane, lanes, out) && finite;
         finite && modal.sound.lane(0, lane, lanes) > 0.0
     }
 

@@ -8,7 +8,7 @@ use pulp::{Simd, WithSimd};
 
 use super::jacobi::{Damped, Square, symmetric};
 use super::room::Room;
-use super::vector::{Complex, Mask, Real};
+use super::vector::{Complex, Real};
 use crate::batch::instance::{Group, Instance};
 use crate::batch::reduce::Row;
 
@@ -22,6 +22,8 @@ pub(super) struct Wanted<'a> {
     /// Components of the excitation that are not zero throughout.
     pub components: Vec<usize>,
     pub rows: Vec<Row>,
+    /// Values of these components at the first sample.
+    pub first: Vec<f64>,
     /// Of the motion, s.
     pub duration: f64,
 }
@@ -38,14 +40,24 @@ pub(super) struct Modal {
     /// Of each [`TILE`] rows side by side: their values at rest, what a unit of each component of the excitation adds, then, mode by mode, what
     /// a unit of the real and of the imaginary part of v adds. Rows that fill the last tile up are zero.
     pub(super) tiles: Room,
+    /// Value of each row at the first sample, before anything has moved.
+    pub(super) starts: Room,
     /// One in the lanes in which all this is right to what the arithmetic allows; the others need the careful way.
     pub(super) sound: Room,
 }
 
-/// Limits up to which rounding leaves some 1e-13 of the loads.
+/// Limits up to which rounding leaves less than 1e-12 of the loads.
 ///
-/// Spread of ω², and of the pivots of the mass matrix: K and M are formed here, which squares what the careful way keeps apart.
+/// Spread of ω², times that of the pivots of the mass matrix (as where L is far from the body): K and M are formed here, which squares what the
+/// careful way keeps apart.
 const SPREAD: f64 = 1e3;
+/// Of ω², beyond which its square leaves the range of numbers.
+const SMALLEST: f64 = 1e-100;
+/// Of a row, beyond which its squares do.
+const LARGEST: f64 = 1e150;
+/// Radians that every mode turns, or decays by, in a motion: in less the loads are so far below what the excitation would hold for ever, from
+/// which they are counted, that they lose digits.
+const LEAST_TURN: f64 = 0.3;
 /// Square of the size of T, per mode: 1 where damping does not couple, infinite where two modes become one.
 const CONDITION: f64 = 50.0;
 /// Radians that a mode turns while it lasts: an error in λ is that many times as large in the load.
@@ -83,7 +95,7 @@ impl WithSimd for SetUp<'_> {
                 lower[i][j] = mass[dofs[i]][dofs[j]];
             }
         }
-        let mut sound = cholesky(&mut lower, n, Real::splat(simd, 1.0 / SPREAD));
+        let pivots = cholesky(&mut lower, n);
         let (mut stiffness, mut damping) = links.matrices(simd, n);
         congruent(&lower, &mut stiffness, n);
         let vectors = symmetric(simd, &mut stiffness, n);
@@ -104,7 +116,10 @@ impl WithSimd for SetUp<'_> {
             (high, low) = (high.max(square), low.min(square));
             frequency[mode] = square.sqrt();
         }
-        sound = sound.and(high.less_than(low * low.constant(SPREAD)));
+        let mut sound = high.less_than(low * pivots * low.constant(SPREAD));
+        sound = sound
+            .and(low.constant(SMALLEST).less_than(low))
+            .and(high.less_than(high.constant(1.0 / SMALLEST)));
         damping = projected(&shapes, &damping, n);
 
         // The influence of a unit of each component, and of the weight, on the modes.
@@ -163,7 +178,9 @@ impl WithSimd for SetUp<'_> {
             let memory = (-eigenvalues[k].re).max(square.constant(1.0 / wanted.duration));
             let turns = (eigenvalues[k].im).less_than(memory * square.constant(TURNS));
             let swings = zero.less_than(eigenvalues[k].im);
-            sound = sound.and(settled).and(turns).and(swings);
+            let least = square.constant(LEAST_TURN / wanted.duration);
+            let lasts = (least * least).less_than(square);
+            sound = sound.and(settled).and(turns).and(swings).and(lasts);
             trace = trace + eigenvalues[k].re;
             damped = damped + half * damping[k][k];
         }
@@ -172,8 +189,6 @@ impl WithSimd for SetUp<'_> {
         sound = sound.and(kept);
         sound = sound.and(size.less_than(size.constant(CONDITION * n as f64)));
 
-        let one = Real::splat(simd, 1.0);
-        to.sound.clear::<S>(1)[0] = sound.select(one, zero).lanes;
         for (to, value) in to.eigenvalues.clear::<S>(2 * n).as_chunks_mut::<2>().0.iter_mut().zip(eigenvalues)
         {
             *to = value.lanes();
@@ -194,11 +209,13 @@ impl WithSimd for SetUp<'_> {
         let width = 1 + influence.len() + 2 * n;
         to.rows = wanted.rows.len();
         let tiles = to.tiles.clear::<S>(to.rows.next_multiple_of(TILE) * width).as_chunks_mut::<TILE>().0;
+        let starts = to.starts.clear::<S>(to.rows);
         let mut feeds = vec![zero; influence.len()];
+        let mut size = zero;
         for (index, row) in wanted.rows.iter().enumerate() {
             let (tile, place) = (&mut tiles[index / TILE * width..][..width], index % TILE);
             feeds.fill(zero);
-            let mut of = Loads::new(simd);
+            let mut of = RowParts::new(simd);
             match *row {
                 Row::Of(group, component) => {
                     for &link in &wanted.groups[group].links {
@@ -253,6 +270,12 @@ impl WithSimd for SetUp<'_> {
                 }
             }
             tile[0][place] = of.constant.lanes;
+            let mut start = of.constant;
+            for (feed, &value) in feeds.iter().zip(&wanted.first) {
+                start = feed.mul_add(Real::splat(simd, value), start);
+            }
+            starts[index] = start.lanes;
+            size = size + start.abs();
             // Per unit of p and of -p̄, then of the modes: out = 2 Re(Σ c z), z = v - (g/λ) u.
             for k in 0..n {
                 let mut c = none;
@@ -265,20 +288,24 @@ impl WithSimd for SetUp<'_> {
                     let still = c * Complex::of(simd, drive[k]);
                     *feed = *feed - (still.re + still.re);
                 }
+                size = size + c.re.abs() + c.im.abs();
                 let coefficients = &mut tile[1 + influence.len() + 2 * k..];
                 (coefficients[0][place], coefficients[1][place]) =
                     ((c.re + c.re).lanes, (-(c.im + c.im)).lanes);
             }
             for (feed, to) in feeds.iter().zip(&mut tile[1..]) {
                 to[place] = feed.lanes;
+                size = size + feed.abs();
             }
         }
+        sound = sound.and(size.less_than(size.constant(LARGEST)));
+        to.sound.clear::<S>(1)[0] = sound.select(Real::splat(simd, 1.0), zero).lanes;
     }
 }
 
 /// A link in all scenes.
 #[derive(Debug)]
-struct Link<S: Simd> {
+struct LaneLink<S: Simd> {
     /// Deflection per unit of each free degree of freedom (eqs. 14-17).
     row: [Real<S>; MOST],
     stiffness: Real<S>,
@@ -287,7 +314,7 @@ struct Link<S: Simd> {
 
 #[derive(Debug)]
 struct Links<S: Simd> {
-    all: Vec<Link<S>>,
+    all: Vec<LaneLink<S>>,
 }
 
 impl<S: Simd> Links<S> {
@@ -307,7 +334,7 @@ impl<S: Simd> Links<S> {
             for (i, &dof) in dofs.iter().enumerate() {
                 row[i] = if dof < 3 { along[dof] } else { moment[dof - 3] };
             }
-            all.push(Link {
+            all.push(LaneLink {
                 row,
                 stiffness: Real::gather(simd, |lane| scenes[lane].links()[index].stiffness()),
                 damping: Real::gather(simd, |lane| scenes[lane].links()[index].damping()),
@@ -355,13 +382,13 @@ impl<S: Simd> Links<S> {
 
 /// A row per unit of `ωη` and `η'`, and at rest.
 #[derive(Debug)]
-struct Loads<S: Simd> {
+struct RowParts<S: Simd> {
     constant: Real<S>,
     elastic: [Real<S>; MOST],
     damping: [Real<S>; MOST],
 }
 
-impl<S: Simd> Loads<S> {
+impl<S: Simd> RowParts<S> {
     #[inline(always)]
     fn new(simd: S) -> Self {
         let zero = Real::splat(simd, 0.0);
@@ -372,7 +399,7 @@ impl<S: Simd> Loads<S> {
     #[inline(always)]
     fn add(
         &mut self,
-        link: &Link<S>,
+        link: &LaneLink<S>,
         shapes: &Square<Real<S>>,
         frequency: &[Real<S>; MOST],
         n: usize,
@@ -455,18 +482,19 @@ fn on_modes<S: Simd>(shapes: &Square<Real<S>>, dofs: &[usize], force: &[Real<S>;
     out
 }
 
-/// Turns a symmetric matrix into its factor L with `L Lᵀ`; lanes in which all pivots are positive and above a part of the diagonal.
+/// Turns a symmetric matrix into its factor L with `L Lᵀ`; the smallest pivot as a part of its diagonal entry, at most 1.
 #[inline(always)]
-fn cholesky<S: Simd>(matrix: &mut Square<Real<S>>, n: usize, part: Real<S>) -> Mask<S> {
-    let zero = part.constant(0.0);
-    let mut sound = zero.less_than(part);
+fn cholesky<S: Simd>(matrix: &mut Square<Real<S>>, n: usize) -> Real<S> {
+    let zero = matrix[0][0].constant(0.0);
+    let mut smallest = zero.constant(1.0);
     for j in 0..n {
         let mut pivot = matrix[j][j];
-        let least = pivot * part;
         for k in 0..j {
             pivot = (-matrix[j][k]).mul_add(matrix[j][k], pivot);
         }
-        sound = sound.and(least.less_than(pivot)).and(zero.less_than(pivot));
+        // What is no number is not above zero, and neither is what it is compared with later.
+        let part = pivot / matrix[j][j];
+        smallest = zero.less_than(part).select(smallest.min(part), zero);
         let root = pivot.sqrt();
         matrix[j][j] = root;
         for i in j + 1..n {
@@ -478,7 +506,7 @@ fn cholesky<S: Simd>(matrix: &mut Square<Real<S>>, n: usize, part: Real<S>) -> M
             matrix[j][i] = zero;
         }
     }
-    sound
+    smallest
 }
 
 /// `L⁻¹ A L⁻ᵀ` in the place of a symmetric A.

@@ -28,11 +28,14 @@ pub(super) fn nothing<S: Simd>(simd: S) -> [S::f64s; FOUND] {
     Found { low: infinite, high: -infinite, low_at: zero, high_at: zero, sum: zero, first: zero }.lanes()
 }
 
-/// What is known of one scene, a track each.
-pub(super) fn tallies(needs: &Needs, found: &Room, lane: usize, lanes: usize, out: &mut Vec<Tally>) {
+/// What is known of one scene, a track each; whether all that is asked for is finite.
+pub(super) fn tallies(needs: &Needs, found: &Room, lane: usize, lanes: usize, out: &mut Vec<Tally>) -> bool {
     out.clear();
+    let mut finite = true;
     for (index, wanted) in needs.tracks.iter().enumerate() {
         let number = |i: usize| found.lane(index * FOUND + i, lane, lanes);
+        finite &= number(4).is_finite() && number(5).is_finite();
+        finite &= !wanted.extremes || (number(0).is_finite() && number(1).is_finite());
         let root = |x: f64| if let Track::Resultant(..) = wanted.track { x.sqrt() } else { x };
         out.push(Tally {
             // Without the sign of a zero, which is not the same on all processors.
@@ -44,6 +47,7 @@ pub(super) fn tallies(needs: &Needs, found: &Room, lane: usize, lanes: usize, ou
             start: root(number(5)) + 0.0,
         });
     }
+    finite
 }
 
 /// What a block adds to what is known.
@@ -51,6 +55,7 @@ pub(super) struct Reduce<'a> {
     pub needs: &'a Needs,
     pub line: &'a Timeline,
     pub block: usize,
+    pub starts: &'a Room,
     pub values: &'a Room,
     pub extremes: &'a Room,
     pub found: &'a mut Room,
@@ -61,9 +66,10 @@ impl WithSimd for Reduce<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { needs, line, block, values, extremes, found } = self;
+        let Self { needs, line, block, starts, values, extremes, found } = self;
+        let starts = starts.vectors::<S>();
         let values = values.vectors::<S>().as_chunks::<BLOCK>().0;
-        let extremes = extremes.vectors::<S>().as_chunks::<3>().0;
+        let extremes = extremes.vectors::<S>().as_chunks::<2>().0;
         let start = block * BLOCK;
         let (Some(time), Some(travel)) =
             (line.time[start..].first_chunk::<BLOCK>(), line.travel[start..].first_chunk::<BLOCK>())
@@ -75,9 +81,9 @@ impl WithSimd for Reduce<'_> {
             let mut found = Found::of(simd, *place);
             match wanted.track {
                 Track::Row(row) => {
-                    let [low, high, first] = extremes[row].map(|lanes| Real::new(simd, lanes));
+                    let [low, high] = extremes[row].map(|lanes| Real::new(simd, lanes));
                     if block == 0 {
-                        found.first = first;
+                        found.first = Real::new(simd, starts[row]);
                     }
                     if wanted.extremes {
                         found.take_extremes(simd, wanted, [low, high], values.get(row), start);
@@ -93,7 +99,8 @@ impl WithSimd for Reduce<'_> {
                         squares[k] = y.mul_add(y, z * z).lanes;
                     }
                     if block == 0 {
-                        found.first = Real::new(simd, squares[0]);
+                        let (y, z) = (Real::new(simd, starts[y]), Real::new(simd, starts[z]));
+                        found.first = y.mul_add(y, z * z);
                     }
                     if wanted.extremes {
                         found.take_extremes(

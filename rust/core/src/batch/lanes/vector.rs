@@ -40,7 +40,7 @@ impl<S: Simd> Real<S> {
     #[inline(always)]
     pub(super) fn gather(simd: S, of: impl Fn(usize) -> f64) -> Self {
         let mut lanes = simd.splat_f64s(0.0);
-        for (lane, value) in bytemuck_mut::<S>(&mut lanes).iter_mut().enumerate() {
+        for (lane, value) in numbers_mut::<S>(&mut lanes).iter_mut().enumerate() {
             *value = of(lane);
         }
         Self::new(simd, lanes)
@@ -49,7 +49,7 @@ impl<S: Simd> Real<S> {
     /// The number in one lane.
     #[inline(always)]
     pub(super) fn lane(&self, lane: usize) -> f64 {
-        bytemuck_ref::<S>(&self.lanes)[lane]
+        numbers::<S>(&self.lanes)[lane]
     }
 
     /// A constant beside this one.
@@ -146,12 +146,12 @@ impl<S: Simd> Mask<S> {
 }
 
 #[inline(always)]
-fn bytemuck_ref<S: Simd>(lanes: &S::f64s) -> &[f64] {
+fn numbers<S: Simd>(lanes: &S::f64s) -> &[f64] {
     pulp::bytemuck::cast_slice(core::slice::from_ref(lanes))
 }
 
 #[inline(always)]
-fn bytemuck_mut<S: Simd>(lanes: &mut S::f64s) -> &mut [f64] {
+fn numbers_mut<S: Simd>(lanes: &mut S::f64s) -> &mut [f64] {
     pulp::bytemuck::cast_slice_mut(core::slice::from_mut(lanes))
 }
 
