@@ -262,6 +262,7 @@ impl<'a> Batch<'a> {
 
 /// What one thread owns.
 struct Worker {
+    /// Scenes that run side by side: no more, as they are to stay in the cache.
     samples: Vec<Instance>,
     memory: Memory,
     lanes: LaneMemory,
@@ -272,7 +273,7 @@ struct Worker {
 impl Worker {
     fn new(batch: &Batch) -> Self {
         Self {
-            samples: vec![batch.start.clone(); SAMPLES],
+            samples: vec![batch.start.clone(); batch.lanes.count()],
             memory: Memory::new(),
             lanes: LaneMemory::default(),
             tallies: Vec::new(),
@@ -282,6 +283,31 @@ impl Worker {
 
     /// Runs a group of samples, the first of which is `first`.
     fn run(
+        &mut self,
+        batch: &Batch,
+        first: usize,
+        values: &[f64],
+        columns: usize,
+        count: usize,
+        rows: &mut [f64],
+    ) {
+        let (width, together) = (batch.measures.len(), self.samples.len());
+        for start in (0..count).step_by(together) {
+            let end = usize::min(start + together, count);
+            let values = &values[start * columns..end * columns];
+            self.run_together(
+                batch,
+                first + start,
+                values,
+                columns,
+                end - start,
+                &mut rows[start * width..end * width],
+            );
+        }
+    }
+
+    /// Runs as many samples as there are lanes, or fewer.
+    fn run_together(
         &mut self,
         batch: &Batch,
         first: usize,
@@ -307,16 +333,16 @@ impl Worker {
         if let Solver::Auto | Solver::Exact = batch.solver {
             let (linear, mut rest): (Vec<usize>, Vec<usize>) =
                 sound.into_iter().partition(|&index| self.samples[index].is_linear());
-            for group in linear.chunks(batch.lanes.count()) {
-                let scenes: Vec<&Instance> = group.iter().map(|&index| &self.samples[index]).collect();
+            if !linear.is_empty() {
+                let scenes: Vec<&Instance> = linear.iter().map(|&index| &self.samples[index]).collect();
                 batch.lanes.run(&batch.needs, &scenes, &mut self.lanes);
-                for (lane, &index) in group.iter().enumerate() {
-                    if batch.lanes.tallies(&batch.needs, &self.lanes, lane, &mut self.tallies) {
-                        let out = &mut rows[index * width..(index + 1) * width];
-                        batch.needs.put(&batch.motion.excitation, &self.tallies, &lost, out);
-                    } else {
-                        rest.push(index);
-                    }
+            }
+            for (lane, &index) in linear.iter().enumerate() {
+                if batch.lanes.tallies(&batch.needs, &self.lanes, lane, &mut self.tallies) {
+                    let out = &mut rows[index * width..(index + 1) * width];
+                    batch.needs.put(&batch.motion.excitation, &self.tallies, &lost, out);
+                } else {
+                    rest.push(index);
                 }
             }
             sound = rest;
