@@ -1,7 +1,7 @@
 """Studies whose distributions are known: peaks that are sums of independent normal factors, without any core."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pyarrow as pa
@@ -171,3 +171,24 @@ def _histories(labels: list[str], count: int, peaks: np.ndarray) -> xr.Dataset:
         },
         coords={"sample": np.arange(count), "time": time, "carriage": labels, "axis": list("xyz")},
     )
+
+
+def keeping(result: StudyResult, kept: Iterable[tuple[str, str]]) -> StudyResult:
+    """The study as if it had kept only these quantities and statistics."""
+    pairs = zip(result.studied.measures, result.studied.columns, strict=True)
+    measures, columns = zip(*((m, column) for m, column in pairs if (m[0], m[2]) in kept), strict=True)
+    return StudyResult(result.parts, replace(result.studied, measures=measures, columns=columns))
+
+
+def chosen(result: StudyResult) -> StudyResult:
+    """The study as if its cases had been given."""
+    return StudyResult(result.parts, replace(result.studied, sampling="cases", seed=None))
+
+
+def preloaded(result: StudyResult) -> StudyResult:
+    """The study as if all carriages of its machine were preloaded."""
+    machine = result.studied.machine
+    keys = dict(preload_y=5e3, preload_z=5e3, rolling="ball")
+    carriages = [{**one.model_dump(exclude_none=True), **keys} for one in machine.carriages]
+    described = Machine(**{**machine.model_dump(exclude_none=True), "carriages": carriages})
+    return StudyResult(result.parts, replace(result.studied, machine=described))

@@ -162,9 +162,9 @@ def test_axes_given_are_drawn_on_and_the_process_is_left_alone(result: StudyResu
 
 
 def test_without_peaks_another_figure_is_drawn(tmp_path: Path) -> None:
-    """And nothing but what drives it, where a study kept no column that a figure is made of."""
+    """A measure as it is stored, where no figure is made of what a study kept."""
     result = studies.study(50, 2)
-    for quantity, count in (("load", 4), ("contact", 4), ("Fy", 2)):
+    for quantity, count in (("load", 4), ("contact", 4), ("Fy", 4)):
         kept = [
             (measure, column)
             for measure, column in zip(result.studied.measures, result.studied.columns, strict=True)
@@ -174,3 +174,25 @@ def test_without_peaks_another_figure_is_drawn(tmp_path: Path) -> None:
         studied = replace(result.studied, measures=measures, columns=columns, rating=None)
         paths = pictures.save_study(StudyResult(result.parts, studied), tmp_path / quantity)
         assert len(paths) == count
+
+
+def test_few_samples_and_chosen_cases_have_no_drivers_drawn(tmp_path: Path) -> None:
+    assert texts(pictures.tornado(studies.study(1))) == "too few samples to tell"
+    given = studies.chosen(studies.study(30))
+    names = {path.stem for path in pictures.save_study(given, tmp_path)}
+    assert names == {"distributions", "scatter"}
+    assert pictures.distributions(given).get_legend() is None
+    assert pictures.scatter(given)[0].figure.get_suptitle() == "The peak resultant of the machine: Gantry"
+
+
+def test_pictures_of_a_preloaded_machine_tell_of_open_rows() -> None:
+    ax = pictures.distributions(studies.preloaded(studies.study(30)), "contact_lost")
+    assert "A row open" in ax.get_title(loc="left") and ax.get_xlabel() == "a row open"
+
+
+def test_lives_are_on_a_log_axis(result: StudyResult) -> None:
+    for draw in (pictures.distributions, pictures.exceedance):
+        assert draw(result, "life_km").get_xscale() == "log"
+        assert draw(result).get_xscale() == "linear"
+        low = draw(studies.study(100, limits={"life": 1e4}), "life_km")  # far below all lives
+        assert low.get_xlim()[0] > 100 and "← limit" in texts(low)

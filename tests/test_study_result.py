@@ -104,7 +104,7 @@ def test_probabilities_of_limits_are_known_and_those_of_the_machine_of_any_carri
         sure = result.probability_above(f"peak_resultant_N[{carriage}]", 7000.0, confidence=1 - BY_CHANCE)
         assert sure.low <= law.sf(7000) <= sure.high
         row = table.loc["peak_resultant_N", carriage]
-        assert row["probability"] == sure.values and sure.low < row["low"] < row["high"] < sure.high
+        assert row["probability"] == sure.value and sure.low < row["low"] < row["high"] < sure.high
         # A life of 4000 km is reached below a mean load of 27.1 kN (50/4000)^(1/3).
         load = 27.1e3 * (50 / 4000) ** (1 / 3) / 0.8
         count = int((result.column(f"peak_resultant_N[{carriage}]") > load).sum())
@@ -260,8 +260,101 @@ def test_a_study_that_kept_no_peaks_is_about_what_it_kept(tmp_path: Path) -> Non
     only.to_json(tmp_path / "summary.json")
 
 
-def test_given_cases_have_no_seed_to_tell() -> None:
-    result = studies.study(30)
-    given = StudyResult(result.parts, replace(result.studied, sampling="cases", seed=None))
-    text = study_report(given)
+@pytest.mark.parametrize(
+    ("kept", "name", "title"),
+    [
+        ([("Fy", "max")], "max_Fy_N", "Largest Fy [N]"),
+        ([("Fz", "min"), ("contact", "lost")], "min_Fz_N", "Smallest Fz [N]"),
+        ([("drive", "max")], "max_drive_N", "Largest drive force [N]"),
+    ],
+)
+def test_a_measure_that_no_quantity_is_made_of_is_told_of_as_it_is_stored(
+    kept: list[tuple[str, str]], name: str, title: str
+) -> None:
+    result = studies.keeping(studies.study(500), kept)
+    text = one_line(study_report(result))
+    assert title in text and "no sample has a result" not in text
+    assert f"What drives the {title[0].lower()}{title[1:].partition(' [')[0]} of the machine" in text
+    rows = result.summary().loc[name]
+    for carriage, row in rows.iterrows():
+        column = result.parts.data[f"{name}[{carriage}]"] if carriage else result.column(name)
+        assert row["mean"] == pytest.approx(column.mean(), rel=1e-12)
+    of_all = [column for key, column in result.parts.data.items() if key.partition("[")[0] == name]
+    worst = np.min if name.startswith("min") else np.max
+    np.testing.assert_array_equal(result.column(name), worst(of_all, axis=0))
+
+
+def test_a_study_of_rms_values_or_of_times_is_summarised() -> None:
+    plain = studies.study(300, 2)
+    pairs = [
+        (("resultant", i, "rms"), f"rms_resultant_N[{c}]") for i, c in enumerate(plain.studied.carriages)
+    ]
+    pairs += [
+        (("Fy", i, "time_of_max"), f"time_of_max_Fy_s[{c}]") for i, c in enumerate(plain.studied.carriages)
+    ]
+    for kept in (pairs, pairs[2:]):
+        measures, columns = zip(*kept, strict=True)
+        data = {column: plain.parts.data["max_resultant_N[1a]"] for column in columns}
+        parts = replace(plain.parts, data={**plain.parts.data, **data})
+        result = StudyResult(parts, replace(plain.studied, measures=measures, columns=columns))
+        text = study_report(result)
+        assert "Time of the largest Fy [s]" in text and "What drives the" in text
+        assert ("Rms resultant [N]" in text) == (kept is pairs)
+        assert ("time_of_max_Fy_s", "") not in result.summary().index  # none of two times is the worse
+
+
+def test_chosen_cases_are_told_one_by_one_and_without_statistics(tmp_path: Path) -> None:
+    result = studies.chosen(
+        studies.study(60, 2, 2, failed={3: "no equilibrium"}, limits={"peak_resultant": 6e3})
+    )
+    text = study_report(result)
     assert "the cases given" in text and "seed" not in text
+    for left_out in ("What drives", "Probabilities", "lies in", "std. dev.", "368", "Clopper"):
+        assert left_out not in text
+    assert "no random sample" in one_line(text) and "first 50 of 60 cases" in one_line(text)
+    for i in (0, 49):
+        row = cells(text, str(i), "Cases")
+        peaks = [result.column(f"peak_resultant_N[{carriage}]")[i] for carriage in ("1a", "2a")]
+        np.testing.assert_allclose([float(cell) for cell in row[3:5]], peaks, atol=0.51)
+        assert float(row[5]) == pytest.approx(result.column("life_km")[i], abs=0.51)
+        assert (row[6:] == ["peak", "resultant"]) == (max(peaks) > 6e3)
+    assert cells(text, "3", "Cases")[-1] == "failed"
+    result.to_json(tmp_path / "summary.json")
+    content = json.loads((tmp_path / "summary.json").read_text())
+    assert len(content["cases"]) == 60 and "driving" not in content
+
+
+@pytest.mark.parametrize(("carriages", "factors"), [(1, 1), (4, 3), (8, 40)])
+def test_the_table_of_cases_fits_its_width(carriages: int, factors: int) -> None:
+    text = study_report(studies.chosen(studies.study(30, carriages, factors, limits={"life": 1e6})))
+    assert max(map(len, text.splitlines())) <= 80 and "…" not in text
+
+
+def test_lost_contact_of_a_preloaded_machine_is_a_row_open() -> None:
+    result = studies.study(100)
+    assert "contact lost" in study_report(result) and "a row open" not in study_report(result)
+    text = one_line(study_report(studies.preloaded(result)))
+    assert "contact lost" not in text
+    assert "A row open: at some instant of a run one row of rolling elements is unloaded" in text
+
+
+def test_too_few_samples_tell_nothing_of_what_drives_them() -> None:
+    text = one_line(study_report(studies.study(1)))
+    assert "too few samples to tell" in text and "rank correlation" not in text and "none beyond" not in text
+    assert "1 sample " in text and "1 samples" not in text
+    assert "rank correlation" in study_report(studies.study(10))
+    assert "too few samples to tell" in study_report(studies.study(9, sensitivity=True))
+
+
+def test_limits_take_text_with_a_unit_and_levels_are_refused_with_the_way_out() -> None:
+    result = studies.study(300)
+    found = result.probability_above("peak_resultant_N[1a]", "7 kN")
+    assert found == result.probability_above("peak_resultant_N[1a]", 7000.0)
+    assert all(type(one) is float for one in found)
+    assert result.probability_below("life_km", "4e6 m") == result.probability_below("life_km", 4000.0)
+    with pytest.raises(ValueRefused, match="a force in N"):
+        result.probability_above("peak_resultant_N", "7 mm")
+    for levels in (95, [95], [0.5, 1.0], 0.95):
+        with pytest.raises(ArgumentError, match=r"between 0 and 1, got .*\[0\.95\] is for the 95 % quantile"):
+            result.quantiles("peak_resultant_N", levels)
+    assert repr(result) == "StudyResult('Gantry', runs=300, failed=0)"

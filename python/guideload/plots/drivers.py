@@ -9,6 +9,7 @@ from matplotlib.ticker import MaxNLocator
 
 from guideload.plots.style import GREY, INK, axes_or_new, look, new_figure
 from guideload.study.quantities import described, with_unit
+from guideload.study.report import TOO_FEW
 from guideload.study.statistics import known
 
 if TYPE_CHECKING:
@@ -38,10 +39,14 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
     main = "total" if result.studied.sensitivity else "rank_correlation"
     with look():
         ax = axes_or_new(ax, 7.6, 1.7 + 0.27 * len(shown))
-        set_title(ax, result, f"What drives {described(name)}", known(result.column(name)).size)
+        set_title(
+            ax, result, f"What drives {described(name, result.studied)}", known(result.column(name)).size
+        )
         values = shown[main].to_numpy(dtype=np.float64)
-        if not np.isfinite(values).any():
+        if not known(result.column(name)).size:
             return nothing(ax)
+        if result.too_few or not np.isfinite(values).any():
+            return nothing(ax, TOO_FEW if result.too_few else "nothing varies")
         places = np.arange(len(shown))
         ends = ("total_low", "total_high") if result.studied.sensitivity else ("low", "high")
         low, high = (shown[end].to_numpy(dtype=np.float64) for end in ends)
@@ -66,7 +71,9 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
         ax.yaxis.grid(False)
         ax.tick_params(axis="y", length=0)
         if len(rest):
-            text = f"and {len(rest)} more, none beyond {rest[main].abs().max():.2f}"
+            largest = rest[main].abs().max()
+            beyond = "which do not vary" if np.isnan(largest) else f"none beyond {largest:.2f}"
+            text = f"and {len(rest)} more, {beyond}"
             ax.annotate(
                 text,
                 (1, 1),
@@ -96,7 +103,9 @@ def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | Non
             figure = new_figure(max(3.4 * across, 5.0), 0.8 + 2.6 * down)
             grid = figure.add_gridspec(down, across)
             axes = [figure.add_subplot(grid[i // across, i % across]) for i in range(len(chosen))]
-            figure.suptitle(f"What drives {described(name)}: {result.studied.machine.name}", parse_math=False)
+            told = described(name, result.studied)
+            title = f"{told[0].upper()}{told[1:]}" if result.studied.chosen else f"What drives {told}"
+            figure.suptitle(f"{title}: {result.studied.machine.name}", parse_math=False)
         values = result.column(name)[:POINTS]
         for i, (ax, one) in enumerate(zip(axes, chosen, strict=False)):
             column = result.column(one)[:POINTS]
@@ -109,7 +118,7 @@ def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | Non
             _trend(ax, x, y)
             unit = "of its value" if units[one] == "1" else units[one]
             ax.set_xlabel(f"{short(one)} [{unit}]", parse_math=False)
-            ax.set_ylabel(with_unit(name) if i % 3 == 0 else "")
+            ax.set_ylabel(with_unit(name, result.studied) if i % 3 == 0 else "")
             ax.xaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
             ax.margins(x=0.04)
     return axes
@@ -129,9 +138,9 @@ def short(name: str) -> str:
     return name if len(name) <= NAME else f"{name[: NAME // 2 - 1]}…{name[-NAME // 2 :]}"
 
 
-def nothing(ax: Axes) -> Axes:
+def nothing(ax: Axes, why: str = "no sample has a result") -> Axes:
     """Axes that say why they are empty."""
-    ax.text(0.5, 0.5, "no sample has a result", transform=ax.transAxes, ha="center", color=GREY)
+    ax.text(0.5, 0.5, why, transform=ax.transAxes, ha="center", color=GREY)
     return ax
 
 

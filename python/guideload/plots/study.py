@@ -11,7 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 
 from guideload.plots.drivers import STEPS, nothing, scatter, set_title, short, tornado
 from guideload.plots.style import GREY, INK, axes_or_new, carriage_look, load_text, look, new_figure
-from guideload.study.quantities import QUANTITIES, titled, unit_of, with_unit
+from guideload.study.quantities import LIFE, known_quantity, titled, unit_of, with_unit
 from guideload.study.statistics import known, quantiles
 
 if TYPE_CHECKING:
@@ -33,19 +33,29 @@ SEEN = 0.995  # of the lives, and the probability that they are not reached: bey
 def distributions(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
     """How a quantity scatters, a row per carriage: its density, 5 % to 95 %, the median and the 99 % quantile.
 
-    Of few samples every one is a dot instead. For a life the outermost mark is the 1 % quantile.
+    Of few samples every one is a dot instead, and of chosen cases nothing but the dots. For a life the
+    outermost mark is the 1 % quantile.
     """
     name = name or result.leading
     names = _of_carriages(result, name)
     with look():
         ax = axes_or_new(ax, 8.0, 1.6 + 0.62 * len(names))
         columns = [known(result.column(column)) for column in names]
-        set_title(ax, result, f"{titled(name)}: distribution", max(values.size for values in columns))
-        outer = OUTER if QUANTITIES[name].smallest_is_worst else 1 - OUTER
+        what = "the cases" if result.studied.chosen else "distribution"
+        set_title(
+            ax,
+            result,
+            f"{titled(name, result.studied)}: {what}",
+            max(values.size for values in columns),
+        )
+        outer = OUTER if known_quantity(name).smallest_is_worst else 1 - OUTER
         for row, values in enumerate(columns):
             color = carriage_look(row).color
+            if result.studied.chosen:
+                ax.plot(values, np.full(values.size, row), "o", color=color, markersize=4, alpha=0.6)
+                continue
             if values.size > FEW:
-                _shape(ax, values, row, color)
+                _shape(ax, values, row, color, log=name == LIFE)
             elif values.size:
                 ax.plot(values, np.full(values.size, row - 0.22), "o", color=color, markersize=4, alpha=0.6)
             if values.size:
@@ -57,15 +67,17 @@ def distributions(result: StudyResult, name: str | None = None, ax: Axes | None 
         if not any(values.size for values in columns):
             return nothing(ax)
         ax.set_yticks(range(len(names)), [_label(column) for column in names])
-        ax.set(ylim=(len(names) - 0.55, -0.85), xlabel=with_unit(name))
+        ax.set(ylim=(len(names) - 0.55, -0.85), xlabel=with_unit(name, result.studied))
         ax.yaxis.grid(False)
         ax.tick_params(axis="y", length=0)
-        ax.xaxis.set_major_locator(MaxNLocator(8, steps=STEPS))
+        _scale(ax, name)
         ax.margins(x=0.03)
-        if QUANTITIES[name].smallest_is_worst:
+        if known_quantity(name).smallest_is_worst:
             ax.set_xlim(right=1.03 * max(np.quantile(values, SEEN) for values in columns if values.size))
         _mark_limit(ax, result, name)
-        side = "1 %" if QUANTITIES[name].smallest_is_worst else "99 %"
+        if result.studied.chosen:
+            return ax
+        side = "1 %" if known_quantity(name).smallest_is_worst else "99 %"
         marks = [
             ax.plot([], [], color=GREY, linewidth=3.2, label="5 % to 95 %")[0],
             ax.plot([], [], "o", color="white", markeredgecolor=GREY, markersize=6, label="median")[0],
@@ -83,13 +95,16 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
     """
     name = name or result.leading
     names = _of_carriages(result, name)
-    smallest = QUANTITIES[name].smallest_is_worst
+    smallest = known_quantity(name).smallest_is_worst
     with look():
         ax = axes_or_new(ax, 8.4, 4.6)
-        title = f"{titled(name)}: probability that it is {'not reached' if smallest else 'passed'}"
-        set_title(ax, result, title, known(result.column(name)).size)
+        title = f"{titled(name, result.studied)}: probability that it is {'not reached' if smallest else 'passed'}"
+        set_title(ax, result, title, known(result.column(names[0])).size)
         smallest_probability, longest = 1.0, 0.0
-        shown = [*enumerate(names), *([(-1, name)] if len(names) > 1 else [])]
+        shown = [
+            *enumerate(names),
+            *([(-1, name)] if len(names) > 1 and known_quantity(name).has_worst else []),
+        ]
         for index, column in shown:
             limits, share, low, high = _exceedance(result, column, smallest)
             if not limits.size:
@@ -105,12 +120,12 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
         if not ax.lines:
             return nothing(ax)
         bottom = 10.0 ** np.floor(np.log10(smallest_probability) - 0.3)
-        ax.set(yscale="log", ylim=(bottom, 1.0), xlabel=with_unit(name), ylabel="probability")
+        ax.set(yscale="log", ylim=(bottom, 1.0), xlabel=with_unit(name, result.studied), ylabel="probability")
         ax.yaxis.set_major_locator(LogLocator(numticks=12))
         ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
         ax.yaxis.set_minor_locator(LogLocator(subs=tuple(range(2, 10)), numticks=12))
         ax.yaxis.set_minor_formatter(NullFormatter())
-        ax.xaxis.set_major_locator(MaxNLocator(8, steps=STEPS))
+        _scale(ax, name)
         ax.margins(x=0.02)
         if smallest and longest:
             ax.set_xlim(right=longest)
@@ -165,7 +180,8 @@ def save_study(result: StudyResult, folder: str | Path) -> list[Path]:
     """Save the pictures of a study as PNG in `folder`, made when missing; returns their paths.
 
     Distributions, exceedance, what drives the peak resultant, scatter; and a band for each carriage if histories
-    were kept. Another figure stands for the peak resultant where that was not kept.
+    were kept. Of chosen cases no exceedance and no tornado. Another figure stands for the peak resultant where that
+    was not kept.
     """
     from guideload.plots import save
 
@@ -174,8 +190,10 @@ def save_study(result: StudyResult, folder: str | Path) -> list[Path]:
     paths = []
     if result.leading in result.quantities:
         paths.append(save(distributions(result), folder / "distributions.png"))
+    if result.leading in result.quantities and not result.studied.chosen:
         paths.append(save(exceedance(result), folder / "exceedance.png"))
-    paths.append(save(tornado(result), folder / "tornado.png"))
+    if not result.studied.chosen:
+        paths.append(save(tornado(result), folder / "tornado.png"))
     paths.append(save(scatter(result)[0], folder / "scatter.png"))
     if result.histories is not None and result.histories.sizes["sample"]:
         carriages = result.studied.carriages
@@ -193,8 +211,13 @@ def save_study(result: StudyResult, folder: str | Path) -> list[Path]:
     return paths
 
 
-def _shape(ax: Axes, values: Array, row: int, color: str) -> None:
-    """The density as a hill above the row, as high as all others; bins by Freedman and Diaconis."""
+def _shape(ax: Axes, values: Array, row: int, color: str, log: bool) -> None:
+    """The density as a hill above the row, as high as all others; bins by Freedman and Diaconis.
+
+    log: of the logarithms, for an axis that shows them.
+    """
+    if log:
+        values = np.log10(values[values > 0])
     low, high = float(values.min()), float(values.max())
     if not (np.isfinite(low) and high > low):
         return
@@ -202,7 +225,19 @@ def _shape(ax: Axes, values: Array, row: int, color: str) -> None:
     width = 2 * (last - first) / values.size ** (1 / 3)
     count = int(np.clip((high - low) / width if width > 0 else 20, 8, 120))
     counts, edges = np.histogram(values, count)
+    edges = 10**edges if log else edges
     ax.stairs(row - 0.75 * counts / counts.max(), edges, baseline=row, fill=True, color=color, alpha=0.3)
+
+
+def _scale(ax: Axes, name: str) -> None:
+    """Lives on a log axis: they go with a power of the load, and spread over decades."""
+    if name != LIFE:
+        ax.xaxis.set_major_locator(MaxNLocator(8, steps=STEPS))
+        return
+    ax.set_xscale("log")
+    ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=12))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _exceedance(result: StudyResult, column: str, smallest: bool) -> tuple[Array, Array, Array, Array]:
@@ -225,20 +260,21 @@ def _mark_limit(ax: Axes, result: StudyResult, name: str, up: float = 1.0) -> No
     limit = result.limits().get(name)
     if limit is None:
         return
-    low, high = ax.get_xlim()
-    text, at = f"limit {load_text(limit, unit_of(name))}", limit
-    if low - (high - low) <= limit <= high + (high - low):
+    log = ax.get_xscale() == "log"
+    low, high, place = np.log10([*ax.get_xlim(), limit]) if log else (*ax.get_xlim(), limit)
+    text, at = f"limit {load_text(limit, unit_of(name))}", place
+    if low - (high - low) <= place <= high + (high - low):
         ax.axvline(limit, color=INK, linewidth=1.0, linestyle=(0, (5, 3)), zorder=3.5)
-        ax.set_xlim(min(low, limit - 0.05 * (high - limit)), max(high, limit + 0.05 * (limit - low)))
-    elif limit > high:
+        low, high = min(low, place - 0.05 * (high - place)), max(high, place + 0.05 * (place - low))
+        ax.set_xlim(*((10**low, 10**high) if log else (low, high)))
+    elif place > high:
         text, at = f"{text} \N{RIGHTWARDS ARROW}", high
     else:
         text, at = f"\N{LEFTWARDS ARROW} {text}", low
-    low, high = ax.get_xlim()
     left = at <= low + 0.85 * (high - low)
     ax.annotate(
         text,
-        (at, up),
+        (10**at if log else at, up),
         (4 if left else -4, -2 if up else 4),
         xycoords=("data", "axes fraction"),
         textcoords="offset points",
@@ -258,7 +294,7 @@ def _of_carriages(result: StudyResult, name: str) -> list[str]:
     """The columns of a quantity: of each carriage, or its only one. Raises ValueError if there is no such."""
     if name not in result.quantities:
         raise ValueError(f"no quantity {name!r}: the study has {', '.join(map(repr, result.quantities))}")
-    if QUANTITIES[name].of_machine:
+    if known_quantity(name).of_machine:
         return [name]
     return [f"{name}[{carriage}]" for carriage in result.studied.carriages]
 

@@ -11,13 +11,24 @@ from rich.table import Table
 from rich.text import Text
 
 from guideload.report_parts import WIDTH, heading, new_table, number, remark, section, to_text
-from guideload.study.quantities import PEAK, QUANTITIES, described, titled, unit_of
+from guideload.study.quantities import (
+    CONTACT,
+    LIFE,
+    PEAK,
+    contact_words,
+    described,
+    known_quantity,
+    title_of,
+    titled,
+    unit_of,
+)
 from guideload.study.statistics import fewest_samples
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from guideload.study.result import StudyResult
+    from guideload.study.studied import Studied
 
 # From here on something is warned of.
 MANY_FAILURES = 0.01  # of the runs: those that are left out may be the ones that matter
@@ -31,7 +42,7 @@ DEFINITIONS = (
     "quantile is one of 95 %, between two samples, whatever the distribution."
 )
 MEAN_LOAD = "Mean load: of |Fy| + |Fz|, weighted by distance, with the exponent {exponent:.4g}."
-LIFE = "Life: {base:g} km (rating {rating} / mean load)^{exponent:.4g}."
+LIFE_OF = "Life: {base:g} km (rating {rating} / mean load)^{exponent:.4g}."
 PROBABILITIES = (
     "Intervals of 95 % by Clopper and Pearson. All intervals hold for independent samples; those of a Sobol or "
     "Latin hypercube design scatter less, and the intervals are conservative."
@@ -46,8 +57,25 @@ RANKS = (
 )
 
 
+CHOSEN = (
+    "The cases were chosen and are no random sample: statistics of a distribution, probabilities and what drives "
+    "them are not given."
+)
+CONTACT_COUNTS = {
+    "contact lost": "an end of the carriage carries nothing",
+    "a row open": "one row of rolling elements is unloaded and the other one carries all, contact is kept",
+    "contact lost or a row open": "an end of a carriage with play carries nothing, or one row of a preloaded "
+    "carriage is unloaded and the other one carries all",
+}
+CASES = 50  # rows of chosen cases in the report
+FEW_VALUES = 3  # parameters up to which the cases tell their values
+MANY_CARRIAGES = 4  # carriages beyond which the cases tell the worst only
+TOO_FEW = "too few samples to tell"
+
+
 def study_report(result: StudyResult, width: int = WIDTH, encoding: str = "utf-8") -> str:
     """The report of a study: what varied, failures, summary of each quantity, limits, what drives the peak."""
+    chosen = result.studied.chosen
     summary = result.summary()
     parts: list[RenderableType] = [
         *heading(result.studied.machine),
@@ -59,18 +87,66 @@ def study_report(result: StudyResult, width: int = WIDTH, encoding: str = "utf-8
         parts += [*section("Failures"), failures_table(result)]
     if warnings := list(study_warnings(result, summary)):
         parts += [*section("Warnings"), *remark(*warnings)]
-    if not summary.empty:
+    if chosen and not summary.empty:
+        parts += [*section("Cases"), *cases_lines(result)]
+    elif not summary.empty:
         for name in summary.index.unique("quantity"):
-            if name != "contact_lost":
-                levels = (1, 5, 50, 95) if QUANTITIES[name].smallest_is_worst else (5, 50, 95, 99)
-                parts += section(f"{titled(name)} [{unit_of(name)}]")
+            if name != CONTACT:
+                levels = (1, 5, 50, 95) if known_quantity(name).smallest_is_worst else (5, 50, 95, 99)
+                parts += section(f"{titled(name, result.studied)} [{unit_of(name)}]")
                 parts.append(summary_table(summary.loc[name], levels))
         parts += [*remark(*definitions(result, summary))]
         probabilities = result.probabilities()
         if not probabilities.empty:
-            parts += [*section("Probabilities"), probabilities_table(probabilities), *remark(PROBABILITIES)]
-        parts += [*section(f"What drives {described(result.leading)}"), *driving_lines(result)]
+            parts += [*section("Probabilities"), probabilities_table(probabilities, result.studied)]
+            parts += remark(PROBABILITIES)
+            if CONTACT in probabilities.index.unique("quantity"):
+                parts += contact_lines(result.studied)
+        parts += [
+            *section(f"What drives {described(result.leading, result.studied)}"),
+            *driving_lines(result),
+        ]
     return to_text(parts, width, encoding)
+
+
+def cases_lines(result: StudyResult) -> list[RenderableType]:
+    """A row per case, the first ones; values varied and carriages where there is room for them."""
+    cases = result.cases()
+    varied = [one.name for one in result.studied.varied]
+    varied = varied if len(varied) <= FEW_VALUES else []
+    figures = [name for name in cases.columns[len(result.studied.varied) : -1] if name != LIFE]
+    stem = result.leading.partition("[")[0]
+    each = len(figures) <= MANY_CARRIAGES or not known_quantity(stem).has_worst
+    table = new_table("case", *(name.replace(".", ".\n").replace("].", "].\n") for name in varied))
+    for name in figures if each else ():
+        table.add_column(Text(name.partition("[")[2].removesuffix("]") or "machine"), justify="right")
+    worst = None if each else result.column(stem)
+    if worst is not None:
+        table.add_column("machine", justify="right")
+    if LIFE in cases:
+        table.add_column("life\nkm", justify="right", no_wrap=True)
+    table.add_column("passed", overflow="fold")
+    for i, (_, row) in enumerate(cases.iloc[:CASES].iterrows()):
+        cells = [str(i), *(f"{row[name]:.4g}" for name in varied)]
+        cells += [_cell(float(row[name])) for name in figures] if worst is None else [_cell(float(worst[i]))]
+        cells += [_cell(float(row[LIFE]))] if LIFE in cases else []
+        table.add_row(*cells, Text(row["passed"]))
+    owner = "each carriage" if each and len(figures) > 1 else "the machine"
+    told = f"{titled(stem, result.studied)} of {owner}"
+    told += f" [{unit_of(stem)}]" if unit_of(stem) else ""
+    lines = [f"{told}; life: the shortest of the carriages." if LIFE in cases else f"{told}."]
+    if len(cases) > CASES:
+        lines.append(
+            f"The first {CASES} of {len(cases)} cases; all are in summary.json, or in cases() of the result."
+        )
+    contact = contact_lines(result.studied) if CONTACT in result.quantities else []
+    return [table, *remark(*lines), *contact, *remark(CHOSEN)]
+
+
+def contact_lines(studied: Studied) -> list[RenderableType]:
+    """What counts as lost contact on the machine."""
+    words = contact_words(studied.machine)
+    return remark(f"{words[0].upper()}{words[1:]}: at some instant of a run {CONTACT_COUNTS[words]}.")
 
 
 def study_lines(result: StudyResult) -> list[str]:
@@ -84,10 +160,8 @@ def study_lines(result: StudyResult) -> list[str]:
             f"{rows} rows of a Saltelli design, {studied.runs} runs; the samples are its matrices A and B"
         )
     else:
-        lines.append(f"{studied.runs} samples")
-    lines.append(
-        "the cases given" if studied.sampling == "cases" else f"drawn {_how(studied.sampling, studied.seed)}"
-    )
+        lines.append("1 sample" if studied.runs == 1 else f"{studied.runs} samples")
+    lines.append("the cases given" if studied.chosen else f"drawn {_how(studied.sampling, studied.seed)}")
     return lines
 
 
@@ -97,14 +171,15 @@ def _how(sampling: str, seed: int | None) -> str:
 
 
 def parameters_table(result: StudyResult) -> Table:
-    """A row per parameter: unit, mean, standard deviation and range of what was drawn."""
-    table = new_table("parameter", "mean", "std. dev.", "smallest", "largest")
+    """A row per parameter: unit, mean, standard deviation and range of what was drawn; the range of chosen values."""
+    moments = () if result.studied.chosen else ("mean", "std. dev.")
+    table = new_table("parameter", *moments, "smallest", "largest")
     table.add_column("unit", no_wrap=True)
     for one in result.studied.varied:
         values = result.column(one.name)
         values = values[~np.isnan(values)]
         figures = (values.mean(), values.std(), values.min(), values.max()) if values.size else ()
-        cells = [f"{figure:.4g}" for figure in figures] or [""] * 4
+        cells = ([f"{figure:.4g}" for figure in figures] or [""] * 4)[2 - len(moments) :]
         table.add_row(Text(one.name), *cells, "of its value" if one.unit == "1" else one.unit)
     return table
 
@@ -124,6 +199,10 @@ def study_warnings(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     if summary.empty:
         yield f"{result.finished} of {result.runs} samples have run, and no sample has a result."
         return
+    if result.studied.chosen:
+        if result.finished < result.runs:
+            yield f"{result.finished} of {result.runs} cases have run. Resume the study to run the others."
+        return
     if result.finished < result.runs:
         yield (
             f"{result.finished} of {result.runs} samples have run; the statistics are of those. Resume the study to "
@@ -136,7 +215,8 @@ def study_warnings(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
         )
     samples, least = int(summary["samples"].max()), fewest_samples(0.99)
     if samples < least:
-        yield f"{samples} samples are few: the 99 % quantile needs {least} samples for an interval with two ends."
+        are = "1 sample is too" if samples == 1 else f"{samples} samples are"
+        yield f"{are} few: the 99 % quantile needs {least} samples for an interval with two ends."
     elif PEAK in summary.index.unique("quantity"):
         peaks = summary.loc[PEAK]
         width = float(((peaks["q99_high"] - peaks["q99_low"]) / peaks["q99"]).max())
@@ -146,7 +226,7 @@ def study_warnings(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
                 f"The interval of the 99 % quantile of a peak is wide, {100 * width:.2g} % of it; about {more:.2g} "
                 f"times as many samples make it {100 * WIDE_QUANTILE:g} %."
             )
-    if result.studied.sensitivity:
+    if result.studied.sensitivity and not result.too_few:
         indices = result.sensitivity()
         width = max(
             float((indices[f"{of}_high"] - indices[f"{of}_low"]).max()) for of in ("total", "first_order")
@@ -183,14 +263,14 @@ def definitions(result: StudyResult, summary: pd.DataFrame) -> list[str]:
     lines = [DEFINITIONS]
     if "mean_load_N" in names:
         lines.append(MEAN_LOAD.format(exponent=studied.exponent))
-    if "life_km" in names and studied.rating is not None and studied.life_base is not None:
+    if LIFE in names and studied.rating is not None and studied.life_base is not None:
         rating = f"{number(studied.rating)} N"
         base = 1e-3 * studied.life_base
-        lines.append(LIFE.format(base=base, rating=rating, exponent=studied.exponent))
+        lines.append(LIFE_OF.format(base=base, rating=rating, exponent=studied.exponent))
     return [" ".join(lines)]
 
 
-def probabilities_table(probabilities: pd.DataFrame) -> Table:
+def probabilities_table(probabilities: pd.DataFrame, studied: Studied) -> Table:
     """A row per limit and carriage: how often it was passed, the probability and its interval."""
     table = new_table("", "")
     table.columns[1].justify = "left"
@@ -198,9 +278,9 @@ def probabilities_table(probabilities: pd.DataFrame) -> Table:
         table.add_column(title, justify="right", no_wrap=True)
     for name in probabilities.index.unique("quantity"):
         rows = probabilities.loc[name]
-        sign = "below" if QUANTITIES[name].smallest_is_worst else "above"
+        sign = "below" if known_quantity(name).smallest_is_worst else "above"
         limit = rows["limit"].iloc[0]
-        what = QUANTITIES[name].title
+        what = title_of(name, studied)
         what += "" if np.isnan(limit) else f" {sign} {_cell(limit)} {unit_of(name)}"
         for carriage, row in rows.iterrows():
             if carriage or len(rows) != 2:
@@ -218,6 +298,8 @@ def probabilities_table(probabilities: pd.DataFrame) -> Table:
 
 def driving_lines(result: StudyResult) -> list[RenderableType]:
     """The parameters that drive the peak, strongest first, and what the figures are."""
+    if result.too_few:
+        return remark(TOO_FEW)
     rows = result.driving()
     shown, rest = rows.iloc[:DRIVERS], rows.iloc[DRIVERS:]
     if result.studied.sensitivity:
@@ -233,7 +315,8 @@ def driving_lines(result: StudyResult) -> list[RenderableType]:
     lines: list[RenderableType] = [table]
     if len(rest):
         largest = rest["total" if result.studied.sensitivity else "rank_correlation"].abs().max()
-        lines += remark(f"and {len(rest)} more, none beyond {_share(largest)}")
+        beyond = "which do not vary" if np.isnan(largest) else f"none beyond {_share(largest)}"
+        lines += remark(f"and {len(rest)} more, {beyond}")
     return [*lines, *remark(INDICES if result.studied.sensitivity else RANKS)]
 
 

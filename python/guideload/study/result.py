@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.errors import ArgumentError, GuideloadError, ValueRefused
+from guideload.errors import ArgumentError, GuideloadError, ValueRefused, shown
 from guideload.files import _ending, _whole
 from guideload.study import quantities, statistics
-from guideload.study.quantities import PEAK, QUANTITIES
-from guideload.study.statistics import Estimates, Exceedance
+from guideload.study.quantities import CONTACT, LIFE, PEAK, known_quantity, unit_of
+from guideload.study.statistics import Estimate, Exceedance
 from guideload.study.studied import Studied
+from guideload.units import quantity as to_unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,6 +34,7 @@ Array = NDArray[np.float64]
 LEVELS = (0.01, 0.05, 0.5, 0.95, 0.99)
 # Samples that ranks are compared of, the first ones: the standard error of a rank correlation is then 0.003.
 RANKED = 2**17
+FEWEST = 10  # samples, or rows of a Saltelli design, from which on it is told what drives a figure
 
 
 class StudyResult:
@@ -49,6 +51,9 @@ class StudyResult:
     def __init__(self, parts: Parts, studied: Studied) -> None:
         self.parts = parts
         self.studied = studied
+
+    def __repr__(self) -> str:
+        return f"StudyResult({self.studied.machine.name!r}, runs={self.runs}, failed={self.failed})"
 
     @classmethod
     def load(cls, folder: str | PathLike[str]) -> StudyResult:
@@ -76,13 +81,16 @@ class StudyResult:
 
     @cached_property
     def quantities(self) -> tuple[str, ...]:
-        """The names of `QUANTITIES` that the study has columns for."""
+        """The names of the quantities that the study has columns for, see `quantities.available`."""
         return quantities.available(self.studied)
 
     @cached_property
     def leading(self) -> str:
         """The figure that a study is about: the peak resultant, or the first there is where that was not kept."""
-        return PEAK if PEAK in self.quantities else (*self.quantities, *self.studied.columns)[0]
+        told = sorted(quantities.summarised(self.studied), key=lambda name: name == CONTACT)
+        if PEAK in told or not told:
+            return PEAK if told else self.studied.columns[0]
+        return told[0] if known_quantity(told[0]).has_worst else f"{told[0]}[{self.studied.carriages[0]}]"
 
     def column(self, name: str) -> Array:
         """A column of the samples, a name of a parameter, a measure or a quantity; NaN without result.
@@ -100,9 +108,9 @@ class StudyResult:
     def _of_all_runs(self, name: str) -> Array:
         quantity, _, label = name.partition("[")
         carriage = label.removesuffix("]")
-        if quantity in self.quantities and not label:
+        if quantity in self.quantities and not label and known_quantity(quantity).has_worst:
             figures = (figure for _, figure in self._figures(quantity))
-            return reduce(QUANTITIES[quantity].worse, figures)
+            return reduce(known_quantity(quantity).worse, figures)
         if quantity in self.quantities and carriage in self._owners(quantity):
             return quantities.figure(
                 self.parts, self.studied, quantity, self._owners(quantity).index(carriage)
@@ -119,13 +127,14 @@ class StudyResult:
             yield owner, quantities.figure(self.parts, self.studied, name, index)
 
     def _owners(self, name: str) -> tuple[str, ...]:
-        return ("",) if QUANTITIES[name].of_machine else self.studied.carriages
+        return ("",) if known_quantity(name).of_machine else self.studied.carriages
 
     def _names(self) -> Iterator[str]:
         """The names of all quantities, of every carriage and of the machine."""
         for name in self.quantities:
             yield from (f"{name}[{owner}]" for owner in self._owners(name) if owner)
-            yield name
+            if known_quantity(name).has_worst:
+                yield name
 
     # ---- counts
 
@@ -183,22 +192,31 @@ class StudyResult:
     @cached_property
     def _summary(self) -> dict[tuple[str, str], dict[str, float]]:
         rows = {}
-        for name in (name for name in self.quantities if QUANTITIES[name].in_summary):
+        for name in quantities.summarised(self.studied):
+            quantity = known_quantity(name)
             worst: Array | None = None
             for owner, whole in self._figures(name):
                 figure = self._samples(whole)
-                worst = figure if worst is None else QUANTITIES[name].worse(worst, figure)
+                worst = figure if worst is None else quantity.worse(worst, figure)
                 rows[name, owner] = _described(figure)
-            if worst is not None:
+            if worst is not None and quantity.has_worst:
                 rows[name, ""] = _described(worst)
         return {key: row for key, row in rows.items() if row["samples"]}
 
     def quantiles(
         self, name: str, levels: Sequence[float] = LEVELS, confidence: float = statistics.CONFIDENCE
     ) -> pd.DataFrame:
-        """Quantiles of a column: a row per level with value, low and high; see `statistics.quantiles`."""
+        """Quantiles of a column: a row per level with value, low and high; see `statistics.quantiles`.
+
+        Raises ArgumentError for levels that do not lie between 0 and 1.
+        """
         import pandas as pd
 
+        if np.ndim(levels) != 1 or not all(0 < level < 1 for level in levels):
+            raise ArgumentError(
+                f"levels: expected a list of levels between 0 and 1, got {shown(levels)}; "
+                "[0.95] is for the 95 % quantile"
+            )
         found = statistics.quantiles(self.column(name), levels, confidence)
         return pd.DataFrame(found._asdict(), index=pd.Index(levels, name="level")).rename(
             columns={"values": "value"}
@@ -209,21 +227,30 @@ class StudyResult:
         return statistics.exceedance(self.column(name), confidence)
 
     def probability_above(
-        self, name: str, limit: float, confidence: float = statistics.CONFIDENCE
-    ) -> Estimates:
-        """Probability that a column is above a limit, as three numbers; see `statistics.probability`."""
+        self, name: str, limit: float | str, confidence: float = statistics.CONFIDENCE
+    ) -> Estimate:
+        """Probability that a column is above a limit; see `statistics.probability`.
+
+        limit : in the column's unit, or text with its unit, "7 kN". Raises ValueRefused.
+        """
         return self._probability(name, limit, below=False, confidence=confidence)
 
     def probability_below(
-        self, name: str, limit: float, confidence: float = statistics.CONFIDENCE
-    ) -> Estimates:
+        self, name: str, limit: float | str, confidence: float = statistics.CONFIDENCE
+    ) -> Estimate:
         """Probability that a column, such as a life, is below a limit."""
         return self._probability(name, limit, below=True, confidence=confidence)
 
-    def _probability(self, name: str, limit: float, *, below: bool, confidence: float) -> Estimates:
+    def _probability(self, name: str, limit: float | str, *, below: bool, confidence: float) -> Estimate:
         values = statistics.known(self.column(name))
-        passed = np.count_nonzero(values < limit if below else values > limit)
-        return statistics.probability(passed, values.size, confidence)
+        bound = to_unit(limit, self._unit(name)) if isinstance(limit, str) else limit
+        passed = np.count_nonzero(values < bound if below else values > bound)
+        return Estimate(*map(float, statistics.probability(passed, values.size, confidence)))
+
+    def _unit(self, name: str) -> str:
+        """The unit of a column, "1" without one."""
+        units = {one.name: one.unit for one in self.studied.varied}
+        return units.get(name) or unit_of(name.partition("[")[0]) or "1"
 
     def limits(self) -> dict[str, float]:
         """The limits asked for, by quantity and in its unit. Raises ValueRefused for one that there is not."""
@@ -237,21 +264,46 @@ class StudyResult:
         """
         import pandas as pd
 
-        asked = {name: limit for name, limit in self.limits().items() if name != "contact_lost"}
-        if "contact_lost" in self.quantities:
-            asked["contact_lost"] = math.nan
+        asked = {name: limit for name, limit in self.limits().items() if name != CONTACT}
+        if CONTACT in self.quantities:
+            asked[CONTACT] = math.nan
         rows = {}
         for name, limit in asked.items():
             worst: Array | None = None
             for owner, whole in self._figures(name):
                 figure = self._samples(whole)
-                worst = figure if worst is None else QUANTITIES[name].worse(worst, figure)
+                worst = figure if worst is None else known_quantity(name).worse(worst, figure)
                 rows[name, owner] = _passed(name, figure, limit)
             if worst is not None:
                 rows[name, ""] = _passed(name, worst, limit)
         columns = ["limit", "samples", "count", "probability", "low", "high"]
         index = pd.MultiIndex.from_tuples(list(rows), names=["quantity", "carriage"])
         return pd.DataFrame(list(rows.values()), index=index, columns=columns)
+
+    def cases(self) -> pd.DataFrame:
+        """A row per run, by sample: the values varied, `leading` of each carriage, what follows from it.
+
+        Columns: parameters; the leading figure of each carriage; life_km, the shortest of the carriages, if it is
+        rated; passed, the limits that any carriage passes and whether contact is lost, or "failed" of a run without
+        result.
+        """
+        stem = self.leading.partition("[")[0]
+        figures = [f"{stem}[{owner}]" if owner else stem for owner in self._owners(stem)]
+        life = [LIFE] if LIFE in self.quantities and stem != LIFE else []
+        table = self.table([*(one.name for one in self.studied.varied), *figures, *life])
+        passed: list[list[str]] = [["failed"] if i in self.reasons else [] for i in range(self.runs)]
+        asked = self.limits() | ({CONTACT: math.nan} if CONTACT in self.quantities else {})
+        for name, limit in asked.items():
+            for i in np.flatnonzero(_beyond(name, self.column(name), limit)):
+                passed[i].append(quantities.title_of(name, self.studied))
+        table["passed"] = [", ".join(names) for names in passed]
+        return table.drop(columns="reason")
+
+    @property
+    def too_few(self) -> bool:
+        """Whether there are too few samples to tell what drives a figure."""
+        drawn = 2 if self.studied.sensitivity else 1
+        return statistics.known(self.column(self.leading)).size < FEWEST * drawn
 
     # ---- what drives it
 
@@ -332,13 +384,17 @@ class StudyResult:
                     writer.write_table(table)
 
     def to_json(self, path: str | PathLike[str]) -> None:
-        """Write what was studied, the counts and all tables of statistics as one small file; unknown is null."""
-        tables = {
-            "failures": self.failures(),
-            "summary": self.summary().reset_index(),
-            "probabilities": self.probabilities().reset_index(),
-            "driving": self.driving().reset_index(),
-        }
+        """Write what was studied, the counts and all tables of statistics as one small file; unknown is null.
+
+        Of chosen cases the table of cases in place of the statistics.
+        """
+        tables = {"failures": self.failures()}
+        if self.studied.chosen:
+            tables["cases"] = self.cases().reset_index()
+        else:
+            tables["summary"] = self.summary().reset_index()
+            tables["probabilities"] = self.probabilities().reset_index()
+            tables["driving"] = self.driving().reset_index()
         content: dict[str, Any] = {
             "studied": self.studied.as_json(),
             "runs": self.runs,
@@ -366,7 +422,11 @@ def _described(values: Array) -> dict[str, float]:
 def _passed(name: str, values: Array, limit: float) -> tuple[float, ...]:
     """A row of `probabilities`."""
     figures = statistics.known(values)
-    bound = 0.5 if math.isnan(limit) else limit
-    passed = figures < bound if QUANTITIES[name].smallest_is_worst else figures > bound
-    count = int(np.count_nonzero(passed))
+    count = int(np.count_nonzero(_beyond(name, figures, limit)))
     return (limit, figures.size, count, *map(float, statistics.probability(count, figures.size)))
+
+
+def _beyond(name: str, values: Array, limit: float) -> NDArray[np.bool_]:
+    """Whether values pass a limit; NaN: whether there is lost contact."""
+    bound = 0.5 if math.isnan(limit) else limit
+    return values < bound if known_quantity(name).smallest_is_worst else values > bound

@@ -32,6 +32,14 @@ class Estimates(NamedTuple):
     high: Array
 
 
+class Estimate(NamedTuple):
+    """One estimated value and the ends of its interval."""
+
+    value: float
+    low: float
+    high: float
+
+
 class Exceedance(NamedTuple):
     """Limits, increasing, and the probability that a sample reaches each of them."""
 

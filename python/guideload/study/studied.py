@@ -77,6 +77,11 @@ class Studied:
         )
 
     @property
+    def chosen(self) -> bool:
+        """Whether the cases were given: no random sample, so that nothing follows for machines in general."""
+        return self.sampling == "cases"
+
+    @property
     def carriages(self) -> tuple[str, ...]:
         """Names of the carriages, in their order."""
         return tuple(carriage.name for carriage in self.machine.carriages)
