@@ -180,7 +180,10 @@ def test_ctrl_c_before_the_first_sample(file: Path, tmp_path: Path, monkeypatch:
             "guideload.study.spec.Study.from_toml", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt)
         )
         ended = guideload("study", file, "-o", tmp_path / "other")
-    assert (ended.exit_code, ended.stderr) == (130, "Interrupted.\n")
+        assert (ended.exit_code, ended.stderr) == (130, "Interrupted.\n")
+        ended = guideload("study", file, "-o", tmp_path / "out", "--resume")
+        again = shlex.join(["guideload", "study", str(file), "-o", str(tmp_path / "out"), "--resume"])
+        assert (ended.exit_code, ended.stderr) == (130, f"Interrupted. To go on: {again}\n")
 
 
 def test_a_seed_that_was_drawn_is_recorded_and_found_again(
@@ -214,7 +217,7 @@ def test_another_study_is_not_mixed_in(file: Path, tmp_path: Path) -> None:
     assert guideload(*run).exit_code == 0
     before = contents(tmp_path / "out")
     assert "--resume goes on with it, --overwrite replaces it" in refused(*run)
-    assert "seed 1, and 2" in refused(*run, "--resume", "--seed", 2)
+    assert "seed: 1 there, 2 here" in refused(*run, "--resume", "--seed", 2)
     assert "study of 200 runs" in refused(*run, "--resume", "--samples", 20)
     assert "give one" in refused(*run, "--resume", "--overwrite")
     assert contents(tmp_path / "out") == before
@@ -239,6 +242,60 @@ def test_changed_limits_and_life_take_effect_when_a_study_goes_on(file: Path, tm
     studied = StudyResult.load(out).studied
     assert (studied.limits, studied.rating, studied.life_base) == ({}, None, None)
     assert contents(out) == before
+
+
+def test_a_refused_resume_tells_what_differs_in_words_and_no_more(file: Path, tmp_path: Path) -> None:
+    run = ("study", file, "--no-pictures", "-o", tmp_path / "out")
+    file.write_text(STUDY + '[[correlation]]\nbetween = ["body.mass", "k"]\nvalue = 0.2\n')
+    assert guideload(*run).exit_code == 0
+    changed = STUDY.replace('"0.5 N"', '"0.25 N"').replace("samples = 200", "samples = 300")
+    changed = changed.replace("histories = 2", "histories = 3").replace(
+        '["resultant", "load"]', '["resultant"]'
+    )
+    file.write_text(changed.replace('plus_minus = "10 %"', "low = 1000\nhigh = 1500"))
+    told = refused(*run, "--resume")
+    assert "body.mass: uniform from 1125 to 1375 kg there, uniform from 1000 to 1500 kg here; " in told
+    assert "correlation of body.mass and k[1a]: 0.2 there, nothing here" in told
+    assert "--overwrite" in told
+    assert "another folder" in told
+    assert not any(word in told for word in ("limits", "0.25", "runs", "histories", "Factor(", "..."))
+    out = tmp_path / "other"
+    run = (*run[:-1], out)
+    file.write_text(STUDY)
+    assert guideload(*run).exit_code == 0
+    file.write_text(STUDY.replace("samples = 200", 'samples = 200\nmethod = "rk45"\nrtol = 1e-5'))
+    assert "What differs: method: auto there, rk45 here; rtol: 1e-06 there, 1e-05 here. " in refused(
+        *run, "--resume"
+    )
+    file.write_text(STUDY.replace('["resultant", "load"]', '["resultant"]'))
+    assert "What differs: what is kept: mean_load_N[1a], " in refused(*run, "--resume")
+    file.write_text(STUDY.replace("stiffness_y", "damping_y"))
+    told = refused(*run, "--resume")
+    assert "k[1a]: lognormal with median" in told
+
+
+def test_a_missing_study_file_names_the_command_that_writes_one(tmp_path: Path) -> None:
+    for options in ((), ("--resume",)):
+        assert "`guideload init --study` writes one" in refused(
+            "study", tmp_path / "none.toml", "-o", tmp_path / "out", *options
+        )
+
+
+def test_a_limit_on_the_life_is_passed_below_it(file: Path, tmp_path: Path) -> None:
+    limit = '[limits]\nlife = "5000 km"\n[life]\nrating = "20 kN"\nbase = "50 km"\n'
+    file.write_text(STUDY.replace('[limits]\npeak_resultant = "0.5 N"\n', limit))
+    out = tmp_path / "out"
+    assert guideload("study", file, "-o", out).exit_code == 0
+    result = StudyResult.load(out)
+    assert result.limits() == {"life_km": 5000.0}
+    row = result.probabilities().loc["life_km", "1a"]
+    life = 50.0 * (20e3 / result.column("mean_load_N[1a]")) ** 3
+    assert row["count"] == np.count_nonzero(life < 5000.0)
+    file.write_text(
+        file.read_text().replace('rating = "20 kN"\nbase = "50 km"\n', "").replace("[life]\n", "")
+    )
+    told = refused("study", file, "-o", tmp_path / "other")
+    assert "row 8: limits.life: expected no limit on a life without [life]" in told
 
 
 def everything(folder: Path) -> dict[Path, bytes]:
@@ -331,6 +388,7 @@ def test_init_writes_a_study_that_runs(tmp_path: Path, monkeypatch: pytest.Monke
     shutil.copy(file.parent / "trace.csv", "trace.csv")
     assert guideload("init").exit_code == 0
     told = guideload("init", "--study")
+    assert "machine.toml (`guideload init` writes one) and trace.csv" in told.stdout
     assert "guideload study study.toml -o out/" in told.stdout
     assert guideload("study", "study.toml", "-o", "out", "--samples", 20, "--no-pictures").exit_code == 0
     assert "guideload init NAME.toml --study" in refused("init", "--study")

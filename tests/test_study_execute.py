@@ -18,7 +18,7 @@ import numpy as np
 import pyarrow.parquet as parquet
 import pytest
 import xarray as xr
-from study_standin import HashedBatch, StandIn, plan, run_in_child, study
+from study_standin import EXAMPLES, HashedBatch, StandIn, plan, run_in_child, study
 
 from guideload.errors import ArgumentError, RunError, SceneError
 from guideload.study import execute
@@ -61,6 +61,22 @@ def children_import_this_folder() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patched:
         patched.setenv("PYTHONPATH", os.pathsep.join(path for path in sys.path if path))
         yield
+
+
+def test_a_file_stands_for_its_study_and_all_else_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    file = EXAMPLES / "study.toml"
+    read: list[Any] = []
+
+    def from_toml(name: Any) -> Any:
+        read.append(name)
+        return study(20)
+
+    monkeypatch.setattr("guideload.study.spec.Study.from_toml", from_toml)
+    assert [run_study(name).runs for name in (file, str(file))] == [20, 20]
+    assert read == [file, str(file)]
+    for other in (3, None, {"samples": 2}):
+        with pytest.raises(TypeError, match=f"Study.from_toml.*got {type(other).__name__}"):
+            run_study(other)  # type: ignore[arg-type]
 
 
 # ---- the same to the last bit

@@ -142,8 +142,12 @@ def test_damage_that_is_met_when_reading_is_told(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("other", "said"),
     [
-        (plan(300, seed=2), "seed 1, and 2"),
-        (plan(300, mass=1300), "machine.body.mass 1250.0, and 1300"),
+        (plan(300, seed=2), "seed: 1 there, 2 here"),
+        (
+            plan(300, mass=1300),
+            "body.mass: uniform from 1125 to 1375 kg there, uniform from 1170 to 1430 kg here",
+        ),
+        (plan(300, mass=1300), "machine.body.mass: 1250.0 there, 1300"),
     ],
 )
 def test_another_study_is_refused_and_the_difference_told(folder: Path, other: Plan, said: str) -> None:

@@ -258,9 +258,50 @@ def test_what_stands_in_other_files_is_refused_with_their_names(folder: Path) ->
     with pytest.raises(ConfigError, match=r"manipulator\.toml, row \d+: body.mass: expected > 0 kg"):
         Study.from_toml(file)
     (folder / "manipulator.toml").write_text(machine)
-    file.write_text(text.replace('"manipulator.csv"', '"nothing.csv"'))
-    with pytest.raises(TraceError, match="nothing.csv"):
+    for old, key in (("manipulator.csv", "trace"), ("manipulator.toml", "machine")):
+        file.write_text(text.replace(old, "nothing"))
+        with pytest.raises(ConfigError, match=rf"row \d: {key}: .* there is no {folder / 'nothing'}"):
+            Study.from_toml(file)
+    (folder / "manipulator.csv").write_text("nothing\n")
+    file.write_text(text)
+    with pytest.raises(TraceError, match=r"manipulator\.csv"):
         Study.from_toml(file)
+    with pytest.raises(ConfigError, match="`guideload init --study` writes one"):
+        Study.from_toml(folder / "none.toml")
+
+
+def test_the_cases_of_the_example_only_need_their_mark_removed(folder: Path) -> None:
+    file = folder / "study.toml"
+    text = file.read_text().replace("# cases =", "cases =").replace("samples = 10_000", "")
+    file.write_text(text.partition("[[vary]]")[0].replace("histories = 20", ""))
+    (folder / "cases.csv").write_text("body.mass [t]\n1.1\n1.3\n")
+    assert Study.from_toml(file).plan().runs == 2
+
+
+@pytest.mark.parametrize("table", ["life", "limits", "reading"])
+def test_a_key_of_the_study_that_stands_in_a_table_is_sent_above(folder: Path, table: str) -> None:
+    file = folder / "study.toml"
+    text = file.read_text().replace("# [reading]", "[reading]")
+    file.write_text(text.replace(f"[{table}]", f'[{table}]\ncases = "cases.csv"'))
+    with pytest.raises(ConfigError, match=rf"{table}.cases: .*put it above the first \[table\]"):
+        Study.from_toml(file)
+
+
+def test_refusals_say_nothing_twice() -> None:
+    said = {
+        refused(MASS, correlation=[{"between": ["a", "b"], "value": 1.5}]): "between -1 and 1",
+        refused(MASS | {"distribution": "norml"}): "lognormal",
+        refused(sampling="sobel"): "latin hypercube",
+        refused(method="euler"): "implicit",
+        refused(STIFFNESS | {"each": "cart"}): '"rail"',
+    }
+    assert [text.count(words) for text, words in said.items()] == [1] * len(said), said
+    assert 'did you mean "normal"?' in refused(MASS | {"distribution": "norml"})
+    assert "one of normal, lognormal" in refused({"path": "body.mass"})
+
+
+def test_sigma_of_a_lognormal_distribution_is_explained() -> None:
+    assert "that of the logarithm, a plain number: 0.15" in refused(STIFFNESS | {"sigma": "15 %"})
 
 
 # ---- draws

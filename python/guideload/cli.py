@@ -125,8 +125,11 @@ def init(path: Path | None, study: bool) -> None:
         ) from None
     except OSError as error:
         raise unwritable(path, error) from None
-    then = f"guideload study {path} -o out/" if study else f"guideload check {path}"
-    tell(f"Wrote {path}. Fill it in, then: {then}")
+    if study:
+        beside = "put machine.toml (`guideload init` writes one) and trace.csv, a measured motion, beside it"
+        tell(f"Wrote {path}. Fill it in and {beside}, then: guideload study {path} -o out/")
+    else:
+        tell(f"Wrote {path}. Fill it in, then: guideload check {path}")
 
 
 @main.command()

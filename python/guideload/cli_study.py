@@ -60,17 +60,19 @@ def study(
 
     if resume and overwrite:
         raise click.UsageError("--resume keeps what is in the folder and --overwrite replaces it: give one")
+    again = _command(study_file, output, samples, seed, threads, no_pictures)
+    may_go_on = resume
     try:
         with working("reading"):
             described = _read(study_file, output if resume else None, samples, seed)
         _require_folder(output, resume, overwrite, described.inputs)
+        may_go_on = True
         try:
             with _bar() as progress:
                 result = run_study(described, output, threads=threads, resume=resume, progress=progress)
             left = ""
         except StudyInterrupted as interrupted:
             result = interrupted.result
-            again = _command(study_file, output, samples, seed, threads, no_pictures)
             left = f"Interrupted: {result.finished} of {result.runs} runs are done. To go on: {again}"
         for path, reason in result.parts.damaged.items():
             click.echo(f"{path} was damaged ({reason}): its samples were run again.", err=True)
@@ -81,7 +83,7 @@ def study(
             tell(study_report(result, encoding=output_encoding()))
             tell(f"Wrote {output}.")
     except KeyboardInterrupt:  # before the first sample, or once more while the report was made
-        left = "Interrupted."
+        left = f"Interrupted. To go on: {again}" if may_go_on else "Interrupted."
     if left:
         click.echo(left, err=True)
         sys.exit(INTERRUPTED)
@@ -106,11 +108,10 @@ def _command(
 
 def _read(study_file: Path, resumed: Path | None, samples: int | None, seed: int | None) -> Study:
     """The study of a file, with what the command line gives; where nothing tells the seed, that of the folder."""
-    from guideload.config import read
     from guideload.study import manifest
-    from guideload.study.spec import Study
+    from guideload.study.spec import Study, read_study
 
-    if seed is None and resumed is not None and "seed" not in read(study_file)[0]:
+    if seed is None and resumed is not None and "seed" not in read_study(study_file)[0]:
         there = manifest.read(resumed)
         seed = None if there is None else there["studied"]["seed"]
     return Study.from_toml(study_file, samples=samples, seed=seed)

@@ -24,7 +24,7 @@ class Correlation(Part):
     between: tuple[str, ...] = Field(
         min_length=2, description='names or paths of entries, or single factors, e.g. ["body.mass", "k[1a]"]'
     )
-    value: Coefficient = Field(description="between -1 and 1")
+    value: Coefficient = Field(description="a number such as 0.5, for each pair")
 
 
 def copula_of(

@@ -44,7 +44,7 @@ class StudyInterrupted(KeyboardInterrupt):
 
 
 def run_study(
-    study: Study | Plan,
+    study: Study | Plan | str | PathLike[str],
     output: str | PathLike[str] | None = None,
     *,
     threads: int | None = None,
@@ -56,6 +56,7 @@ def run_study(
 ) -> StudyResult:
     """Run all samples of a study. Sample i and its result are the same to the last bit, whatever is chosen here.
 
+    study      or its file
     output     folder for the samples, kept as they are done; in memory if left out
     threads    here: as many as there are cores if left out; in each task of an executor: 1 if left out
     chunk      samples of a file and of a task, at most; if left out 8192, for an executor fewer in small studies
@@ -65,12 +66,20 @@ def run_study(
     progress   called from time to time with the samples done and those of the whole study
 
     Raises ArgumentError (an argument, or a folder with another study), RunError (a full disk, a lost executor) and
-    StudyInterrupted (Ctrl-C); what was done until then is kept.
+    StudyInterrupted (Ctrl-C); what was done until then is kept. For a file also what Study.from_toml raises.
     """
+    from guideload.study.plan import Plan
     from guideload.study.result import StudyResult
     from guideload.study.spec import Study
     from guideload.study.studied import Studied
 
+    if isinstance(study, str | PathLike):
+        study = Study.from_toml(study)
+    if not isinstance(study, Study | Plan):
+        kind = type(study).__name__
+        raise TypeError(
+            f"study: expected a Study, as of Study.from_toml(file), its plan or a file, got {kind}"
+        )
     plan = study.plan() if isinstance(study, Study) else study
     threads = _whole_number("threads", threads, _cores() if executor is None else 1)
     chunk = _whole_number("chunk", chunk, CHUNK if executor is None else share_of(plan.runs))

@@ -12,7 +12,17 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, PlainValidator, model_validator
 
 from guideload.errors import ConfigError, KeyPath, Problem, ValueRefused, shown
-from guideload.study.distributions import Form, Marginal
+from guideload.study.distributions import (
+    Distribution,
+    Form,
+    Lognormal,
+    Marginal,
+    Normal,
+    Sample,
+    Triangular,
+    Truncated,
+    Uniform,
+)
 from guideload.study.paths import Change, Parameter, Parameters
 from guideload.study.spread import KeyRefused, Spread
 from guideload.units import quantity
@@ -52,7 +62,7 @@ class Vary(Spread):
     name: str | None = Field(default=None, min_length=1, description="its name in tables; else its path")
     each: Each | None = Field(
         default=None,
-        description='a draw of its own for each "carriage", "rail", "link" or "value"; one for all if left out',
+        description="what has a draw of its own; one for all if left out",
     )
     within: Coefficient | None = Field(
         default=None, description="correlation of the draws of this entry among each other"
@@ -106,6 +116,45 @@ class Factor:
     marginal: Marginal | None
     entry: int
     owner: str
+
+    @property
+    def words(self) -> str:
+        """How it is drawn and used: "uniform from 1125 to 1375 kg"."""
+        if self.marginal is None:
+            drawn = "given cases"
+        else:
+            unit = "" if self.unit == "1" else f" {self.unit}"
+            drawn = _words(self.marginal.distribution, self.marginal.scale, unit)
+        to = {
+            "value": "",
+            "factor": ", times the machine's values",
+            "shift": ", added to the machine's values",
+        }
+        return drawn + to[self.form]
+
+
+def _words(distribution: Distribution, scale: float, unit: str) -> str:
+    """`scale` times a distribution, in words."""
+
+    def span(low: float, high: float) -> str:
+        first, last = sorted((scale * low, scale * high))
+        return f"from {first:.9g} to {last:.9g}{unit}"
+
+    match distribution:
+        case Normal(mean, sigma):
+            return f"normal with mean {scale * mean:.9g}{unit} and sigma {abs(scale) * sigma:.9g}{unit}"
+        case Lognormal(median, sigma):
+            return f"lognormal with median {scale * median:.9g}{unit} and sigma {sigma:.9g}"
+        case Uniform(low, high):
+            return f"uniform {span(low, high)}"
+        case Triangular(low, mode, high):
+            return f"triangular {span(low, high)} with mode {scale * mode:.9g}{unit}"
+        case Sample(values):
+            mean = scale * float(values.mean())
+            return f"{values.size} values {span(*distribution.reach)} with mean {mean:.9g}{unit}"
+        case Truncated(whole, low, high):
+            return f"{_words(whole, scale, unit)}, only {span(low, high)}"
+    raise TypeError(distribution)
 
 
 def factors_of(

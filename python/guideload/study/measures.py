@@ -80,7 +80,7 @@ def column(statistic: str, quantity: str) -> str:
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit on the largest magnitude among some columns of a sample.
+    """A limit on the largest magnitude among some columns of a sample, or on the life that they make.
 
     name: "peak_resultant"; value in SI `unit`; of: the columns, by carriage ("" for the drive).
     """
@@ -97,17 +97,25 @@ LIMITS: dict[str, tuple[str, tuple[str, ...]]] = {
     **{f"rms_{name}": (unit, (column("rms", name),)) for name, unit in UNITS.items()},
     **{f"peak_{name}": (unit, (column("min", name), column("max", name))) for name, unit in UNITS.items()},
     "peak_resultant": ("N", (column("max", "resultant"),)),
+    "life": ("m", ("mean_load_N",)),
 }
 
 
-def limits_of(given: Mapping[str, object], columns: Sequence[str]) -> tuple[Limit, ...]:
-    """The limits of a study. Raises ConfigError with all that are unknown, or not kept, or no limit."""
+def limits_of(given: Mapping[str, object], columns: Sequence[str], life: Life | None) -> tuple[Limit, ...]:
+    """The limits of a study. Raises ConfigError with all that are unknown, or not kept, or no limit.
+
+    life: what lives are counted from; None if the study has none, and no limit on them.
+    """
     problems: list[Problem] = []
     limits: list[Limit] = []
     for name, value in given.items():
         try:
             if name not in LIMITS:
                 raise ValueRefused("a known limit", value, f"known are {', '.join(LIMITS)}")
+            if name == "life" and life is None:
+                raise ValueRefused(
+                    "no limit on a life without [life]", value, "add [life] with rating and base"
+                )
             unit, names = LIMITS[name]
             limit = number(value, unit, above=0.0)
             of: dict[str, tuple[str, ...]] = {}

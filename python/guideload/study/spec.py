@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, partial
 from os import PathLike
@@ -21,9 +22,9 @@ from pydantic import (
 )
 from scipy.stats import qmc
 
-from guideload.config import ABSENT, Part, located, number, read
+from guideload.config import ABSENT, Part, Place, located, number, read
 from guideload.encoder import motion_from_trace, read_trace
-from guideload.errors import ConfigError, Problem, ValueRefused, shown
+from guideload.errors import ConfigError, KeyPath, Problem, ValueRefused, shown
 from guideload.machine import Machine
 from guideload.motion import Motion
 from guideload.simulation import Method
@@ -132,7 +133,7 @@ class Questions(Part):
     seed: Annotated[int, PlainValidator(partial(_count, least=0, most=2**63 - 1))] = Field(
         default_factory=lambda: secrets.randbelow(2**32), description="of all draws; drawn if left out"
     )
-    sampling: Sampling = Field(default="sobol", description='"sobol", "latin hypercube" or "random"')
+    sampling: Sampling = Field(default="sobol", description="how samples are spread")
     sensitivity: StrictBool = Field(
         default=False,
         description="whether Sobol indices are computed: samples times (factors + 2) runs, a Saltelli design",
@@ -151,9 +152,7 @@ class Questions(Part):
     exponent: Annotated[float, PlainValidator(_exponent)] = Field(
         default=3.0, description='of the mean load: 3 for balls, "10/3" for rollers'
     )
-    method: Method = Field(
-        default="auto", description='as of `guideload run`: "auto", "exact", "rk45", "implicit"'
-    )
+    method: Method = Field(default="auto", description="as of `guideload run`")
     rtol: Annotated[float, PlainValidator(partial(number, unit="1", above=0.0))] = Field(
         default=1e-6, description="error of the loads that rk45 and implicit may make"
     )
@@ -174,6 +173,11 @@ class StudyFile(Questions):
     cases: StrictStr | None = Field(
         default=None, description="a table of given cases in place of [[vary]], its headers are paths"
     )
+
+
+TABLES = {"reading", "limits", "life", "vary", "correlation"}
+ABOVE = StudyFile.model_fields.keys() - TABLES  # keys that stand in no table
+UNKNOWN = ("a known key", "a known limit")  # what is expected in place of a key that a table does not have
 
 
 class Study(Questions):
@@ -200,12 +204,13 @@ class Study(Questions):
 
         samples, seed: in place of the file's, which need not have them.
         """
-        values, where = read(file)
+        values, where = read_study(file)
         given = {key: value for key, value in (("samples", samples), ("seed", seed)) if value is not None}
         where = {path: place for path, place in where.items() if path[0] not in given}
         folder = Path(file).parent
         try:
             written = StudyFile(**{**values, **given})
+            _require_files(written, folder)
             machine = Machine.from_toml(folder / written.machine)
             motion = written.reading.motion(folder / written.trace, machine)
             kept = {key: getattr(written, key) for key in Questions.model_fields}
@@ -219,7 +224,7 @@ class Study(Questions):
         except ConfigError as error:
             if error.file is not None:  # the machine's own file
                 raise
-            raise located(error, str(file), where) from None
+            raise located(_misplaced(error), str(file), where) from None
 
     @model_validator(mode="after")
     def _possible(self) -> Study:
@@ -276,7 +281,7 @@ class Study(Questions):
             method=self.method,
             rtol=self.rtol,
             histories=histories,
-            limits=limits_of(self.limits, columns),
+            limits=limits_of(self.limits, columns, self.life),
             life=self.life,
         )
 
@@ -303,6 +308,44 @@ class Study(Questions):
         if self.sampling == "sobol" and factors > most:
             hint = f'these entries have {factors}; "random" takes any number'
             raise _refused("sampling", self.sampling, f'at most {most} factors with "sobol"', hint)
+
+
+def read_study(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
+    """The values of a study file and their places. Raises ConfigError if it cannot be read."""
+    try:
+        return read(file)
+    except ConfigError as error:
+        problems = [
+            replace(one, expected=one.expected.replace("`guideload init`", "`guideload init --study`"))
+            for one in error.problems
+        ]
+        raise ConfigError(problems, error.file) from None
+
+
+def _require_files(written: StudyFile, folder: Path) -> None:
+    """Raises ConfigError with all files that a study file names and that there are not."""
+    named: dict[KeyPath, str | None] = {
+        (key,): getattr(written, key) for key in ("machine", "trace", "cases")
+    }
+    named |= {("vary", i, "file"): entry.file for i, entry in enumerate(written.vary)}
+    problems = [
+        Problem(key, name, "a file that exists", f"there is no {folder / name}", None, shown(name))
+        for key, name in named.items()
+        if name is not None and not (folder / name).exists()
+    ]
+    if problems:
+        raise ConfigError(problems)
+
+
+def _misplaced(error: ConfigError) -> ConfigError:
+    """The same refusal, with a hint where a key of the whole study stands in a table."""
+    hint = "it is a key of the whole study: put it above the first [table]"
+    return ConfigError(
+        replace(problem, hint=hint)
+        if len(problem.path) > 1 and problem.path[-1] in ABOVE and problem.expected in UNKNOWN
+        else problem
+        for problem in error.problems
+    )
 
 
 def _refused(key: str, value: object, expected: str, hint: str = "") -> ConfigError:

@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
@@ -77,13 +78,26 @@ def _list(value: object) -> object:
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
+def _name(value: object) -> object:
+    """The name of a distribution; its refusal is told once, with the nearest name."""
+    names = get_args(Name)
+    if value not in names:
+        near = get_close_matches(str(value), names, n=1)
+        hint = f'did you mean "{near[0]}"?' if near else 'as in distribution = "uniform"'
+        known = ", ".join(f'"{name}"' for name in names)
+        raise ValueRefused(f"one of {known}", value, hint)
+    return value
+
+
 Given = Annotated[float | str | None, BeforeValidator(_amount)]
 
 
 class Spread(Part):
     """A distribution and its parameters, each with its unit or in percent of the machine's value."""
 
-    distribution: Name = Field(description=f"one of {', '.join(get_args(Name))}")
+    distribution: Annotated[Name, BeforeValidator(_name)] = Field(
+        description=f"one of {', '.join(get_args(Name))}"
+    )
     mean: Given = Field(default=None, description="of a normal one; the machine's value if left out")
     median: Given = Field(default=None, description="of a lognormal one; the machine's value if left out")
     mode: Given = Field(default=None, description="of a triangular one; the machine's value if left out")
@@ -176,7 +190,12 @@ class Spread(Part):
                 try:
                     number(value, "1", above=0.0)
                 except ValueRefused as refused:
-                    raise KeyRefused(key, refused.expected, value, refused.hint) from None
+                    share = PERCENT.fullmatch(value) if isinstance(value, str) else None
+                    plain = float(share[1]) / 100.0 if share and float(share[1]) > 0.0 else 0.1
+                    hint = (
+                        f"of a lognormal distribution it is that of the logarithm, a plain number: {plain:g}"
+                    )
+                    raise KeyRefused(key, refused.expected, value, hint) from None
                 continue
             amounts[key] = _read(key, value, unit)
             if key in WIDTHS and not amounts[key].number > 0.0:
