@@ -148,7 +148,7 @@ def run_in_child(
 
         resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
     try:
-        fork = multiprocessing.get_context("fork")  # workers of this session
+        fork = multiprocessing.get_context("fork")  # workers that are copies of this process
         with ProcessPoolExecutor(2, fork) if pool else nullcontext() as executor:
             slow = plan(pause=2e-4, histories=histories)
             run_study(slow, out, chunk=50, resume=True, executor=executor)

@@ -101,6 +101,7 @@ impl<const N: usize> WithSimd for Advance<'_, N> {
         let Some(states) = states.first_chunk_mut::<N>() else { return };
         let inside = usize::min(BLOCK, line.count - block * BLOCK);
         let mut state = *end;
+        // One component, as mostly: a loop of its own, of which the compiler knows that it has one.
         if let [by_input] = by_input {
             let Some(changes) = changes.first_chunk::<BLOCK>() else { return };
             for k in 0..inside {
