@@ -319,6 +319,15 @@ def test_ctrl_c_leaves_a_result(
         assert contents(run_study(plan(RUNS), out, executor=executor, resume=True).parts) == whole
 
 
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Ctrl-C as on a terminal: a shell starts what runs in the background with the signal ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_a_signal_is_answered_within_a_slow_chunk(tmp_path: Path) -> None:
     slow = plan(4000, pause=0.001)
     timer = threading.Timer(0.6, lambda: os.kill(os.getpid(), signal.SIGINT))

@@ -3,6 +3,7 @@
 use crate::error::RunError;
 use crate::float::{fma, sqrt};
 use crate::loads::Wrench;
+use crate::simd::{Kernel, widest};
 use crate::system::{Input, State};
 
 /// Takes the instants of a run.
@@ -129,9 +130,26 @@ impl Record for Peaks<'_> {
         if got < expected { Err(RunError::Capacity { expected, got }) } else { Ok(()) }
     }
 
-    #[cfg_attr(feature = "std", inline(always))]
     fn instant(&mut self, time: f64, state: &State, input: &Input) {
-        for (load, extremes) in self.loads.iter().zip(self.extremes.iter_mut()) {
+        widest(Taking { peaks: self, time, state, input });
+    }
+}
+
+/// [`Peaks::instant`] for the processor at hand: a run calls its record through a table, and so cannot bring its own vectors along.
+struct Taking<'a, 'b> {
+    peaks: &'a mut Peaks<'b>,
+    time: f64,
+    state: &'a State,
+    input: &'a Input,
+}
+
+impl Kernel for Taking<'_, '_> {
+    type Output = ();
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) {
+        let Self { peaks, time, state, input } = self;
+        for (load, extremes) in peaks.loads.iter().zip(peaks.extremes.iter_mut()) {
             extremes.take(time, load.at(state, input));
         }
     }
