@@ -51,7 +51,7 @@ impl<'a> Given<'a> {
 }
 
 #[pyfunction]
-#[allow(clippy::too_many_arguments)]
+#[allow(clippy::too_many_arguments)] // the arrays of a call, named in the stub
 pub fn motion_likelihood(
     py: Python<'_>,
     step: PyReadonlyArray1<'_, f64>,
@@ -69,7 +69,7 @@ pub fn motion_likelihood(
 }
 
 #[pyfunction]
-#[allow(clippy::too_many_arguments, clippy::type_complexity)]
+#[allow(clippy::too_many_arguments, clippy::type_complexity)] // the arrays of a call, named in the stub
 pub fn smooth_motion<'py>(
     py: Python<'py>,
     step: PyReadonlyArray1<'_, f64>,
@@ -94,7 +94,7 @@ pub fn smooth_motion<'py>(
 }
 
 #[pyfunction]
-#[allow(clippy::too_many_arguments)]
+#[allow(clippy::too_many_arguments)] // the arrays of a call, named in the stub
 pub fn adapt_motion<'py>(
     py: Python<'py>,
     step: PyReadonlyArray1<'_, f64>,
@@ -119,7 +119,7 @@ pub fn adapt_motion<'py>(
 }
 
 #[pyfunction]
-#[allow(clippy::too_many_arguments)]
+#[allow(clippy::too_many_arguments)] // the arrays of a call, named in the stub
 pub fn draw_motion<'py>(
     py: Python<'py>,
     step: PyReadonlyArray1<'_, f64>,

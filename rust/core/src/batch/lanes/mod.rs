@@ -1,9 +1,11 @@
 //! Linear scenes side by side in the lanes of vector registers, a scene in each: the widest of the processor at hand, chosen when they run.
 //!
-//! Files in the order of the data: `vector`, `room` (numbers in lanes, and memory for them), `jacobi` → `modal` (from scenes to damped modes),
-//! `timeline` (the motion) → `step` → `march` (from sample to sample) → `loads` → `tally` (what is kept of them). A scene gives the same bits in
-//! any lane of any width, whatever its neighbours are.
+//! Files in the order of the data: `vector`, `room` (numbers in lanes, and memory for them), `assemble` → `dense`, `jacobi` → `modal` (from
+//! scenes to damped modes), `timeline` (the motion) → `step` → `march` (from sample to sample) → `loads` → `tally` (what is kept of them). A
+//! scene gives the same bits in any lane of any width, whatever its neighbours are.
 
+mod assemble;
+mod dense;
 mod jacobi;
 mod loads;
 mod march;

@@ -1,4 +1,4 @@
-//! Many scenes side by side from their masses and links to damped modes: assembly, statics, modes, rows of loads.
+//! Many scenes side by side in damped modes: statics, modes, rows of loads.
 //!
 //! With `y = (p, -p̄)`, `p = (iω η + η') / √2`, the equations of motion are `y' = M y + (f, -f) / √2` with the complex symmetric
 //! `M = [[iΩ - Ĉ/2, Ĉ/2], [Ĉ/2, -iΩ - Ĉ/2]]`. A complex orthogonal T turns it diagonal, and each mode `z' = λ z + g u` goes its own way. Counted
@@ -6,6 +6,8 @@
 
 use pulp::{Simd, WithSimd};
 
+use super::assemble::{LaneLink, Links, mass_matrix, weight};
+use super::dense::{cholesky, congruent, projected};
 use super::jacobi::{Damped, Square, symmetric};
 use super::room::Room;
 use super::vector::{Complex, Real};
@@ -303,83 +305,6 @@ impl WithSimd for SetUp<'_> {
     }
 }
 
-/// A link in all scenes.
-#[derive(Debug)]
-struct LaneLink<S: Simd> {
-    /// Deflection per unit of each free degree of freedom (eqs. 14-17).
-    row: [Real<S>; MOST],
-    stiffness: Real<S>,
-    damping: Real<S>,
-}
-
-#[derive(Debug)]
-struct Links<S: Simd> {
-    all: Vec<LaneLink<S>>,
-}
-
-impl<S: Simd> Links<S> {
-    #[inline(always)]
-    fn new(simd: S, scenes: &[&Instance], dofs: &[usize]) -> Self {
-        let zero = Real::splat(simd, 0.0);
-        let mut all = Vec::with_capacity(scenes[0].links().len());
-        for index in 0..scenes[0].links().len() {
-            let point: [_; 3] = core::array::from_fn(|axis| {
-                Real::gather(simd, |lane| scenes[lane].links()[index].point()[axis])
-            });
-            // Directions do not vary.
-            let o = scenes[0].links()[index].direction();
-            let along: [_; 3] = core::array::from_fn(|axis| Real::splat(simd, o[axis]));
-            let moment = cross(&point, &along);
-            let mut row = [zero; MOST];
-            for (i, &dof) in dofs.iter().enumerate() {
-                row[i] = if dof < 3 { along[dof] } else { moment[dof - 3] };
-            }
-            all.push(LaneLink {
-                row,
-                stiffness: Real::gather(simd, |lane| scenes[lane].links()[index].stiffness()),
-                damping: Real::gather(simd, |lane| scenes[lane].links()[index].damping()),
-            });
-        }
-        Self { all }
-    }
-
-    /// K and C of the free degrees of freedom (eqs. 21-24, 30-33).
-    #[inline(always)]
-    fn matrices(&self, simd: S, n: usize) -> (Square<Real<S>>, Square<Real<S>>) {
-        let zero = Real::splat(simd, 0.0);
-        let (mut k, mut c) = ([[zero; MOST]; MOST], [[zero; MOST]; MOST]);
-        for link in &self.all {
-            for i in 0..n {
-                let (stiff, damped) = (link.stiffness * link.row[i], link.damping * link.row[i]);
-                for j in 0..=i {
-                    k[i][j] = stiff.mul_add(link.row[j], k[i][j]);
-                    c[i][j] = damped.mul_add(link.row[j], c[i][j]);
-                }
-            }
-        }
-        for i in 0..n {
-            for j in 0..i {
-                (k[j][i], c[j][i]) = (k[i][j], c[i][j]);
-            }
-        }
-        (k, c)
-    }
-
-    /// What a unit of the load of a link adds to a component of the load of a group.
-    #[inline(always)]
-    fn arm(&self, simd: S, scenes: &[&Instance], link: usize, group: usize, component: usize) -> Real<S> {
-        Real::gather(simd, |lane| {
-            let scene = &scenes[lane];
-            let o = scene.links()[link].direction();
-            if component < 3 {
-                o[component]
-            } else {
-                (scene.links()[link].point() - scene.centers()[group]).cross(&o)[component - 3]
-            }
-        })
-    }
-}
-
 /// A row per unit of `ωη` and `η'`, and at rest.
 #[derive(Debug)]
 struct RowParts<S: Simd> {
@@ -424,51 +349,6 @@ impl<S: Simd> RowParts<S> {
     }
 }
 
-/// `[[m I, -S], [S, J_L]]` with `S = m skew(r_S)` (eqs. 8, 11, 12).
-#[inline(always)]
-fn mass_matrix<S: Simd>(simd: S, scenes: &[&Instance]) -> [[Real<S>; 6]; 6] {
-    let m = Real::gather(simd, |lane| scenes[lane].body().mass());
-    let r: [_; 3] =
-        core::array::from_fn(|axis| Real::gather(simd, |lane| scenes[lane].body().center_of_mass()[axis]));
-    let zero = m.constant(0.0);
-    let mut out = [[zero; 6]; 6];
-    let square = r[0].mul_add(r[0], r[1].mul_add(r[1], r[2] * r[2]));
-    for i in 0..3 {
-        out[i][i] = m;
-        for j in 0..3 {
-            let inertia = Real::gather(simd, |lane| scenes[lane].body().inertia()[(i, j)]);
-            let about = if i == j { (-r[i]).mul_add(r[j], square) } else { -(r[i] * r[j]) };
-            out[3 + i][3 + j] = m.mul_add(about, inertia);
-        }
-        // u × r: -S is m times the transpose of skew(r).
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        let (low, high) = (m * r[k], -(m * r[j]));
-        (out[i][3 + j], out[3 + j][i]) = (low, low);
-        (out[i][3 + k], out[3 + k][i]) = (high, high);
-    }
-    out
-}
-
-/// `(m g, r_S × m g)`.
-#[inline(always)]
-fn weight<S: Simd>(simd: S, scenes: &[&Instance]) -> [Real<S>; 6] {
-    let m = Real::gather(simd, |lane| scenes[lane].body().mass());
-    let force: [_; 3] =
-        core::array::from_fn(|axis| m * Real::gather(simd, |lane| scenes[lane].gravity()[axis]));
-    let r: [_; 3] =
-        core::array::from_fn(|axis| Real::gather(simd, |lane| scenes[lane].body().center_of_mass()[axis]));
-    let moment = cross(&r, &force);
-    [force[0], force[1], force[2], moment[0], moment[1], moment[2]]
-}
-
-#[inline(always)]
-fn cross<S: Simd>(a: &[Real<S>; 3], b: &[Real<S>; 3]) -> [Real<S>; 3] {
-    core::array::from_fn(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        a[j].mul_add(b[k], -(a[k] * b[j]))
-    })
-}
-
 /// `Φᵀ` times the free entries of a force.
 #[inline(always)]
 fn on_modes<S: Simd>(shapes: &Square<Real<S>>, dofs: &[usize], force: &[Real<S>; 6]) -> [Real<S>; MOST] {
@@ -477,85 +357,6 @@ fn on_modes<S: Simd>(shapes: &Square<Real<S>>, dofs: &[usize], force: &[Real<S>;
     for mode in 0..n {
         for i in 0..n {
             out[mode] = shapes[i][mode].mul_add(force[dofs[i]], out[mode]);
-        }
-    }
-    out
-}
-
-/// Turns a symmetric matrix into its factor L with `L Lᵀ`; the smallest pivot as a part of its diagonal entry, at most 1.
-#[inline(always)]
-fn cholesky<S: Simd>(matrix: &mut Square<Real<S>>, n: usize) -> Real<S> {
-    let zero = matrix[0][0].constant(0.0);
-    let mut smallest = zero.constant(1.0);
-    for j in 0..n {
-        let mut pivot = matrix[j][j];
-        for k in 0..j {
-            pivot = (-matrix[j][k]).mul_add(matrix[j][k], pivot);
-        }
-        // What is no number is not above zero, and neither is what it is compared with later.
-        let part = pivot / matrix[j][j];
-        smallest = zero.less_than(part).select(smallest.min(part), zero);
-        let root = pivot.sqrt();
-        matrix[j][j] = root;
-        for i in j + 1..n {
-            let mut sum = matrix[i][j];
-            for k in 0..j {
-                sum = (-matrix[i][k]).mul_add(matrix[j][k], sum);
-            }
-            matrix[i][j] = sum / root;
-            matrix[j][i] = zero;
-        }
-    }
-    smallest
-}
-
-/// `L⁻¹ A L⁻ᵀ` in the place of a symmetric A.
-#[inline(always)]
-fn congruent<S: Simd>(lower: &Square<Real<S>>, matrix: &mut Square<Real<S>>, n: usize) {
-    for _ in 0..2 {
-        // Solve for the columns, then turn the result round: twice makes both sides.
-        for column in 0..n {
-            for i in 0..n {
-                let mut sum = matrix[i][column];
-                for k in 0..i {
-                    sum = (-lower[i][k]).mul_add(matrix[k][column], sum);
-                }
-                matrix[i][column] = sum / lower[i][i];
-            }
-        }
-        for i in 0..n {
-            for j in 0..i {
-                (matrix[i][j], matrix[j][i]) = (matrix[j][i], matrix[i][j]);
-            }
-        }
-    }
-    // Symmetric to the last bit.
-    for i in 0..n {
-        for j in 0..i {
-            matrix[j][i] = matrix[i][j];
-        }
-    }
-}
-
-/// `Φᵀ A Φ` of a symmetric A.
-#[inline(always)]
-fn projected<S: Simd>(shapes: &Square<Real<S>>, matrix: &Square<Real<S>>, n: usize) -> Square<Real<S>> {
-    let zero = matrix[0][0].constant(0.0);
-    let (mut half, mut out) = ([[zero; MOST]; MOST], [[zero; MOST]; MOST]);
-    for i in 0..n {
-        for mode in 0..n {
-            for k in 0..n {
-                half[i][mode] = matrix[i][k].mul_add(shapes[k][mode], half[i][mode]);
-            }
-        }
-    }
-    for i in 0..n {
-        for j in 0..=i {
-            let mut sum = zero;
-            for k in 0..n {
-                sum = shapes[k][i].mul_add(half[k][j], sum);
-            }
-            (out[i][j], out[j][i]) = (sum, sum);
         }
     }
     out
