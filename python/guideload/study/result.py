@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
@@ -17,8 +16,8 @@ from numpy.typing import NDArray
 
 from guideload.errors import ArgumentError, GuideloadError, ValueRefused, shown
 from guideload.files import _ending, _whole
-from guideload.study import quantities, statistics
-from guideload.study.quantities import CONTACT, LIFE, PEAK, known_quantity, unit_of
+from guideload.study import passing, quantities, statistics
+from guideload.study.quantities import CONTACT, PEAK, known_quantity, unit_of
 from guideload.study.statistics import Estimate, Exceedance
 from guideload.study.studied import Studied
 from guideload.units import quantity as to_unit
@@ -97,9 +96,9 @@ class StudyResult:
 
         Raises ValueRefused with the nearest names.
         """
-        return self._samples(self._of_all_runs(name))
+        return self.samples_of(self._of_all_runs(name))
 
-    def _samples(self, whole: Array) -> Array:
+    def samples_of(self, whole: Array) -> Array:
         """The samples among all runs: of a Saltelli design those of A and B."""
         if not self.studied.sensitivity:
             return whole
@@ -109,11 +108,11 @@ class StudyResult:
         quantity, _, label = name.partition("[")
         carriage = label.removesuffix("]")
         if quantity in self.quantities and not label and known_quantity(quantity).has_worst:
-            figures = (figure for _, figure in self._figures(quantity))
+            figures = (figure for _, figure in self.figures(quantity))
             return reduce(known_quantity(quantity).worse, figures)
-        if quantity in self.quantities and carriage in self._owners(quantity):
+        if quantity in self.quantities and carriage in self.owners(quantity):
             return quantities.figure(
-                self.parts, self.studied, quantity, self._owners(quantity).index(carriage)
+                self.parts, self.studied, quantity, self.owners(quantity).index(carriage)
             )
         if name in self.parts.columns:
             return self.parts.column(name)
@@ -121,18 +120,19 @@ class StudyResult:
         near = get_close_matches(name, names, n=3, cutoff=0.4) or names[:3]
         raise ValueRefused("a column of the study", name, f"nearest: {', '.join(near)}")
 
-    def _figures(self, name: str) -> Iterator[tuple[str, Array]]:
+    def figures(self, name: str) -> Iterator[tuple[str, Array]]:
         """Each carriage, or "" for the machine, and the quantity of it for all runs."""
-        for index, owner in enumerate(self._owners(name)):
+        for index, owner in enumerate(self.owners(name)):
             yield owner, quantities.figure(self.parts, self.studied, name, index)
 
-    def _owners(self, name: str) -> tuple[str, ...]:
+    def owners(self, name: str) -> tuple[str, ...]:
+        """The carriages that a quantity is told of, or "" where it is the machine's."""
         return ("",) if known_quantity(name).of_machine else self.studied.carriages
 
     def _names(self) -> Iterator[str]:
         """The names of all quantities, of every carriage and of the machine."""
         for name in self.quantities:
-            yield from (f"{name}[{owner}]" for owner in self._owners(name) if owner)
+            yield from (f"{name}[{owner}]" for owner in self.owners(name) if owner)
             if known_quantity(name).has_worst:
                 yield name
 
@@ -195,8 +195,8 @@ class StudyResult:
         for name in quantities.summarised(self.studied):
             quantity = known_quantity(name)
             worst: Array | None = None
-            for owner, whole in self._figures(name):
-                figure = self._samples(whole)
+            for owner, whole in self.figures(name):
+                figure = self.samples_of(whole)
                 worst = figure if worst is None else quantity.worse(worst, figure)
                 rows[name, owner] = _described(figure)
             if worst is not None and quantity.has_worst:
@@ -259,45 +259,16 @@ class StudyResult:
     def probabilities(self) -> pd.DataFrame:
         """A row per limit and carriage, and for the machine: that any carriage passes it, with carriage "".
 
-        A life passes its limit below it, all else above. Lost contact is one of them, without a limit (NaN).
-        Columns: limit, samples, count, probability, low, high; at 95 %, see `statistics.probability`.
+        See `passing.probabilities`.
         """
-        import pandas as pd
-
-        asked = {name: limit for name, limit in self.limits().items() if name != CONTACT}
-        if CONTACT in self.quantities:
-            asked[CONTACT] = math.nan
-        rows = {}
-        for name, limit in asked.items():
-            worst: Array | None = None
-            for owner, whole in self._figures(name):
-                figure = self._samples(whole)
-                worst = figure if worst is None else known_quantity(name).worse(worst, figure)
-                rows[name, owner] = _passed(name, figure, limit)
-            if worst is not None:
-                rows[name, ""] = _passed(name, worst, limit)
-        columns = ["limit", "samples", "count", "probability", "low", "high"]
-        index = pd.MultiIndex.from_tuples(list(rows), names=["quantity", "carriage"])
-        return pd.DataFrame(list(rows.values()), index=index, columns=columns)
+        return passing.probabilities(self)
 
     def cases(self) -> pd.DataFrame:
-        """A row per run, by sample: the values varied, `leading` of each carriage, what follows from it.
+        """A row per run, by sample: the values varied, `leading` of each carriage, life, limits passed.
 
-        Columns: parameters; the leading figure of each carriage; life_km, the shortest of the carriages, if it is
-        rated; passed, the limits that any carriage passes and whether contact is lost, or "failed" of a run without
-        result.
+        See `passing.cases`.
         """
-        stem = self.leading.partition("[")[0]
-        figures = [f"{stem}[{owner}]" if owner else stem for owner in self._owners(stem)]
-        life = [LIFE] if LIFE in self.quantities and stem != LIFE else []
-        table = self.table([*(one.name for one in self.studied.varied), *figures, *life])
-        passed: list[list[str]] = [["failed"] if i in self.reasons else [] for i in range(self.runs)]
-        asked = self.limits() | ({CONTACT: math.nan} if CONTACT in self.quantities else {})
-        for name, limit in asked.items():
-            for i in np.flatnonzero(_beyond(name, self.column(name), limit)):
-                passed[i].append(quantities.title_of(name, self.studied))
-        table["passed"] = [", ".join(names) for names in passed]
-        return table.drop(columns="reason")
+        return passing.cases(self)
 
     @property
     def too_few(self) -> bool:
@@ -417,16 +388,3 @@ def _described(values: Array) -> dict[str, float]:
         name = f"q{round(100 * level):02d}"
         row |= {name: float(value), f"{name}_low": float(low), f"{name}_high": float(high)}
     return row
-
-
-def _passed(name: str, values: Array, limit: float) -> tuple[float, ...]:
-    """A row of `probabilities`."""
-    figures = statistics.known(values)
-    count = int(np.count_nonzero(_beyond(name, figures, limit)))
-    return (limit, figures.size, count, *map(float, statistics.probability(count, figures.size)))
-
-
-def _beyond(name: str, values: Array, limit: float) -> NDArray[np.bool_]:
-    """Whether values pass a limit; NaN: whether there is lost contact."""
-    bound = 0.5 if math.isnan(limit) else limit
-    return values < bound if known_quantity(name).smallest_is_worst else values > bound
