@@ -206,4 +206,6 @@ def motion_from_trace(
         motor_speed=trace.value if trace.kind == "motor_speed" else None,
         source=f"{trace.source}, column {trace.column}",
         notes=(*trace.notes, found.note),
+        bandwidth=found.bandwidth,
+        uncertainty=None if found.estimate is None else found.estimate.uncertainty,
     )

@@ -29,7 +29,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from guideload import _core
 from guideload.errors import TraceError
-from guideload.fits import Arguments, Cells, Fit, Model, Scaled, best_of, fitted
+from guideload.fits import Cells, Fit, Model, Scaled, best_of, fitted
+from guideload.uncertainty import Uncertainty
 
 Array = NDArray[np.float64]
 Kind = Literal["position", "velocity"]
@@ -63,6 +64,7 @@ class Estimate:
     jumps                  (k, 2) s: stretches whose intensity is 20 times the usual or more
     bandwidth              Hz, above which samples are taken for noise (half amplitude) at the usual intensity
     note                   what was chosen, as text
+    uncertainty            the whole of what the samples leave open; None where all are equal
     """
 
     time: Array
@@ -77,16 +79,16 @@ class Estimate:
     jumps: Array
     bandwidth: float
     note: str
-    _fitted: _Fitted | None
+    uncertainty: Uncertainty | None
 
     def draws(self, count: int, rng: np.random.Generator) -> Array:
         """(count, n) accelerations m/s2, drawn from all that fit the samples: their covariance is the estimate's.
 
         Deviations are scaled as the band is. Time and memory are O(count n).
         """
-        if self._fitted is None:
+        if self.uncertainty is None:
             return np.repeat(self.acceleration[None], count, axis=0)
-        return np.stack([self._fitted.draw(rng) for _ in range(count)])
+        return self.acceleration + self.uncertainty.draws(count, rng)
 
 
 def estimate(time: ArrayLike, value: ArrayLike, kind: Kind = "position", quantum: float = 0.0) -> Estimate:
@@ -134,30 +136,6 @@ def _still(time: Array, value: Array, kind: Kind) -> Estimate:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Fitted:
-    """What a draw needs: the kernel's arguments, the estimate in scaled units, and the way back to m/s2."""
-
-    arguments: Arguments
-    intensity: Array
-    states: int
-    derivative: int
-    mean: Array
-    scale: float
-    unit: float
-
-    def draw(self, rng: np.random.Generator) -> Array:
-        normal = rng.standard_normal(self.mean.size * self.states)
-        # Deviations from the estimate, drawn as the states of zero samples: beside the travel they would be rounded.
-        step, value, variance, mean, covariance, cell = self.arguments
-        zero, at_rest = np.zeros_like(value), np.zeros_like(mean)
-        deviation = _core.draw_motion(
-            step, zero, variance, at_rest, covariance, cell, self.intensity, normal, self.derivative
-        )
-        result: Array = (self.mean + self.scale * deviation) * self.unit
-        return result
-
-
 def _adapted(time: Array, value: Array, kind: Kind, scaled: Scaled, fit: Fit, order: int) -> Estimate:
     length = max(1.0, CELL[order] * fit.constant)
     cell = _cells(scaled.time, length)
@@ -183,7 +161,8 @@ def _adapted(time: Array, value: Array, kind: Kind, scaled: Scaled, fit: Fit, or
     scale, unit = _scale(order, fit, even), per[2 - lower]
     jump = intensity >= JUMP * fit.intensity
     density = scaled.unit**2 / scaled.second ** (2 * fit.states - 1)
-    kept = _Fitted(arguments, intensity, fit.states, 2 - lower, mean[:, 2 - lower].copy(), scale, unit)
+    step, _, noises, _, covariance, _ = arguments
+    left_open = Uncertainty(step, noises, covariance, cell, intensity, 2 - lower, scale * unit)
     noise = float(np.sqrt(level)) * scaled.unit
     bandwidth = (fit.intensity / level) ** (0.5 / fit.states) / (2.0 * np.pi * scaled.second)
     return Estimate(
@@ -199,7 +178,7 @@ def _adapted(time: Array, value: Array, kind: Kind, scaled: Scaled, fit: Fit, or
         _stretches_of(time, jump[cell]),
         bandwidth,
         _note(kind, order, noise, value, scaled, bandwidth),
-        kept,
+        left_open,
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from guideload.errors import TraceError
+from guideload.uncertainty import Uncertainty
 
 Array = NDArray[np.float64]
 # The histories of a Motion and the shape of one sample of each.
@@ -34,6 +35,8 @@ class Motion:
     motor_speed   (n,) rad/s as measured, or None
     source        where it comes from, for reports
     notes         what was detected and chosen on the way, for reports
+    bandwidth     Hz, up to which the acceleration along x is known; inf if it is known, or nothing is known of it
+    uncertainty   of the acceleration along x, at the same time stamps, or None
 
     The arrays are copies in float64 and read-only. Raises TraceError naming the history and the index.
     """
@@ -46,6 +49,8 @@ class Motion:
     motor_speed: Array | None = None
     source: str = ""
     notes: tuple[str, ...] = ()
+    bandwidth: float = np.inf
+    uncertainty: Uncertainty | None = None
 
     def __post_init__(self) -> None:
         time = _history("time", self.time, (np.size(self.time),))
@@ -81,6 +86,8 @@ class Motion:
         motor_speed: ArrayLike | None = None,
         source: str = "",
         notes: tuple[str, ...] = (),
+        bandwidth: float = np.inf,
+        uncertainty: Uncertainty | None = None,
     ) -> Motion:
         """A motion along the rails: acceleration (n,) m/s2, velocity (n,) m/s, position (n,) m, all along x."""
         stamps = _history("time", time, (np.size(time),))
@@ -98,6 +105,8 @@ class Motion:
             motor_speed=None if motor_speed is None else _history("motor_speed", motor_speed, (stamps.size,)),
             source=source,
             notes=notes,
+            bandwidth=bandwidth,
+            uncertainty=uncertainty,
         )
 
     def with_force(
