@@ -37,16 +37,19 @@ def adapt_motion(
     covariance: Array,
     cell: Cells,
     intensity: Array,
+    rounded: Array,
+    quantum: float,
     level: float,
     rounds: int,
     usual: float,
     weight: float,
     floor: float,
-) -> tuple[Array, float]:
-    """Intensities of the cells and noise level by likelihood, from those given on; variances are in units of the level.
+) -> tuple[Array, float, Array, Array, Array]:
+    """Intensities of the cells, noise level, values and variances of the sites by likelihood, from those given on.
 
-    usual, weight: the intensity that each cell is drawn to, and how much, in squared noises. floor: of the level.
-    Other arguments as of `motion_likelihood`.
+    rounded: the samples, rounded to `quantum` (0: not rounded) after noise of variance `level`, which is at least
+    `floor`. usual, weight: the intensity that each cell is drawn to, and how much, in squared noises. Last: log
+    density of each sample given all others. Other arguments as of `motion_likelihood`.
     """
 
 def draw_motion(

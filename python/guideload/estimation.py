@@ -10,13 +10,12 @@ order 4   jerk that jumps (jerk-limited moves)
 order 5   smooth moves (sine squared)
 order 6   moves that ring
 
-The quantum is the floor of the measurement's noise, quantum^2/12, and no more than its floor, for axes vibrate.
-Rounding is no white noise where the axis creeps: equal samples in a row repeat one error, so their noise is raised,
-and orders are compared on samples that differ from their neighbours. At constant speed it can be a slow tone; an
-order that follows it, so that its residuals fall below the floor, earns nothing by that.
+A rounded sample says that position and noise lie within half a quantum of it, no more and no less; at standstill and
+creeping that is far from white noise of quantum^2/12 (rust/core/src/smoother/rounding.rs). The noise before rounding is
+estimated, for axes vibrate.
 
-The band was checked on made moves, on which the Gaussian band of the adapted model is too wide where few jumps make
-the motion, and too narrow where all cells move: `_scale` takes that out.
+The variance is that of the estimate's error where cells are as lively as the samples show them: between jumps the
+motion is smoother than the adapted model has it, and the model's own variance would be too wide (`_calibrated`).
 """
 
 from __future__ import annotations
@@ -27,9 +26,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from guideload import _core
 from guideload.errors import TraceError
-from guideload.fits import Cells, Fit, Model, Scaled, best_of, fitted
+from guideload.fits import Adapted, Cells, Fit, Model, Scaled, best_of, fitted
 from guideload.uncertainty import Uncertainty
 
 Array = NDArray[np.float64]
@@ -39,12 +37,16 @@ ORDERS = (3, 4, 5, 6)  # of the white derivative of the position
 # Weight of the usual intensity, in squared noises of a cell: the smaller, the heavier the tail.
 WEIGHT = {3: 3e-4, 4: 1e-3, 5: 0.02, 6: 0.1}
 CELL = {3: 3.0, 4: 3.0, 5: 10.0, 6: 10.0}  # time constants: length of a cell
-# Of the standard deviations: for one cell in 10^4, the change per decade, and the least below a quarter step of time
-# constant, where no sample lies in a jump (fitted to tests/benchmarks/encoder.py).
-SCALE = {3: 0.44, 4: 0.65, 5: 0.71, 6: 0.89}
-SCALE_PER_DECADE, SCALE_BETWEEN = 0.07, 0.85
-ROUNDS = 10  # of adapting; more gain nothing
-START_CONSTANT, START_LEVEL = 2.0, 2.0  # times the stationary fit's: adapting starts on the smooth side
+# Of the standard deviations, fitted to tests/benchmarks/encoder.py: what `_calibrated` leaves, and less where rounding
+# is all the noise there is, for its errors are bounded.
+SCALE = {3: 0.82, 4: 0.89, 5: 0.84, 6: 1.14}
+QUIET, ROUNDED = 0.1, 0.88  # quanta of noise up to which that is so; factor
+ROUNDS = 8  # of adapting; more gain nothing
+START_CONSTANT, START_NOISE = 2.0, 2.0  # times the stationary fit's: adapting starts on the smooth side
+ALIKE = 9  # cells whose liveliness is averaged
+NUDGE = 1e-2  # of intensities and noise: differences of variances stay far above rounding
+LEAST = 1e-2  # of the model's variance
+COLOUR = 5.0  # of the noise level: what vibrates is not white, but stronger at the motion's own frequencies
 JUMP = 20.0  # of the usual intensity: from here on a cell counts as a jump
 SUSPICIOUS = 0.01  # noise over range: encoders and their speed signals stay below 0.5 %
 FEWEST = 8
@@ -62,7 +64,7 @@ class Estimate:
     intensity              (n - 1,) of the white derivative in each interval, (m/s^order)^2 s
     usual                  the intensity before it was adapted
     jumps                  (k, 2) s: stretches whose intensity is 20 times the usual or more
-    bandwidth              Hz, above which samples are taken for noise (half amplitude) at the usual intensity
+    bandwidth              Hz, above which samples are taken for noise (half amplitude) where the acceleration changes
     note                   what was chosen, as text
     uncertainty            the whole of what the samples leave open; None where all are equal
     """
@@ -110,9 +112,9 @@ def estimate(time: ArrayLike, value: ArrayLike, kind: Kind = "position", quantum
         return _still(stamps, samples, kind)
     scaled = Scaled.of(stamps, samples, quantum)
     lower = 0 if kind == "position" else 1  # derivatives that the samples have taken already
-    candidates = [fitted(scaled, order - lower) for order in ORDERS]
-    order = ORDERS[best_of(scaled, candidates)]
-    return _adapted(stamps, samples, kind, scaled, candidates[ORDERS.index(order)], order)
+    fits, told = zip(*(fitted(scaled, order - lower) for order in ORDERS), strict=True)
+    chosen = best_of(list(told))
+    return _adapted(stamps, samples, kind, scaled, fits[chosen], ORDERS[chosen])
 
 
 def _still(time: Array, value: Array, kind: Kind) -> Estimate:
@@ -139,46 +141,54 @@ def _still(time: Array, value: Array, kind: Kind) -> Estimate:
 def _adapted(time: Array, value: Array, kind: Kind, scaled: Scaled, fit: Fit, order: int) -> Estimate:
     length = max(1.0, CELL[order] * fit.constant)
     cell = _cells(scaled.time, length)
-    everywhere = slice(0, value.size)
-    even = _evenness(scaled, fit, length)
-    weight = max(WEIGHT[order], even)
-    model = Model(scaled, everywhere, fit)
-    first = START_LEVEL * fit.level
-    slow = Fit(fit.states, first, START_CONSTANT * fit.constant)
-    intensity = np.full(int(cell[-1]) + 1, slow.intensity)
-    intensity, level = _core.adapt_motion(
-        *model.arguments(1.0, cell), intensity, first, ROUNDS, fit.intensity, weight, scaled.floor
-    )
-    arguments = model.arguments(level, cell)
-    mean, variance, _ = _core.smooth_motion(*arguments, intensity)
+    weight = max(WEIGHT[order], _evenness(scaled, fit, length))
+    smooth = Fit(fit.states, START_NOISE * fit.noise, START_CONSTANT * fit.constant)
+    model = Model(scaled, slice(0, value.size), fit)
+    level = max(fit.noise - scaled.rounding, scaled.floor)
+    start = np.full(int(cell[-1]) + 1, smooth.intensity)
+    found = model.adapted(cell, start, START_NOISE * level, ROUNDS, weight)
+    sites = (found.value, found.variance + (COLOUR - 1.0) * found.level)
+    mean, variance = model.smoothed(cell, found.intensity, sites)
     lower = 0 if kind == "position" else 1
+    scale = SCALE[order] * (ROUNDED if found.level < QUIET**2 * scaled.quantum else 1.0)
+    sharpness = np.sqrt(_calibrated(model, cell, found, sites, variance)[:, 2 - lower]) * scale
     per = [scaled.unit / scaled.second**power for power in range(3)]
     if kind == "position":
         position, velocity = mean[:, 0] * per[0] + scaled.origin, mean[:, 1] * per[1]
     else:
         velocity = mean[:, 0] * per[0] + scaled.origin
         position = _travel(time, velocity, mean[:, 1] * per[1])
-    scale, unit = _scale(order, fit, even), per[2 - lower]
-    jump = intensity >= JUMP * fit.intensity
+    acceleration = mean[:, 2 - lower] * per[2 - lower]
+    intensity = found.intensity[cell]
     density = scaled.unit**2 / scaled.second ** (2 * fit.states - 1)
-    step, _, noises, _, covariance, _ = arguments
-    left_open = Uncertainty(step, noises, covariance, cell, intensity, 2 - lower, scale * unit)
-    noise = float(np.sqrt(level)) * scaled.unit
-    bandwidth = (fit.intensity / level) ** (0.5 / fit.states) / (2.0 * np.pi * scaled.second)
+    jump = intensity >= JUMP * fit.intensity
+    noise = float(np.sqrt(found.level)) * scaled.unit
+    follows = (intensity / (found.level + scaled.rounding)) ** (0.5 / fit.states) / (
+        2.0 * np.pi * scaled.second
+    )
+    bandwidth = _median(follows, np.diff(acceleration) ** 2)
     return Estimate(
         time,
         position,
         velocity,
-        mean[:, 2 - lower] * unit,
-        variance[:, 2 - lower] * (scale * unit) ** 2,
+        acceleration,
+        variance[:, 2 - lower] * (sharpness * per[2 - lower]) ** 2,
         order,
         noise,
-        intensity[cell] * density,
+        intensity * density,
         fit.intensity * density,
-        _stretches_of(time, jump[cell]),
+        _stretches_of(time, jump),
         bandwidth,
         _note(kind, order, noise, value, scaled, bandwidth),
-        left_open,
+        Uncertainty(
+            model.step,
+            sites[1],
+            model.covariance,
+            cell,
+            found.intensity,
+            2 - lower,
+            sharpness * per[2 - lower],
+        ),
     )
 
 
@@ -196,19 +206,53 @@ def _evenness(scaled: Scaled, fit: Fit, length: float) -> float:
     part = scaled.stretches()[len(scaled.stretches()) // 2]
     model = Model(scaled, part, fit)
     cell = _cells(scaled.time[part], length)
-    flat = np.full(int(cell[-1]) + 1, fit.intensity)
-    # One round multiplies by the square root of found over expected.
-    once, _ = _core.adapt_motion(
-        *model.arguments(1.0, cell), flat, fit.level, 1, fit.intensity, 0.0, scaled.floor
-    )
-    found = (once / fit.intensity) ** 2
+    found = _liveliness(model, cell, np.full(int(cell[-1]) + 1, fit.intensity), fit.noise - scaled.rounding)
     return float((found.mean() ** 2 / np.mean(found**2)) ** 3)
 
 
-def _scale(order: int, fit: Fit, even: float) -> float:
-    """Standard deviations to claim, over those of the adapted model."""
-    scale = SCALE[order] + SCALE_PER_DECADE * float(np.clip(np.log10(even) + 4.0, 0.0, 4.0))
-    return max(scale, SCALE_BETWEEN) if fit.constant < 0.25 else scale
+def _liveliness(
+    model: Model, cell: Cells, intensity: Array, level: float, sites: tuple[Array, Array] | None = None
+) -> Array:
+    """(cells,) squares of the noise found in each cell over those that its intensity makes expect."""
+    # One round multiplies by the square root of found over expected.
+    ratio: Array = (model.adapted(cell, intensity, level, 1, sites=sites).intensity / intensity) ** 2
+    return ratio
+
+
+def _calibrated(
+    model: Model, cell: Cells, found: Adapted, sites: tuple[Array, Array], variance: Array
+) -> Array:
+    """(n, 3) variance of the error over that of the adapted model.
+
+    The model's variance is least for its own intensities and noise, so that its derivative by one of them is what
+    that one adds to the error of the estimate as it stands (envelope theorem): what the true ones lack is taken off.
+    """
+    states = model.fit.states
+    alive = _liveliness(model, cell, found.intensity, found.level, (found.value, found.variance))
+    # Noiseless motion shows 1/(2 N) of what is expected: the share of the noise alone, for white noise.
+    share = (alive - 0.5 / states) / (1.0 - 0.5 / states)
+    alike = np.argsort(found.intensity)  # cells of like intensity are judged together: one alone says little
+    share[alike] = _mean_of_neighbours(share[alike], ALIKE)
+    share = np.clip(share, 0.0, 1.0)
+    less = found.intensity * (1.0 - NUDGE * (1.0 - share))
+    quieter = sites[1] + NUDGE * (found.variance - sites[1])
+    _, nudged = model.smoothed(cell, less, (sites[0], quieter))
+    return np.clip(1.0 + (nudged / np.maximum(variance, np.finfo(float).tiny) - 1.0) / NUDGE, LEAST, 1.0)
+
+
+def _mean_of_neighbours(values: Array, count: int) -> Array:
+    window = np.ones(min(count, values.size))
+    sums = np.convolve(values, window, "same"), np.convolve(np.ones(values.size), window, "same")
+    return np.asarray(sums[0] / sums[1])
+
+
+def _median(values: Array, weights: Array) -> float:
+    """The weighted median; the plain one if all weights are nought."""
+    if not weights.any():
+        return float(np.median(values))
+    order = np.argsort(values)
+    share = np.cumsum(weights[order])
+    return float(values[order[int(np.searchsorted(share, 0.5 * share[-1]))]])
 
 
 def _stretches_of(time: Array, inside: NDArray[np.bool_]) -> Array:
@@ -229,11 +273,11 @@ def _travel(time: Array, velocity: Array, acceleration: Array) -> Array:
 
 def _note(kind: Kind, order: int, noise: float, value: Array, scaled: Scaled, bandwidth: float) -> str:
     unit = "m" if kind == "position" else "m/s"
-    quantum = np.sqrt(12.0 * scaled.floor) * scaled.unit
+    quantum = scaled.quantum * scaled.unit
     note = (
         f"smoother with white derivative {order} of the position, adapted to jumps, by likelihood: noise "
-        f"{noise:.2g} {unit} rms (quantum {quantum:.2g} {unit}), motion followed up to {bandwidth:.3g} Hz, "
-        "beyond where it jumps"
+        f"{noise:.2g} {unit} rms before rounding (quantum {quantum:.2g} {unit}), acceleration followed up to "
+        f"{bandwidth:.3g} Hz where it changes"
     )
     share = noise / float(np.ptp(value))
     if share > SUSPICIOUS and noise > quantum:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import factorial
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +16,11 @@ from guideload import _core
 
 Array = NDArray[np.float64]
 Cells = NDArray[np.uint32]
-# Of the kernels: steps, values, variances, mean and covariance at the start, cells; and the cells' intensities.
-Arguments: TypeAlias = tuple[Array, Array, Array, Array, Array, Cells]
 
-REPEATS, HEAVIEST = 10.0, 50.0  # equal samples in a row from which on their noise is raised; at most so much
 CLIP = 8.0  # log likelihood that one stretch can say for an order: none decides alone
 EXCERPT, STRETCHES = 20_000, 5  # samples on which order and levels are chosen, and in how many pieces
+ROUNDS = 6  # in which sites, level and intensity of a stationary fit find each other
+QUIETEST = 1e-3  # squared quanta: the least noise before rounding, for what the model itself leaves out
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +30,7 @@ class Scaled:
     time: Array
     step: Array
     value: Array
-    weight: Array  # (n,) noise variance in units of the level: more where samples repeat
-    telling: Array  # (n,) share of each sample in the choice of the order
+    quantum: float  # 1, or 0 if unknown
     floor: float  # of the noise level
     second: float  # s, the unit of time
     unit: float  # of the value
@@ -41,23 +39,22 @@ class Scaled:
     @classmethod
     def of(cls, time: Array, value: Array, quantum: float) -> Scaled:
         second = float(np.median(np.diff(time)))
-        span = float(np.ptp(value))
-        unit = quantum if quantum > 0.0 else 1e-7 * span
-        floor = max(quantum**2 / 12.0, (1e-13 * span) ** 2) / unit**2
-        ends = np.concatenate([[0], np.flatnonzero(np.diff(value)) + 1, [value.size]])
-        repeats = np.repeat(np.diff(ends), np.diff(ends)).astype(float)
-        alone = (repeats == 1.0).astype(float)
+        unit = quantum if quantum > 0.0 else 1e-7 * float(np.ptp(value))
         return cls(
             (time - time[0]) / second,
             np.diff(time) / second,
             (value - value[0]) / unit,
-            np.clip(repeats / REPEATS, 1.0, HEAVIEST),
-            alone if alone.mean() > 0.1 else 1.0 / repeats,
-            floor,
+            float(quantum > 0.0),
+            QUIETEST if quantum > 0.0 else 1e-12,
             second,
             unit,
             float(value[0]),
         )
+
+    @property
+    def rounding(self) -> float:
+        """Variance of rounding where a quantum holds few samples."""
+        return self.quantum / 12.0
 
     def stretches(self) -> list[slice]:
         """Where order and levels are chosen: everywhere, or in a few pieces of a long trace."""
@@ -71,33 +68,87 @@ class Scaled:
 
 @dataclass(frozen=True)
 class Fit:
-    """A stationary fit: states, noise level and intensity by likelihood; scaled units."""
+    """A stationary fit: states, variance of the noise with that of rounding, and intensity; scaled units."""
 
     states: int
-    level: float
-    constant: float  # time constant: (level/intensity)^(1/(2 states - 1))
+    noise: float
+    constant: float  # time constant: (noise/intensity)^(1/(2 states - 1))
 
     @property
     def intensity(self) -> float:
-        return float(self.level * self.constant ** (1 - 2 * self.states))
+        return float(self.noise * self.constant ** (1 - 2 * self.states))
+
+
+class Adapted(NamedTuple):
+    """What `_core.adapt_motion` finds: intensities, level of the noise before rounding, sites, log densities."""
+
+    intensity: Array
+    level: float
+    value: Array
+    variance: Array
+    told: Array
 
 
 class Model:
-    """The arguments that all kernels share, for one stretch and one number of states."""
+    """What the kernels take for one stretch and one number of states."""
 
     def __init__(self, scaled: Scaled, part: slice, fit: Fit) -> None:
         # A gap is bridged as if it were shorter: beyond, the filter's variances leave the range of doubles.
         longest = max(1.0, fit.constant) * 10.0 ** (11.0 / (2 * fit.states - 1))
+        self.scaled, self.fit = scaled, fit
         self.step = np.minimum(scaled.step[part.start : part.stop - 1], longest)
         self.value = scaled.value[part]
-        self.weight = scaled.weight[part]
-        self.mean, self.covariance = _start(scaled.time[part], self.value, self.weight * fit.level, fit)
+        self.mean, self.covariance = _start(scaled.time[part], self.value, fit)
 
-    def arguments(self, level: float, cell: Cells) -> Arguments:
-        return self.step, self.value, level * self.weight, self.mean, self.covariance, cell
+    def likelihood(self) -> tuple[float, float]:
+        """(sum of ln F, sum of v^2/F) over the innovations v and their variances F, as normal samples."""
+        cell, intensity = np.zeros(self.step.size, np.uint32), np.array([self.fit.intensity])
+        return _core.motion_likelihood(
+            self.step, self.value, self._even(), self.mean, self.covariance, cell, intensity
+        )
+
+    def adapted(
+        self,
+        cell: Cells,
+        intensity: Array,
+        level: float,
+        rounds: int,
+        weight: float = 0.0,
+        sites: tuple[Array, Array] | None = None,
+    ) -> Adapted:
+        """`rounds` of adapting from these intensities, level and sites; without sites from the samples."""
+        value, variance = sites or (self.value, self._even())
+        return Adapted(
+            *_core.adapt_motion(
+                self.step,
+                value,
+                variance,
+                self.mean,
+                self.covariance,
+                cell,
+                intensity,
+                self.value,
+                self.scaled.quantum,
+                level,
+                rounds,
+                self.fit.intensity,
+                weight,
+                self.scaled.floor,
+            )
+        )
+
+    def smoothed(self, cell: Cells, intensity: Array, sites: tuple[Array, Array]) -> tuple[Array, Array]:
+        """(n, 3) the first three numbers of the state, and their variances."""
+        mean, variance, _ = _core.smooth_motion(
+            self.step, *sites, self.mean, self.covariance, cell, intensity
+        )
+        return mean, variance
+
+    def _even(self) -> Array:
+        return np.full(self.value.size, self.fit.noise)
 
 
-def _start(time: Array, value: Array, variance: Array, fit: Fit) -> tuple[Array, Array]:
+def _start(time: Array, value: Array, fit: Fit) -> tuple[Array, Array]:
     """State before the first sample: a polynomial through the first samples, its uncertainty times 100."""
     near = 2.0 * min(max(fit.constant, 0.5), 50.0)
     count = int(np.clip(np.searchsorted(time, time[0] + near), fit.states + 3, time.size))
@@ -107,34 +158,39 @@ def _start(time: Array, value: Array, variance: Array, fit: Fit) -> tuple[Array,
     q, r = np.linalg.qr(powers)
     coefficients = np.linalg.solve(r, q.T @ value[:count])
     rest = value[:count] - powers @ coefficients
-    spread = max(float(variance[:count].mean()), float(rest @ rest) / (count - fit.states))
+    spread = max(fit.noise, float(rest @ rest) / (count - fit.states))
     inverse = np.linalg.inv(r)
     units = np.array([factorial(i) / span**i for i in range(fit.states)])
     return coefficients * units, 1e4 * spread * (inverse @ inverse.T) * np.outer(units, units)
 
 
-def fitted(scaled: Scaled, states: int) -> Fit:
-    """The most likely level and time constant: a walk over the latter, the level found with it in closed form."""
+def fitted(scaled: Scaled, states: int) -> tuple[Fit, Array]:
+    """The most likely noise and time constant, and the log densities of the samples given all others.
+
+    First as if rounding were normal noise: a walk over the time constant, the noise found with it in closed form.
+    Then with sites.
+    """
+    return _with_sites(scaled, _as_normal(scaled, states))
+
+
+def _as_normal(scaled: Scaled, states: int) -> Fit:
     parts = scaled.stretches()
+    least = scaled.floor + scaled.rounding
     known: dict[float, tuple[float, float]] = {}
 
     def at(place: float) -> tuple[float, float]:
-        """Log likelihood and level for the time constant 10^place."""
+        """Log likelihood and noise for the time constant 10^place."""
         place = round(place, 4)
         if place not in known:
             unit = Fit(states, 1.0, 10.0**place)
-            determinant = misfit = 0.0
-            for part in parts:
-                model = Model(scaled, part, unit)
-                cell = np.zeros(model.step.size, np.uint32)
-                found = _core.motion_likelihood(*model.arguments(1.0, cell), np.array([unit.intensity]))
-                determinant, misfit = determinant + found[0], misfit + found[1]
+            sums = np.array([Model(scaled, part, unit).likelihood() for part in parts]).sum(axis=0)
+            determinant, misfit = float(sums[0]), float(sums[1])
             count = sum(part.stop - part.start for part in parts)
             # Rounding can make variances negative far from the maximum.
             if not (np.isfinite(determinant) and misfit > 0.0):
-                return -np.inf, scaled.floor
-            level = max(misfit / count, scaled.floor)
-            known[place] = (-0.5 * (determinant + count * np.log(level) + misfit / level), level)
+                return -np.inf, least
+            noise = max(misfit / count, least)
+            known[place] = (-0.5 * (determinant + count * np.log(noise) + misfit / noise), noise)
         return known[place]
 
     lowest = -12.0 / (2 * states - 1)
@@ -146,28 +202,26 @@ def fitted(scaled: Scaled, states: int) -> Fit:
     return Fit(states, at(best)[1], 10.0**best)
 
 
-def best_of(scaled: Scaled, fits: list[Fit]) -> int:
+def _with_sites(scaled: Scaled, fit: Fit) -> tuple[Fit, Array]:
+    level = max(fit.noise - scaled.rounding, 0.02 * scaled.quantum)
+    logs, told = [], []
+    for part in scaled.stretches():
+        model = Model(scaled, part, fit)
+        cell = np.zeros(model.step.size, np.uint32)
+        found = model.adapted(cell, np.array([fit.intensity]), level, ROUNDS)
+        logs.append((np.log(found.intensity[0]), np.log(found.level)))
+        told.append(found.told)
+    intensity, level = np.exp(np.mean(logs, axis=0))
+    noise = float(level) + scaled.rounding
+    return Fit(fit.states, noise, float(noise / intensity) ** (1.0 / (2 * fit.states - 1))), np.concatenate(
+        told
+    )
+
+
+def best_of(told: list[Array]) -> int:
     """Which fit foretells single samples best from all others; every stretch of the trace has a limited say."""
-    scores = []
-    for fit in fits:
-        told = []
-        for part in scaled.stretches():
-            telling = scaled.telling[part]
-            _, _, residual = smoothed(scaled, part, fit)
-            share = np.cumsum(telling)
-            blocks = int(np.clip(telling.size / 30, 4, 60))
-            block = np.minimum((share / share[-1] * blocks).astype(int), blocks - 1)
-            misfit = np.bincount(block, telling * residual[:, 0] ** 2 / residual[:, 1], blocks)
-            if fit.level < 1.02 * scaled.floor:  # residuals below the rounding's follow its tone
-                misfit = np.maximum(misfit, np.bincount(block, telling, blocks))
-            told.append(0.5 * (np.bincount(block, telling * np.log(residual[:, 1]), blocks) - misfit))
-        scores.append(np.concatenate(told))
-    table = np.array(scores)
-    gain = np.clip(table - np.median(table, axis=0), -CLIP, CLIP)
-    return int(np.argmax(gain.sum(axis=1)))
-
-
-def smoothed(scaled: Scaled, part: slice, fit: Fit) -> tuple[Array, Array, Array]:
-    model = Model(scaled, part, fit)
-    cell = np.zeros(model.step.size, np.uint32)
-    return _core.smooth_motion(*model.arguments(fit.level, cell), np.array([fit.intensity]))
+    blocks = int(np.clip(told[0].size / 30, 4, 300))
+    edges = np.linspace(0, told[0].size, blocks + 1).astype(int)[:-1]
+    table = np.array([np.add.reduceat(each, edges) for each in told])
+    gain = np.clip(table - np.median(table, axis=0), -CLIP, CLIP).sum(axis=1)
+    return int(np.argmax(gain))

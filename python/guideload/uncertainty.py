@@ -26,7 +26,7 @@ class Uncertainty:
     cell        (n - 1,) index of each interval's intensity
     intensity   (cells,) of the white noise
     derivative  which number of the state is the acceleration
-    unit        m/s2 per unit of that number, with the factor that the band is scaled by
+    unit        (n,) m/s2 per unit of that number, with the factor that the band is scaled by
     """
 
     step: Array
@@ -35,7 +35,7 @@ class Uncertainty:
     cell: Cells
     intensity: Array
     derivative: int
-    unit: float
+    unit: Array
 
     @property
     def states(self) -> int:

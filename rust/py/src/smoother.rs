@@ -1,6 +1,6 @@
 //! The smoother's kernels over arrays.
 
-use guideload::smoother::{self, Intensity, Rule, Samples, Smoothed, Start};
+use guideload::smoother::{self, Adapted, Intensity, Rounded, Rule, Samples, Sites, Smoothed, Start};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -94,7 +94,7 @@ pub fn smooth_motion<'py>(
 }
 
 #[pyfunction]
-#[allow(clippy::too_many_arguments)] // the arrays of a call, named in the stub
+#[allow(clippy::too_many_arguments, clippy::type_complexity)] // the arrays of a call, named in the stub
 pub fn adapt_motion<'py>(
     py: Python<'py>,
     step: PyReadonlyArray1<'_, f64>,
@@ -104,18 +104,43 @@ pub fn adapt_motion<'py>(
     covariance: PyReadonlyArray2<'_, f64>,
     cell: PyReadonlyArray1<'_, u32>,
     intensity: PyReadonlyArray1<'_, f64>,
+    rounded: PyReadonlyArray1<'_, f64>,
+    quantum: f64,
     level: f64,
     rounds: usize,
     usual: f64,
     weight: f64,
     floor: f64,
-) -> PyResult<(Array1<'py>, f64)> {
+) -> PyResult<(Array1<'py>, f64, Array1<'py>, Array1<'py>, Array1<'py>)> {
     let mut of = slice(&intensity, "intensity")?.to_vec();
     let given = Given::new([&step, &value, &variance], &mean, &covariance, &cell, of.len())?;
-    let (order, samples, start, cell) = (given.order, given.samples, given.start, given.cell);
+    let rounded = Rounded { value: slice(&rounded, "rounded")?, quantum };
+    let count = given.samples.value.len();
+    if rounded.value.len() != count {
+        return Err(PyValueError::new_err(format!("rounded: expected {count} numbers")));
+    }
+    let (mut values, mut variances) = (given.samples.value.to_vec(), given.samples.variance.to_vec());
+    let mut told = vec![0.0; count];
     let rule = Rule { rounds, usual, weight, floor };
-    let found = py.detach(|| smoother::adapt(order, samples, start, cell, &mut of, level, rule));
-    Ok((of.into_pyarray(py), found.unwrap_or(level)))
+    let (order, start) = (given.order, given.start);
+    let mut adapted = Adapted {
+        step: given.samples.step,
+        rounded,
+        cell: given.cell,
+        of: &mut of,
+        sites: Sites { value: &mut values, variance: &mut variances },
+        level,
+        told: &mut told,
+    };
+    py.detach(|| smoother::adapt(order, start, rule, &mut adapted));
+    let level = adapted.level;
+    Ok((
+        of.into_pyarray(py),
+        level,
+        values.into_pyarray(py),
+        variances.into_pyarray(py),
+        told.into_pyarray(py),
+    ))
 }
 
 #[pyfunction]

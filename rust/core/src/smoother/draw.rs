@@ -13,7 +13,7 @@ impl<const N: usize> Passes<N> {
         out: &mut [f64],
     ) {
         let mut passes = Self { kept: Vec::new() };
-        passes.filter(samples, start, intensity, 1.0);
+        passes.filter(samples, start, intensity);
         let mut motion = Motion::<N>::new(1.0);
         let mut later = [0.0; N];
         for k in (0..passes.count()).rev() {

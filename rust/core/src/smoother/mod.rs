@@ -8,21 +8,33 @@
 //! Filter: Kalman 1960 with the exact noise of each interval. Smoother: backwards with the score r and its variance
 //! (de Jong 1989; Durbin and Koopman 2012, section 4.4), which give also the derivative of the likelihood by each
 //! intensity and, for each sample, its residual against the estimate without it (de Jong and Penzer 1998).
+//!
+//! Samples rounded to a quantum are replaced by normal ones, their sites (`rounding`).
 
 mod draw;
 mod motion;
+mod rounding;
 
 use motion::Motion;
+pub use rounding::Rounded;
 
 /// The samples: n values, their noise variances, n - 1 steps of time between them.
 #[derive(Clone, Copy)]
 pub struct Samples<'a> {
     /// Time from each sample to the next, > 0.
     pub step: &'a [f64],
-    /// Measured values.
+    /// Measured values, or those of their sites.
     pub value: &'a [f64],
-    /// Variance of each value's noise, > 0, in units of the noise level where one is estimated.
+    /// Variance of each value's noise, > 0.
     pub variance: &'a [f64],
+}
+
+/// The normal samples that stand for rounded ones: n values and variances > 0, in and out.
+pub struct Sites<'a> {
+    /// Their values.
+    pub value: &'a mut [f64],
+    /// Variances of their noise.
+    pub variance: &'a mut [f64],
 }
 
 /// What is known of the state before the first sample.
@@ -53,6 +65,24 @@ pub struct Smoothed<'a> {
     pub residual: &'a mut [[f64; 2]],
 }
 
+/// What `adapt` works on.
+pub struct Adapted<'a> {
+    /// Time from each sample to the next, > 0.
+    pub step: &'a [f64],
+    /// The samples.
+    pub rounded: Rounded<'a>,
+    /// n - 1 numbers of cells.
+    pub cell: &'a [u32],
+    /// One intensity per cell, in and out.
+    pub of: &'a mut [f64],
+    /// In and out.
+    pub sites: Sites<'a>,
+    /// Variance of the noise before rounding, in and out.
+    pub level: f64,
+    /// n numbers, out.
+    pub told: &'a mut [f64],
+}
+
 /// How `adapt` chooses intensities and noise level.
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
@@ -62,7 +92,7 @@ pub struct Rule {
     pub usual: f64,
     /// Weight of that, in squared noises of the cell; the tail of the prior is the heavier the smaller it is.
     pub weight: f64,
-    /// Smallest noise level: variance in the unit of `Samples::variance`.
+    /// Smallest noise level.
     pub floor: f64,
 }
 
@@ -98,27 +128,24 @@ pub fn smooth(
     Some(())
 }
 
-/// Adapts the intensity of each cell (`of`, in place) and the noise level, which is returned; None for another order.
+/// Adapts the intensity of each cell (`of`), the sites and the noise level (variance before rounding), all in place.
+///
+/// `told` (n) gets the logarithm of each sample's probability density given all others, as the last round found it.
+/// None for another order.
 ///
 /// Each round multiplies an intensity by the square root of what the scores show over what they should show, which never
-/// lowers the likelihood (Zhou, Hu, Zhou and Lange 2019); the prior of a cell's intensity is inverse gamma (Student's t).
-pub fn adapt(
-    order: usize,
-    samples: Samples,
-    start: Start,
-    cell: &[u32],
-    of: &mut [f64],
-    level: f64,
-    rule: Rule,
-) -> Option<f64> {
+/// lowers the likelihood (Zhou, Hu, Zhou and Lange 2019), and the noise level likewise; the prior of a cell's intensity is
+/// inverse gamma (Student's t).
+pub fn adapt(order: usize, start: Start, rule: Rule, adapted: &mut Adapted) -> Option<()> {
     match order {
-        2 => Some(Passes::<2>::adapt(samples, start, cell, of, level, rule)),
-        3 => Some(Passes::<3>::adapt(samples, start, cell, of, level, rule)),
-        4 => Some(Passes::<4>::adapt(samples, start, cell, of, level, rule)),
-        5 => Some(Passes::<5>::adapt(samples, start, cell, of, level, rule)),
-        6 => Some(Passes::<6>::adapt(samples, start, cell, of, level, rule)),
-        _ => None,
+        2 => Passes::<2>::adapt(start, rule, adapted),
+        3 => Passes::<3>::adapt(start, rule, adapted),
+        4 => Passes::<4>::adapt(start, rule, adapted),
+        5 => Passes::<5>::adapt(start, rule, adapted),
+        6 => Passes::<6>::adapt(start, rule, adapted),
+        _ => return None,
     }
+    Some(())
 }
 
 /// One draw of a derivative (1 or 2, below the order) given the samples into `out` (n); None for another order.
@@ -146,9 +173,6 @@ pub fn draw(
 
 const HARDLY: f64 = 1e-9; // of the usual intensity: the least a cell can have
 const HARD: f64 = 1e12; // and the most
-const AT_FLOOR: f64 = 1.02; // a level up to here is the floor
-const TONE: f64 = 1.5; // standard deviations below the floor from which on residuals tell of a tone
-
 /// State before a sample, as the filter has it: what the pass backwards needs.
 #[derive(Clone, Copy)]
 struct Predicted<const N: usize> {
@@ -199,14 +223,8 @@ impl<const N: usize> Passes<N> {
         Predicted { mean, covariance, innovation: row[Self::ROW - 2], variance: row[Self::ROW - 1] }
     }
 
-    /// Runs the filter with the noise variances times `level`, and shows each prediction.
-    fn forward(
-        samples: Samples,
-        start: Start,
-        intensity: Intensity,
-        level: f64,
-        mut show: impl FnMut(Predicted<N>),
-    ) {
+    /// Runs the filter and shows each prediction.
+    fn forward(samples: Samples, start: Start, intensity: Intensity, mut show: impl FnMut(Predicted<N>)) {
         let mut mean: [f64; N] = core::array::from_fn(|i| start.mean[i]);
         let mut p: [[f64; N]; N] =
             core::array::from_fn(|i| core::array::from_fn(|j| start.covariance[i * N + j]));
@@ -217,7 +235,7 @@ impl<const N: usize> Passes<N> {
                 motion.ahead(&mut mean);
                 motion.spread(&mut p, intensity.of[intensity.cell[k - 1] as usize]);
             }
-            let variance = p[0][0].max(0.0) + level * samples.variance[k];
+            let variance = p[0][0].max(0.0) + samples.variance[k];
             let innovation = samples.value[k] - mean[0];
             show(Predicted { mean, covariance: p, innovation, variance });
             let gain: [f64; N] = core::array::from_fn(|i| p[i][0] / variance);
@@ -236,23 +254,23 @@ impl<const N: usize> Passes<N> {
 
     fn sums(samples: Samples, start: Start, intensity: Intensity) -> (f64, f64) {
         let (mut determinant, mut misfit) = (0.0, 0.0);
-        Self::forward(samples, start, intensity, 1.0, |at| {
+        Self::forward(samples, start, intensity, |at| {
             determinant += at.variance.ln();
             misfit += at.innovation * at.innovation / at.variance;
         });
         (determinant, misfit)
     }
 
-    fn filter(&mut self, samples: Samples, start: Start, intensity: Intensity, level: f64) {
+    fn filter(&mut self, samples: Samples, start: Start, intensity: Intensity) {
         self.kept.clear();
         self.kept.reserve_exact(samples.value.len() * Self::ROW);
-        Self::forward(samples, start, intensity, level, |at| self.keep(&at));
+        Self::forward(samples, start, intensity, |at| self.keep(&at));
     }
 
     /// Runs backwards. Shows each interval's motion with the score after it, then the sample before with its own.
     fn backward(
         &self,
-        samples: Samples,
+        step: &[f64],
         mut interval: impl FnMut(usize, &Motion<N>, &Score<N>),
         mut sample: impl FnMut(usize, &Predicted<N>, &Score<N>, [f64; 2]),
     ) {
@@ -261,7 +279,7 @@ impl<const N: usize> Passes<N> {
         for k in (0..self.count()).rev() {
             let at = self.at(k);
             if k + 1 < self.count() {
-                motion.set(samples.step[k]);
+                motion.set(step[k]);
                 interval(k, &motion, &score);
                 motion.back(&mut score.r);
                 motion.gather(&mut score.variance);
@@ -290,9 +308,9 @@ impl<const N: usize> Passes<N> {
 
     fn smooth(samples: Samples, start: Start, intensity: Intensity, out: &mut Smoothed) {
         let mut passes = Self { kept: Vec::new() };
-        passes.filter(samples, start, intensity, 1.0);
+        passes.filter(samples, start, intensity);
         passes.backward(
-            samples,
+            samples.step,
             |_, _, _| {},
             |k, at, score, residual| {
                 out.residual[k] = residual;
@@ -314,24 +332,16 @@ impl<const N: usize> Passes<N> {
         );
     }
 
-    fn adapt(
-        samples: Samples,
-        start: Start,
-        cell: &[u32],
-        of: &mut [f64],
-        mut level: f64,
-        rule: Rule,
-    ) -> f64 {
+    fn adapt(start: Start, rule: Rule, on: &mut Adapted) {
         let mut passes = Self { kept: Vec::new() };
-        let mut shown = vec![[0.0; 2]; of.len()];
-        let mut rest = vec![[0.0; 3]; of.len()];
+        let mut shown = vec![[0.0; 2]; on.of.len()];
         for _ in 0..rule.rounds {
-            passes.filter(samples, start, Intensity { cell, of }, level);
+            let samples = Samples { step: on.step, value: on.sites.value, variance: on.sites.variance };
+            passes.filter(samples, start, Intensity { cell: on.cell, of: on.of });
             shown.fill([0.0; 2]);
-            rest.fill([0.0; 3]);
             let mut noise = [0.0; 2];
             passes.backward(
-                samples,
+                on.step,
                 |k, motion, score| {
                     let (mut found, mut expected) = (0.0, 0.0);
                     for i in 0..N {
@@ -342,31 +352,26 @@ impl<const N: usize> Passes<N> {
                         found += motion.noise[i][i] * score.r[i] * score.r[i];
                         expected += motion.noise[i][i] * score.variance[i][i];
                     }
-                    let sums = &mut shown[cell[k] as usize];
+                    let sums = &mut shown[on.cell[k] as usize];
                     sums[0] += found;
                     sums[1] += expected;
                 },
                 |k, _, _, [u, d]| {
-                    noise[0] += samples.variance[k] * u * u;
-                    noise[1] += samples.variance[k] * d;
-                    if let Some(&c) = cell.get(k) {
-                        let sums = &mut rest[c as usize];
-                        *sums = [sums[0] + u * u, sums[1] + d, sums[2] + 1.0];
-                    }
+                    let site = (on.sites.value[k], on.sites.variance[k]);
+                    let (mean, variance) = (site.0 - u / d, (1.0 / d - site.1).max(0.0)); // by all others
+                    let seen = on.rounded.seen(k, mean, variance, on.level);
+                    noise[0] += seen.slope * seen.slope;
+                    noise[1] += seen.curvature;
+                    on.told[k] = seen.told;
+                    (on.sites.value[k], on.sites.variance[k]) = on.rounded.site(&seen, mean, variance, site);
                 },
             );
-            let at_floor = level <= AT_FLOOR * rule.floor;
-            for ((q, [found, expected]), [square, variance, count]) in of.iter_mut().zip(&shown).zip(&rest) {
+            for (q, [found, expected]) in on.of.iter_mut().zip(&shown) {
                 let up = found + rule.weight * rule.usual / (*q * *q);
                 let down = expected.max(0.0) + rule.weight / *q + f64::MIN_POSITIVE;
                 *q = (*q * (up / down).sqrt()).clamp(HARDLY * rule.usual, HARD * rule.usual);
-                // Residuals below the floor: the estimate follows the rounding's tone.
-                if at_floor && *q > rule.usual && square / variance < 1.0 - TONE * (2.0 / count).sqrt() {
-                    *q = rule.usual;
-                }
             }
-            level = (level * (noise[0] / noise[1]).sqrt()).max(rule.floor);
+            on.level = (on.level * (noise[0] / noise[1]).sqrt()).max(rule.floor);
         }
-        level
     }
 }
