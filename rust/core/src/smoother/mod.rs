@@ -16,6 +16,7 @@ mod motion;
 mod rounding;
 
 use motion::Motion;
+use rounding::Others;
 pub use rounding::Rounded;
 
 /// The samples: n values, their noise variances, n - 1 steps of time between them.
@@ -335,11 +336,12 @@ impl<const N: usize> Passes<N> {
     fn adapt(start: Start, rule: Rule, on: &mut Adapted) {
         let mut passes = Self { kept: Vec::new() };
         let mut shown = vec![[0.0; 2]; on.of.len()];
-        for _ in 0..rule.rounds {
+        let count = on.told.len();
+        let mut others = Others { mean: vec![0.0; count], variance: vec![0.0; count] };
+        for round in 1..=rule.rounds {
             let samples = Samples { step: on.step, value: on.sites.value, variance: on.sites.variance };
             passes.filter(samples, start, Intensity { cell: on.cell, of: on.of });
             shown.fill([0.0; 2]);
-            let mut noise = [0.0; 2];
             passes.backward(
                 on.step,
                 |k, motion, score| {
@@ -357,15 +359,14 @@ impl<const N: usize> Passes<N> {
                     sums[1] += expected;
                 },
                 |k, _, _, [u, d]| {
-                    let site = (on.sites.value[k], on.sites.variance[k]);
-                    let (mean, variance) = (site.0 - u / d, (1.0 / d - site.1).max(0.0)); // by all others
-                    let seen = on.rounded.seen(k, mean, variance, on.level);
-                    noise[0] += seen.slope * seen.slope;
-                    noise[1] += seen.curvature;
-                    on.told[k] = seen.told;
-                    (on.sites.value[k], on.sites.variance[k]) = on.rounded.site(&seen, mean, variance, site);
+                    others.mean[k] = on.sites.value[k] - u / d;
+                    others.variance[k] = (1.0 / d - on.sites.variance[k]).max(0.0);
                 },
             );
+            if round == rule.rounds {
+                on.rounded.tell(&others, on.level, on.told);
+            }
+            let noise = on.rounded.renew(&mut others, on.level, &mut on.sites);
             for (q, [found, expected]) in on.of.iter_mut().zip(&shown) {
                 let up = found + rule.weight * rule.usual / (*q * *q);
                 let down = expected.max(0.0) + rule.weight / *q + f64::MIN_POSITIVE;

@@ -4,7 +4,9 @@
 //! sample is replaced by a normal one, its site, with which the estimate has the moments that the sample gives to what
 //! all others say of it (expectation propagation, Minka 2001; Rasmussen and Williams 2006, section 3.6).
 
-use crate::float::{erfc, exp, log, sqrt};
+use super::Sites;
+use crate::float::log;
+use crate::simd::{Kernel, widest_of_all};
 
 /// Samples rounded to a quantum (0: not rounded).
 #[derive(Clone, Copy)]
@@ -15,79 +17,227 @@ pub struct Rounded<'a> {
     pub quantum: f64,
 }
 
-/// A sample seen from what all others say of it: logarithm of its probability, with the first derivative by their mean
-/// and the negative second.
-pub(super) struct Seen {
-    pub told: f64,
-    pub slope: f64,
-    pub curvature: f64,
+/// What all other samples say of each: n means and variances.
+pub(super) struct Others {
+    pub mean: Vec<f64>,
+    pub variance: Vec<f64>,
 }
 
 /// Quantum over standard deviation up to which rounding is normal noise of quantum^2/12: the next term is below 1e-4.
 const FINE: f64 = 0.7;
 /// Standard deviations to the nearer edge from which on a sample says nothing.
 const INSIDE: f64 = 7.0;
-/// ln sqrt(2 pi)
-const LOG_ROOT_TWO_PI: f64 = 0.918_938_533_204_672_7;
 /// Largest variance of a site, in squared quanta: it then says nothing.
 const NOTHING: f64 = 1e6;
 /// Share of the site before that is kept: all sites move at once, and would overshoot.
 const KEPT: f64 = 0.3;
 /// Least variance of a site over the total one, so that sites of noiseless samples stay finite.
 const TIGHT: f64 = 1e-6;
+/// ln sqrt(2 pi)
+const LOG_ROOT_TWO_PI: f64 = 0.918_938_533_204_672_7;
 
 impl Rounded<'_> {
-    /// Sample k, given the mean and variance that all others say and the variance `level` of the noise before rounding.
-    pub(super) fn seen(&self, k: usize, mean: f64, variance: f64, level: f64) -> Seen {
-        let rest = self.value[k] - mean;
-        let total = variance + level;
-        if self.quantum * self.quantum <= FINE * FINE * total {
-            let total = total + self.quantum * self.quantum / 12.0;
-            let told = -0.5 * (rest * rest / total + log(total)) - LOG_ROOT_TWO_PI;
-            return Seen { told, slope: rest / total, curvature: 1.0 / total };
+    /// Moves the sites to the moments that the samples give to what all others say, given the variance `level` of the
+    /// noise before rounding. Sums over the samples, with the logarithm of a sample's probability as a function of the
+    /// others' mean: squares of its first derivative, and negative second ones; their ratio is 1 at the true level.
+    pub(super) fn renew(&self, others: &mut Others, level: f64, sites: &mut Sites) -> [f64; 2] {
+        widest_of_all(Renewal { of: self, others, level, sites });
+        // In order, so that the bits do not depend on the width of vectors.
+        let mut sums = [0.0; 2];
+        for (slope, curvature) in others.mean.iter().zip(&others.variance) {
+            sums[0] += slope * slope;
+            sums[1] += curvature;
         }
-        let deviation = sqrt(total);
-        // By symmetry the nearer edge is the lower one; edges in standard deviations from the mean.
-        let sign = if rest < 0.0 { -1.0 } else { 1.0 };
-        let (near, far) =
-            ((rest.abs() - 0.5 * self.quantum) / deviation, (rest.abs() + 0.5 * self.quantum) / deviation);
-        let log_q = log(self.quantum);
-        if near < -INSIDE {
-            return Seen { told: -log_q, slope: 0.0, curvature: 0.0 };
-        }
-        // Over the density at the near edge, so that nothing vanishes far out.
-        let at_far = exp(-0.5 * (far - near) * (far + near));
-        let inside = tail(near) - at_far * tail(far);
-        let (slope, bend) = ((1.0 - at_far) / inside, (near - far * at_far) / inside);
-        Seen {
-            told: log(inside) - 0.5 * near * near - LOG_ROOT_TWO_PI - log_q,
-            slope: sign * slope / deviation,
-            curvature: (slope * slope - bend).max(0.0) / total,
+        sums
+    }
+
+    /// Logarithm of each sample's probability density given all others.
+    pub(super) fn tell(&self, others: &Others, level: f64, told: &mut [f64]) {
+        for (k, told) in told.iter_mut().enumerate() {
+            let rest = self.value[k] - others.mean[k];
+            let total = others.variance[k] + level;
+            *told = if self.is_fine(total) {
+                let total = total + self.quantum * self.quantum / 12.0;
+                -0.5 * (rest * rest / total + log(total)) - LOG_ROOT_TWO_PI
+            } else {
+                let edges = Edges::new(rest, self.quantum, total.sqrt());
+                let near = edges.near.max(-INSIDE);
+                log(edges.area().1 / self.quantum) - 0.5 * near * near - LOG_ROOT_TWO_PI
+            };
         }
     }
 
-    /// The site, (value, variance), that gives the moments of what was seen, moved from the one `before`.
-    pub(super) fn site(&self, seen: &Seen, mean: f64, variance: f64, before: (f64, f64)) -> (f64, f64) {
-        let rest = (1.0 - seen.curvature * variance).max(TIGHT);
-        let mut precision = seen.curvature / rest;
-        let mut shift = seen.slope / rest; // precision times distance from the mean
-        precision += KEPT * (1.0 / before.1 - precision);
-        shift += KEPT * ((before.0 - mean) / before.1 - shift);
-        let most = NOTHING * self.quantum * self.quantum;
-        if precision * most < 1.0 && self.quantum > 0.0 {
-            (mean, most)
+    #[inline(always)]
+    fn is_fine(&self, total: f64) -> bool {
+        self.quantum * self.quantum <= FINE * FINE * total
+    }
+
+    /// First derivative and negative second one of the logarithm of a sample's probability by the mean, which lies
+    /// `rest` below it.
+    #[inline(always)]
+    fn seen(&self, rest: f64, total: f64) -> (f64, f64) {
+        let rounding = total + self.quantum * self.quantum / 12.0;
+        let deviation = total.sqrt();
+        let edges = Edges::new(rest, self.quantum, deviation);
+        let (at_far, inside) = edges.area();
+        let slope = (1.0 - at_far) / inside;
+        let bend = (edges.near - edges.far * at_far) / inside;
+        let says = if edges.near < -INSIDE { 0.0 } else { 1.0 };
+        if self.is_fine(total) {
+            (rest / rounding, 1.0 / rounding)
         } else {
-            (mean + shift / precision, 1.0 / precision)
+            (says * (slope / deviation).copysign(rest), says * (slope * slope - bend).max(0.0) / total)
         }
     }
 }
 
-/// Area of the normal density beyond x over the density at x (Mills' ratio).
-fn tail(x: f64) -> f64 {
-    if x > 25.0 {
-        let y = 1.0 / (x * x);
-        return (1.0 - y * (1.0 - 3.0 * y)) / x;
+/// All samples; no branches, so that it is done in vectors.
+struct Renewal<'a, 'b> {
+    of: &'a Rounded<'a>,
+    others: &'a mut Others,
+    level: f64,
+    sites: &'a mut Sites<'b>,
+}
+
+impl Kernel for Renewal<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let count = self.of.value.len();
+        let (value, mean) = (&self.of.value[..count], &mut self.others.mean[..count]);
+        let variance = &mut self.others.variance[..count];
+        let (site, spread) = (&mut self.sites.value[..count], &mut self.sites.variance[..count]);
+        let quantum = self.of.quantum;
+        let least = if quantum > 0.0 { 1.0 / (NOTHING * quantum * quantum) } else { 0.0 };
+        for k in 0..count {
+            let (slope, curvature) = self.of.seen(value[k] - mean[k], variance[k] + self.level);
+            let rest = (1.0 - curvature * variance[k]).max(TIGHT);
+            let mut precision = curvature / rest;
+            let mut shift = slope / rest; // precision times distance from the mean
+            let before = 1.0 / spread[k];
+            precision += KEPT * (before - precision);
+            shift += KEPT * ((site[k] - mean[k]) * before - shift);
+            let says = precision > least;
+            site[k] = if says { mean[k] + shift / precision } else { mean[k] };
+            spread[k] = if says { 1.0 / precision } else { 1.0 / least };
+            mean[k] = slope;
+            variance[k] = curvature;
+        }
     }
+}
+
+/// Where a sample is rounded, in standard deviations from the mean; by symmetry the near edge is the lower one.
+struct Edges {
+    near: f64,
+    far: f64,
+}
+
+impl Edges {
+    #[inline(always)]
+    fn new(rest: f64, quantum: f64, deviation: f64) -> Self {
+        Self { near: (rest.abs() - 0.5 * quantum) / deviation, far: (rest.abs() + 0.5 * quantum) / deviation }
+    }
+
+    /// Normal density at the far edge, and area between the edges; both over the density at the near one, so that
+    /// nothing vanishes far out.
+    #[inline(always)]
+    fn area(&self) -> (f64, f64) {
+        let at_far = exp(-0.5 * (self.far - self.near) * (self.far + self.near));
+        (at_far, tail(self.near.max(-INSIDE)) - at_far * tail(self.far))
+    }
+}
+
+/// Area of the normal density beyond x over the density at x (Mills' ratio), to 2e-7 (Press et al., Numerical Recipes,
+/// section 6.2: Chebyshev approximation of erfc).
+#[inline(always)]
+fn tail(x: f64) -> f64 {
     const HALF_PI_ROOT: f64 = 1.253_314_137_315_500_3;
-    HALF_PI_ROOT * exp(0.5 * x * x) * erfc(x * core::f64::consts::FRAC_1_SQRT_2)
+    const ROOT_TWO_PI: f64 = 2.506_628_274_631_000_7;
+    let t = 1.0 / (1.0 + 0.5 * core::f64::consts::FRAC_1_SQRT_2 * x.abs());
+    let mut sum = 0.170_872_77;
+    for c in [
+        -0.822_152_23,
+        1.488_515_87,
+        -1.135_203_98,
+        0.278_868_07,
+        -0.186_288_06,
+        0.096_784_18,
+        0.374_091_96,
+        1.000_023_68,
+        -1.265_512_23,
+    ] {
+        sum = sum * t + c;
+    }
+    let beyond = HALF_PI_ROOT * t * exp(sum);
+    let below = ROOT_TWO_PI * exp(0.5 * x.min(0.0) * x.min(0.0)) - beyond;
+    if x < 0.0 { below } else { beyond }
+}
+
+/// e^x to 1e-10 for x up to 700, and nearly 0 below -700: without a branch, for vectors.
+#[inline(always)]
+fn exp(x: f64) -> f64 {
+    const LN_2: f64 = core::f64::consts::LN_2;
+    const WHOLE: f64 = 6_755_399_441_055_744.0; // 1.5 2^52: adding it rounds to a whole number, in the lowest bits
+    let x = x.max(-700.0);
+    let shifted = x * core::f64::consts::LOG2_E + WHOLE;
+    let r = x - (shifted - WHOLE) * LN_2;
+    let mut sum = 1.0 / 362_880.0;
+    for c in [1.0 / 40_320.0, 1.0 / 5_040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0] {
+        sum = sum * r + c;
+    }
+    sum * f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Others, Rounded, Sites, exp, tail};
+
+    #[test]
+    fn the_exponential_and_the_tail_are_those_of_the_library() {
+        for i in -6900..6900 {
+            let x = 0.1 * f64::from(i);
+            assert!((exp(x) / libm::exp(x) - 1.0).abs() < 1e-9, "{x}");
+        }
+        for i in -700..2500 {
+            let x = 0.01 * f64::from(i);
+            let true_one = 1.253_314_137_315_500_3 * libm::exp(0.5 * x * x) * libm::erfc(x / 2.0_f64.sqrt());
+            assert!((tail(x) / true_one - 1.0).abs() < 4e-7, "{x}");
+        }
+    }
+
+    /// Mean and variance of a normal number given that, with noise, it was rounded to `value`: by summing.
+    fn moments(value: f64, quantum: f64, mean: f64, variance: f64, level: f64) -> (f64, f64) {
+        let mut sums = [0.0; 3];
+        let deviation = variance.sqrt();
+        for i in -4000..=4000 {
+            let x = mean + deviation * 0.002 * f64::from(i);
+            let edge = |e: f64| 0.5 * libm::erfc(-(e - x) / (2.0 * level).sqrt());
+            let likely = edge(value + 0.5 * quantum) - edge(value - 0.5 * quantum);
+            let weight = likely * (-0.5 * (x - mean) * (x - mean) / variance).exp();
+            sums = [sums[0] + weight, sums[1] + weight * x, sums[2] + weight * x * x];
+        }
+        let first = sums[1] / sums[0];
+        (first, sums[2] / sums[0] - first * first)
+    }
+
+    #[test]
+    fn a_site_gives_the_moments_of_the_rounded_sample() {
+        for (mean, variance, level) in
+            [(0.2, 0.3, 0.01), (0.9, 0.3, 0.2), (-0.4, 0.02, 0.001), (0.6, 0.01, 0.05), (2.0, 3.0, 1.0)]
+        {
+            let (mut site, mut spread) = ([0.0], [0.3]);
+            for _ in 0..60 {
+                let mut others = Others { mean: vec![mean], variance: vec![variance] };
+                let rounded = Rounded { value: &[0.0], quantum: 1.0 };
+                let mut sites = Sites { value: &mut site, variance: &mut spread };
+                rounded.renew(&mut others, level, &mut sites);
+            }
+            let precision = 1.0 / variance + 1.0 / spread[0];
+            let found = ((mean / variance + site[0] / spread[0]) / precision, 1.0 / precision);
+            let right = moments(0.0, 1.0, mean, variance, level);
+            assert!((found.0 - right.0).abs() < 1e-4 * variance.sqrt(), "{found:?} {right:?}");
+            assert!((found.1 - right.1).abs() < 1e-4 * variance, "{found:?} {right:?}");
+        }
+    }
 }
