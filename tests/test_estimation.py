@@ -1,4 +1,4 @@
-"""Laws of the smoother: it is the Gaussian posterior, its draws too; adapting pays; the band tells the truth."""
+"""Laws of the smoother: it is the Gaussian posterior; adapting pays; the band tells the truth."""
 
 import sys
 from itertools import product
@@ -87,23 +87,6 @@ def test_the_kernels_are_the_posterior_of_jointly_normal_numbers(states):
     )
     assert residual[5, 0] / residual[5, 1] == pytest.approx(value[5] - without[5, 0], rel=1e-6)
     assert 1.0 / residual[5, 1] == pytest.approx(spread[5, 0] + noise[5], rel=1e-6)
-
-
-@pytest.mark.parametrize(("states", "derivative"), [(2, 1), (4, 2), (6, 2)])
-def test_draws_have_the_posteriors_mean_and_covariance(states, derivative):
-    given = problem(states)
-    mean, covariance, _ = dense(states, *given[:5], given[6][given[5]])
-    rng = np.random.default_rng(RNG_SEED)
-    count = 4000
-    drawn = np.array(
-        [_core.draw_motion(*given, rng.standard_normal(states * 12), derivative) for _ in range(count)]
-    )
-    true = covariance[derivative::states, derivative::states]
-    scale = np.sqrt(np.diag(true))
-    # 5 standard deviations of a mean, and of a covariance, of that many draws.
-    assert np.abs((drawn.mean(axis=0) - mean[derivative::states]) / scale).max() < 5.0 / np.sqrt(count)
-    difference = (np.cov(drawn.T) - true) / np.outer(scale, scale)
-    assert np.abs(difference).max() < 5.0 * np.sqrt(2.0 / count)
 
 
 def test_adapting_never_lowers_the_likelihood():

@@ -52,18 +52,58 @@ def adapt_motion(
     density of each sample given all others. Other arguments as of `motion_likelihood`.
     """
 
-def draw_motion(
-    step: Array,
-    value: Array,
-    variance: Array,
-    mean: Array,
-    covariance: Array,
-    cell: Cells,
-    intensity: Array,
-    normal: Array,
+# What samples leave open about a motion, beside their values: step (n - 1,), variance (n,), covariance (N, N), cell
+# (n - 1,), intensity; as for `motion_likelihood`, but a variance may be infinite, of a sample that tells nothing.
+Chain = tuple[Array, Array, Array, Cells, Array]
+
+def draw_motion(chain: Chain, derivative: int, count: int, seed: int) -> Array:
+    """(count, n) deviations of a derivative from its estimate, drawn from all that fit the samples.
+
+    derivative: below N. A draw depends on the seed and its number alone, on every processor.
+    """
+
+def load_spread(
+    scene: Scene,
+    chain: Chain,
     derivative: int,
+    unit: Array,
+    time: Array,
+    instants: Array,
+    loads: Array,
+    groups: Groups,
+    centers: Array,
+) -> tuple[Array, Array, Array, Array]:
+    """Standard deviations of what a deviation of the acceleration along x makes of the loads of a linear scene.
+
+    derivative, unit: the number of the chain's state that is the acceleration, (n,) m/s2 per unit of it. time: (n,) s,
+    its stamps; it is linear between them. instants: (m,) s, ascending, within the stamps. loads: (m, groups, 6) of the
+    estimate, for the directions of the sizes. groups, centers: as for `Scene.peaks`.
+
+    Returns acceleration (m,) m/s2; groups (m, groups, 6) N, N m; sizes (m, groups, 2): the y-z resultant of the
+    force [N] and the magnitude of the moment [N m], to first order; links (m, links) N. ValueError if a link is not
+    linear.
+    """
+
+def draw_peaks(
+    scene: Scene,
+    chain: Chain,
+    derivative: int,
+    unit: Array,
+    time: Array,
+    instants: Array,
+    loads: Array,
+    wanted: NDArray[np.bool_],
+    groups: Groups,
+    centers: Array,
+    count: int,
+    seed: int,
+    threads: int,
 ) -> Array:
-    """(n,) one draw of a derivative given all samples. normal: (n N,) standard normal numbers; others as above."""
+    """(groups, count) N: the largest y-z resultant of each group in drawn motions through a linear scene.
+
+    loads: (m, groups, 6), what deviations are added to. wanted: (m, groups) where to look for a peak. The result is
+    the same on any number of threads. Others as of `load_spread` and `draw_motion`.
+    """
 
 class Law:
     """The elastic law of a link: force over deflection; immutable.

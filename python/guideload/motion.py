@@ -36,7 +36,7 @@ class Motion:
     source        where it comes from, for reports
     notes         what was detected and chosen on the way, for reports
     bandwidth     Hz, up to which the acceleration along x is known; inf if it is known, or nothing is known of it
-    uncertainty   of the acceleration along x, at the same time stamps, or None
+    uncertainty   of the acceleration along x, at the same time stamps if it has none of its own, or None
 
     The arrays are copies in float64 and read-only. Raises TraceError naming the history and the index.
     """
@@ -74,6 +74,12 @@ class Motion:
             if given is not None:
                 object.__setattr__(self, name, _history(name, given, (time.size, *sample)))
         object.__setattr__(self, "notes", tuple(self.notes))
+        if self.uncertainty is not None:
+            stamps = time if self.uncertainty.time is None else self.uncertainty.time
+            if self.uncertainty.variance.size != stamps.size:
+                raise TraceError(
+                    f"uncertainty: expected one of {stamps.size} stamps, got {self.uncertainty.variance.size}"
+                )
 
     @classmethod
     def along_x(
@@ -123,8 +129,8 @@ class Motion:
         force: (3,) or (k, 3) N; moment: (3,) or (k, 3) N m; global axes. (3,) is a constant.
         time: (k,) s, stamps of the two, linear between them, equal neighbours are a jump; zero before the first
         and after the last. Without it they belong to the motion's own stamps. The result has the stamps of both,
-        which is exact because all histories are linear between stamps. What lies outside the motion's time is
-        cut off.
+        which is exact because all histories, and deviations from them, are linear between stamps. What lies
+        outside the motion's time is cut off.
         """
         own = self.time if time is None else _history("time", time, (np.size(time),))
         if force is None and moment is None:
@@ -169,7 +175,10 @@ class Motion:
             name: np.where(late.reshape(-1, *[1] * (left.ndim - 1)), right[take], left[take])
             for name, (left, right) in sides.items()
         }
-        return replace(self, time=stamps[take], notes=notes, **united)
+        left_open = self.uncertainty
+        if left_open is not None and left_open.time is None:
+            left_open = replace(left_open, time=self.time)
+        return replace(self, time=stamps[take], notes=notes, uncertainty=left_open, **united)
 
 
 def _history(name: str, given: ArrayLike, shape: tuple[int, ...]) -> Array:

@@ -36,7 +36,7 @@ def result_report(result: Result, width: int = WIDTH, encoding: str = "utf-8") -
             *heading(result.machine),
             *section("Peak loads of the carriages"),
             *peaks_tables(result, width),
-            *remark(*result.audit.warnings, DEFINITIONS),
+            *remark(*result.audit.warnings, DEFINITIONS, *band_lines(result)),
             *weight_lines(result.machine),
             *section("Drive and held dofs"),
             *reaction_lines(result),
@@ -63,7 +63,8 @@ def comparison(results: Mapping[str, Result], width: int = WIDTH, encoding: str 
         parts += peaks_tables(result, width)
         parts += remark(*result.audit.warnings)
         parts += weight_lines(result.machine)
-    return to_text([*parts, *remark(DEFINITIONS)], width, encoding)
+    bands = dict.fromkeys(line for result in results.values() for line in band_lines(result))
+    return to_text([*parts, *remark(DEFINITIONS, *bands)], width, encoding)
 
 
 def motion_report(motion: Motion, width: int = WIDTH, encoding: str = "utf-8") -> str:
@@ -94,7 +95,30 @@ def peaks_tables(result: Result, width: int = WIDTH) -> list[RenderableType]:
         forces.add_row(Text(str(name)), *force)
         moments.add_row(Text(str(name)), *moment)
     needed = Console(width=10 * width, color_system=None).measure(whole).maximum
-    return [whole] if needed <= width else [forces, moments]
+    return [*([whole] if needed <= width else [forces, moments]), *_bands_table(result)]
+
+
+def _bands_table(result: Result) -> list[RenderableType]:
+    """A row per carriage: what the trace leaves open about its peak, if anything is known of that."""
+    table = new_table("carriage", "peak\nN", "band\nfrom N", "band\nto N", "noise\n%")
+    for name, peaks in result.peaks().iterrows():
+        if "noise_share_percent" not in peaks:
+            return []
+        loads = (float(peaks[column]) for column in ("peak_resultant_N", "peak_lower_N", "peak_upper_N"))
+        share = f"{float(peaks['noise_share_percent']):.2g}"
+        table.add_row(Text(str(name)), *(number(load) for load in loads), share)
+    return [table] if table.row_count else []
+
+
+def band_lines(result: Result) -> list[str]:
+    """What the bands of the peaks are, if there are any."""
+    if "band_method" not in result.data.attrs:
+        return []
+    return [
+        "Band: where the largest resultant of the true motion lies with 95 %, given the samples, whenever it is; "
+        "the estimate is smooth, so its own peak tends to lie low in the band. Noise: 1.96 standard deviations of "
+        f"the resultant at the instant of the peak, over the peak. From: {result.data.attrs['band_method']}."
+    ]
 
 
 def audit_lines(result: Result, width: int = WIDTH) -> list[str]:

@@ -46,12 +46,15 @@ class Result:
     damping parts, resultant (y-z), link_load, rail_force, rail_moment, reaction (of the held dofs; held x:
     the drive force), displacement, velocity, acceleration (of L in the carriage frame), and static values.
     A load is the force that the body exerts on its guide: weight makes y negative.
+    Of a motion that has an uncertainty, `data` also holds the standard deviations force_sd, moment_sd,
+    resultant_sd, moment_magnitude_sd, link_load_sd and cart_acceleration_sd, and the 95 % bands of the peaks
+    peak_resultant_lower and peak_resultant_upper; `data.attrs["band_method"]` tells how they were found.
     """
 
     def __init__(self, machine: Machine, data: xr.Dataset) -> None:
         self.machine = machine
         self.method, self.reason = str(data.attrs["method"]), str(data.attrs["method_reason"])
-        self.__dict__["data"] = data
+        self.__dict__["data"] = self.__dict__["_estimate"] = data
 
     @classmethod
     def of_run(cls, run: Run) -> Result:
@@ -70,6 +73,14 @@ class Result:
     @cached_property
     def data(self) -> xr.Dataset:
         """All quantities with labels and units."""
+        from guideload.bands import bands_of, with_bands
+
+        bands = bands_of(self._run, self.carriage_loads)
+        return self._estimate if bands is None else with_bands(self._estimate, bands)
+
+    @cached_property
+    def _estimate(self) -> xr.Dataset:
+        """All but the bands, which cost more than the run."""
         from guideload.dataset import dataset  # xarray takes longer to import than most runs to compute
 
         return dataset(self._run, self.carriage_loads)
@@ -77,7 +88,7 @@ class Result:
     @cached_property
     def carriage_loads(self) -> Array:
         """(time, carriage, 6) force [N] and moment about the carriage centre [N m]."""
-        return np.concatenate([self.data["force"].values, self.data["moment"].values], axis=2)
+        return np.concatenate([self._estimate["force"].values, self._estimate["moment"].values], axis=2)
 
     @cached_property
     def modes(self) -> Modes:
@@ -93,13 +104,17 @@ class Result:
         from guideload.audit import Audit  # reads the labelled arrays
 
         self._require_instants()
-        return Audit.of(self.machine, self.data, self.modes)
+        return Audit.of(self.machine, self._estimate, self.modes)
 
     def peaks(self) -> pd.DataFrame:
         """A row per carriage: peak resultant (y-z), when, its static and dynamic part, and peak components.
 
         Columns end in their unit. Peaks are largest magnitudes over the reported instants; a dynamic part is
         the magnitude of load less static load. Raises ArgumentError if the result reports no instant.
+
+        If the motion has an uncertainty: peak_lower_N and peak_upper_N, the 95 % band of the true motion's peak,
+        whenever that is; it tends to lie higher than the estimate's where noise is large, which the estimate has not.
+        noise_share_percent: 1.96 standard deviations of the resultant at time_of_peak_s, over the peak.
         """
         import pandas as pd
 
@@ -121,10 +136,17 @@ class Result:
         }
         table |= {f"peak_F{axis}_N": force[:, i] for i, axis in enumerate(AXES)}
         table |= {f"peak_M{axis}_Nm": moment[:, i] for i, axis in enumerate(AXES)}
+        if "resultant_sd" in data:
+            from guideload.bands import COVER
+
+            noise = 100.0 * COVER * data["resultant_sd"].values[at, np.arange(at.size)]
+            table["peak_lower_N"] = data["peak_resultant_lower"].values
+            table["peak_upper_N"] = data["peak_resultant_upper"].values
+            table["noise_share_percent"] = np.divide(noise, peak, out=np.zeros_like(peak), where=peak > 0.0)
         return pd.DataFrame(table, index=pd.Index(data["carriage"].values, name="carriage"))
 
     def _require_instants(self) -> None:
-        if not self.data.sizes["time"]:
+        if not self._estimate.sizes["time"]:
             raise ArgumentError("times: the result reports no instant, so it has no peaks and no audit")
 
     def to_netcdf(self, path: str | PathLike[str]) -> None:

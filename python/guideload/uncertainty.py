@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,8 @@ from guideload import _core
 
 Array = NDArray[np.float64]
 Cells = NDArray[np.uint32]
+# Of the kernels: step, variance, covariance, cell, intensity.
+Chain: TypeAlias = tuple[Array, Array, Array, Cells, Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +30,7 @@ class Uncertainty:
     intensity   (cells,) of the white noise
     derivative  which number of the state is the acceleration
     unit        (n,) m/s2 per unit of that number, with the factor that the band is scaled by
+    time        (n,) s, the stamps; None if they are those of the motion. Between them deviations are linear
     """
 
     step: Array
@@ -36,30 +40,24 @@ class Uncertainty:
     intensity: Array
     derivative: int
     unit: Array
+    time: Array | None = None
 
     @property
     def states(self) -> int:
         """N."""
         return int(self.covariance.shape[0])
 
-    def draws(self, count: int, rng: np.random.Generator) -> Array:
-        """(count, n) m/s2, deviations drawn from all that fit the samples. Time and memory are O(count n)."""
-        return np.stack([self._draw(rng) for _ in range(count)])
+    @property
+    def chain(self) -> Chain:
+        """What the kernels take."""
+        return self.step, self.variance, self.covariance, self.cell, self.intensity
 
-    def _draw(self, rng: np.random.Generator) -> Array:
-        normal = rng.standard_normal(self.variance.size * self.states)
-        # The samples themselves do not matter to the deviations from their mean.
-        zero, at_rest = np.zeros(self.variance.size), np.zeros(self.states)
-        drawn = _core.draw_motion(
-            self.step,
-            zero,
-            self.variance,
-            at_rest,
-            self.covariance,
-            self.cell,
-            self.intensity,
-            normal,
-            self.derivative,
-        )
-        result: Array = self.unit * drawn
-        return result
+    def draws(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, n) m/s2, deviations drawn from all that fit the samples; the same generator gives the same.
+
+        The first draws of many are those of few. Time and memory are O(count n).
+        """
+        seed = int(rng.integers(2**63))
+        drawn = _core.draw_motion(self.chain, self.derivative, count, seed)
+        drawn *= self.unit
+        return drawn

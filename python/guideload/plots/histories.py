@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
 
 from guideload.audit import percent
+from guideload.bands import COVER
 from guideload.checks import share_of_time, uniform
 from guideload.plots.style import (
     GREY,
@@ -31,6 +32,7 @@ RPM_PER_RADIAN_PER_SECOND = 30 / np.pi
 BANDS_PER_OCTAVE = 12
 # Parts of the axes' height: a bar that marks lost contact and the gap above it, and what all bars may take.
 BAR, BARS = 0.025, 0.2
+BAND_ALPHA = 0.25
 
 
 def motor_speed(result: Result, ax: Axes | None = None) -> Axes:
@@ -61,7 +63,8 @@ def motor_speed(result: Result, ax: Axes | None = None) -> Axes:
 def load_y(result: Result, carriage: str, ax: Axes | None = None) -> Axes:
     """Force of the body on one carriage along y in newtons over time (paper, figures 8 and 10).
 
-    A bar along the time axis marks where a link of it along y has no contact, or one row open.
+    A bar along the time axis marks where a link of it along y has no contact, or one row open. If the motion
+    has an uncertainty, a pale fill is the 95 % band of the load at each instant.
     """
     return _load(result, carriage, "y", ax)
 
@@ -69,7 +72,8 @@ def load_y(result: Result, carriage: str, ax: Axes | None = None) -> Axes:
 def load_z(result: Result, carriage: str, ax: Axes | None = None) -> Axes:
     """Force of the body on one carriage along z in newtons over time (paper, figures 9 and 11).
 
-    A bar along the time axis marks where a link of it along z has no contact, or one row open.
+    A bar along the time axis marks where a link of it along z has no contact, or one row open. If the motion
+    has an uncertainty, a pale fill is the 95 % band of the load at each instant.
     """
     return _load(result, carriage, "z", ax)
 
@@ -96,14 +100,16 @@ def paper_figures(result: Result) -> list[Axes]:
 def resultant(result: Result, ax: Axes | None = None) -> Axes:
     """Resultant load sqrt(Fy² + Fz²) of every carriage in newtons over time; static levels as thin lines.
 
-    Bars along the time axis mark where a link of a carriage has no contact, or one row open.
+    Bars along the time axis mark where a link of a carriage has no contact, or one row open. If the motion has an
+    uncertainty, pale fills are the 95 % bands of the loads at each instant.
     """
     static = result.data["static_force"].sel(axis=["y", "z"]).transpose("carriage", "axis").values
     with look():
         ax = axes_or_new(ax, 9.0, 4.4)
         ax.set_ylabel("√(F$_y$² + F$_z$²) [N]")
         _set_title(ax, result, "Resultant load of the carriages")
-        _draw_carriages(ax, result, result.data["resultant"].values, np.linalg.norm(static, axis=1), "N")
+        at_rest = np.linalg.norm(static, axis=1)
+        _draw_carriages(ax, result, result.data["resultant"].values, at_rest, "resultant_sd", "N")
     return ax
 
 
@@ -111,7 +117,7 @@ def moments(result: Result, ax: Axes | None = None) -> Axes:
     """Size of the moment about its centre of every carriage in N m over time; static levels as thin lines.
 
     The two ends of a long carriage take the body's pitch by opposite forces: here is the motion that the sum
-    of the carriage's forces does not show.
+    of the carriage's forces does not show. Pale fills: 95 % bands, if the motion has an uncertainty.
     """
     moment = result.data["moment"].transpose("time", "carriage", "axis").values
     static = result.data["static_moment"].transpose("carriage", "axis").values
@@ -120,7 +126,7 @@ def moments(result: Result, ax: Axes | None = None) -> Axes:
         ax.set_ylabel("√(M$_x$² + M$_y$² + M$_z$²) [N m]")
         _set_title(ax, result, "Moments of the carriages about their centres")
         sizes, at_rest = np.linalg.norm(moment, axis=2), np.linalg.norm(static, axis=1)
-        _draw_carriages(ax, result, sizes, at_rest, "N m")
+        _draw_carriages(ax, result, sizes, at_rest, "moment_magnitude_sd", "N m")
     return ax
 
 
@@ -225,6 +231,9 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
     with look():
         ax = axes_or_new(ax, 7.5, 2.8)
         ax.plot(time, load, color=color)
+        if "force_sd" in data:
+            spread = data["force_sd"].sel(carriage=carriage, axis=axis).values
+            _fill_band(ax, time, load, spread, color, BAND_ALPHA, label="95 % band")
         ax.axhline(
             static, color=INK, linewidth=0.8, linestyle=(0, (5, 4)), label=f"static {load_text(static)}"
         )
@@ -233,8 +242,8 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
         ax.set(xlabel="time [s]", ylabel=f"load F$_{axis}$ [N]")
         links = result.machine.links_of_carriages[names.index(carriage)]["yz".index(axis) :: 2]
         lost = result.audit.contact.lost_by(links)
-        # Peak and static level stand above the axes: in line with a short title, else below it.
-        in_line = len(carriage) <= 6 and not lost.any()
+        # Peak and static level stand above the axes: in line with a short title if there is no more, else below it.
+        in_line = len(carriage) <= 6 and not lost.any() and "force_sd" not in data
         ax.set_title(f"Carriage {carriage}, {axis}", pad=6 if in_line else 22)
         _keep_span(ax, load, float(data["resultant"].max()))
         if lost.any():
@@ -244,7 +253,7 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
         ax.legend(
             loc="lower right",
             bbox_to_anchor=(1.0, 1.0),
-            ncols=3,
+            ncols=4,
             borderaxespad=0.2,
             columnspacing=1.2,
             handlelength=1.4,
@@ -253,9 +262,17 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
 
 
 def _draw_carriages(
-    ax: Axes, result: Result, loads: NDArray[np.float64], static: NDArray[np.float64], unit: str
+    ax: Axes,
+    result: Result,
+    loads: NDArray[np.float64],
+    static: NDArray[np.float64],
+    spread: str,
+    unit: str,
 ) -> None:
-    """Lines of every carriage's load (time, carriage), static level (carriage,) and peak, from 0 up."""
+    """Lines of every carriage's load (time, carriage), static level (carriage,) and peak, from 0 up.
+
+    spread: name of the loads' standard deviations, of which the result has none if its motion is certain.
+    """
     time = result.data["time"].values
     carriages = result.data["carriage"].values
     for index, (name, load) in enumerate(zip(carriages, loads.T, strict=True)):
@@ -267,6 +284,11 @@ def _draw_carriages(
         ax.axhline(static[index], color=color, linewidth=0.9, linestyle=(0, (5, 4)), zorder=1.5)
         peak = int(load.argmax())
         ax.plot(time[peak], load[peak], "o", color=color, markersize=4, clip_on=False)
+        if spread in result.data:
+            shade = BAND_ALPHA / np.sqrt(len(carriages))  # those of symmetric carriages lie on each other
+            _fill_band(ax, time, load, result.data[spread].values[:, index], color, shade)
+    if spread in result.data:
+        ax.fill_between([], [], [], color=GREY, alpha=BAND_ALPHA, linewidth=0, label="95 % band")
     ax.plot([], [], color=GREY, linewidth=0.9, linestyle=(0, (5, 4)), label="static level")
     ax.set_xlabel("time [s]")
     _keep_span(ax, loads)
@@ -281,6 +303,22 @@ def _draw_carriages(
     if marked:
         ax.plot([], [], color=GREY, linewidth=4, label=contact.words(np.concatenate(links)))
     ax.legend(title="carriage", loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left")
+
+
+def _fill_band(
+    ax: Axes,
+    time: NDArray[np.float64],
+    load: NDArray[np.float64],
+    spread: NDArray[np.float64],
+    color: str,
+    alpha: float,
+    label: str = "",
+) -> None:
+    """A pale band of 1.96 standard deviations to either side of a load."""
+    half = COVER * spread
+    ax.fill_between(
+        time, load - half, load + half, color=color, alpha=alpha, linewidth=0, zorder=1.8, label=label
+    )
 
 
 def _mark_lost(

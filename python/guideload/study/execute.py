@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import pickle
 import time
 from collections import deque
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.cores import cores
 from guideload.errors import ArgumentError, GuideloadError, RunError
 from guideload.study.folder import written
 from guideload.study.histories import asked_for, histories
@@ -81,7 +81,7 @@ def run_study(
             f"study: expected a Study, as of Study.from_toml(file), its plan or a file, got {kind}"
         )
     plan = study.plan() if isinstance(study, Study) else study
-    threads = _whole_number("threads", threads, _cores() if executor is None else 1)
+    threads = _whole_number("threads", threads, cores() if executor is None else 1)
     chunk = _whole_number("chunk", chunk, CHUNK if executor is None else share_of(plan.runs))
     in_flight = _whole_number("in_flight", in_flight, IN_FLIGHT)
     folder = None if output is None else Path(output)
@@ -114,13 +114,6 @@ def _whole_number(name: str, given: int | None, default: int) -> int:
     if not isinstance(given, int | np.integer) or isinstance(given, bool) or given < 1:
         raise ArgumentError(f"{name}: expected a whole number of at least 1, got {given!r}")
     return int(given)
-
-
-def _cores() -> int:
-    """Cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _left(parts: Parts) -> str:

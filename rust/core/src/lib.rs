@@ -3,7 +3,7 @@
 //! The files follow the data: [`tensor`] → [`body`], [`law`] → [`link`], [`dof`] → [`scene`] → [`assemble`] → `factor` (modes), `statics`
 //! → [`system`] → [`excitation`] → `equations` and who keeps them: [`system`] (linear), `piece` and `contacts` (linear between contact
 //! changes), `smooth` (preloaded) → `propagator`, [`integrate`] → [`record`] → [`loads`], `fill`; [`modes`] stands beside them. With `std` a
-//! `batch` runs many scenes, and `smoother` finds the motion behind a trace. All quantities are SI. Source: the paper "Dynamical load of
+//! `batch` runs many scenes, `smoother` finds the motion behind a trace, and `bands` carries what that leaves open to the loads. All quantities are SI. Source: the paper "Dynamical load of
 //! linear rolling guides", whose equation numbers stand where they are used.
 //!
 //! A new elastic law goes into [`law`], a new method into [`integrate`] beside the three that are there.
@@ -36,6 +36,8 @@
 
 pub mod assemble;
 #[cfg(feature = "std")]
+pub mod bands;
+#[cfg(feature = "std")]
 pub mod batch;
 pub mod body;
 mod contacts;
@@ -52,6 +54,8 @@ pub mod link;
 pub mod loads;
 mod many;
 pub mod modes;
+#[cfg(feature = "std")]
+mod normal;
 mod piece;
 mod propagator;
 pub mod record;

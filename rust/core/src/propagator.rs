@@ -89,6 +89,13 @@ impl Propagator {
         Self { change, from_constant, from_start, from_end, components: influence.len() }
     }
 
+    /// By columns: E, and the effects of one component at the start and at the end.
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    pub(crate) fn parts(&self, component: usize) -> (&Columns<12>, &[f64; 12], &[f64; 12]) {
+        (&self.change, &self.from_start[component], &self.from_end[component])
+    }
+
     /// The state at the end of the interval.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn apply(&self, state: &State, start: &Values, end: &Values) -> State {

@@ -1,6 +1,7 @@
 //! Python binding: converts arrays and errors, releases the interpreter, and computes nothing itself.
 #![allow(missing_docs)] // the documentation stands in `_core.pyi`
 
+mod bands;
 mod batch;
 mod convert;
 mod law;
@@ -13,13 +14,15 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
+    use super::bands::{draw_motion, draw_peaks, load_spread};
+    #[pymodule_export]
     use super::batch::PyBatch;
     #[pymodule_export]
     use super::law::PyLaw;
     #[pymodule_export]
     use super::scene::{PyScene, carriage_links};
     #[pymodule_export]
-    use super::smoother::{adapt_motion, draw_motion, motion_likelihood, smooth_motion};
+    use super::smoother::{adapt_motion, motion_likelihood, smooth_motion};
     #[pymodule_export]
     use super::solution::PySolution;
 }

@@ -19,7 +19,7 @@ use crate::solution::{Inputs, PySolution, groups_of};
 const KEPT: usize = 16;
 
 #[pyclass(name = "Scene", module = "guideload._core", frozen)]
-pub struct PyScene(Arc<System>);
+pub struct PyScene(pub Arc<System>);
 
 /// The methods that a user can name.
 #[derive(Clone, Copy)]

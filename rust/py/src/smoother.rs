@@ -143,40 +143,6 @@ pub fn adapt_motion<'py>(
     ))
 }
 
-#[pyfunction]
-#[allow(clippy::too_many_arguments)] // the arrays of a call, named in the stub
-pub fn draw_motion<'py>(
-    py: Python<'py>,
-    step: PyReadonlyArray1<'_, f64>,
-    value: PyReadonlyArray1<'_, f64>,
-    variance: PyReadonlyArray1<'_, f64>,
-    mean: PyReadonlyArray1<'_, f64>,
-    covariance: PyReadonlyArray2<'_, f64>,
-    cell: PyReadonlyArray1<'_, u32>,
-    intensity: PyReadonlyArray1<'_, f64>,
-    normal: PyReadonlyArray1<'_, f64>,
-    derivative: usize,
-) -> PyResult<Array1<'py>> {
-    let of = slice(&intensity, "intensity")?;
-    let given = Given::new([&step, &value, &variance], &mean, &covariance, &cell, of.len())?;
-    let (order, samples, start, cell) = (given.order, given.samples, given.start, given.cell);
-    let normal = slice(&normal, "normal")?;
-    if normal.len() != order * samples.value.len() {
-        return Err(PyValueError::new_err(format!(
-            "normal: expected {} numbers",
-            order * samples.value.len()
-        )));
-    }
-    if derivative >= order {
-        return Err(PyValueError::new_err(format!(
-            "derivative: expected one below {order}, got {derivative}"
-        )));
-    }
-    let mut out = vec![0.0; samples.value.len()];
-    py.detach(|| smoother::draw(order, samples, start, Intensity { cell, of }, normal, derivative, &mut out));
-    Ok(out.into_pyarray(py))
-}
-
 fn table<const N: usize>(py: Python<'_>, rows: Vec<[f64; N]>) -> PyResult<Bound<'_, PyArray2<f64>>> {
     let count = rows.len();
     PyArray1::from_vec(py, rows.into_flattened()).reshape([count, N])

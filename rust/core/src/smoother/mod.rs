@@ -13,7 +13,12 @@
 
 mod draw;
 mod motion;
+mod posterior;
 mod rounding;
+
+pub(crate) use draw::Drawn;
+pub use draw::draw;
+pub use posterior::{Given, MOST, Posterior, Square, Step};
 
 use motion::Motion;
 use rounding::Others;
@@ -144,29 +149,6 @@ pub fn adapt(order: usize, start: Start, rule: Rule, adapted: &mut Adapted) -> O
         4 => Passes::<4>::adapt(start, rule, adapted),
         5 => Passes::<5>::adapt(start, rule, adapted),
         6 => Passes::<6>::adapt(start, rule, adapted),
-        _ => return None,
-    }
-    Some(())
-}
-
-/// One draw of a derivative (1 or 2, below the order) given the samples into `out` (n); None for another order.
-///
-/// normal: n x `order` independent standard normal numbers.
-pub fn draw(
-    order: usize,
-    samples: Samples,
-    start: Start,
-    intensity: Intensity,
-    normal: &[f64],
-    derivative: usize,
-    out: &mut [f64],
-) -> Option<()> {
-    match order {
-        2 => Passes::<2>::draw(samples, start, intensity, normal, derivative, out),
-        3 => Passes::<3>::draw(samples, start, intensity, normal, derivative, out),
-        4 => Passes::<4>::draw(samples, start, intensity, normal, derivative, out),
-        5 => Passes::<5>::draw(samples, start, intensity, normal, derivative, out),
-        6 => Passes::<6>::draw(samples, start, intensity, normal, derivative, out),
         _ => return None,
     }
     Some(())

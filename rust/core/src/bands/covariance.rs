@@ -1,0 +1,215 @@
+//! Covariance of the deviations of the motion and of the machine's state, exactly.
+
+use super::course::{Move, Response};
+use crate::float::{add_scaled, fma};
+use crate::smoother::{MOST, Square, Step};
+
+/// Over the interval between two samples: of a, the acceleration at its start, d, the state of the motion at its end, and z, the state
+/// of the machine where we are.
+#[derive(Debug, Clone)]
+pub(super) struct Covariance {
+    order: usize,
+    derivative: usize,
+    /// m/s² per unit of d[derivative].
+    unit: f64,
+    a: f64,
+    d: Square,
+    a_d: [f64; MOST],
+    a_z: [f64; 12],
+    d_z: [[f64; 12]; MOST],
+    pub z: [[f64; 12]; 12],
+}
+
+impl Covariance {
+    pub fn new(order: usize, derivative: usize) -> Self {
+        Self {
+            order,
+            derivative,
+            unit: 0.0,
+            a: 0.0,
+            d: [[0.0; MOST]; MOST],
+            a_d: [0.0; MOST],
+            a_z: [0.0; 12],
+            d_z: [[0.0; 12]; MOST],
+            z: [[0.0; 12]; 12],
+        }
+    }
+
+    /// Follows a move.
+    #[inline(always)]
+    pub fn follow(&mut self, step: &Move) {
+        match step {
+            Move::Sample { step, unit } => self.begin(step, *unit),
+            Move::Part { response, from, to } => self.advance(response, *from, *to),
+            Move::Instant { .. } => {}
+        }
+    }
+
+    /// Variance of the acceleration at a fraction of the interval, (m/s²)².
+    #[inline(always)]
+    pub fn acceleration(&self, at: f64) -> f64 {
+        let rest = 1.0 - at;
+        let (across, after) = self.end();
+        rest * rest * self.a + 2.0 * at * rest * across + at * at * after
+    }
+
+    /// Covariance of the accelerations at both ends of the interval, and variance of that at its end.
+    #[inline(always)]
+    fn end(&self) -> (f64, f64) {
+        let at = self.derivative;
+        (self.unit * self.a_d[at], self.unit * self.unit * self.d[at][at])
+    }
+
+    /// The interval to the next sample begins.
+    #[inline(always)]
+    fn begin(&mut self, step: &Step, unit: f64) {
+        let (order, at) = (self.order, self.derivative);
+        let before = self.d;
+        (_, self.a) = self.end();
+        self.a_z = self.d_z[at].map(|x| self.unit * x);
+        let mut carried = [[0.0; MOST]; MOST];
+        for i in 0..order {
+            for j in 0..order {
+                add_scaled(&mut carried[i], &before[j], step.carry[i][j]);
+            }
+        }
+        for i in 0..order {
+            self.a_d[i] = self.unit * carried[i][at];
+            for j in 0..=i {
+                let mut sum = 0.0;
+                for l in 0..order {
+                    sum = fma(carried[i][l], step.carry[j][l], sum);
+                    sum = fma(step.noise[i][l], step.noise[j][l], sum);
+                }
+                self.d[i][j] = sum;
+                self.d[j][i] = sum;
+            }
+        }
+        let across = self.d_z;
+        for i in 0..order {
+            self.d_z[i] = [0.0; 12];
+            for j in 0..order {
+                add_scaled(&mut self.d_z[i], &across[j], step.carry[i][j]);
+            }
+        }
+        self.unit = unit;
+    }
+
+    /// z' = carry z + g a + h unit d[derivative].
+    #[inline(always)]
+    fn advance(&mut self, response: &Response, from: f64, to: f64) {
+        let at = self.derivative;
+        let (mut g, mut h) = ([0.0; 12], [0.0; 12]);
+        for i in 0..12 {
+            g[i] = (1.0 - from) * response.start[i] + (1.0 - to) * response.end[i];
+            h[i] = from * response.start[i] + to * response.end[i];
+        }
+        let (across, after) = self.end();
+        let carried = times(&response.carry, &self.a_z);
+        let mut by_g = carried;
+        self.a_z = carried;
+        for i in 0..12 {
+            by_g[i] += 0.5 * self.a * g[i] + across * h[i];
+            self.a_z[i] += self.a * g[i] + across * h[i];
+        }
+        let mut by_h = [0.0; 12];
+        for d in 0..self.order {
+            let mut carried = times(&response.carry, &self.d_z[d]);
+            if d == at {
+                by_h = carried.map(|x| self.unit * x);
+                add_scaled(&mut by_h, &h, 0.5 * after);
+            }
+            add_scaled(&mut carried, &g, self.a_d[d]);
+            add_scaled(&mut carried, &h, self.unit * self.d[d][at]);
+            self.d_z[d] = carried;
+        }
+        let mut half = [[0.0; 12]; 12];
+        for j in 0..12 {
+            half[j] = times(&response.carry, &self.z[j]);
+        }
+        // half carry^T: column j is the sum over i of column i of half times carry[i][j].
+        for j in 0..12 {
+            let mut column = [0.0; 12];
+            for i in 0..12 {
+                add_scaled(&mut column, &half[i], response.carry[i][j]);
+            }
+            add_scaled(&mut column, &g, by_g[j]);
+            add_scaled(&mut column, &by_g, g[j]);
+            add_scaled(&mut column, &h, by_h[j]);
+            add_scaled(&mut column, &by_h, h[j]);
+            self.z[j] = column;
+        }
+    }
+}
+
+/// Matrix (by columns) times vector.
+#[inline(always)]
+fn times(columns: &[[f64; 12]; 12], vector: &[f64; 12]) -> [f64; 12] {
+    // Three sums side by side: one would wait for its own additions.
+    let (mut first, mut second, mut third) = ([0.0; 12], [0.0; 12], [0.0; 12]);
+    for j in (0..12).step_by(3) {
+        add_scaled(&mut first, &columns[j], vector[j]);
+        add_scaled(&mut second, &columns[j + 1], vector[j + 1]);
+        add_scaled(&mut third, &columns[j + 2], vector[j + 2]);
+    }
+    for i in 0..12 {
+        first[i] += second[i] + third[i];
+    }
+    first
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bands::course::{Course, Deviation};
+    use crate::smoother::{Given, Intensity, Posterior};
+    use crate::{Body, Free, Scene, System, carriage_links};
+    use nalgebra::{Matrix3, Vector3};
+
+    fn system() -> System {
+        let body = Body::new(800.0, Vector3::new(0.1, -0.6, 0.2), Matrix3::from_diagonal_element(300.0))
+            .expect("a body");
+        let links = [-0.35, 0.35]
+            .map(|z| carriage_links(Vector3::new(0.0, 0.05, z), 0.6, [120e6; 2], [100e3; 2]).expect("links"));
+        let scene = Scene::new(body, links.as_flattened(), Vector3::new(0.0, -9.8, 0.0), Free::GUIDED)
+            .expect("a scene");
+        System::new(&scene).expect("a system")
+    }
+
+    /// An interval in one piece and in three: z, and the acceleration at the end, are the same.
+    #[test]
+    fn instants_between_samples_change_nothing() {
+        let system = system();
+        let (step, variance, cell) = ([1.0; 9], [1.0; 10], [0; 9]);
+        let mut covariance = [0.0; 9];
+        (covariance[0], covariance[4], covariance[8]) = (3.0, 3.0, 3.0);
+        let given = Given {
+            step: &step,
+            variance: &variance,
+            covariance: &covariance,
+            intensity: Intensity { cell: &cell, of: &[0.7] },
+        };
+        let posterior = Posterior::new(3, given).expect("order 3");
+        let time: [f64; 10] = core::array::from_fn(|k| 0.004 * k as f64);
+        let unit: [f64; 10] = core::array::from_fn(|k| 1.0 + 0.1 * k as f64);
+        let deviation = Deviation { posterior: &posterior, time: &time, derivative: 2, unit: &unit };
+        let mut cut: Vec<f64> = time.to_vec();
+        cut.extend(time[..9].iter().flat_map(|t| [t + 0.0011, t + 0.0029]));
+        cut.sort_by(f64::total_cmp);
+        let follow = |instants: &[f64]| {
+            let mut covariance = Covariance::new(3, 2);
+            for step in Course::new(&system, deviation, instants) {
+                covariance.follow(&step);
+            }
+            covariance
+        };
+        let (whole, parts) = (follow(&time), follow(&cut));
+        let size = whole.z.as_flattened().iter().fold(0.0, |size, x| f64::max(size, x.abs()));
+        assert!(size > 0.0);
+        for (a, b) in whole.z.as_flattened().iter().zip(parts.z.as_flattened()) {
+            assert!((a - b).abs() < 1e-12 * size, "{a} {b}");
+        }
+        assert_eq!(whole.acceleration(1.0), parts.acceleration(1.0));
+        assert!((whole.acceleration(0.0) / whole.a - 1.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,206 @@
+//! Peaks of the loads, drawn from all that fit the samples.
+
+use super::course::{Course, Deviation, Move, Response};
+use crate::float::{add_scaled, fma, sqrt};
+use crate::loads::Wrench;
+use crate::normal::{LANES, Lanes};
+use crate::simd::{Kernel, widest_of_all};
+use crate::smoother::Drawn;
+use crate::system::{Rung, System};
+
+/// The loads that deviations are from.
+#[derive(Debug, Clone, Copy)]
+pub struct Nominal<'a> {
+    /// m ascending times, s.
+    pub instants: &'a [f64],
+    /// m x groups x 6: force (N) and moment (N m).
+    pub loads: &'a [f64],
+    /// m x groups: where a group is looked at.
+    pub wanted: &'a [bool],
+}
+
+/// The largest y-z resultant of each group over the instants at which it is wanted, in each draw: `out[group * draws + draw]`, N, zero
+/// if there are none; None for a scene that is not linear. A draw depends on the seed and its number alone, on any number of `threads`.
+///
+/// # Panics
+/// If lengths do not agree.
+pub fn peaks(
+    system: &System,
+    deviation: Deviation,
+    nominal: Nominal,
+    groups: &[Wrench],
+    seed: u64,
+    threads: usize,
+    out: &mut [f64],
+) -> Option<()> {
+    if system.rung() != Rung::Linear {
+        return None;
+    }
+    let Nominal { instants, loads, wanted } = nominal;
+    let draws = out.len() / groups.len().max(1);
+    assert_eq!(out.len(), draws * groups.len(), "room for every draw of every group");
+    assert_eq!(loads.len(), 6 * groups.len() * instants.len(), "loads at every instant");
+    assert_eq!(wanted.len(), groups.len() * instants.len(), "every group at every instant");
+    // Nothing is looked at after the last one.
+    let last = wanted.iter().rposition(|wanted| *wanted).map_or(0, |at| at / groups.len() + 1);
+    let plan = Plan {
+        active: system.mode_count(),
+        order: deviation.posterior.order(),
+        derivative: deviation.derivative,
+        across: groups
+            .iter()
+            .map(|load| [1, 2].map(|row| load.linear.by_state.map(|all| all[row])))
+            .collect(),
+        loads,
+        wanted,
+    };
+    let mut blocks: Vec<Block> =
+        (0..draws).step_by(LANES).map(|first| Block::new(seed, first, groups.len())).collect();
+    let follow = |blocks: &mut [Block]| {
+        let mut course = Course::new(system, deviation, &instants[..last]);
+        let mut moves = Vec::with_capacity(STRETCH);
+        loop {
+            moves.clear();
+            moves.extend(course.by_ref().take(STRETCH));
+            if moves.is_empty() {
+                return;
+            }
+            for block in &mut *blocks {
+                widest_of_all(Following { block, moves: &moves, plan: &plan });
+            }
+        }
+    };
+    let share = blocks.len().div_ceil(threads.max(1)).max(1);
+    std::thread::scope(|scope| {
+        let mut shares = blocks.chunks_mut(share);
+        let own = shares.next();
+        for blocks in shares {
+            scope.spawn(|| follow(blocks));
+        }
+        if let Some(blocks) = own {
+            follow(blocks);
+        }
+    });
+    for (index, out) in out.iter_mut().enumerate() {
+        let (group, draw) = (index / draws, index % draws);
+        *out = sqrt(blocks[draw / LANES].largest[group][draw % LANES]);
+    }
+    Some(())
+}
+
+/// Moves that all draws follow before the next ones are made.
+const STRETCH: usize = 48;
+
+struct Plan<'a> {
+    /// Number of modes.
+    active: usize,
+    order: usize,
+    derivative: usize,
+    /// Fy and Fz of each group per unit of each entry of the state.
+    across: Vec<[[f64; 12]; 2]>,
+    loads: &'a [f64],
+    wanted: &'a [bool],
+}
+
+/// Some draws side by side.
+struct Block {
+    drawn: Drawn,
+    /// Acceleration at the start and at the end of the interval, m/s².
+    before: Lanes,
+    after: Lanes,
+    state: [Lanes; 12],
+    /// Square of the largest resultant of each group so far.
+    largest: Vec<Lanes>,
+}
+
+impl Block {
+    fn new(seed: u64, first: usize, groups: usize) -> Self {
+        Self {
+            drawn: Drawn::new(seed, first),
+            before: [0.0; LANES],
+            after: [0.0; LANES],
+            state: [[0.0; LANES]; 12],
+            largest: vec![[0.0; LANES]; groups],
+        }
+    }
+
+    #[inline(always)]
+    fn advance(&mut self, plan: &Plan, response: &Response, from: f64, to: f64) {
+        let (mut start, mut end) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let rise = self.after[lane] - self.before[lane];
+            start[lane] = fma(from, rise, self.before[lane]);
+            end[lane] = fma(to, rise, self.before[lane]);
+        }
+        let old = self.state;
+        // Four entries at a time share each entry of the old state while it is in a register.
+        for rows in 0..3 {
+            let mut sums = [[0.0; LANES]; 4];
+            for i in 0..4 {
+                let row = 4 * rows + i;
+                for lane in 0..LANES {
+                    sums[i][lane] = fma(response.start[row], start[lane], response.end[row] * end[lane]);
+                }
+            }
+            for half in [0, 6] {
+                for j in half..half + plan.active {
+                    for i in 0..4 {
+                        add_scaled(&mut sums[i], &old[j], response.carry[j][4 * rows + i]);
+                    }
+                }
+            }
+            self.state[4 * rows..4 * rows + 4].copy_from_slice(&sums);
+        }
+    }
+
+    #[inline(always)]
+    fn look(&mut self, plan: &Plan, index: usize) {
+        let groups = plan.across.len();
+        for group in 0..groups {
+            if !plan.wanted[index * groups + group] {
+                continue;
+            }
+            let load = &plan.loads[6 * (index * groups + group)..];
+            let (mut y, mut z) = ([load[1]; LANES], [load[2]; LANES]);
+            let [by_y, by_z] = &plan.across[group];
+            for j in 0..12 {
+                add_scaled(&mut y, &self.state[j], by_y[j]);
+                add_scaled(&mut z, &self.state[j], by_z[j]);
+            }
+            let largest = &mut self.largest[group];
+            for lane in 0..LANES {
+                let square = fma(y[lane], y[lane], z[lane] * z[lane]);
+                largest[lane] = if square > largest[lane] { square } else { largest[lane] };
+            }
+        }
+    }
+}
+
+/// Takes some draws along moves.
+struct Following<'a> {
+    block: &'a mut Block,
+    moves: &'a [Move],
+    plan: &'a Plan<'a>,
+}
+
+impl Kernel for Following<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { block, moves, plan } = self;
+        for step in moves {
+            match step {
+                Move::Sample { step, unit } => {
+                    block.before = block.after;
+                    block.drawn.advance(step, plan.order);
+                    for lane in 0..LANES {
+                        block.after[lane] = unit * block.drawn.state[plan.derivative][lane];
+                    }
+                }
+                Move::Part { response, from, to } => block.advance(plan, response, *from, *to),
+                Move::Instant { index, .. } => block.look(plan, *index),
+            }
+        }
+    }
+}

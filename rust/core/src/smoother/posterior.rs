@@ -1,0 +1,438 @@
+//! What samples leave open about a motion: a Markov chain forward in time.
+//!
+//! Given all samples, the deviations of the states from their estimates obey d(k+1) = A d(k) + L w, w standard normal, for what
+//! the samples up to k say of x(k+1) is all in x(k). Backwards, the information that samples k to n give on x(k) is kept as a
+//! root R: R x is known but for standard normal noise (square-root information filter, Bierman 1977). Over an interval,
+//! x(k+1) = Phi x(k) + G w, and orthogonal transformations of
+//!
+//! ```text
+//! [  I    0   ]        [ U  V ]
+//! [ R G  R Phi ]  into  [ 0  R' ]
+//! ```
+//!
+//! give both the root R' before the interval and w given x(k) and the later samples: U w + V x(k) is standard normal. No covariance is
+//! inverted, so intensities may differ by many decades between intervals.
+
+use super::Intensity;
+use super::motion::Motion;
+use crate::simd::{Kernel, widest};
+
+/// Most numbers that a state has.
+pub const MOST: usize = 6;
+
+/// By rows; those past the order are zero.
+pub type Square = [[f64; MOST]; MOST];
+
+/// From one sample to the next, or from nothing to the first: d' = `carry` d + `noise` w, w standard normal.
+#[derive(Debug, Clone, Copy)]
+pub struct Step {
+    /// A.
+    pub carry: Square,
+    /// L, upper triangular.
+    pub noise: Square,
+}
+
+/// What is known beside the values of the samples, which do not matter to the deviations from the estimate.
+#[derive(Clone, Copy)]
+pub struct Given<'a> {
+    /// n - 1 times between the samples, > 0.
+    pub step: &'a [f64],
+    /// n variances of the samples' noise, > 0; infinite for a sample that tells nothing.
+    pub variance: &'a [f64],
+    /// N x N, of the state before the first sample, by rows.
+    pub covariance: &'a [f64],
+    /// Of the white noise in each interval.
+    pub intensity: Intensity<'a>,
+}
+
+/// The chain of n states of 2 to 6 numbers, with the information of the later samples on each: N (N + 1) / 2 numbers per sample.
+#[derive(Clone)]
+pub struct Posterior<'a> {
+    order: usize,
+    given: Given<'a>,
+    information: Vec<f64>,
+}
+
+impl<'a> Posterior<'a> {
+    /// The chain of states of `order` numbers; None if `order` is not 2 to 6.
+    pub fn new(order: usize, given: Given<'a>) -> Option<Self> {
+        let information = match order {
+            2 => information::<2>(given),
+            3 => information::<3>(given),
+            4 => information::<4>(given),
+            5 => information::<5>(given),
+            6 => information::<6>(given),
+            _ => return None,
+        };
+        Some(Self { order, given, information })
+    }
+
+    /// Numbers of a state.
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// Number of samples.
+    pub fn count(&self) -> usize {
+        self.given.variance.len()
+    }
+
+    /// The steps one after the other: first that to the first sample, of which `carry` is zero.
+    pub fn steps(&self) -> Box<dyn Iterator<Item = Step> + '_> {
+        match self.order {
+            2 => Box::new(Forward::<2>::new(self)),
+            3 => Box::new(Forward::<3>::new(self)),
+            4 => Box::new(Forward::<4>::new(self)),
+            5 => Box::new(Forward::<5>::new(self)),
+            _ => Box::new(Forward::<6>::new(self)),
+        }
+    }
+}
+
+/// A matrix by columns.
+type Columns<const N: usize> = [[f64; N]; N];
+
+/// Upper triangles by rows, of sample 0 first.
+fn information<const N: usize>(given: Given) -> Vec<f64> {
+    let count = given.variance.len();
+    let size = N * (N + 1) / 2;
+    let mut all = vec![0.0; count * size];
+    let mut interval = Interval::<N>::new();
+    let mut root = [[0.0; N]; N];
+    for (k, packed) in all.chunks_exact_mut(size).enumerate().rev() {
+        if k + 1 < count {
+            let noise = interval.noise(given, k);
+            root = widest(Pass { root: &root, noise, phi: &interval.motion.phi }).rest;
+        }
+        root = widest(Sighted { columns: &root, row: 1.0 / given.variance[k].sqrt() });
+        let mut at = 0;
+        for i in 0..N {
+            for j in i..N {
+                packed[at] = root[j][i];
+                at += 1;
+            }
+        }
+    }
+    all
+}
+
+/// Free motion over the interval at hand, and the root of its noise.
+struct Interval<const N: usize> {
+    motion: Motion<N>,
+    step: f64,
+    root: Columns<N>,
+}
+
+impl<const N: usize> Interval<N> {
+    fn new() -> Self {
+        Self { motion: Motion::new(1.0), step: f64::NAN, root: [[0.0; N]; N] }
+    }
+
+    /// Sets the interval after sample k; G.
+    fn noise(&mut self, given: Given, k: usize) -> Columns<N> {
+        if given.step[k] != self.step {
+            self.step = given.step[k];
+            self.motion.set(self.step);
+            self.root = upper_root(&self.motion.noise);
+        }
+        let size = given.intensity.of[given.intensity.cell[k] as usize].sqrt();
+        self.root.map(|column| column.map(|x| size * x))
+    }
+}
+
+/// The steps of a chain.
+struct Forward<'a, const N: usize> {
+    chain: &'a Posterior<'a>,
+    next: usize,
+    interval: Interval<N>,
+}
+
+impl<'a, const N: usize> Forward<'a, N> {
+    fn new(chain: &'a Posterior<'a>) -> Self {
+        Self { chain, next: 0, interval: Interval::new() }
+    }
+}
+
+impl<const N: usize> Iterator for Forward<'_, N> {
+    type Item = Step;
+
+    fn next(&mut self) -> Option<Step> {
+        let k = self.next;
+        if k >= self.chain.count() {
+            return None;
+        }
+        self.next += 1;
+        let given = self.chain.given;
+        let packed = &self.chain.information[k * N * (N + 1) / 2..];
+        let mut root = [[0.0; N]; N];
+        let mut at = 0;
+        for i in 0..N {
+            for j in i..N {
+                root[j][i] = packed[at];
+                at += 1;
+            }
+        }
+        Some(if k == 0 {
+            let covariance = core::array::from_fn(|i| core::array::from_fn(|j| given.covariance[i * N + j]));
+            widest(Solve { root: &root, noise: upper_root(&covariance), phi: &[0.0; N] })
+        } else {
+            let noise = self.interval.noise(given, k - 1);
+            widest(Solve { root: &root, noise, phi: &self.interval.motion.phi })
+        })
+    }
+}
+
+/// U, V, and R', which is not triangular yet.
+struct Passed<const N: usize> {
+    u: Columns<N>,
+    v: Columns<N>,
+    rest: Columns<N>,
+}
+
+/// Takes the noise of an interval out of what is known after it, one number of w after the other.
+struct Pass<'a, const N: usize> {
+    root: &'a Columns<N>,
+    noise: Columns<N>,
+    phi: &'a [f64; N],
+}
+
+impl<const N: usize> Kernel for Pass<'_, N> {
+    type Output = Passed<N>;
+
+    #[inline(always)]
+    fn run(self) -> Passed<N> {
+        let Self { root, noise, phi } = self;
+        let mut of_noise = [[0.0; N]; N];
+        let mut rest = [[0.0; N]; N];
+        for j in 0..N {
+            for l in 0..=j {
+                for i in 0..N {
+                    of_noise[j][i] += root[l][i] * noise[j][l];
+                    rest[j][i] += root[l][i] * phi[j - l];
+                }
+            }
+        }
+        let (mut u, mut v) = ([[0.0; N]; N], [[0.0; N]; N]);
+        for j in 0..N {
+            let seen = of_noise[j];
+            let size = (1.0 + dot(&seen, &seen)).sqrt();
+            let (whole, part) = (1.0 / size, 1.0 / (size * (1.0 + size)));
+            u[j][j] = size;
+            for c in j + 1..N {
+                let sum = dot(&seen, &of_noise[c]);
+                u[c][j] = sum * whole;
+                for i in 0..N {
+                    of_noise[c][i] -= seen[i] * (sum * part);
+                }
+            }
+            for c in 0..N {
+                let sum = dot(&seen, &rest[c]);
+                v[c][j] = sum * whole;
+                for i in 0..N {
+                    rest[c][i] -= seen[i] * (sum * part);
+                }
+            }
+        }
+        Passed { u, v, rest }
+    }
+}
+
+/// The step of a chain: A = Phi - G U^-1 V, L = G U^-1.
+struct Solve<'a, const N: usize> {
+    root: &'a Columns<N>,
+    noise: Columns<N>,
+    phi: &'a [f64; N],
+}
+
+impl<const N: usize> Kernel for Solve<'_, N> {
+    type Output = Step;
+
+    #[inline(always)]
+    fn run(self) -> Step {
+        let Self { root, noise, phi } = self;
+        let Passed { u, v, .. } = Pass { root, noise, phi }.run();
+        // L U = G, column by column.
+        let mut l = noise;
+        for j in 0..N {
+            for a in 0..j {
+                for i in 0..=a {
+                    l[j][i] -= l[a][i] * u[j][a];
+                }
+            }
+            for i in 0..=j {
+                l[j][i] /= u[j][j];
+            }
+        }
+        let mut step = Step { carry: [[0.0; MOST]; MOST], noise: [[0.0; MOST]; MOST] };
+        for i in 0..N {
+            for j in i..N {
+                step.noise[i][j] = l[j][i];
+                step.carry[i][j] = phi[j - i];
+            }
+            for j in 0..N {
+                for a in i..N {
+                    step.carry[i][j] -= l[a][i] * v[j][a];
+                }
+            }
+        }
+        step
+    }
+}
+
+/// The triangular root of what `columns` tell of the state and a sample of its first number with the weight `row` (Householder).
+struct Sighted<'a, const N: usize> {
+    columns: &'a Columns<N>,
+    row: f64,
+}
+
+impl<const N: usize> Kernel for Sighted<'_, N> {
+    type Output = Columns<N>;
+
+    #[inline(always)]
+    fn run(self) -> Columns<N> {
+        let mut m = *self.columns;
+        let mut last = [0.0; N];
+        last[0] = self.row;
+        for j in 0..N {
+            let mut square = last[j] * last[j];
+            for i in j..N {
+                square += m[j][i] * m[j][i];
+            }
+            let norm = square.sqrt();
+            if norm == 0.0 {
+                continue;
+            }
+            let norm = if m[j][j] < 0.0 { -norm } else { norm };
+            let mut mirror = m[j];
+            mirror[..j].fill(0.0);
+            mirror[j] += norm;
+            let (end, part) = (last[j], 1.0 / (norm * mirror[j]));
+            for c in j + 1..N {
+                let sum = (dot(&mirror, &m[c]) + end * last[c]) * part;
+                for i in 0..N {
+                    m[c][i] -= mirror[i] * sum;
+                }
+                last[c] -= end * sum;
+            }
+            m[j][j] = -norm;
+            m[j][j + 1..].fill(0.0);
+        }
+        m
+    }
+}
+
+#[inline(always)]
+fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
+    let mut sum = 0.0;
+    for i in 0..N {
+        sum += a[i] * b[i];
+    }
+    sum
+}
+
+/// The upper triangular S with S S^T = P, by columns; a direction without variance, or with less than rounding, gets none.
+fn upper_root<const N: usize>(p: &[[f64; N]; N]) -> Columns<N> {
+    let mut s = [[0.0; N]; N];
+    for j in (0..N).rev() {
+        let mut pivot = p[j][j];
+        for a in j + 1..N {
+            pivot -= s[a][j] * s[a][j];
+        }
+        if pivot <= 1e-15 * p[j][j] {
+            continue;
+        }
+        s[j][j] = pivot.sqrt();
+        for i in 0..j {
+            let mut sum = p[i][j];
+            for a in j + 1..N {
+                sum -= s[a][i] * s[a][j];
+            }
+            s[j][i] = sum / s[j][j];
+        }
+    }
+    s
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DMatrix;
+
+    const STEP: [f64; 5] = [0.4, 1.3, 0.7, 2.0, 1.0];
+    const VARIANCE: [f64; 6] = [0.5, 2.0, f64::INFINITY, 0.1, 1.0, 0.3];
+    const CELL: [u32; 5] = [0, 1, 1, 2, 0];
+
+    fn given<'a>(covariance: &'a [f64], of: &'a [f64]) -> Given<'a> {
+        Given { step: &STEP, variance: &VARIANCE, covariance, intensity: Intensity { cell: &CELL, of } }
+    }
+
+    /// All that is known as rows of unit noise: of the start, of every interval, of every sample. With QR = rows it is R^-1 R^-T.
+    fn dense<const N: usize>(given: Given) -> DMatrix<f64> {
+        let count = given.variance.len();
+        let white = |covariance: DMatrix<f64>| {
+            let root = covariance.cholesky().expect("positive definite").l();
+            root.try_inverse().expect("positive definite")
+        };
+        let mut rows = DMatrix::zeros((N + 1) * count, N * count);
+        let start = white(DMatrix::from_row_slice(N, N, given.covariance));
+        rows.view_mut((0, 0), (N, N)).copy_from(&start);
+        for k in 0..count - 1 {
+            let motion = Motion::<N>::new(given.step[k]);
+            let size = given.intensity.of[given.intensity.cell[k] as usize];
+            let white = white(DMatrix::from_fn(N, N, |i, j| size * motion.noise[i][j]));
+            let phi = DMatrix::from_fn(N, N, |i, j| if j >= i { motion.phi[j - i] } else { 0.0 });
+            rows.view_mut((N * (k + 1), N * k), (N, N)).copy_from(&(-&white * phi));
+            rows.view_mut((N * (k + 1), N * (k + 1)), (N, N)).copy_from(&white);
+        }
+        for k in 0..count {
+            rows[(N * count + k, N * k)] = 1.0 / given.variance[k].sqrt();
+        }
+        let inverse = rows.qr().r().try_inverse().expect("all is known");
+        &inverse * inverse.transpose()
+    }
+
+    fn square(rows: &Square, order: usize) -> DMatrix<f64> {
+        DMatrix::from_fn(order, order, |i, j| rows[i][j])
+    }
+
+    fn is_the_posterior<const N: usize>() {
+        let start = DMatrix::<f64>::from_fn(N, N, |i, j| if i == j { 3.0 + i as f64 } else { 0.5 });
+        let covariance: Vec<f64> = start.iter().copied().collect();
+        let given = given(&covariance, &[1.0, 30.0, 0.02]);
+        let wanted = dense::<N>(given);
+        let chain = Posterior::new(N, given).expect("an order from 2 to 6");
+        let mut before = DMatrix::zeros(N, N);
+        for (k, step) in chain.steps().enumerate() {
+            let (carry, noise) = (square(&step.carry, N), square(&step.noise, N));
+            let across = &carry * &before;
+            before = &across * carry.transpose() + &noise * noise.transpose();
+            let block = wanted.view((N * k, N * k), (N, N));
+            assert!((&before - block).amax() < 1e-7 * block.amax(), "order {N}, sample {k}");
+            if k > 0 {
+                let block = wanted.view((N * k, N * (k - 1)), (N, N));
+                assert!((&across - block).amax() < 1e-7 * wanted.amax(), "order {N}, to sample {k}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_chain_has_the_covariances_of_the_posterior() {
+        is_the_posterior::<2>();
+        is_the_posterior::<3>();
+        is_the_posterior::<4>();
+        is_the_posterior::<5>();
+        is_the_posterior::<6>();
+    }
+
+    #[test]
+    fn without_noise_there_is_no_deviation() {
+        let chain = Posterior::new(3, given(&[0.0; 9], &[0.0; 3])).expect("order 3");
+        assert!(chain.steps().all(|step| step.noise == [[0.0; MOST]; MOST]));
+    }
+
+    #[test]
+    fn orders_are_2_to_6() {
+        assert!(Posterior::new(1, given(&[1.0], &[1.0; 3])).is_none());
+        assert!(Posterior::new(7, given(&[1.0; 49], &[1.0; 3])).is_none());
+    }
+}

@@ -1,0 +1,230 @@
+//! What samples leave open, drawn and carried to the loads, over arrays.
+
+use guideload::bands::{self, Deviation, Nominal, Spread};
+use guideload::smoother::{self, Given, Intensity, Posterior};
+use guideload::{Part, Wrench};
+use numpy::{
+    IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
+    PyUntypedArrayMethods,
+};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::convert::{Array1, Array2, not_contiguous, rows, slice};
+use crate::scene::PyScene;
+use crate::solution::groups_of;
+
+type Array3<'py> = Bound<'py, PyArray3<f64>>;
+
+/// The arrays of a chain: step, variance, covariance, cell, intensity.
+type Chain<'py> = (
+    PyReadonlyArray1<'py, f64>,
+    PyReadonlyArray1<'py, f64>,
+    PyReadonlyArray2<'py, f64>,
+    PyReadonlyArray1<'py, u32>,
+    PyReadonlyArray1<'py, f64>,
+);
+
+/// A chain whose arrays agree; it is made without the interpreter.
+struct Checked<'a> {
+    order: usize,
+    given: Given<'a>,
+}
+
+impl<'a> Checked<'a> {
+    fn new(
+        (step, variance, covariance, cell, intensity): &'a Chain<'_>,
+        derivative: usize,
+    ) -> PyResult<Self> {
+        let order = covariance.shape()[0];
+        let intensity = Intensity { cell: slice(cell, "cell")?, of: slice(intensity, "intensity")? };
+        let given = Given {
+            step: slice(step, "step")?,
+            variance: slice(variance, "variance")?,
+            covariance: covariance.as_slice().map_err(|_| not_contiguous("covariance"))?,
+            intensity,
+        };
+        let intervals = [given.step.len(), given.intensity.cell.len()];
+        let fits = intervals.iter().all(|length| length + 1 == given.variance.len());
+        let cells = given.intensity.of.len();
+        if !fits
+            || covariance.shape()[1] != order
+            || given.intensity.cell.iter().any(|&cell| cell as usize >= cells)
+        {
+            return Err(PyValueError::new_err(
+                "step, variance, covariance, cell, intensity: lengths do not agree",
+            ));
+        }
+        if !(2..=smoother::MOST).contains(&order) {
+            return Err(PyValueError::new_err(format!("covariance: expected 2 to 6 rows, got {order}")));
+        }
+        if derivative >= order {
+            return Err(PyValueError::new_err(format!(
+                "derivative: expected one below {order}, got {derivative}"
+            )));
+        }
+        for (name, values) in [("step", given.step), ("variance", given.variance)] {
+            if let Some(at) = values.iter().position(|&x| x.is_nan() || x <= 0.0) {
+                return Err(PyValueError::new_err(format!("{name}[{at}]: expected > 0, got {}", values[at])));
+            }
+        }
+        Ok(Self { order, given })
+    }
+
+    fn chain(&self) -> Posterior<'a> {
+        match Posterior::new(self.order, self.given) {
+            Some(chain) => chain,
+            None => unreachable!("the order has been checked"),
+        }
+    }
+}
+
+/// Draws of a derivative's deviation, (count, n).
+#[pyfunction]
+pub fn draw_motion<'py>(
+    py: Python<'py>,
+    chain: Chain<'py>,
+    derivative: usize,
+    count: usize,
+    seed: u64,
+) -> PyResult<Array2<'py>> {
+    let checked = Checked::new(&chain, derivative)?;
+    let width = checked.given.variance.len();
+    let drawn = py.detach(|| {
+        let mut out = vec![0.0; count * width];
+        smoother::draw(&checked.chain(), derivative, seed, &mut out);
+        out
+    });
+    drawn.into_pyarray(py).reshape([count, width])
+}
+
+/// Loads that deviations are from, with the groups that they are of.
+struct Loads<'a> {
+    instants: &'a [f64],
+    loads: &'a [f64],
+    groups: Vec<Wrench<'a>>,
+}
+
+impl<'a> Loads<'a> {
+    fn new(
+        scene: &'a PyScene,
+        instants: &'a PyReadonlyArray1<'_, f64>,
+        loads: &'a PyReadonlyArray3<'_, f64>,
+        groups: &[PyReadonlyArray1<'_, i64>],
+        centers: &PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Self> {
+        let groups = groups_of(&scene.0, groups, rows::<3>(centers, "centers")?, Part::Total)?;
+        let instants = slice(instants, "instants")?;
+        if loads.shape() != [instants.len(), groups.len(), 6] || !loads.is_c_contiguous() {
+            return Err(PyValueError::new_err(format!(
+                "loads: expected shape ({}, {}, 6), C-contiguous, got {:?}",
+                instants.len(),
+                groups.len(),
+                loads.shape()
+            )));
+        }
+        let loads = loads.as_slice().map_err(|_| not_contiguous("loads"))?;
+        Ok(Self { instants, loads, groups })
+    }
+}
+
+/// A number for each sample.
+fn per_sample<'a>(
+    array: &'a PyReadonlyArray1<'_, f64>,
+    name: &str,
+    checked: &Checked,
+) -> PyResult<&'a [f64]> {
+    let numbers = slice(array, name)?;
+    let expected = checked.given.variance.len();
+    if numbers.len() != expected {
+        return Err(PyValueError::new_err(format!(
+            "{name}: expected {expected} numbers, got {}",
+            numbers.len()
+        )));
+    }
+    Ok(numbers)
+}
+
+fn not_linear() -> PyErr {
+    PyValueError::new_err("scene: expected one whose links are all linear")
+}
+
+/// Standard deviations: acceleration (m,), groups (m, groups, 6), sizes (m, groups, 2), links (m, links).
+#[pyfunction]
+#[allow(clippy::too_many_arguments, clippy::type_complexity)] // named in the stub
+pub fn load_spread<'py>(
+    py: Python<'py>,
+    scene: PyRef<'py, PyScene>,
+    chain: Chain<'py>,
+    derivative: usize,
+    unit: PyReadonlyArray1<'py, f64>,
+    time: PyReadonlyArray1<'py, f64>,
+    instants: PyReadonlyArray1<'py, f64>,
+    loads: PyReadonlyArray3<'py, f64>,
+    groups: Vec<PyReadonlyArray1<'py, i64>>,
+    centers: PyReadonlyArray2<'py, f64>,
+) -> PyResult<(Array1<'py>, Array3<'py>, Array3<'py>, Array2<'py>)> {
+    let checked = Checked::new(&chain, derivative)?;
+    let (time, unit) = (per_sample(&time, "time", &checked)?, per_sample(&unit, "unit", &checked)?);
+    let Loads { instants, loads, groups } = Loads::new(&scene, &instants, &loads, &groups, &centers)?;
+    let system = &scene.0;
+    let (count, links) = (instants.len(), system.links().len());
+    let (mut acceleration, mut of_groups) = (vec![0.0; count], vec![0.0; loads.len()]);
+    let (mut sizes, mut of_links) = (vec![0.0; loads.len() / 3], vec![0.0; count * links]);
+    py.detach(|| {
+        let chain = checked.chain();
+        let deviation = Deviation { posterior: &chain, time, derivative, unit };
+        let mut out = Spread {
+            acceleration: &mut acceleration,
+            groups: &mut of_groups,
+            sizes: &mut sizes,
+            links: &mut of_links,
+        };
+        bands::spread(system, deviation, instants, &groups, loads, &mut out)
+    })
+    .ok_or_else(not_linear)?;
+    Ok((
+        acceleration.into_pyarray(py),
+        of_groups.into_pyarray(py).reshape([count, groups.len(), 6])?,
+        sizes.into_pyarray(py).reshape([count, groups.len(), 2])?,
+        of_links.into_pyarray(py).reshape([count, links])?,
+    ))
+}
+
+/// Largest y-z resultants, (groups, count).
+#[pyfunction]
+#[allow(clippy::too_many_arguments)] // named in the stub
+pub fn draw_peaks<'py>(
+    py: Python<'py>,
+    scene: PyRef<'py, PyScene>,
+    chain: Chain<'py>,
+    derivative: usize,
+    unit: PyReadonlyArray1<'py, f64>,
+    time: PyReadonlyArray1<'py, f64>,
+    instants: PyReadonlyArray1<'py, f64>,
+    loads: PyReadonlyArray3<'py, f64>,
+    wanted: PyReadonlyArray2<'py, bool>,
+    groups: Vec<PyReadonlyArray1<'py, i64>>,
+    centers: PyReadonlyArray2<'py, f64>,
+    count: usize,
+    seed: u64,
+    threads: usize,
+) -> PyResult<Array2<'py>> {
+    let checked = Checked::new(&chain, derivative)?;
+    let (time, unit) = (per_sample(&time, "time", &checked)?, per_sample(&unit, "unit", &checked)?);
+    let Loads { instants, loads, groups } = Loads::new(&scene, &instants, &loads, &groups, &centers)?;
+    if wanted.shape() != [instants.len(), groups.len()] || !wanted.is_c_contiguous() {
+        return Err(PyValueError::new_err("wanted: expected shape (instants, groups), C-contiguous"));
+    }
+    let wanted = wanted.as_slice().map_err(|_| not_contiguous("wanted"))?;
+    let system = &scene.0;
+    let mut out = vec![0.0; count * groups.len()];
+    py.detach(|| {
+        let chain = checked.chain();
+        let deviation = Deviation { posterior: &chain, time, derivative, unit };
+        let nominal = Nominal { instants, loads, wanted };
+        bands::peaks(system, deviation, nominal, &groups, seed, threads, &mut out)
+    })
+    .ok_or_else(not_linear)?;
+    out.into_pyarray(py).reshape([groups.len(), count])
+}
