@@ -17,7 +17,7 @@ from guideload.report_parts import WIDTH
 TIME = np.arange(1001) * 1e-3
 PUSH = np.where((TIME > 0.2) & (TIME < 0.6), 2.2, 0.0)
 # A part of every warning.
-ROTATION, START, TRACE = "rotations as small", "the motion begins at", "tells nothing above"
+ROTATION, START, TRACE = "rotations as small", "the motion begins at", "an upper bound"
 SAMPLES, SOLVER, UNCLEAR = "peaks between the samples", "solution is not accurate", "samples are too coarse"
 REST, PRELOAD = "free within its clearance", "times the preload would keep"
 

@@ -375,7 +375,7 @@ def test_modes_prints_and_draws(tmp_path: Path) -> None:
     assert names(tmp_path) == {"modes.svg"}
     machine = tmp_path / "machine.svg"
     machine.write_bytes(Path(MACHINE).read_bytes())
-    assert "is the machine's file" in refused("modes", machine, "-o", machine, "--overwrite")
+    assert "is read by this run" in refused("modes", machine, "-o", machine, "--overwrite")
 
 
 @pytest.mark.parametrize("ending", PICTURE_ENDINGS)

@@ -189,3 +189,16 @@ def test_refusals_say_what_to_do():
         smooth(time + 1e-3 * np.sin(time * 77), value, "position", "savitzky_golay", window=0.1)
     with pytest.raises(TraceError, match="at least 8 samples, got 7"):
         smooth(time[:7], value[:7], "position")
+
+
+@pytest.mark.parametrize("kind", ["position", "velocity"])
+@pytest.mark.parametrize("window", [0.021, 0.11])
+def test_half_of_a_tone_at_its_bandwidth_passes_a_savitzky_golay_filter(kind: Kind, window: float):
+    time = np.arange(4000) * 1e-3
+    bandwidth = smooth(time, np.sin(time), kind, "savitzky_golay", window=window).bandwidth
+    turn = 2 * np.pi * bandwidth
+    found = smooth(time, np.sin(turn * time), kind, "savitzky_golay", window=window).acceleration[200:-200]
+    true = turn ** (2 if kind == "position" else 1)
+    assert rms(found) * np.sqrt(2) / true == pytest.approx(
+        0.5, rel=0.01
+    )  # interpolated; some periods are cut

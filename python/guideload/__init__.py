@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from guideload.bench import work_precision
     from guideload.encoder import Trace, motion_from_trace, read_trace
     from guideload.errors import ArgumentError, ConfigError, GuideloadError, RunError, SceneError, TraceError
+    from guideload.inspection import Inspection
     from guideload.limits import Stability, stability
     from guideload.machine import Machine
     from guideload.modes import Modes
@@ -30,6 +31,7 @@ _HOMES = {
     "bench": ("work_precision",),
     "encoder": ("Trace", "motion_from_trace", "read_trace"),
     "errors": ("ArgumentError", "ConfigError", "GuideloadError", "RunError", "SceneError", "TraceError"),
+    "inspection": ("Inspection",),
     "limits": ("Stability", "stability"),
     "machine": ("Machine",),
     "modes": ("Modes",),
@@ -52,6 +54,7 @@ __all__ = [
     "ConfigError",
     "Drive",
     "GuideloadError",
+    "Inspection",
     "Link",
     "Machine",
     "Modes",

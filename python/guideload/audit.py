@@ -11,6 +11,7 @@ import numpy as np
 from guideload import checks
 from guideload.checks import ROLLERS, Below, Contact, Histories, Rotation, Sampling
 from guideload.energy import Energy, energy
+from guideload.information import Information
 from guideload.machine import Machine
 from guideload.modes import Modes, moving_dofs
 
@@ -41,6 +42,8 @@ class Audit:
     rotation      largest rotation, and what small rotations neglect
     contact       where contact was lost, and the preload that would keep it
     sampling      samples against modes and the excitation's band
+    information   the band of the trace against the modes, and what it hides; None where the instants do not hold the
+                  whole motion
     below         peaks by the simpler models: would the rung below have done?
     sensitivity   change of the loads by a change of the motion by 1e-9; see `checks.sensitivity`
     energy        balance of the energy; None where the instants hide jumps of the excitation
@@ -54,6 +57,7 @@ class Audit:
     rotation: Rotation
     contact: Contact
     sampling: Sampling
+    information: Information | None
     below: Below
     sensitivity: float | None
     energy: Energy | None
@@ -67,7 +71,9 @@ class Audit:
         rotation, contact = checks.rotation(histories), checks.contact(histories)
         sampling, balance = checks.sampling(histories, modes), energy(histories)
         sensitivity = checks.sensitivity(histories)
-        coarse = tuple(_sampling_warnings(sampling))
+        information = checks.information(histories, modes)
+        hidden = () if information is None else tuple(information.warnings())
+        coarse = hidden or tuple(_sampling_warnings(sampling))
         motions = free_at_rest(machine)
         return cls(
             rung=machine.scene.rung,
@@ -76,6 +82,7 @@ class Audit:
             rotation=rotation,
             contact=contact,
             sampling=sampling,
+            information=information,
             below=checks.below(histories),
             sensitivity=sensitivity,
             energy=balance,
@@ -100,6 +107,7 @@ class Audit:
             ("contact", self._of_contact()),
             ("sampling", self._of_sampling()),
             ("excitation", self._of_excitation()),
+            ("band", self._of_information()),
             *(("linear", text) for text in self._of_linear()),
             ("static", self._of_static()),
             ("energy", self._of_energy()),
@@ -157,6 +165,11 @@ class Audit:
         if found.band is None:
             return f"none to be seen at the reported instants; {modes}"
         return f"{percent(checks.POWER_SHARE)} of its power below {found.band:.3g} Hz; {modes}"
+
+    def _of_information(self) -> str:
+        if self.information is None:
+            return "not to be told: the reported instants do not hold the whole motion"
+        return self.information.text
 
     def _of_linear(self) -> Iterator[str]:
         if self.below.linear is not None:
@@ -246,13 +259,7 @@ def _start_warnings(of: Histories, modes: Modes) -> Iterator[str]:
 
 
 def _sampling_warnings(found: Sampling) -> Iterator[str]:
-    if found.trace_step * found.lowest > 0.5:
-        yield (
-            f"Note: a trace with a sample every {1e3 * found.trace_step:.3g} ms tells nothing above "
-            f"{0.5 / found.trace_step:.3g} Hz, but the modes begin at {found.lowest:.3g} Hz: what the drive excites "
-            f"there is missing. Record every {1e3 / (10 * found.lowest):.2g} ms or faster."
-        )
-    elif found.step is not None and found.step * found.highest > 0.5:
+    if found.step is not None and found.step * found.highest > 0.5:
         yield (
             f"Note: a sample every {1e3 * found.step:.3g} ms is coarser than half a period of the highest mode, "
             f"{found.highest:.3g} Hz: peaks between the samples are missed. Take a faster trace, or in Python report "

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload._core import Scene
+from guideload.information import Information
 from guideload.machine import DOFS, Machine
 from guideload.modes import Modes
 from guideload.parts import Array
@@ -84,6 +85,12 @@ class Histories:
     def trace_step(self) -> float:
         """Median distance of the motion's samples [s]."""
         return float(self.data.attrs["motion_step_s"])
+
+    @property
+    def information_band(self) -> float:
+        """Up to which frequency the motion shows accelerations [Hz]; see `information`."""
+        half_rate = 0.5 / self.trace_step if self.trace_step else np.inf
+        return float(self.data.attrs.get("motion_bandwidth_Hz", half_rate))  # files of before have none
 
     @property
     def hidden_jumps(self) -> int:
@@ -240,6 +247,14 @@ def sampling(of: Histories, modes: Modes) -> Sampling:
     """The distance of samples against the modes and the band of the excitation."""
     lowest, highest = float(modes.frequency.min()), float(modes.frequency.max())
     return Sampling(of.step, of.trace_step, lowest, highest, band(of))
+
+
+def information(of: Histories, modes: Modes) -> Information | None:
+    """The trace's band against the modes; None where the instants do not hold the whole motion."""
+    if not of.fine:
+        return None
+    along_x = of.cart_acceleration[:, 0]
+    return Information.of(of.machine, modes, of.time, along_x, of.information_band, of.trace_step)
 
 
 def band(of: Histories) -> float | None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from guideload import cli_methods, cli_study
+from guideload import cli_encoder, cli_methods, cli_study
 from guideload.cli_shared import (
     POSITIVE,
     Folder,
@@ -137,15 +137,22 @@ def init(path: Path | None, study: bool) -> None:
 @click.argument("trace_file", metavar="[TRACE]", type=InputFile, required=False)
 @trace_options
 def check(machine_file: Path, trace_file: Path | None, **reading: Any) -> None:
-    """Check a machine, and a trace if one is given, and tell what was understood."""
+    """Check a machine, and a trace if one is given, and tell what was understood.
+
+    Of both together: which of the machine's modes the trace can show.
+    """
     from guideload.machine_report import machine_report
 
     machine = read_machine(machine_file)
     tell(machine_report(machine, encoding=output_encoding()))
     if trace_file is not None:
         from guideload import report
+        from guideload.encoder_report import information_report
+        from guideload.information import Information
 
-        tell(report.motion_report(read_motion(trace_file, machine, **reading), encoding=output_encoding()))
+        motion = read_motion(trace_file, machine, **reading)
+        tell(report.motion_report(motion, encoding=output_encoding()))
+        tell("\n" + information_report(Information.of_motion(machine, motion), encoding=output_encoding()))
 
 
 @main.command("modes")
@@ -258,6 +265,7 @@ def _write(result: Result, folder: Path, file_format: str, pictures: bool, shown
         raise click.ClickException(f"{shown}: cannot be written: {error.strerror or error}") from error
 
 
+main.add_command(cli_encoder.encoder)
 main.add_command(cli_methods.chart)
 main.add_command(cli_methods.stability)
 main.add_command(cli_study.study)

@@ -14,6 +14,7 @@ from guideload.errors import SceneError
 from guideload.outputs import Refused
 
 if TYPE_CHECKING:
+    from guideload.inspection import Inspection
     from guideload.machine import Machine
     from guideload.motion import Motion
 
@@ -120,9 +121,22 @@ def read_machine(machine_file: Path, free: str | None = None) -> Machine:
 def read_motion(trace_file: Path, machine: Machine, **reading: Any) -> Motion:
     from guideload.encoder import motion_from_trace, read_trace
 
-    given = {name: value for name, value in reading.items() if value is not None}
-    smoothing = {name: given.pop(name) for name in ("smoothing", "window") if name in given}
+    given, smoothing = _split(reading)
     return motion_from_trace(read_trace(trace_file, **given), drive=machine.drive, **smoothing)
+
+
+def read_inspection(trace_file: Path, machine: Machine | None, **reading: Any) -> Inspection:
+    from guideload.encoder import read_trace
+    from guideload.inspection import Inspection
+
+    given, smoothing = _split(reading)
+    return Inspection.of(read_trace(trace_file, **given), machine, **smoothing)
+
+
+def _split(reading: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The options of `trace_options` that were given: those of the reading, and those of the smoothing."""
+    given = {name: value for name, value in reading.items() if value is not None}
+    return given, {name: given.pop(name) for name in ("smoothing", "window") if name in given}
 
 
 def working(what: str) -> AbstractContextManager[Any]:

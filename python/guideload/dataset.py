@@ -8,6 +8,7 @@ from importlib.metadata import version
 import numpy as np
 import xarray as xr
 
+from guideload.information import information_band
 from guideload.machine import DOFS
 from guideload.runs import AXES, Array, Run
 
@@ -108,6 +109,7 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "rejected_steps": solution.rejected,
         "contact_changes": solution.contact_changes,
         "motion_step_s": _median_step(run.motion.time),
+        "motion_bandwidth_Hz": information_band(run.motion.time, run.motion.bandwidth),
         "motion_jumps": int(np.count_nonzero(np.diff(run.motion.time) == 0.0)),
         "motion_source": run.motion.source,
         "motion_notes": "\n".join(run.motion.notes),

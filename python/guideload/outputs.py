@@ -73,14 +73,15 @@ def require_unread(replaced: Iterable[Path], inputs: Iterable[Path]) -> None:
                 )
 
 
-def require_picture(output: Path, overwrite: bool, machine_file: Path) -> None:
+def require_picture(output: Path, overwrite: bool, *inputs: Path) -> None:
     """Before any work: the picture can have that name, and replaces nothing that is not to be replaced."""
     if output.suffix.lower() not in PICTURE_ENDINGS:
         raise Refused(f"{output}: expected a name that ends in {', '.join(PICTURE_ENDINGS)}")
     if output.exists() and not overwrite:
         raise Refused(f"{output} exists; give another name, or --overwrite")
-    if output.exists() and machine_file.exists() and output.samefile(machine_file):
-        raise Refused(f"{output} is the machine's file; give another name for the picture")
+    for path in inputs:
+        if output.exists() and path.exists() and output.samefile(path):
+            raise Refused(f"{output} is read by this run; give another name for the picture")
 
 
 def unwritable(path: Path, error: OSError) -> Refused:

@@ -127,9 +127,25 @@ def _savitzky_golay(time: Array, value: Array, kind: Kind, window: float | None)
     orders = (0, 1, 2) if kind == "position" else (0, 1)
     parts: list[Array] = [savgol_filter(value, length, 3, deriv=order, delta=step) for order in orders]
     note = f"Savitzky-Golay, cubic, {length} samples ({length * step:.3g} s)"
+    bandwidth = _half_amplitude(length, orders[-1], step)
     if kind == "position":
-        return Kinematics(parts[0], parts[1], parts[2], np.inf, note)
-    return Kinematics(_travel(time, parts[0]), parts[0], parts[1], np.inf, note)
+        return Kinematics(parts[0], parts[1], parts[2], bandwidth, note)
+    return Kinematics(_travel(time, parts[0]), parts[0], parts[1], bandwidth, note)
+
+
+def _half_amplitude(length: int, order: int, step: float) -> float:
+    """Frequency [Hz] at which a Savitzky-Golay derivative has half the amplitude of the true one; inf if nowhere."""
+    from scipy.signal import savgol_coeffs
+
+    count = 16 * length
+    gain = np.abs(np.fft.rfft(savgol_coeffs(length, 3, deriv=order, delta=step), count))[1:]
+    frequency = np.arange(1, gain.size + 1) / (count * step)
+    passed = gain / (2.0 * np.pi * frequency) ** order
+    below = int(np.argmax(passed < 0.5))
+    if not below:  # at the lowest frequency all is passed
+        return np.inf
+    place = (passed[below - 1] - 0.5) / (passed[below - 1] - passed[below])
+    return float(frequency[below - 1] + place * (frequency[below] - frequency[below - 1]))
 
 
 def _differences(time: Array, value: Array, kind: Kind) -> Kinematics:

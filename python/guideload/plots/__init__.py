@@ -24,6 +24,7 @@ from guideload.plots.histories import (
     spectrum,
 )
 from guideload.plots.regions import stability
+from guideload.plots.samples import encoder
 from guideload.plots.space import equivalent_box, modes, scene
 from guideload.plots.study import band, distributions, exceedance, save_study
 
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 __all__ = [
     "band",
     "distributions",
+    "encoder",
     "equivalent_box",
     "exceedance",
     "load_density",
