@@ -169,12 +169,74 @@ def test_a_first_row_without_numbers_is_a_sample(tmp_path):
         read(tmp_path, "\n".join([lines[0], "nan,nan,nan", *lines[2:]]))
 
 
-@pytest.mark.parametrize(("cell", "hint"), [("1.234,5", "no other sign"), ("12:5x", "cut the trace")])
+@pytest.mark.parametrize(("cell", "hint"), [("1.234", "groups of digits"), ("12:5x", "cut the trace")])
 def test_numbers_in_no_known_notation_are_refused(tmp_path, cell, hint):
     lines = text_of(";", ",").splitlines()
     lines[60] = f"{lines[60].split(';')[0]};{cell};0"
     with pytest.raises(TraceError, match=f'in row 61: the first holds "{cell}"; .*{hint}'):
         read(tmp_path, "\n".join(lines))
+
+
+@pytest.mark.parametrize(
+    ("sep", "decimal", "group"),
+    [(";", ".", ","), (",", ".", ","), (";", ",", "."), ("\t", ",", "."), ("\t", ".", "'"), ("|", ",", "'")],
+)
+def test_groups_of_digits_are_read_where_they_are_plain(tmp_path, sep, decimal, group):
+    """As the same numbers without groups; cells of a column with both signs tell which is which."""
+    large = 100.0 * PLACE
+    signs = str.maketrans({",": group, ".": decimal})
+    cells = [f"{value:,.2f}".translate(signs) for value in large]
+    assert any(len(cell) > 6 for cell in cells) and any(len(cell) < 6 for cell in cells)
+    quoted = [f'"{cell}"' if sep == "," else cell for cell in cells]
+    rows = [f"{time}".replace(".", decimal) + sep + cell for time, cell in zip(TIME, quoted, strict=True)]
+    plain = [f"{time},{value:.2f}" for time, value in zip(TIME, large, strict=True)]
+    first = read(tmp_path, "\n".join(["t_s,x_mm", *plain]))
+    assert same(read(tmp_path, "\n".join([f"t_s{sep}x_mm", *rows])), first)
+
+
+def test_groups_of_digits_that_may_be_decimals_are_refused(tmp_path):
+    """A point among decimal commas: 1.234 may be 1.234 or 1234."""
+    lines = text_of(";", ",").splitlines()
+    lines[60] = f"{lines[60].split(';')[0]};1.234;0"
+    with pytest.raises(TraceError, match='none in row 61: the first holds "1.234"'):
+        read(tmp_path, "\n".join(lines))
+    table = {"t_s": TIME, "x_mm": np.array([f"{value:.3f}" for value in PLACE], object)}
+    table["x_mm"][50] = "1,234"
+    with pytest.raises(TraceError, match='none in index 50: the first holds "1,234"; write .* decimal point'):
+        read_trace(table)
+
+
+def test_groups_in_quotes_are_no_decimal_commas(tmp_path):
+    """Quoted cells among commas: all of three digits after the comma may be thousands; any other tells decimals."""
+    rows = [f'{4 * i},"{1234 + i:,}"' for i in range(COUNT)]
+    with pytest.raises(
+        TraceError, match='cells such as "1,234" may have groups of digits or a decimal comma'
+    ):
+        read(tmp_path, "\n".join(["t_ms,x_mm", *rows]))
+    decimals = [f'{4 * i},"{(994 + i) // 1000},{(994 + i) % 1000:03d}"' for i in range(COUNT)]
+    trace = read(tmp_path, "\n".join(["t_ms,x_mm", *decimals]))
+    assert trace.value[-1] == pytest.approx((994 + COUNT - 1) * 1e-6)
+
+
+@pytest.mark.parametrize("unit", ["t", "[t]", "Zeit", "time"])
+def test_a_row_of_units_that_says_time_tells_no_unit(tmp_path, true, unit):
+    """A t is no tonne where the name says time."""
+    assert same(read(tmp_path, text_of(head=("time,x,u", f"{unit},mm,V"))), true)
+    assert same(read(tmp_path, text_of(head=(f"t [{unit.strip('[]')}],x_mm,u",))), true)
+
+
+def test_an_empty_line_in_a_single_column_is_an_empty_cell(tmp_path):
+    """The samples after it keep their time; line ends that were doubled are no cells."""
+    lines = text_of(head=("x_mm",), columns=(PLACE,)).splitlines()
+    first = read(tmp_path, "\n".join(lines), rate=250)
+    lines[50] = ""
+    with pytest.raises(TraceError, match="column x_mm: .* none in row 51"):
+        read(tmp_path, "\n".join(lines), rate=250)
+    trace = read(tmp_path, "\n".join(lines), rate=250, repair="empty")
+    assert np.array_equal(trace.time, np.delete(first.time, 49))
+    assert same(
+        read(tmp_path, "\n\n".join(text_of(head=("x_mm",), columns=(PLACE,)).split()), rate=250), first
+    )
 
 
 def test_a_long_standstill_hides_no_decimal_comma(tmp_path):
@@ -189,6 +251,14 @@ def test_a_long_standstill_hides_no_decimal_comma(tmp_path):
 def test_much_above_the_samples(tmp_path, true):
     for remark in ("no number", "number 7", "a,number,7"):
         assert same(read(tmp_path, "\n".join([*[remark] * 1500, "", text_of()])), true)
+
+
+def test_few_rows_below_much_else(tmp_path):
+    """Blanks in names and dates make as many columns of each: the tab is the separator all the same."""
+    stamps = [f"22.11.2024 11:59:{i:02d}.000" for i in range(20)]
+    rows = [f"{stamp}\t{place}" for stamp, place in zip(stamps, PLACE, strict=False)]
+    trace = read(tmp_path, "\n".join(["# logger", "Device 7", "time\tpos [mm]", *rows]))
+    assert np.array_equal(trace.time, np.arange(20.0)) and trace.column == "pos [mm]"
 
 
 def test_one_column_with_a_rate(tmp_path, true):

@@ -32,6 +32,15 @@ def german(date: str = "{d:02d}.{m:02d}.{y}", point: str = ",") -> list[str]:
     ]
 
 
+def twelve_hours(date: str) -> list[str]:
+    """Stamps with AM and PM, from just before midnight, or from noon on the last day if there is no date."""
+    stamps = pd.DatetimeIndex(iso()) - pd.Timedelta(0 if date else "12h")
+    return [
+        f"{date.format(d=s.day, m=s.month, y=s.year)}{s:%I:%M:%S}.{s.microsecond // 1000:03d} {s:%p}"
+        for s in stamps
+    ]
+
+
 def file_of(tmp_path: Path, stamps, name: str = "time", sep: str = ";") -> Path:
     rows = [f"{stamp}{sep}{place}" for stamp, place in zip(stamps, PLACE, strict=True)]
     path = tmp_path / "trace.csv"
@@ -52,6 +61,12 @@ def file_of(tmp_path: Path, stamps, name: str = "time", sep: str = ";") -> Path:
         german(),
         german(point="."),
         german("{d}.{m}.{y}"),
+        german("{d:02d}/{m:02d}/{y}"),
+        german("{m}/{d}/{y}", "."),
+        german("{m:02d}-{d:02d}-{y}"),
+        twelve_hours("{m}/{d}/{y} "),
+        twelve_hours("{y}-{m:02d}-{d:02d} "),
+        twelve_hours(""),
         [stamp[11:] for stamp in iso()],
         [stamp[11:] for stamp in iso(point=",")],
         [stamp.rstrip("0").rstrip(".") for stamp in iso()],
@@ -135,14 +150,50 @@ def test_what_is_no_time_stamp_is_refused_with_its_row(tmp_path):
         stamps[20] = wrong
         with pytest.raises(TraceError, match=f'column time: expected a time stamp, got "{told}.*in row 22'):
             read_trace(file_of(tmp_path, stamps))
-    with pytest.raises(TraceError, match='got "1/31/2024 1:00:00 PM" in index 0; write ISO 8601'):
-        read_trace({"time": np.array(["1/31/2024 1:00:00 PM"] * 9, object), "x_m": PLACE[:9]})
+    for wrong in ("1/31/24 1:00:00", "1/31/2024 13:00:00 PM", "1/31/2024 0:00:00 AM", "31/31/2024 1:00:00"):
+        with pytest.raises(TraceError, match=f'got "{wrong}" in index 0; write ISO 8601'):
+            read_trace({"time": np.array([wrong] * 9, object), "x_m": PLACE[:9]})
     stamps = iso()
     stamps[20] = ""
     with pytest.raises(TraceError, match="column time: .* none in row 22"):
         read_trace(file_of(tmp_path, stamps))
     trace = read_trace(file_of(tmp_path, stamps), repair="empty")
     assert np.array_equal(trace.time, np.delete(TIME, 20))
+
+
+def test_dates_that_may_be_read_in_two_ways_are_not_guessed():
+    """Within one day the order changes nothing; across midnight it is asked for."""
+    stamps = pd.DatetimeIndex(iso()) - pd.Timedelta(days=24)  # 7 January to 8 January
+    text = np.array([f"{s.month:02d}/{s.day:02d}/{s:%Y %H:%M:%S.%f}" for s in stamps], object)
+    with pytest.raises(TraceError, match="dates such as 01/07/2024 leave open .*--date-order mdy"):
+        read_trace({"time": text, "x_m": PLACE})
+    assert np.array_equal(read_trace({"time": text, "x_m": PLACE}, date_order="mdy").time, TIME)
+    turned = np.array([f"{stamp[3:6]}{stamp[:3]}{stamp[6:]}" for stamp in text], object)
+    assert np.array_equal(read_trace({"time": turned, "x_m": PLACE}, date_order="dmy").time, TIME)
+    first = {"time": text[:100], "x_m": PLACE[:100]}  # all of 7 January, or of 1 July
+    for order in (None, "mdy", "dmy"):
+        assert np.array_equal(read_trace(first, date_order=order).time, TIME[:100])
+    with pytest.raises(TraceError, match='expected a time stamp, got "01/31/2024'):
+        read_trace({"time": np.array(german("{m:02d}/{d:02d}/{y}"), object), "x_m": PLACE}, date_order="dmy")
+    with pytest.raises(TraceError, match='date_order: expected one of dmy, mdy, got "ymd"'):
+        read_trace(first, date_order="ymd")
+
+
+def test_tick_and_jitter_of_the_clock_are_told():
+    rng = np.random.default_rng(2)
+    even = np.arange(3000) / 700.0
+    place = np.sin(even)
+    ticks = read_trace({"t_s": np.round(even, 4), "x_m": place})
+    assert ticks.clock == "ticks" and ticks.tick == pytest.approx(1e-4)
+    # Steps of stamps that are rounded to ticks: 14 or 15 of them, in the ratio that makes 1/700 s.
+    share = 1e4 / 700.0 - 14.0
+    about_usual = 1e-4 * np.sqrt(share)  # rms about the usual one, of 14
+    assert ticks.jitter == pytest.approx(about_usual, rel=0.01)
+    shaken = read_trace({"t_s": even + rng.normal(0.0, 2e-5, even.size), "x_m": place})
+    assert shaken.clock == "jitter" and shaken.tick == 0.0
+    assert shaken.jitter == pytest.approx(2e-5 * np.sqrt(2.0), rel=0.05)  # of the difference of two stamps
+    uniform = read_trace({"t_s": even, "x_m": place})
+    assert uniform.tick == 0.0 and uniform.jitter < 1e-12
 
 
 def test_a_day_beside_a_time_of_day(tmp_path):

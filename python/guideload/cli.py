@@ -7,7 +7,6 @@ and `run --no-pictures` loads no matplotlib.
 from __future__ import annotations
 
 from contextlib import nullcontext
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,7 +42,7 @@ if TYPE_CHECKING:
     from guideload.result import Result
     from guideload.simulation import Method
 
-EXAMPLES = files("guideload") / "examples"
+EXAMPLES = Path(__file__).parent / "examples"
 PAPER_DOFS = ("rx", "ry", "rz")
 
 
@@ -90,8 +89,8 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
     results = {}
     with written_whole(output) as folder:
         with working("reading the example"):
-            machine = Machine.from_toml(str(EXAMPLES / "manipulator.toml"))
-            motion = read_motion(Path(str(EXAMPLES / "manipulator.csv")), machine)
+            machine = Machine.from_toml(EXAMPLES / "manipulator.toml")
+            motion = read_motion(EXAMPLES / "manipulator.csv", machine)
         for name, machine_with_dofs in (("guides", machine), ("paper", machine.with_free(PAPER_DOFS))):
             with working(f"computing the loads, {name}"):
                 results[name] = simulate(machine_with_dofs, motion)

@@ -74,6 +74,14 @@ def trace_options(command: Any) -> Any:
             help="Width of a counter of counts that runs over, 0 for none; else detected.",
         ),
         click.option(
+            "--hold",
+            type=POSITIVE,
+            help="Rows in which each value stands, in a log faster than its signal; 1 takes all; else detected.",
+        ),
+        click.option(
+            "--date-order", help="Of dates such as 03/04/2024: dmy or mdy; else from days above 12."
+        ),
+        click.option(
             "--max-speed", type=NumberOrText(), help='Greatest speed the axis can have, e.g. "2 m/s".'
         ),
         click.option(

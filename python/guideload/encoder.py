@@ -22,7 +22,8 @@ from guideload.trace.clocks import CLOCKS, clock_of, held, on_grid, still_across
 from guideload.trace.files import load_table
 from guideload.trace.headers import KINDS
 from guideload.trace.repair import repaired, wanted
-from guideload.trace.samples import quantum_given, read_samples
+from guideload.trace.samples import fresh_samples, quantum_given, read_samples
+from guideload.trace.stamps import DATE_ORDERS
 from guideload.trace.table import listed
 
 if TYPE_CHECKING:
@@ -42,6 +43,8 @@ class Trace:
     quantum  step of the value in its unit, 0 if none was found
     source, column  where it comes from; notes: what was detected, chosen and repaired
     clock  kind of the time stamps: "uniform", "ticks", "jitter" or "on_change" (see `trace.clocks`)
+    tick   step of the clock that made them, s, 0 if none is seen
+    jitter rms of their steps about the usual one, s; rows that are missing do not count
     """
 
     time: Array
@@ -52,6 +55,8 @@ class Trace:
     column: str
     notes: tuple[str, ...] = ()
     clock: str = "uniform"
+    tick: float = 0.0
+    jitter: float = 0.0
 
 
 def read_trace(
@@ -65,6 +70,8 @@ def read_trace(
     quantum: float | str | None = None,
     clock: str | None = None,
     counter_bits: int | None = None,
+    hold: float | None = None,
+    date_order: str | None = None,
     max_speed: float | str | None = None,
     allow_gaps: bool = False,
     cross_check: bool = True,
@@ -79,8 +86,8 @@ def read_trace(
         only measured one (words meas, act, actual, ...) if all others are wanted values (ref, cmd, command,
         ...).
     time: name of the time column; without it the one called t, time, timestamp, Zeit, ... It holds seconds or
-        what its header says, dates (ISO 8601, dd.mm.yyyy hh:mm:ss,fff), times of day, or with `rate` the
-        cycles of a counter.
+        what its header says, dates (ISO 8601, dd.mm.yyyy hh:mm:ss,fff, mm/dd/yyyy hh:mm:ss.fff AM), times of
+        day, or with `rate` the cycles of a counter.
     kind: "position" (m), "counts", "velocity" of the cart (m/s) or "motor_speed" (rad/s); without it from the
         unit.
     unit: of the column, such as "mm/s" or "rpm"; without it from the header ("n [rpm]", "speed (mm/s)",
@@ -93,8 +100,11 @@ def read_trace(
         are missing where the axis stands still; they are put back with the value held.
     counter_bits: width of a counter of counts that runs over, 0 for one that does not; without it 16, 24 or
         32 bits are recognised by jumps of nearly the whole range.
+    hold: rows in which each value stands, of a log that is faster than its signal: only those in which it is new
+        are used; 1 takes all rows. Without it detected, unless the motion is too slow (see `trace.holds`).
+    date_order: "dmy" or "mdy", of dates such as 03/04/2024; without it from days above 12.
     max_speed: greatest speed that the axis can have, in the kind's SI unit or as a string; replaces the
-        automatic test for jumps (`trace.checks.speed_jumps`).
+        automatic test for jumps (see `trace.jumps`).
     allow_gaps: accept steps in time much longer than the usual one, where samples were dropped.
     cross_check: compare position with velocity where the table has both of the same axis.
     repair: damage to leave out, told in the notes with its rows: "all", or some of empty (cells without a
@@ -104,7 +114,12 @@ def read_trace(
     Raises TraceError, naming file, column and rows.
     """
     data = load_table(table)
-    for name, given, known in (("kind", kind, tuple(KINDS)), ("clock", clock, CLOCKS)):
+    choices = (
+        ("kind", kind, tuple(KINDS)),
+        ("clock", clock, CLOCKS),
+        ("date_order", date_order, DATE_ORDERS),
+    )
+    for name, given, known in choices:
         if given is not None and given not in known:
             raise TraceError(f'{data.source}: {name}: expected one of {", ".join(known)}, got "{given}"')
     for asked in (column, time):
@@ -120,11 +135,14 @@ def read_trace(
     if rate is None and stamped is None:
         stamped = data.clocks.get(column)
     partner = columns.partner_of(data, column) if cross_check and kind in ("position", "velocity") else None
-    read = read_samples(data, column, stamped, partner, (kind, scale), rate, counter_bits, "empty" in damage)
-    notes += read.notes
+    read = read_samples(
+        data, column, stamped, partner, (kind, scale), rate, counter_bits, "empty" in damage, date_order
+    )
     is_position = kind in ("position", "counts")
     kind = "position" if is_position else kind
     step = read.step if quantum is None else quantum_given(data, kind, quantum)
+    read = fresh_samples(read, hold, step)
+    notes += read.notes
     limit = None
     if max_speed is not None:
         limit = columns.positive(data, "max_speed", max_speed, "rad/s" if kind == "motor_speed" else "m/s")
@@ -173,7 +191,16 @@ def read_trace(
     for array in (stamps, values):
         array.setflags(write=False)
     return Trace(
-        stamps, values, kind, step, data.source, column, tuple(note for note in notes if note), chosen
+        stamps,
+        values,
+        kind,
+        step,
+        data.source,
+        column,
+        tuple(note for note in notes if note),
+        chosen,
+        found.tick,
+        found.jitter * found.step,
     )
 
 

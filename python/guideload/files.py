@@ -11,11 +11,11 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+import h5netcdf
 import numpy as np
 import pyarrow as pa
-import pyarrow.csv
-import pyarrow.parquet
 import xarray as xr
+from xarray.backends import H5NetCDFStore
 
 from guideload.errors import GuideloadError, TraceError, ValueRefused
 from guideload.machine import Machine
@@ -25,21 +25,26 @@ KEY = b"guideload"  # of the metadata in a Parquet file
 
 def write_netcdf(data: xr.Dataset, path: str | PathLike[str]) -> None:
     """netCDF 4; variables and attributes as in `data`."""
-    with _whole(_ending(path, ".nc")) as draft:
-        data.to_netcdf(draft, engine="h5netcdf")
+    # `to_netcdf` would first look for a scheduler of dask, and where dask is installed import the whole of it.
+    with _whole(_ending(path, ".nc")) as draft, h5netcdf.File(draft, "w") as file:
+        data.dump_to_store(H5NetCDFStore(file))
 
 
 def write_parquet(data: xr.Dataset, path: str | PathLike[str]) -> None:
     """Histories as columns, the rest as JSON in the metadata of the schema."""
+    from pyarrow import parquet  # here and below, as a run needs one of the formats only
+
     table = _columns(data).replace_schema_metadata({KEY: json.dumps(_rest(data))})
     with _whole(_ending(path, ".parquet")) as draft:
-        pyarrow.parquet.write_table(table, draft)
+        parquet.write_table(table, draft)
 
 
 def write_csv(data: xr.Dataset, path: str | PathLike[str]) -> None:
     """Histories as columns, the rest as JSON beside it."""
+    from pyarrow import csv
+
     with _whole(_ending(path, ".csv")) as draft, _whole(Path(path).with_suffix(".json")) as rest:
-        pyarrow.csv.write_csv(_columns(data), draft)
+        csv.write_csv(_columns(data), draft)
         rest.write_text(json.dumps(_rest(data), indent=1), encoding="utf-8")
 
 
@@ -88,7 +93,9 @@ def _data(path: Path) -> xr.Dataset:
     if path.suffix == ".nc":
         return xr.load_dataset(path, engine="h5netcdf")
     if path.suffix == ".parquet":
-        table = pyarrow.parquet.read_table(path)
+        from pyarrow import parquet
+
+        table = parquet.read_table(path)
         return _assembled(table, json.loads((table.schema.metadata or {})[KEY]))
     if path.suffix == ".csv":
         rest = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
@@ -98,10 +105,12 @@ def _data(path: Path) -> xr.Dataset:
 
 def _numbers(path: Path) -> pa.Table:
     """The columns of a CSV file, whole numbers too as float64."""
-    with pyarrow.csv.open_csv(path) as reader:
+    from pyarrow import csv
+
+    with csv.open_csv(path) as reader:
         names = reader.schema.names
-    options = pyarrow.csv.ConvertOptions(column_types=dict.fromkeys(names, pa.float64()))
-    return pyarrow.csv.read_csv(path, convert_options=options)
+    options = csv.ConvertOptions(column_types=dict.fromkeys(names, pa.float64()))
+    return csv.read_csv(path, convert_options=options)
 
 
 def _machine(data: xr.Dataset) -> Machine:

@@ -98,6 +98,13 @@ class Reading(Part):
     counter_bits: Annotated[int, PlainValidator(partial(_count, least=0, most=62))] | None = Field(
         default=None, description="width of a counter of counts that runs over, 0 for none"
     )
+    hold: Annotated[float, PlainValidator(partial(number, unit="1", above=0.0))] | None = Field(
+        default=None,
+        description="rows in which each value stands, in a log faster than its signal; 1 takes all",
+    )
+    date_order: StrictStr | None = Field(
+        default=None, description='of dates such as 03/04/2024: "dmy" or "mdy"'
+    )
     max_speed: Raw | None = Field(default=None, description='greatest speed of the axis, e.g. "2 m/s"')
     allow_gaps: StrictBool | None = Field(default=None, description="whether long steps in time are accepted")
     repair: StrictStr | None = Field(

@@ -2,5 +2,5 @@
 
 Files in the order of the data; none imports one that stands after it:
 
-headers→dialects→scope_csv→table→text_table→files→columns→counters→stamps→clocks→checks→samples→repair
+headers→dialects→scope_csv→table→text_table→files→columns→counters→stamps→clocks→jumps→checks→holds→samples→repair
 """

@@ -13,19 +13,12 @@ from numpy.typing import NDArray
 from guideload.errors import TraceError
 from guideload.smoothing import quantum_of
 from guideload.trace.clocks import LONGEST_STEP, still_across
+from guideload.trace.jumps import speed_jumps, top_speed
 from guideload.trace.table import Table
 
 Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 FEWEST_SAMPLES = 8  # the smoothing takes fourth differences: fewer do not tell noise from motion
-# A jump stands out of its four neighbours by this factor (a speed that motion reaches is approached by its
-# samples) ...
-ISOLATION = 5.0
-# ... by quanta, since slow motion is single quanta among zeros ...
-QUANTA = 10.0
-# ... and beyond what the axis does elsewhere in the trace: in speed, or in change of speed.
-SPEED_RATIO, CHANGE_RATIO = 1.5, 20.0
 # Position against velocity of the same axis: a drive's filtered velocity lags some 10 ms behind, at most a
 # fifth of the top speed at usual accelerations; 8 times the median deviation covers rounding of both columns.
 LAG_SHARE, DEVIATIONS = 0.2, 8.0
@@ -80,7 +73,7 @@ def check_jumps(
     max_speed: float | None,
     quantum: float,
 ) -> None:
-    """No step that motion cannot make (see `speed_jumps`)."""
+    """No step that motion cannot make (see `jumps`)."""
     steps = np.diff(time)
     is_position = kind == "position"
     unit = "m/s" if kind != "motor_speed" else "rad/s"
@@ -92,9 +85,7 @@ def check_jumps(
         reason = f"the speed goes above max_speed = {max_speed:g} {unit}"
     else:
         speed = np.diff(value) / steps if is_position else value
-        reason = (
-            f"jumps that motion cannot make (the rest of the trace stays below {_top(speed, bad):.4g} {unit})"
-        )
+        reason = f"jumps that motion cannot make (the rest of the trace stays below {top_speed(speed, bad):.4g} {unit})"
     at = int(rows[0])
     before, after = value[max(at - 1, 0)], value[min(at + 1, value.size - 1)]
     what = (
@@ -107,47 +98,6 @@ def check_jumps(
         "trace to a part without them, say what the axis can do with max_speed=... (--max-speed), or leave "
         "wild samples out with repair='outliers' (--repair outliers)"
     )
-
-
-def speed_jumps(
-    time: Array, value: Array, is_position: bool, quantum: float, max_speed: float | None
-) -> Flags:
-    """Where motion cannot be so: flags of the steps (n - 1,) of a position, of the samples (n,) of a speed.
-
-    Judged on the speeds u: of each step for positions, of each sample for velocities. With `max_speed` a row
-    is bad when |u| is above it. Without, when u stands out of its two neighbours on either side: its distance
-    to their median is over 5 times that of the farthest of them on the same side, and over 10 quanta; and
-    when it goes beyond the rest of the trace as well: a speed over 1.5 times, or a change of speed over 20
-    times the largest elsewhere.
-    """
-    steps = np.diff(time)
-    speed = np.diff(value) / steps if is_position else value
-    if max_speed is not None:
-        above: Flags = np.abs(speed) > max_speed
-        return above
-    return _jumps(speed, quantum / float(np.median(steps)) if is_position else quantum)
-
-
-def _jumps(speed: Array, quantum: float) -> Flags:
-    padded = np.pad(speed, 2, mode="edge")
-    near = [padded[i : i + speed.size] for i in (0, 1, 3, 4)]  # two neighbours on either side
-    low, high = (pick(pick(near[0], near[1]), pick(near[2], near[3])) for pick in (np.minimum, np.maximum))
-    inner = np.maximum(np.minimum(near[0], near[1]), np.minimum(near[2], near[3]))
-    middle = 0.5 * (inner + np.minimum(np.maximum(near[0], near[1]), np.maximum(near[2], near[3])))
-    out = speed - middle
-    farthest = np.where(out > 0.0, high - middle, middle - low)  # neighbour on the same side
-    isolated: Flags = np.abs(out) > np.maximum(ISOLATION * farthest, QUANTA * quantum)
-    if not isolated.any():
-        return isolated
-    change = np.abs(np.diff(speed))
-    calm = ~(isolated[1:] | isolated[:-1])
-    usual = float(change[calm].max(initial=0.0))
-    far = np.abs(speed) > SPEED_RATIO * _top(speed, isolated)
-    return isolated & (far | (np.abs(out) > CHANGE_RATIO * max(usual, quantum)))
-
-
-def _top(speed: Array, without: Flags) -> float:
-    return float(np.abs(speed[~without]).max(initial=0.0))
 
 
 def check_partner(

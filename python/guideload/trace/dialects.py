@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from guideload.trace.headers import Header, known_unit
+from guideload.trace.headers import TIME_WORDS, Header, known_unit
 
 SEPARATORS = (";", "\t", ",", "|", " ")  # in order of preference where two explain the lines equally well
 COMMENT = re.compile(r"\s*(?:#|%|//)")
@@ -21,6 +21,11 @@ EXPONENT = r"(?:[eE][+-]?\d+)?"
 NUMBER = re.compile(rf"[+-]?(?:\d+[.,]?\d*|[.,]\d+){EXPONENT}|0x[0-9a-fA-F]+|true|false", re.IGNORECASE)
 WITH_COMMA = re.compile(rf"[+-]?(?:\d+,\d*|,\d+){EXPONENT}")
 WITH_POINT = re.compile(rf"[+-]?(?:\d+\.\d*|\.\d+){EXPONENT}")
+# Numbers whose digits stand in groups of three; with a decimal sign or two groups, it is plain which sign is which.
+GROUPS = {
+    ".": re.compile(r"[+-]?\d{1,3}(?:(?:,\d{3})+\.\d*|(?:,\d{3}){2,}|(?:'\d{3})+(?:\.\d*)?)"),
+    ",": re.compile(r"[+-]?\d{1,3}(?:(?:\.\d{3})+,\d*|(?:\.\d{3}){2,}|(?:'\d{3})+,\d*)"),
+}
 STAMP = re.compile(
     r"(?:\d{1,4}[-./]\d{1,2}[-./]\d{2,4}\.?)?(?:[T ]*\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d+)?)?)?\s*"
     r"(?:Z|UTC|[AaPp][Mm]|[+-]\d\d:?\d\d)?"
@@ -67,7 +72,12 @@ class Dialect:
 
 def is_value(cell: str) -> bool:
     """Whether a cell holds a number in either notation, or a date or time stamp."""
-    return bool(NUMBER.fullmatch(cell) or (cell and STAMP.fullmatch(cell)))
+    return bool(NUMBER.fullmatch(cell) or (cell and STAMP.fullmatch(cell)) or grouped(cell))
+
+
+def grouped(cell: str) -> str:
+    """The decimal sign of a number whose groups of digits tell it; "" for any other cell."""
+    return next((sign for sign, form in GROUPS.items() if form.fullmatch(cell)), "")
 
 
 def rows_of(lines: Sequence[str], separator: str) -> list[Row]:
@@ -101,7 +111,10 @@ def dialect_of(lines: Sequence[str]) -> Dialect:
         if not widths:
             continue
         width = max(widths, key=lambda size: (widths[size], size))
-        cells = [cell for row in tail for cell in row.cells if cell.lower() not in EMPTY]
+        top = next(
+            i for i, row in enumerate(tail) if _width(row) == width
+        )  # of few rows, some are above the samples
+        cells = [cell for row in tail[top:] for cell in row.cells if cell.lower() not in EMPTY]
         share = round(sum(map(is_value, cells)) / max(len(cells), 1), 1)
         above = [row for row in rows if not row.has_numbers]
         fits = not above or any(_width(row) == width for row in above)
@@ -120,6 +133,9 @@ def dialect_of(lines: Sequence[str]) -> Dialect:
 def decimal_of(rows: Sequence[Row]) -> str:
     """The decimal sign of the rows' numbers; "" if none of them shows one."""
     cells = [cell for row in rows for cell in row.cells]
+    told = {sign for sign in map(grouped, cells) if sign}
+    if len(told) == 1:
+        return told.pop()
     commas = sum(bool(WITH_COMMA.fullmatch(cell)) for cell in cells)
     points = sum(bool(WITH_POINT.fullmatch(cell)) for cell in cells)
     return "" if commas == points == 0 else "," if commas > points else "."
@@ -144,8 +160,11 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
         names = head[named].cells
         for row in head[named + 1 :]:
             found = tuple(known_unit(cell) for cell in row.cells)
-            told = [cell for cell in row.cells if cell.strip("[]()-1 ")]
-            if not units and 2 * sum(map(bool, found)) >= len(told) > 0:
+            told = [cell for cell in row.cells if _bare(cell)]
+            meant = sum(
+                bool(unit) or _bare(cell) in TIME_WORDS for unit, cell in zip(found, row.cells, strict=True)
+            )
+            if not units and any(found) and 2 * meant >= len(told) > 0:
                 units = found
                 notes.append(f"units from row {row.line + 1}")
             else:
@@ -162,6 +181,11 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
     return Dialect(
         separator, decimal_of(rows[start:]), width, names[:width], units[:width], first, tuple(notes)
     )
+
+
+def _bare(cell: str) -> str:
+    """What a cell of a row of units says, without brackets; "" for none, as in "[-]" and "1"."""
+    return cell.strip("[]()-1 ").lower()
 
 
 def _first_sample(rows: list[Row], width: int) -> int:

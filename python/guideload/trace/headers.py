@@ -101,10 +101,16 @@ class Header:
 
     @classmethod
     def of(cls, name: str, unit: str = "") -> Header:
-        """unit: what a row of units under the names says; it stands above the name's own."""
+        """unit: what a row of units under the names says; it stands above the name's own.
+
+        A "unit" that is only the word for time, as in a row of signs "t; x", tells none: t is the tonne elsewhere.
+        """
         base, told = _split(name)
         spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", base)
-        return cls(tuple(re.findall(r"[a-zäöüß]+|\d+", spaced.lower())), unit or told)
+        words = tuple(re.findall(r"[a-zäöüß]+|\d+", spaced.lower()))
+        if set(words) & TIME_WORDS:
+            unit, told = ("" if one.lower() in TIME_WORDS else one for one in (unit, told))
+        return cls(words, unit or told)
 
     @property
     def kind(self) -> str:

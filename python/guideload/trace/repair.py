@@ -13,14 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.errors import TraceError
-from guideload.trace.checks import speed_jumps
+from guideload.trace.jumps import LONGEST_RUN, drop_outs, speed_jumps
 from guideload.trace.table import Table
 
 Array = NDArray[np.float64]
 Samples = NDArray[np.intp]
 
 REPAIRS = ("empty", "doubled", "clock", "outliers", "stuck")
-LONGEST_RUN = 5  # samples; longer runs of wild values or stamps are no slip but another trace
 MOST_LEFT_OUT = 0.1  # of the samples; a trace that is damaged more tells too little
 LEAST_QUANTA = 4.0  # a step that stands for motion: smaller ones come and go in slow motion
 
@@ -64,7 +63,8 @@ def repaired(
     """The stamps that remain, s, the samples that remain, and what was done, with the rows.
 
     kinds: those of REPAIRS that are wanted; empty cells are left out before (see `samples.read_samples`);
-    total: samples with those. Values that are stuck are told in any case. Raises TraceError where too much is damaged.
+    total: samples with those. Values that are stuck, and speeds of 0 that may be drop-outs, are told in any case.
+    Raises TraceError where too much is damaged.
     """
     kept = np.arange(time.size)
     notes = []
@@ -90,6 +90,15 @@ def repaired(
         return time, kept, notes  # refused by the checks
     if "outliers" in kinds:
         leave_out(outliers(time, value[kept], is_position, quantum, max_speed), "outliers")
+    if not is_position and max_speed is None:
+        found = value[kept]
+        stops = np.flatnonzero(drop_outs(found, quantum) & ~speed_jumps(time, found, False, quantum, None))
+        if stops.size:
+            notes.append(
+                f"{stops.size} samples are 0 between rows of one speed, {rows.rows(kept[stops])}: stops of less than "
+                "two rows, as the axis turns as quickly elsewhere; if they are drop-outs, empty their cells and use "
+                "repair='empty' (--repair empty)"
+            )
     stuck = stuck_samples(time, value[kept], quantum)
     if "stuck" in kinds:
         leave_out(stuck, "samples with a stuck value")
@@ -175,12 +184,14 @@ def outliers(
 
     A jump that does not come back is none: see `checks.check_jumps`.
     """
+    if not is_position:
+        return np.flatnonzero(speed_jumps(time, value, False, quantum, max_speed))
     kept = np.arange(time.size)
     for _ in range(LONGEST_RUN):
-        jumps = np.flatnonzero(speed_jumps(time[kept], value[kept], is_position, quantum, max_speed))
+        jumps = np.flatnonzero(speed_jumps(time[kept], value[kept], True, quantum, max_speed))
         if not jumps.size:
             break
-        out = _excursions(time[kept], value[kept], jumps) if is_position else jumps
+        out = _excursions(time[kept], value[kept], jumps)
         if not out.size:
             break
         kept = np.delete(kept, out)

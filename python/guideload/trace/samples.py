@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from guideload.trace import checks
 from guideload.trace.columns import argument, positive
 from guideload.trace.counters import unwrap
 from guideload.trace.headers import KINDS
+from guideload.trace.holds import fresh_rows, held_ratio
 from guideload.trace.stamps import stamps_of
 from guideload.trace.table import Table
 
@@ -49,6 +50,7 @@ def read_samples(
     rate: float | str | None,
     counter_bits: int | None,
     leave_out: bool,
+    date_order: str | None,
 ) -> Samples:
     """Values and stamps; raises TraceError for cells without a number, unless they are to be left out.
 
@@ -57,7 +59,7 @@ def read_samples(
     """
     kind, scale = meaning
     value = data.values(column)
-    time, note = _stamps(data, stamped, rate, value.size)
+    time, note = _stamps(data, stamped, rate, value.size, date_order)
     beside = None if partner is None else data.values(partner)
     notes = [note]
     empty, unstamped = ~np.isfinite(value), ~np.isfinite(time)
@@ -95,6 +97,41 @@ def read_samples(
     si = np.asarray(value * scale, np.float64)
     step = abs(scale) if whole else quantum_of(si) or abs(scale) * decimal_quantum(value)
     return Samples(rows, time, si, step, place, beside, tuple(notes))
+
+
+def fresh_samples(read: Samples, hold: float | None, quantum: float) -> Samples:
+    """The samples in which a held value is new (see `holds`); all, where each row has a value of its own.
+
+    hold: rows per value as told by the reader, 1 to take all rows; None to find it; quantum: step of the value.
+    Raises TraceError.
+    """
+    if hold is not None and not 1.0 <= hold <= read.value.size / checks.FEWEST_SAMPLES:
+        raise TraceError(
+            f"{read.rows.source}: hold: expected the number of rows in which each value stands, 1 to "
+            f"{read.value.size / checks.FEWEST_SAMPLES:g} for {read.value.size} samples, got {hold:g} (--hold)"
+        )
+    ratio = held_ratio(read.value, read.place, quantum) if hold is None else hold
+    if ratio <= 1.0:
+        return read
+    fresh, place = fresh_rows(read.value, read.place, ratio)
+    note = (
+        f"sample-and-hold: each value stands in {ratio:.4g} rows{'' if hold is None else ', as given'}; the "
+        f"{fresh.size} rows in which it is new are used (hold=1, --hold 1 takes all)"
+    )
+    notes = [note]
+    back = np.flatnonzero(np.diff(read.time) <= 0.0) + 1
+    unseen = back[~(np.isin(back, fresh) & np.isin(back - 1, fresh))]
+    if unseen.size:
+        notes.append(f"time does not grow in {read.rows.rows(unseen)}, among rows that repeat a value")
+    return replace(
+        read,
+        rows=read.rows.part(fresh),
+        time=read.time[fresh],
+        value=read.value[fresh],
+        place=place,
+        partner=None if read.partner is None else read.partner[fresh],
+        notes=(*read.notes, *notes),
+    )
 
 
 def decimal_quantum(values: NDArray[Any]) -> float:
@@ -137,11 +174,13 @@ def quantum_given(data: Table, kind: str, quantum: float | str) -> float:
     return step
 
 
-def _stamps(data: Table, stamped: str | None, rate: float | str | None, count: int) -> tuple[Array, str]:
+def _stamps(
+    data: Table, stamped: str | None, rate: float | str | None, count: int, date_order: str | None
+) -> tuple[Array, str]:
     """Time stamps in s, NaN where there is none, and a note."""
     given = None if rate is None else positive(data, "rate", rate, "Hz")
     if stamped is not None:
-        return stamps_of(data, stamped, given)
+        return stamps_of(data, stamped, given, date_order)
     per_second = given or data.rate
     assert per_second is not None
     unused = [name for name in data.names if data.header(name).is_time]

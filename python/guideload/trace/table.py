@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.errors import TraceError, shortened
+from guideload.trace.dialects import grouped
 from guideload.trace.headers import Header
 
 Array = NDArray[np.float64]
@@ -74,16 +75,16 @@ class Table:
 
     def values(self, name: str) -> NDArray[Any]:
         """A column as float64, or as it is where it holds whole numbers; cells without a number are NaN."""
-        import pandas
-
         column = np.asarray(self.columns[name])
         if column.dtype.kind in "iu":
             return column
         if column.dtype.kind == "f":
             return column.astype(float, copy=False)
+        import pandas
+
         series = pandas.Series(self.columns[name])
-        if self.decimal == "," and (series.dtype == object or series.dtype == "str"):
-            series = series.str.replace(",", ".", regex=False)
+        if series.dtype == object or series.dtype == "str":
+            series = _plain(series, self.decimal)
         found: Array = pandas.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
         return found
 
@@ -99,11 +100,35 @@ class Table:
         if self.decimal == "." and re.fullmatch(r"[+-]?\d+,\d+([eE][+-]?\d+)?", written):
             hint = "write numbers with a decimal point"
         elif re.fullmatch(r"[+-]?\d{1,3}([.,']\d{3})+([.,]\d+)?", written):
-            hint = f"write numbers with a decimal {'comma' if self.decimal == ',' else 'point'} and no other sign"
+            sign = "comma" if self.decimal == "," else "point"
+            hint = f"nothing tells whether it is in groups of digits: write numbers with a decimal {sign} and no other"
         return TraceError(
             f"{self.source}: column {name}: expected finite numbers, got none in {self.rows(bad)}: "
             f"the first {held}; {hint}"
         )
+
+
+def _plain(series: Any, decimal: str) -> Any:
+    """A column with text (a series) with its numbers written with a decimal point and no other sign.
+
+    Digits in groups of three are put together where the column tells that they are groups: where one of its cells
+    has a decimal sign as well, or two groups. Otherwise cells with the other sign become empty, as they may be
+    either. Cells that are no text stay as they are.
+    """
+    is_text = series.map(lambda cell: isinstance(cell, str))
+    cells = series[is_text].str.strip()
+    group = "." if decimal == "," else ","
+    doubtful = cells.str.contains(f"[{group}']")
+    if doubtful.any():
+        number = rf"[+-]?\d{{1,3}}([{group}'])\d{{3}}(\1\d{{3}})*(\{decimal}\d*)?"
+        told = any(grouped(cell) == decimal for cell in cells[doubtful])
+        if told and all(re.fullmatch(number, cell) for cell in cells[doubtful]):
+            cells = cells.str.replace(f"[{group}']", "", regex=True)
+        else:
+            cells = cells.mask(doubtful)
+    found = series.astype(object)
+    found[is_text] = cells.str.replace(",", ".", regex=False) if decimal == "," else cells
+    return found
 
 
 def listed(names: Sequence[str]) -> str:
