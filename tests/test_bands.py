@@ -341,7 +341,7 @@ def example() -> Result:
     folder = Path(plots.__file__).resolve().parents[1] / "examples"
     machine = Machine.from_toml(str(folder / "manipulator.toml"))
     trace = read_trace(folder / "manipulator.csv")
-    return simulate(machine, motion_from_trace(trace, machine.drive, smoothing="state_space"))
+    return simulate(machine, motion_from_trace(trace, machine.drive))
 
 
 def test_only_an_uncertain_motion_has_bands() -> None:

@@ -57,9 +57,9 @@ def told(*arguments: object) -> str:
 
 def test_what_was_found_is_told_and_nothing_is_written(tmp_path: Path, trace: Path) -> None:
     before = set(tmp_path.iterdir())
-    text = told("encoder", trace, "--smoothing", "state_space")
+    text = told("encoder", trace)
     assert set(tmp_path.iterdir()) == before
-    estimate = Inspection.of(read_trace(trace), smoothing="state_space").found.estimate
+    estimate = Inspection.of(read_trace(trace)).found.estimate
     assert estimate is not None
     at = np.abs(estimate.acceleration).argmax()
     half = COVER_95 * np.sqrt(estimate.acceleration_variance[at])
@@ -80,7 +80,7 @@ def test_what_was_found_is_told_and_nothing_is_written(tmp_path: Path, trace: Pa
         assert part in text
 
 
-@pytest.mark.parametrize("smoothing", ["auto", "state_space", "differences"])
+@pytest.mark.parametrize("smoothing", ["auto", "spline", "differences"])
 def test_the_figures_are_those_of_the_motion(smoothing: str) -> None:
     machine = Machine.from_toml(MACHINE)
     found = Inspection.of(read_trace(TRACE), machine, smoothing=smoothing)
@@ -187,7 +187,7 @@ def test_measured_traces(shared_data: Path, tmp_path: Path, file: str, options: 
 
 
 def test_the_picture_shows_what_was_found(trace: Path) -> None:
-    found = Inspection.of(read_trace(trace), Machine.from_toml(MACHINE), smoothing="state_space")
+    found = Inspection.of(read_trace(trace), Machine.from_toml(MACHINE))
     samples, rest, acceleration, close, spectrum = plots.encoder(found)
     np.testing.assert_array_equal(samples.lines[0].get_ydata(), found.value)
     np.testing.assert_array_equal(samples.lines[1].get_ydata(), found.found.position)

@@ -44,12 +44,13 @@ def adapt_motion(
     usual: float,
     weight: float,
     floor: float,
-) -> tuple[Array, float, Array, Array, Array]:
+) -> tuple[Array, float, Array, Array, Array, Array]:
     """Intensities of the cells, noise level, values and variances of the sites by likelihood, from those given on.
 
     rounded: the samples, rounded to `quantum` (0: not rounded) after noise of variance `level`, which is at least
     `floor`. usual, weight: the intensity that each cell is drawn to, and how much, in squared noises. Last: log
-    density of each sample given all others. Other arguments as of `motion_likelihood`.
+    density of each sample given all others, and noise found in each cell over what is expected, as the last round
+    found them. Other arguments as of `motion_likelihood`.
     """
 
 # What samples leave open about a motion, beside their values: step (n - 1,), variance (n,), covariance (N, N), cell

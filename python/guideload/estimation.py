@@ -15,7 +15,7 @@ creeping that is far from white noise of quantum^2/12 (rust/core/src/smoother/ro
 estimated, for axes vibrate.
 
 The variance is that of the estimate's error where cells are as lively as the samples show them: between jumps the
-motion is smoother than the adapted model has it, and the model's own variance would be too wide (`_calibrated`).
+motion is smoother than the adapted model has it, and the model's own variance would be too wide (`Adapted.share`).
 """
 
 from __future__ import annotations
@@ -26,27 +26,20 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from guideload.adapting import Adapted, adapted, adapted_in_pieces
 from guideload.errors import TraceError
-from guideload.fits import Adapted, Cells, Fit, Model, Scaled, best_of, fitted
+from guideload.fits import Fit, Scaled, fitted
 from guideload.uncertainty import Uncertainty
 
 Array = NDArray[np.float64]
 Kind = Literal["position", "velocity"]
 
 ORDERS = (3, 4, 5, 6)  # of the white derivative of the position
-# Weight of the usual intensity, in squared noises of a cell: the smaller, the heavier the tail.
-WEIGHT = {3: 3e-4, 4: 1e-3, 5: 0.02, 6: 0.1}
-CELL = {3: 3.0, 4: 3.0, 5: 10.0, 6: 10.0}  # time constants: length of a cell
-# Of the standard deviations, fitted to tests/benchmarks/encoder.py: what `_calibrated` leaves, and less where rounding
-# is all the noise there is, for its errors are bounded.
-SCALE = {3: 0.82, 4: 0.89, 5: 0.84, 6: 1.14}
-QUIET, ROUNDED = 0.1, 0.88  # quanta of noise up to which that is so; factor
-ROUNDS = 8  # of adapting; more gain nothing
-START_CONSTANT, START_NOISE = 2.0, 2.0  # times the stationary fit's: adapting starts on the smooth side
-ALIKE = 9  # cells whose liveliness is averaged
-NUDGE = 1e-2  # of intensities and noise: differences of variances stay far above rounding
-LEAST = 1e-2  # of the model's variance
-COLOUR = 5.0  # of the noise level: what vibrates is not white, but stronger at the motion's own frequencies
+# Of the standard deviations, fitted to tests/benchmarks/encoder.py: what `Adapted.share` leaves, and less where
+# rounding is all the noise there is, for its errors are bounded.
+SCALE = {3: 0.80, 4: 0.90, 5: 0.93, 6: 1.0}
+QUIET, ROUNDED = 0.1, 0.86  # quanta of noise up to which that is so; factor
+AFTER = 0.5  # weight of the adapted models in the choice of the order: they fit what they have adapted to
 JUMP = 20.0  # of the usual intensity: from here on a cell counts as a jump
 SUSPICIOUS = 0.01  # noise over range: encoders and their speed signals stay below 0.5 %
 FEWEST = 8
@@ -111,10 +104,26 @@ def estimate(time: ArrayLike, value: ArrayLike, kind: Kind = "position", quantum
     if np.ptp(samples) == 0.0:
         return _still(stamps, samples, kind)
     scaled = Scaled.of(stamps, samples, quantum)
+    return _assembled(stamps, samples, kind, scaled, *_chosen(scaled, kind))
+
+
+def _chosen(scaled: Scaled, kind: Kind) -> tuple[int, Adapted]:
+    """The order that foretells single samples best from all others, before and after adapting; its adapted model."""
     lower = 0 if kind == "position" else 1  # derivatives that the samples have taken already
-    fits, told = zip(*(fitted(scaled, order - lower) for order in ORDERS), strict=True)
-    chosen = best_of(list(told))
-    return _adapted(stamps, samples, kind, scaled, fits[chosen], ORDERS[chosen])
+    parts = scaled.stretches()
+    best: tuple[float, int, Fit, list[Adapted]] | None = None
+    for order in ORDERS:
+        fit, told = fitted(scaled, order - lower)
+        found = [adapted(scaled, part, fit, order) for part in parts]
+        gain = told + AFTER * sum(each.gain for each in found)
+        if best is None or gain > best[0]:
+            best = gain, order, fit, found
+    assert best is not None
+    _, order, fit, found = best
+    if len(found) == 1:
+        return order, found[0]
+    weight = float(np.mean([each.weight for each in found]))
+    return order, adapted_in_pieces(scaled, fit, order, weight)
 
 
 def _still(time: Array, value: Array, kind: Kind) -> Estimate:
@@ -138,112 +147,50 @@ def _still(time: Array, value: Array, kind: Kind) -> Estimate:
     )
 
 
-def _adapted(time: Array, value: Array, kind: Kind, scaled: Scaled, fit: Fit, order: int) -> Estimate:
-    length = max(1.0, CELL[order] * fit.constant)
-    cell = _cells(scaled.time, length)
-    weight = max(WEIGHT[order], _evenness(scaled, fit, length))
-    smooth = Fit(fit.states, START_NOISE * fit.noise, START_CONSTANT * fit.constant)
-    model = Model(scaled, slice(0, value.size), fit)
-    level = max(fit.noise - scaled.rounding, scaled.floor)
-    start = np.full(int(cell[-1]) + 1, smooth.intensity)
-    found = model.adapted(cell, start, START_NOISE * level, ROUNDS, weight)
-    sites = (found.value, found.variance + (COLOUR - 1.0) * found.level)
-    mean, variance = model.smoothed(cell, found.intensity, sites)
-    lower = 0 if kind == "position" else 1
+def _assembled(time: Array, value: Array, kind: Kind, scaled: Scaled, order: int, found: Adapted) -> Estimate:
+    mean, variance = found.smoothed()
+    fit = found.model.fit
+    at = 2 if kind == "position" else 1  # of the acceleration in the state
     scale = SCALE[order] * (ROUNDED if found.level < QUIET**2 * scaled.quantum else 1.0)
-    sharpness = np.sqrt(_calibrated(model, cell, found, sites, variance)[:, 2 - lower]) * scale
+    sharpness = scale * np.sqrt(found.share(variance[:, at], at))
     per = [scaled.unit / scaled.second**power for power in range(3)]
+    first = mean[:, 0] * per[0] + scaled.origin
+    acceleration = mean[:, at] * per[at]
     if kind == "position":
-        position, velocity = mean[:, 0] * per[0] + scaled.origin, mean[:, 1] * per[1]
+        position, velocity = first, mean[:, 1] * per[1]
     else:
-        velocity = mean[:, 0] * per[0] + scaled.origin
-        position = _travel(time, velocity, mean[:, 1] * per[1])
-    acceleration = mean[:, 2 - lower] * per[2 - lower]
-    intensity = found.intensity[cell]
+        position, velocity = _travel(time, first, acceleration), first
+    intensity = found.intensity[found.cell]
     density = scaled.unit**2 / scaled.second ** (2 * fit.states - 1)
-    jump = intensity >= JUMP * fit.intensity
     noise = float(np.sqrt(found.level)) * scaled.unit
     follows = (intensity / (found.level + scaled.rounding)) ** (0.5 / fit.states) / (
         2.0 * np.pi * scaled.second
     )
     bandwidth = _median(follows, np.diff(acceleration) ** 2)
+    unit = sharpness * per[at]
     return Estimate(
         time,
         position,
         velocity,
         acceleration,
-        variance[:, 2 - lower] * (sharpness * per[2 - lower]) ** 2,
+        variance[:, at] * unit**2,
         order,
         noise,
         intensity * density,
         fit.intensity * density,
-        _stretches_of(time, jump),
+        _stretches_of(time, intensity >= JUMP * fit.intensity),
         bandwidth,
         _note(kind, order, noise, value, scaled, bandwidth),
         Uncertainty(
-            model.step,
-            sites[1],
-            model.covariance,
-            cell,
+            found.model.step,
+            found.coloured[1],
+            found.model.covariance,
+            found.cell,
             found.intensity,
-            2 - lower,
-            sharpness * per[2 - lower],
+            at,
+            unit,
         ),
     )
-
-
-def _cells(time: Array, length: float) -> Cells:
-    """(n - 1,) number of the cell of each interval; cells without samples have none."""
-    _, cell = np.unique((time[:-1] / length).astype(np.int64), return_inverse=True)
-    return cell.astype(np.uint32)
-
-
-def _evenness(scaled: Scaled, fit: Fit, length: float) -> float:
-    """Weight of the usual intensity that the stationary fit suggests: 1 where all cells move alike, 0 for few jumps.
-
-    The inverse cube of the kurtosis of the noise over the cells.
-    """
-    part = scaled.stretches()[len(scaled.stretches()) // 2]
-    model = Model(scaled, part, fit)
-    cell = _cells(scaled.time[part], length)
-    found = _liveliness(model, cell, np.full(int(cell[-1]) + 1, fit.intensity), fit.noise - scaled.rounding)
-    return float((found.mean() ** 2 / np.mean(found**2)) ** 3)
-
-
-def _liveliness(
-    model: Model, cell: Cells, intensity: Array, level: float, sites: tuple[Array, Array] | None = None
-) -> Array:
-    """(cells,) squares of the noise found in each cell over those that its intensity makes expect."""
-    # One round multiplies by the square root of found over expected.
-    ratio: Array = (model.adapted(cell, intensity, level, 1, sites=sites).intensity / intensity) ** 2
-    return ratio
-
-
-def _calibrated(
-    model: Model, cell: Cells, found: Adapted, sites: tuple[Array, Array], variance: Array
-) -> Array:
-    """(n, 3) variance of the error over that of the adapted model.
-
-    The model's variance is least for its own intensities and noise, so that its derivative by one of them is what
-    that one adds to the error of the estimate as it stands (envelope theorem): what the true ones lack is taken off.
-    """
-    states = model.fit.states
-    alive = _liveliness(model, cell, found.intensity, found.level, (found.value, found.variance))
-    # Noiseless motion shows 1/(2 N) of what is expected: the share of the noise alone, for white noise.
-    share = (alive - 0.5 / states) / (1.0 - 0.5 / states)
-    alike = np.argsort(found.intensity)  # cells of like intensity are judged together: one alone says little
-    share[alike] = _mean_of_neighbours(share[alike], ALIKE)
-    share = np.clip(share, 0.0, 1.0)
-    less = found.intensity * (1.0 - NUDGE * (1.0 - share))
-    quieter = sites[1] + NUDGE * (found.variance - sites[1])
-    _, nudged = model.smoothed(cell, less, (sites[0], quieter))
-    return np.clip(1.0 + (nudged / np.maximum(variance, np.finfo(float).tiny) - 1.0) / NUDGE, LEAST, 1.0)
-
-
-def _mean_of_neighbours(values: Array, count: int) -> Array:
-    window = np.ones(min(count, values.size))
-    sums = np.convolve(values, window, "same"), np.convolve(np.ones(values.size), window, "same")
-    return np.asarray(sums[0] / sums[1])
 
 
 def _median(values: Array, weights: Array) -> float:

@@ -1,6 +1,6 @@
 """Stationary fits of a sampled motion: one noise level and one intensity for all of it, by likelihood.
 
-What `estimation` starts from: samples in tame units, a fit for each number of states, and the best of the fits.
+What `adapting` starts from: samples in tame units, and a fit for a number of states.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from guideload import _core
 Array = NDArray[np.float64]
 Cells = NDArray[np.uint32]
 
-CLIP = 8.0  # log likelihood that one stretch can say for an order: none decides alone
-EXCERPT, STRETCHES = 20_000, 5  # samples on which order and levels are chosen, and in how many pieces
-ROUNDS = 6  # in which sites, level and intensity of a stationary fit find each other
+EXCERPT, STRETCHES = 12_000, 5  # samples on which order and levels are chosen, and in how many pieces
+ROUNDS = 10  # in which sites, level and intensity of a stationary fit find each other
+GAP = 1e4  # of the intensity, where samples are missing for many time constants
 QUIETEST = 1e-3  # squared quanta: the least noise before rounding, for what the model itself leaves out
 
 
@@ -79,33 +79,56 @@ class Fit:
         return float(self.noise * self.constant ** (1 - 2 * self.states))
 
 
-class Adapted(NamedTuple):
-    """What `_core.adapt_motion` finds: intensities, level of the noise before rounding, sites, log densities."""
+class Found(NamedTuple):
+    """What `_core.adapt_motion` finds: intensities, level of the noise before rounding, sites, log densities of the
+    samples, and squares of the noise in each cell over those that its intensity makes expect."""
 
     intensity: Array
     level: float
     value: Array
     variance: Array
     told: Array
+    alive: Array
 
 
 class Model:
     """What the kernels take for one stretch and one number of states."""
 
     def __init__(self, scaled: Scaled, part: slice, fit: Fit) -> None:
-        # A gap is bridged as if it were shorter: beyond, the filter's variances leave the range of doubles.
+        # A gap is bridged as if it were shorter, for the filter's variances would leave the range of doubles, and as if
+        # more had happened in it: what was before then says next to nothing of what comes after.
         longest = max(1.0, fit.constant) * 10.0 ** (11.0 / (2 * fit.states - 1))
         self.scaled, self.fit = scaled, fit
-        self.step = np.minimum(scaled.step[part.start : part.stop - 1], longest)
+        step = scaled.step[part.start : part.stop - 1]
+        self.step, self.gap = np.minimum(step, longest), step > longest
+        self.time = scaled.time[part]
         self.value = scaled.value[part]
         self.mean, self.covariance = _start(scaled.time[part], self.value, fit)
 
     def likelihood(self) -> tuple[float, float]:
         """(sum of ln F, sum of v^2/F) over the innovations v and their variances F, as normal samples."""
-        cell, intensity = np.zeros(self.step.size, np.uint32), np.array([self.fit.intensity])
         return _core.motion_likelihood(
-            self.step, self.value, self._even(), self.mean, self.covariance, cell, intensity
+            self.step,
+            self.value,
+            self._even(),
+            self.mean,
+            self.covariance,
+            *self.even(),
         )
+
+    def even(self) -> tuple[Cells, Array]:
+        """One cell with the fit's intensity, and one for all gaps."""
+        return self.gap.astype(np.uint32), self.fit.intensity * np.array([1.0, GAP])
+
+    def cells(self, length: float, intensity: float) -> tuple[Cells, Array]:
+        """Cells of a length, each gap in one of its own, and their intensities: even but for the gaps.
+
+        Cells without samples have no number.
+        """
+        number = (self.time[:-1] / length).astype(np.int64)
+        new = np.concatenate([[False], (np.diff(number) > 0) | self.gap[1:] | self.gap[:-1]])
+        cell = np.cumsum(new).astype(np.uint32)
+        return cell, intensity * np.where(np.bincount(cell, self.gap) > 0.0, GAP, 1.0)
 
     def adapted(
         self,
@@ -115,10 +138,10 @@ class Model:
         rounds: int,
         weight: float = 0.0,
         sites: tuple[Array, Array] | None = None,
-    ) -> Adapted:
+    ) -> Found:
         """`rounds` of adapting from these intensities, level and sites; without sites from the samples."""
         value, variance = sites or (self.value, self._even())
-        return Adapted(
+        return Found(
             *_core.adapt_motion(
                 self.step,
                 value,
@@ -164,8 +187,8 @@ def _start(time: Array, value: Array, fit: Fit) -> tuple[Array, Array]:
     return coefficients * units, 1e4 * spread * (inverse @ inverse.T) * np.outer(units, units)
 
 
-def fitted(scaled: Scaled, states: int) -> tuple[Fit, Array]:
-    """The most likely noise and time constant, and the log densities of the samples given all others.
+def fitted(scaled: Scaled, states: int) -> tuple[Fit, float]:
+    """The most likely noise and time constant, and the log density of the samples given all others.
 
     First as if rounding were normal noise: a walk over the time constant, the noise found with it in closed form.
     Then with sites.
@@ -202,26 +225,14 @@ def _as_normal(scaled: Scaled, states: int) -> Fit:
     return Fit(states, at(best)[1], 10.0**best)
 
 
-def _with_sites(scaled: Scaled, fit: Fit) -> tuple[Fit, Array]:
+def _with_sites(scaled: Scaled, fit: Fit) -> tuple[Fit, float]:
     level = max(fit.noise - scaled.rounding, 0.02 * scaled.quantum)
-    logs, told = [], []
+    logs, told = [], 0.0
     for part in scaled.stretches():
         model = Model(scaled, part, fit)
-        cell = np.zeros(model.step.size, np.uint32)
-        found = model.adapted(cell, np.array([fit.intensity]), level, ROUNDS)
+        found = model.adapted(*model.even(), level, ROUNDS)
         logs.append((np.log(found.intensity[0]), np.log(found.level)))
-        told.append(found.told)
+        told += float(found.told.sum())
     intensity, level = np.exp(np.mean(logs, axis=0))
     noise = float(level) + scaled.rounding
-    return Fit(fit.states, noise, float(noise / intensity) ** (1.0 / (2 * fit.states - 1))), np.concatenate(
-        told
-    )
-
-
-def best_of(told: list[Array]) -> int:
-    """Which fit foretells single samples best from all others; every stretch of the trace has a limited say."""
-    blocks = int(np.clip(told[0].size / 30, 4, 300))
-    edges = np.linspace(0, told[0].size, blocks + 1).astype(int)[:-1]
-    table = np.array([np.add.reduceat(each, edges) for each in told])
-    gain = np.clip(table - np.median(table, axis=0), -CLIP, CLIP).sum(axis=1)
-    return int(np.argmax(gain))
+    return Fit(fit.states, noise, float(noise / intensity) ** (1.0 / (2 * fit.states - 1))), told

@@ -2,9 +2,9 @@
 
 One function, `smooth`, with four methods:
 
-``auto``            penalised spline, its strength chosen by likelihood (`spline`); for any time stamps
-``state_space``     smoother that adapts to jumps, all by likelihood, with the acceleration's variance (`estimation`);
-                    closer on most moves, not yet on all, and four times the time; for any time stamps
+``auto``            smoother that adapts to jumps, all by likelihood, with the acceleration's variance (`estimation`);
+                    for any time stamps
+``spline``          for comparison: penalised spline, its strength chosen by likelihood (`spline`)
 ``savitzky_golay``  for comparison: local cubics in a window that the user gives; for uniform stamps
 ``differences``     for comparison: plain differences of the samples; the quantum comes out as noise
 """
@@ -24,7 +24,7 @@ from guideload.spline import smoothing_spline
 __all__ = ["Kind", "Kinematics", "Method", "quantum_of", "smooth"]
 
 Array = NDArray[np.float64]
-Method = Literal["auto", "state_space", "savitzky_golay", "differences"]
+Method = Literal["auto", "spline", "savitzky_golay", "differences"]
 
 UNIFORM = 0.01  # of the step: deviation of stamps up to which a filter for uniform ones is right
 
@@ -35,7 +35,7 @@ class Kinematics:
 
     bandwidth: frequency in Hz above which the samples were taken for noise (half amplitude); inf if not
         known.
-    estimate: the whole of what `state_space` found, with the acceleration's variance and draws; None for other methods.
+    estimate: the whole of what `auto` found, with the acceleration's variance and draws; None for other methods.
     """
 
     position: Array
@@ -73,7 +73,7 @@ def smooth(
         return _savitzky_golay(stamps, samples, kind, window)
     if method == "differences":
         return _differences(stamps, samples, kind)
-    if method == "auto":
+    if method == "spline":
         return Kinematics(*smoothing_spline(stamps, samples, kind, quantum))
     found = estimate(stamps, samples, kind, quantum)
     return Kinematics(

@@ -2,7 +2,7 @@
 
     --seed N, --rounds N   made moves: 64 cases a round (traces.py)
     --cases                a line per case
-    --peers                PyNumDiff's methods at their own automatic choice, on every eighth case (minutes)
+    --peers N              PyNumDiff's methods at their own automatic choice, on cases up to N samples (minutes each)
     --emps FILE            the measured trace emps_bangbang_1kHz.csv, against acceleration from force
 
 A case's ratio is the rms error of the acceleration over that of the best Savitzky-Golay filter, chosen with the truth
@@ -48,7 +48,7 @@ class Score:
     ratio: float
     cover: float
     order: int
-    spline: float  # ratio of the smoothing spline, today's method before
+    spline: float  # ratio of the smoothing spline
 
 
 def rms(x: Array) -> float:
@@ -89,7 +89,7 @@ def score(case: Case) -> Score:
     found = estimate(case.time, case.value, "position", case.quantum)
     error = found.acceleration - case.acceleration
     cover = float(np.mean(np.abs(error) < 1.96 * np.sqrt(found.acceleration_variance)))
-    before = smooth(case.time, case.value, "position", "auto", quantum=case.quantum)
+    before = smooth(case.time, case.value, "position", "spline", quantum=case.quantum)
     spline = rms(before.acceleration - case.acceleration) / best
     return Score(case, best, how, rms(error) / best, cover, found.order, spline)
 
@@ -172,17 +172,22 @@ def twice(peer: str, case: Case) -> float:
     return rms(signal - case.acceleration)
 
 
-def peers(scores: list[Score]) -> None:
-    """PyNumDiff on every eighth case of at most 3000 samples."""
-    print(f"\nratio to the best filter{'ours':>10}" + "".join(f"{peer:>13}" for peer in PEERS))
-    for one in [s for s in scores if s.case.time.size <= 3000][::8]:
+def peers(scores: list[Score], longest: int) -> None:
+    """PyNumDiff on every case of at most `longest` samples, the shortest first; how many of them it wins."""
+    print(f"\nratio to the best filter{'':47}{'ours':>6}" + "".join(f"{peer:>14}" for peer in PEERS))
+    lost = 0
+    short = sorted((s for s in scores if s.case.time.size <= longest), key=lambda s: s.case.time.size)
+    for count, one in enumerate(short, start=1):
         cells = []
         for peer in PEERS:
             try:
-                cells.append(f"{twice(peer, one.case) / one.best:>13.2f}")
+                ratio = twice(peer, one.case) / one.best
+                lost += ratio < one.ratio
+                cells.append(f"{ratio:>14.2f}")
             except Exception as error:  # a method may refuse a case; the others go on
-                cells.append(f"{type(error).__name__[:12]:>13}")
-        print(f"{one.case.title[:24]}{one.ratio:>10.2f}{''.join(cells)}", flush=True)
+                cells.append(f"{type(error).__name__[:13]:>14}")
+        print(f"{one.case.title[:70]:<70}{one.ratio:>6.2f}{''.join(cells)}", flush=True)
+    print(f"{count} cases, {len(PEERS)} methods: better than ours {lost} times")
 
 
 def main() -> None:
@@ -191,7 +196,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--rounds", type=int, default=1)
     parser.add_argument("--cases", action="store_true", help="a line per case")
-    parser.add_argument("--peers", action="store_true", help="PyNumDiff as well")
+    parser.add_argument("--peers", type=int, metavar="N", help="PyNumDiff as well, on cases up to N samples")
     parser.add_argument("--emps", type=Path, metavar="FILE")
     asked = parser.parse_args()
     long_trace()
@@ -207,7 +212,7 @@ def main() -> None:
     if asked.emps:
         emps(asked.emps)
     if asked.peers:
-        peers(scores)
+        peers(scores, asked.peers)
 
 
 if __name__ == "__main__":

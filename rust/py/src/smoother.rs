@@ -111,7 +111,7 @@ pub fn adapt_motion<'py>(
     usual: f64,
     weight: f64,
     floor: f64,
-) -> PyResult<(Array1<'py>, f64, Array1<'py>, Array1<'py>, Array1<'py>)> {
+) -> PyResult<(Array1<'py>, f64, Array1<'py>, Array1<'py>, Array1<'py>, Array1<'py>)> {
     let mut of = slice(&intensity, "intensity")?.to_vec();
     let given = Given::new([&step, &value, &variance], &mean, &covariance, &cell, of.len())?;
     let rounded = Rounded { value: slice(&rounded, "rounded")?, quantum };
@@ -120,7 +120,7 @@ pub fn adapt_motion<'py>(
         return Err(PyValueError::new_err(format!("rounded: expected {count} numbers")));
     }
     let (mut values, mut variances) = (given.samples.value.to_vec(), given.samples.variance.to_vec());
-    let mut told = vec![0.0; count];
+    let (mut told, mut found) = (vec![0.0; count], vec![0.0; of.len()]);
     let rule = Rule { rounds, usual, weight, floor };
     let (order, start) = (given.order, given.start);
     let mut adapted = Adapted {
@@ -131,6 +131,7 @@ pub fn adapt_motion<'py>(
         sites: Sites { value: &mut values, variance: &mut variances },
         level,
         told: &mut told,
+        found: &mut found,
     };
     py.detach(|| smoother::adapt(order, start, rule, &mut adapted));
     let level = adapted.level;
@@ -140,6 +141,7 @@ pub fn adapt_motion<'py>(
         values.into_pyarray(py),
         variances.into_pyarray(py),
         told.into_pyarray(py),
+        found.into_pyarray(py),
     ))
 }
 

@@ -13,6 +13,7 @@
 
 mod draw;
 mod motion;
+mod passes;
 mod posterior;
 mod rounding;
 
@@ -20,7 +21,8 @@ pub(crate) use draw::Drawn;
 pub use draw::draw;
 pub use posterior::{Given, MOST, Posterior, Square, Step};
 
-use motion::Motion;
+use crate::simd::{Kernel, widest};
+use passes::Passes;
 use rounding::Others;
 pub use rounding::Rounded;
 
@@ -87,6 +89,8 @@ pub struct Adapted<'a> {
     pub level: f64,
     /// n numbers, out.
     pub told: &'a mut [f64],
+    /// One number per cell, out: the noise that the last round found in it over what its intensity made expect.
+    pub found: &'a mut [f64],
 }
 
 /// How `adapt` chooses intensities and noise level.
@@ -106,11 +110,11 @@ pub struct Rule {
 #[must_use]
 pub fn likelihood(order: usize, samples: Samples, start: Start, intensity: Intensity) -> Option<(f64, f64)> {
     match order {
-        2 => Some(Passes::<2>::sums(samples, start, intensity)),
-        3 => Some(Passes::<3>::sums(samples, start, intensity)),
-        4 => Some(Passes::<4>::sums(samples, start, intensity)),
-        5 => Some(Passes::<5>::sums(samples, start, intensity)),
-        6 => Some(Passes::<6>::sums(samples, start, intensity)),
+        2 => Some(widest(Sums::<2> { samples, start, intensity })),
+        3 => Some(widest(Sums::<3> { samples, start, intensity })),
+        4 => Some(widest(Sums::<4> { samples, start, intensity })),
+        5 => Some(widest(Sums::<5> { samples, start, intensity })),
+        6 => Some(widest(Sums::<6> { samples, start, intensity })),
         _ => None,
     }
 }
@@ -124,11 +128,11 @@ pub fn smooth(
     out: &mut Smoothed,
 ) -> Option<()> {
     match order {
-        2 => Passes::<2>::smooth(samples, start, intensity, out),
-        3 => Passes::<3>::smooth(samples, start, intensity, out),
-        4 => Passes::<4>::smooth(samples, start, intensity, out),
-        5 => Passes::<5>::smooth(samples, start, intensity, out),
-        6 => Passes::<6>::smooth(samples, start, intensity, out),
+        2 => widest(Smoothing::<2> { samples, start, intensity, out }),
+        3 => widest(Smoothing::<3> { samples, start, intensity, out }),
+        4 => widest(Smoothing::<4> { samples, start, intensity, out }),
+        5 => widest(Smoothing::<5> { samples, start, intensity, out }),
+        6 => widest(Smoothing::<6> { samples, start, intensity, out }),
         _ => return None,
     }
     Some(())
@@ -144,11 +148,11 @@ pub fn smooth(
 /// inverse gamma (Student's t).
 pub fn adapt(order: usize, start: Start, rule: Rule, adapted: &mut Adapted) -> Option<()> {
     match order {
-        2 => Passes::<2>::adapt(start, rule, adapted),
-        3 => Passes::<3>::adapt(start, rule, adapted),
-        4 => Passes::<4>::adapt(start, rule, adapted),
-        5 => Passes::<5>::adapt(start, rule, adapted),
-        6 => Passes::<6>::adapt(start, rule, adapted),
+        2 => widest(Adapting::<2> { start, rule, on: adapted }),
+        3 => widest(Adapting::<3> { start, rule, on: adapted }),
+        4 => widest(Adapting::<4> { start, rule, on: adapted }),
+        5 => widest(Adapting::<5> { start, rule, on: adapted }),
+        6 => widest(Adapting::<6> { start, rule, on: adapted }),
         _ => return None,
     }
     Some(())
@@ -156,144 +160,47 @@ pub fn adapt(order: usize, start: Start, rule: Rule, adapted: &mut Adapted) -> O
 
 const HARDLY: f64 = 1e-9; // of the usual intensity: the least a cell can have
 const HARD: f64 = 1e12; // and the most
-/// State before a sample, as the filter has it: what the pass backwards needs.
-#[derive(Clone, Copy)]
-struct Predicted<const N: usize> {
-    mean: [f64; N],
-    covariance: [[f64; N]; N],
-    innovation: f64,
-    variance: f64,
+/// The sums of `likelihood`.
+struct Sums<'a, const N: usize> {
+    samples: Samples<'a>,
+    start: Start<'a>,
+    intensity: Intensity<'a>,
 }
 
-/// The predictions of a forward pass, the covariances as lower triangles: half the memory, of which this is most.
-struct Passes<const N: usize> {
-    kept: Vec<f64>,
-}
+impl<const N: usize> Kernel for Sums<'_, N> {
+    type Output = (f64, f64);
 
-/// Score of all samples from here on, and its variance.
-struct Score<const N: usize> {
-    r: [f64; N],
-    variance: [[f64; N]; N],
-}
-
-impl<const N: usize> Passes<N> {
-    const ROW: usize = N + N * (N + 1) / 2 + 2;
-
-    fn keep(&mut self, at: &Predicted<N>) {
-        self.kept.extend_from_slice(&at.mean);
-        for i in 0..N {
-            self.kept.extend_from_slice(&at.covariance[i][..=i]);
-        }
-        self.kept.extend_from_slice(&[at.innovation, at.variance]);
-    }
-
-    fn count(&self) -> usize {
-        self.kept.len() / Self::ROW
-    }
-
-    fn at(&self, k: usize) -> Predicted<N> {
-        let row = &self.kept[k * Self::ROW..(k + 1) * Self::ROW];
-        let mut covariance = [[0.0; N]; N];
-        let mut from = N;
-        for i in 0..N {
-            for j in 0..=i {
-                covariance[i][j] = row[from];
-                covariance[j][i] = row[from];
-                from += 1;
-            }
-        }
-        let mean = core::array::from_fn(|i| row[i]);
-        Predicted { mean, covariance, innovation: row[Self::ROW - 2], variance: row[Self::ROW - 1] }
-    }
-
-    /// Runs the filter and shows each prediction.
-    fn forward(samples: Samples, start: Start, intensity: Intensity, mut show: impl FnMut(Predicted<N>)) {
-        let mut mean: [f64; N] = core::array::from_fn(|i| start.mean[i]);
-        let mut p: [[f64; N]; N] =
-            core::array::from_fn(|i| core::array::from_fn(|j| start.covariance[i * N + j]));
-        let mut motion = Motion::<N>::new(1.0);
-        for k in 0..samples.value.len() {
-            if k > 0 {
-                motion.set(samples.step[k - 1]);
-                motion.ahead(&mut mean);
-                motion.spread(&mut p, intensity.of[intensity.cell[k - 1] as usize]);
-            }
-            let variance = p[0][0].max(0.0) + samples.variance[k];
-            let innovation = samples.value[k] - mean[0];
-            show(Predicted { mean, covariance: p, innovation, variance });
-            let gain: [f64; N] = core::array::from_fn(|i| p[i][0] / variance);
-            for i in 0..N {
-                mean[i] += gain[i] * innovation;
-            }
-            // Column by column, so that p[j][0] is still the one before the update where it is used.
-            let column: [f64; N] = core::array::from_fn(|j| p[j][0]);
-            for i in 0..N {
-                for j in 0..N {
-                    p[i][j] -= gain[i] * column[j];
-                }
-            }
-        }
-    }
-
-    fn sums(samples: Samples, start: Start, intensity: Intensity) -> (f64, f64) {
+    #[inline(always)]
+    fn run(self) -> (f64, f64) {
+        let Self { samples, start, intensity } = self;
         let (mut determinant, mut misfit) = (0.0, 0.0);
-        Self::forward(samples, start, intensity, |at| {
+        Passes::<N>::forward(samples, start, intensity, |at| {
             determinant += at.variance.ln();
             misfit += at.innovation * at.innovation / at.variance;
         });
         (determinant, misfit)
     }
+}
 
-    fn filter(&mut self, samples: Samples, start: Start, intensity: Intensity) {
-        self.kept.clear();
-        self.kept.reserve_exact(samples.value.len() * Self::ROW);
-        Self::forward(samples, start, intensity, |at| self.keep(&at));
-    }
+/// `smooth` of N states.
+struct Smoothing<'a, 'b, const N: usize> {
+    samples: Samples<'a>,
+    start: Start<'a>,
+    intensity: Intensity<'a>,
+    out: &'a mut Smoothed<'b>,
+}
 
-    /// Runs backwards. Shows each interval's motion with the score after it, then the sample before with its own.
-    fn backward(
-        &self,
-        step: &[f64],
-        mut interval: impl FnMut(usize, &Motion<N>, &Score<N>),
-        mut sample: impl FnMut(usize, &Predicted<N>, &Score<N>, [f64; 2]),
-    ) {
-        let mut score = Score { r: [0.0; N], variance: [[0.0; N]; N] };
-        let mut motion = Motion::<N>::new(1.0);
-        for k in (0..self.count()).rev() {
-            let at = self.at(k);
-            if k + 1 < self.count() {
-                motion.set(step[k]);
-                interval(k, &motion, &score);
-                motion.back(&mut score.r);
-                motion.gather(&mut score.variance);
-            }
-            let gain: [f64; N] = core::array::from_fn(|i| at.covariance[i][0] / at.variance);
-            let mut passed = [0.0; N];
-            for i in 0..N {
-                for j in 0..N {
-                    passed[i] += score.variance[i][j] * gain[j];
-                }
-            }
-            let (mut u, mut d) = (at.innovation / at.variance, 1.0 / at.variance);
-            for i in 0..N {
-                u -= gain[i] * score.r[i];
-                d += gain[i] * passed[i];
-            }
-            score.r[0] += u;
-            for i in 0..N {
-                score.variance[0][i] -= passed[i];
-                score.variance[i][0] -= passed[i];
-            }
-            score.variance[0][0] += d;
-            sample(k, &at, &score, [u, d]);
-        }
-    }
+impl<const N: usize> Kernel for Smoothing<'_, '_, N> {
+    type Output = ();
 
-    fn smooth(samples: Samples, start: Start, intensity: Intensity, out: &mut Smoothed) {
-        let mut passes = Self { kept: Vec::new() };
+    #[inline(always)]
+    fn run(self) {
+        let Self { samples, start, intensity, out } = self;
+        let mut passes = Passes::<N>::new();
         passes.filter(samples, start, intensity);
         passes.backward(
-            samples.step,
+            samples,
+            intensity,
             |_, _, _| {},
             |k, at, score, residual| {
                 out.residual[k] = residual;
@@ -314,18 +221,33 @@ impl<const N: usize> Passes<N> {
             },
         );
     }
+}
 
-    fn adapt(start: Start, rule: Rule, on: &mut Adapted) {
-        let mut passes = Self { kept: Vec::new() };
+/// `adapt` of N states.
+struct Adapting<'a, 'b, const N: usize> {
+    start: Start<'a>,
+    rule: Rule,
+    on: &'a mut Adapted<'b>,
+}
+
+impl<const N: usize> Kernel for Adapting<'_, '_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { start, rule, on } = self;
+        let mut passes = Passes::<N>::new();
         let mut shown = vec![[0.0; 2]; on.of.len()];
         let count = on.told.len();
         let mut others = Others { mean: vec![0.0; count], variance: vec![0.0; count] };
         for round in 1..=rule.rounds {
             let samples = Samples { step: on.step, value: on.sites.value, variance: on.sites.variance };
-            passes.filter(samples, start, Intensity { cell: on.cell, of: on.of });
+            let intensity = Intensity { cell: on.cell, of: on.of };
+            passes.filter(samples, start, intensity);
             shown.fill([0.0; 2]);
             passes.backward(
-                on.step,
+                samples,
+                intensity,
                 |k, motion, score| {
                     let (mut found, mut expected) = (0.0, 0.0);
                     for i in 0..N {
@@ -347,6 +269,9 @@ impl<const N: usize> Passes<N> {
             );
             if round == rule.rounds {
                 on.rounded.tell(&others, on.level, on.told);
+                for (ratio, [found, expected]) in on.found.iter_mut().zip(&shown) {
+                    *ratio = found / expected.max(f64::MIN_POSITIVE);
+                }
             }
             let noise = on.rounded.renew(&mut others, on.level, &mut on.sites);
             for (q, [found, expected]) in on.of.iter_mut().zip(&shown) {

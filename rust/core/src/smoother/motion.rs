@@ -11,6 +11,7 @@ pub(super) struct Motion<const N: usize> {
 }
 
 impl<const N: usize> Motion<N> {
+    #[inline(always)]
     pub fn new(step: f64) -> Self {
         let mut motion = Self { step: f64::NAN, phi: [0.0; N], noise: [[0.0; N]; N] };
         motion.set(step);
@@ -18,6 +19,7 @@ impl<const N: usize> Motion<N> {
     }
 
     /// The same for another step; free where the step is the one before, as with uniform stamps.
+    #[inline(always)]
     pub fn set(&mut self, step: f64) {
         if step == self.step {
             return;
@@ -37,6 +39,7 @@ impl<const N: usize> Motion<N> {
     }
 
     /// Phi x
+    #[inline(always)]
     pub fn ahead(&self, x: &mut [f64; N]) {
         for i in 0..N {
             let mut sum = x[i];
@@ -48,6 +51,7 @@ impl<const N: usize> Motion<N> {
     }
 
     /// Phi^T r
+    #[inline(always)]
     pub fn back(&self, r: &mut [f64; N]) {
         for i in (0..N).rev() {
             let mut sum = r[i];
@@ -59,6 +63,7 @@ impl<const N: usize> Motion<N> {
     }
 
     /// Phi P Phi^T + intensity noise
+    #[inline(always)]
     pub fn spread(&self, p: &mut [[f64; N]; N], intensity: f64) {
         for i in 0..N {
             for j in i + 1..N {
@@ -81,6 +86,7 @@ impl<const N: usize> Motion<N> {
     }
 
     /// Phi^T M Phi
+    #[inline(always)]
     pub fn gather(&self, m: &mut [[f64; N]; N]) {
         for i in (0..N).rev() {
             for j in 0..i {
@@ -104,6 +110,7 @@ impl<const N: usize> Motion<N> {
 }
 
 /// The upper triangle from the lower one.
+#[inline(always)]
 fn mirror<const N: usize>(m: &mut [[f64; N]; N]) {
     for i in 0..N {
         for l in 0..i {

@@ -1,0 +1,154 @@
+//! The filter forwards and the smoother backwards: one sample after the other, shown to the caller.
+//!
+//! All of it is inlined into the kernels of `mod`, which are compiled for the widest vectors.
+
+use super::motion::Motion;
+use super::{Intensity, Samples, Start};
+
+/// State before a sample, as the filter has it: what the pass backwards needs.
+#[derive(Clone, Copy)]
+pub(super) struct Predicted<const N: usize> {
+    pub mean: [f64; N],
+    pub covariance: [[f64; N]; N],
+    pub innovation: f64,
+    pub variance: f64,
+}
+
+/// Mean and covariance given the samples so far.
+#[derive(Clone, Copy)]
+struct State<const N: usize> {
+    mean: [f64; N],
+    covariance: [[f64; N]; N],
+}
+
+/// Score of all samples from here on, and its variance.
+pub(super) struct Score<const N: usize> {
+    pub r: [f64; N],
+    pub variance: [[f64; N]; N],
+}
+
+/// Both passes over the same samples. The forward one keeps its state before each block only; the backward one runs it
+/// again block by block, which is faster than fetching all of it from memory, and takes next to none.
+pub(super) struct Passes<const N: usize> {
+    before: Vec<State<N>>,
+    block: Vec<Predicted<N>>,
+}
+
+const BLOCK: usize = 32; // samples: even of six states they fit into the cache next to the core
+
+impl<const N: usize> Passes<N> {
+    pub fn new() -> Self {
+        Self { before: Vec::new(), block: Vec::new() }
+    }
+
+    /// Runs the filter and shows each prediction.
+    #[inline(always)]
+    pub fn forward(samples: Samples, start: Start, intensity: Intensity, mut show: impl FnMut(Predicted<N>)) {
+        let mut state = State::of(start);
+        let mut motion = Motion::<N>::new(1.0);
+        for k in 0..samples.value.len() {
+            show(state.pass(&mut motion, k, samples, intensity));
+        }
+    }
+
+    /// Runs the filter for the pass backwards.
+    #[inline(always)]
+    pub fn filter(&mut self, samples: Samples, start: Start, intensity: Intensity) {
+        self.before.clear();
+        let mut state = State::of(start);
+        let mut motion = Motion::<N>::new(1.0);
+        for k in 0..samples.value.len() {
+            if k.is_multiple_of(BLOCK) {
+                self.before.push(state);
+            }
+            state.pass(&mut motion, k, samples, intensity);
+        }
+    }
+
+    /// Runs backwards. Shows each interval's motion with the score after it, then the sample before with its own.
+    #[inline(always)]
+    pub fn backward(
+        &mut self,
+        samples: Samples,
+        intensity: Intensity,
+        mut interval: impl FnMut(usize, &Motion<N>, &Score<N>),
+        mut sample: impl FnMut(usize, &Predicted<N>, &Score<N>, [f64; 2]),
+    ) {
+        let mut score = Score { r: [0.0; N], variance: [[0.0; N]; N] };
+        let mut motion = Motion::<N>::new(1.0);
+        let mut ahead = motion.clone();
+        let count = samples.value.len();
+        for (number, &before) in self.before.iter().enumerate().rev() {
+            let first = number * BLOCK;
+            let mut state = before;
+            self.block.clear();
+            for k in first..count.min(first + BLOCK) {
+                self.block.push(state.pass(&mut ahead, k, samples, intensity));
+            }
+            for k in (first..first + self.block.len()).rev() {
+                let at = &self.block[k - first];
+                if k + 1 < count {
+                    motion.set(samples.step[k]);
+                    interval(k, &motion, &score);
+                    motion.back(&mut score.r);
+                    motion.gather(&mut score.variance);
+                }
+                let gain: [f64; N] = core::array::from_fn(|i| at.covariance[i][0] / at.variance);
+                let mut passed = [0.0; N];
+                for i in 0..N {
+                    for j in 0..N {
+                        passed[i] += score.variance[i][j] * gain[j];
+                    }
+                }
+                let (mut u, mut d) = (at.innovation / at.variance, 1.0 / at.variance);
+                for i in 0..N {
+                    u -= gain[i] * score.r[i];
+                    d += gain[i] * passed[i];
+                }
+                score.r[0] += u;
+                for i in 0..N {
+                    score.variance[0][i] -= passed[i];
+                    score.variance[i][0] -= passed[i];
+                }
+                score.variance[0][0] += d;
+                sample(k, at, &score, [u, d]);
+            }
+        }
+    }
+}
+
+impl<const N: usize> State<N> {
+    fn of(start: Start) -> Self {
+        Self {
+            mean: core::array::from_fn(|i| start.mean[i]),
+            covariance: core::array::from_fn(|i| core::array::from_fn(|j| start.covariance[i * N + j])),
+        }
+    }
+
+    /// On to sample k and past it; what is predicted of it.
+    #[inline(always)]
+    fn pass(
+        &mut self,
+        motion: &mut Motion<N>,
+        k: usize,
+        samples: Samples,
+        intensity: Intensity,
+    ) -> Predicted<N> {
+        if k > 0 {
+            motion.set(samples.step[k - 1]);
+            motion.ahead(&mut self.mean);
+            motion.spread(&mut self.covariance, intensity.of[intensity.cell[k - 1] as usize]);
+        }
+        let (mean, p) = (self.mean, self.covariance);
+        let variance = p[0][0].max(0.0) + samples.variance[k];
+        let innovation = samples.value[k] - mean[0];
+        for i in 0..N {
+            let gain = p[i][0] / variance;
+            self.mean[i] += gain * innovation;
+            for j in 0..N {
+                self.covariance[i][j] -= gain * p[j][0];
+            }
+        }
+        Predicted { mean, covariance: p, innovation, variance }
+    }
+}
