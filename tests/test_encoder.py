@@ -361,7 +361,7 @@ def test_the_example_gives_the_true_acceleration():
     true = example.motion(motion.time)[2]
     error = motion.acceleration[:, 0] - true
     assert np.sqrt(np.mean(error**2)) < 0.002  # of 2.2 m/s2; plain differences: 0.17
-    assert np.abs(error).max() < 0.02
+    assert np.abs(error).max() < 0.04
     assert motion.acceleration[:, 0].max() == pytest.approx(2.2, rel=0.002)
     assert motion.position is not None
     assert np.abs(motion.position[:, 0] - example.motion(motion.time)[0]).max() < 1e-4

@@ -32,7 +32,7 @@ LEAST = 1e-2  # of the model's variance
 
 @dataclass(frozen=True, eq=False)
 class Adapted:
-    """One stretch of the trace with intensities of its own in each cell; scaled units.
+    """Samples with intensities of their own in each cell; scaled units.
 
     intensity  (cells,), of interval k at cell[k]
     level      of the noise before rounding
@@ -83,14 +83,14 @@ class Adapted:
         return np.asarray(np.clip(1.0 + (ratio - 1.0) / NUDGE, LEAST, 1.0))
 
 
-def adapted(scaled: Scaled, part: slice, fit: Fit, order: int, weight: float | None = None) -> Adapted:
-    """Adapts the intensities of one stretch, from the stationary fit on. order: of the position's white derivative.
+def adapted(scaled: Scaled, fit: Fit, order: int, weight: float | None = None) -> Adapted:
+    """Adapts the intensities, from the stationary fit on. order: of the position's white derivative.
 
-    weight: of the usual intensity, if it is known from other stretches.
+    weight: of the usual intensity, if it is known already.
 
     First in cells of a few time constants; then those that jump are divided, so that the jump finds its place.
     """
-    model = Model(scaled, part, fit)
+    model = Model(scaled, fit)
     length = max(1.0, CELL[order] * fit.constant)
     level = max(fit.noise - scaled.rounding, scaled.floor)
     if weight is None:
@@ -112,14 +112,14 @@ def adapted_in_pieces(scaled: Scaled, fit: Fit, order: int, weight: float) -> Ad
     edges = np.linspace(0, count, max(1, count // PIECE) + 1).astype(int)
     parts = [slice(int(first), int(last)) for first, last in pairwise(edges)]
     with ThreadPoolExecutor(cores()) as pool:
-        found = list(pool.map(lambda part: adapted(scaled, part, fit, order, weight), parts))
+        found = list(pool.map(lambda part: adapted(scaled.part(part), fit, order, weight), parts))
     numbers, last = [], -1
     for each in found:
         # The interval to the next piece is in the last cell.
         numbers.append(np.append(each.cell, each.cell[-1]).astype(np.uint32) + np.uint32(last + 1))
         last = int(numbers[-1][-1])
     return Adapted(
-        Model(scaled, slice(0, count), fit),
+        Model(scaled, fit),
         np.concatenate(numbers)[:-1],
         np.concatenate([each.intensity for each in found]),
         float(np.mean([each.level for each in found])),
@@ -147,7 +147,7 @@ def _evenness(alive: Array) -> float:
 
     The inverse cube of the kurtosis of the noise over the cells.
     """
-    return float((alive.mean() ** 2 / np.mean(alive**2)) ** 3)
+    return float((alive.mean() ** 2 / np.mean(alive**2)) ** 3) if alive.any() else 0.0
 
 
 def _mean_of_neighbours(values: Array, count: int) -> Array:

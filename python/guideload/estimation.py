@@ -39,7 +39,8 @@ ORDERS = (3, 4, 5, 6)  # of the white derivative of the position
 # rounding is all the noise there is, for its errors are bounded.
 SCALE = {3: 0.80, 4: 0.90, 5: 0.93, 6: 1.0}
 QUIET, ROUNDED = 0.1, 0.86  # quanta of noise up to which that is so; factor
-AFTER = 0.5  # weight of the adapted models in the choice of the order: they fit what they have adapted to
+# Weight of the adapted models in the choice of the order, where adapting has gained: they fit what they adapted to.
+AFTER = 0.5
 JUMP = 20.0  # of the usual intensity: from here on a cell counts as a jump
 SUSPICIOUS = 0.01  # noise over range: encoders and their speed signals stay below 0.5 %
 FEWEST = 8
@@ -110,12 +111,12 @@ def estimate(time: ArrayLike, value: ArrayLike, kind: Kind = "position", quantum
 def _chosen(scaled: Scaled, kind: Kind) -> tuple[int, Adapted]:
     """The order that foretells single samples best from all others, before and after adapting; its adapted model."""
     lower = 0 if kind == "position" else 1  # derivatives that the samples have taken already
-    parts = scaled.stretches()
+    stretches = scaled.stretches()
     best: tuple[float, int, Fit, list[Adapted]] | None = None
     for order in ORDERS:
-        fit, told = fitted(scaled, order - lower)
-        found = [adapted(scaled, part, fit, order) for part in parts]
-        gain = told + AFTER * sum(each.gain for each in found)
+        fit, told = fitted(stretches, order - lower)
+        found = [adapted(part, fit, order) for part in stretches]
+        gain = told + AFTER * max(told, sum(each.gain for each in found))
         if best is None or gain > best[0]:
             best = gain, order, fit, found
     assert best is not None

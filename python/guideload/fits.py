@@ -5,7 +5,7 @@ What `adapting` starts from: samples in tame units, and a fit for a number of st
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import factorial
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ Cells = NDArray[np.uint32]
 
 EXCERPT, STRETCHES = 12_000, 5  # samples on which order and levels are chosen, and in how many pieces
 ROUNDS = 10  # in which sites, level and intensity of a stationary fit find each other
-GAP = 1e4  # of the intensity, where samples are missing for many time constants
+GAP = 1e3  # of the intensity, where samples are missing for many time constants
 QUIETEST = 1e-3  # squared quanta: the least noise before rounding, for what the model itself leaves out
 
 
@@ -56,14 +56,19 @@ class Scaled:
         """Variance of rounding where a quantum holds few samples."""
         return self.quantum / 12.0
 
-    def stretches(self) -> list[slice]:
-        """Where order and levels are chosen: everywhere, or in a few pieces of a long trace."""
+    def part(self, samples: slice) -> Scaled:
+        """Some of the samples, at their own times."""
+        time = self.time[samples]
+        return replace(self, time=time, step=np.diff(time), value=self.value[samples])
+
+    def stretches(self) -> list[Scaled]:
+        """What order and levels are chosen on: all samples, or a few stretches of a long trace."""
         count = self.value.size
         if count <= EXCERPT:
-            return [slice(0, count)]
+            return [self]
         length = EXCERPT // STRETCHES
         starts = np.linspace(0, count - length, STRETCHES).astype(int)
-        return [slice(int(start), int(start) + length) for start in starts]
+        return [self.part(slice(int(start), int(start) + length)) for start in starts]
 
 
 @dataclass(frozen=True)
@@ -92,18 +97,16 @@ class Found(NamedTuple):
 
 
 class Model:
-    """What the kernels take for one stretch and one number of states."""
+    """What the kernels take for samples and a number of states."""
 
-    def __init__(self, scaled: Scaled, part: slice, fit: Fit) -> None:
+    def __init__(self, scaled: Scaled, fit: Fit) -> None:
         # A gap is bridged as if it were shorter, for the filter's variances would leave the range of doubles, and as if
         # more had happened in it: what was before then says next to nothing of what comes after.
-        longest = max(1.0, fit.constant) * 10.0 ** (11.0 / (2 * fit.states - 1))
+        longest = max(1.0, fit.constant) * 10.0 ** (9.0 / (2 * fit.states - 1))
         self.scaled, self.fit = scaled, fit
-        step = scaled.step[part.start : part.stop - 1]
-        self.step, self.gap = np.minimum(step, longest), step > longest
-        self.time = scaled.time[part]
-        self.value = scaled.value[part]
-        self.mean, self.covariance = _start(scaled.time[part], self.value, fit)
+        self.step, self.gap = np.minimum(scaled.step, longest), scaled.step > longest
+        self.value = scaled.value
+        self.mean, self.covariance = _start(scaled.time, scaled.value, fit)
 
     def likelihood(self) -> tuple[float, float]:
         """(sum of ln F, sum of v^2/F) over the innovations v and their variances F, as normal samples."""
@@ -113,19 +116,19 @@ class Model:
             self._even(),
             self.mean,
             self.covariance,
-            *self.even(),
+            *self.even(self.fit.intensity),
         )
 
-    def even(self) -> tuple[Cells, Array]:
-        """One cell with the fit's intensity, and one for all gaps."""
-        return self.gap.astype(np.uint32), self.fit.intensity * np.array([1.0, GAP])
+    def even(self, intensity: float) -> tuple[Cells, Array]:
+        """One cell with an intensity, and one for all gaps."""
+        return self.gap.astype(np.uint32), intensity * np.array([1.0, GAP])
 
     def cells(self, length: float, intensity: float) -> tuple[Cells, Array]:
         """Cells of a length, each gap in one of its own, and their intensities: even but for the gaps.
 
         Cells without samples have no number.
         """
-        number = (self.time[:-1] / length).astype(np.int64)
+        number = (self.scaled.time[:-1] / length).astype(np.int64)
         new = np.concatenate([[False], (np.diff(number) > 0) | self.gap[1:] | self.gap[:-1]])
         cell = np.cumsum(new).astype(np.uint32)
         return cell, intensity * np.where(np.bincount(cell, self.gap) > 0.0, GAP, 1.0)
@@ -187,18 +190,18 @@ def _start(time: Array, value: Array, fit: Fit) -> tuple[Array, Array]:
     return coefficients * units, 1e4 * spread * (inverse @ inverse.T) * np.outer(units, units)
 
 
-def fitted(scaled: Scaled, states: int) -> tuple[Fit, float]:
+def fitted(stretches: list[Scaled], states: int) -> tuple[Fit, float]:
     """The most likely noise and time constant, and the log density of the samples given all others.
 
     First as if rounding were normal noise: a walk over the time constant, the noise found with it in closed form.
     Then with sites.
     """
-    return _with_sites(scaled, _as_normal(scaled, states))
+    return _with_sites(stretches, _as_normal(stretches, states))
 
 
-def _as_normal(scaled: Scaled, states: int) -> Fit:
-    parts = scaled.stretches()
-    least = scaled.floor + scaled.rounding
+def _as_normal(stretches: list[Scaled], states: int) -> Fit:
+    count = sum(part.value.size for part in stretches)
+    least = stretches[0].floor + stretches[0].rounding
     known: dict[float, tuple[float, float]] = {}
 
     def at(place: float) -> tuple[float, float]:
@@ -206,9 +209,8 @@ def _as_normal(scaled: Scaled, states: int) -> Fit:
         place = round(place, 4)
         if place not in known:
             unit = Fit(states, 1.0, 10.0**place)
-            sums = np.array([Model(scaled, part, unit).likelihood() for part in parts]).sum(axis=0)
+            sums = np.array([Model(part, unit).likelihood() for part in stretches]).sum(axis=0)
             determinant, misfit = float(sums[0]), float(sums[1])
-            count = sum(part.stop - part.start for part in parts)
             # Rounding can make variances negative far from the maximum.
             if not (np.isfinite(determinant) and misfit > 0.0):
                 return -np.inf, least
@@ -217,7 +219,7 @@ def _as_normal(scaled: Scaled, states: int) -> Fit:
         return known[place]
 
     lowest = -12.0 / (2 * states - 1)
-    highest = float(np.log10(max(scaled.value.size / 20.0, 4.0)))
+    highest = float(np.log10(max(count / 20.0, 4.0)))
     places = np.arange(lowest, min(highest, 3.5), 0.3)
     best = float(places[int(np.argmax([at(place)[0] for place in places]))])
     for stride in (0.15, 0.075, 0.0375):
@@ -225,14 +227,21 @@ def _as_normal(scaled: Scaled, states: int) -> Fit:
     return Fit(states, at(best)[1], 10.0**best)
 
 
-def _with_sites(scaled: Scaled, fit: Fit) -> tuple[Fit, float]:
-    level = max(fit.noise - scaled.rounding, 0.02 * scaled.quantum)
-    logs, told = [], 0.0
-    for part in scaled.stretches():
-        model = Model(scaled, part, fit)
-        found = model.adapted(*model.even(), level, ROUNDS)
-        logs.append((np.log(found.intensity[0]), np.log(found.level)))
-        told += float(found.told.sum())
-    intensity, level = np.exp(np.mean(logs, axis=0))
-    noise = float(level) + scaled.rounding
+def _with_sites(stretches: list[Scaled], fit: Fit) -> tuple[Fit, float]:
+    """Rounds over all stretches, which share level and intensity."""
+    models = [Model(part, fit) for part in stretches]
+    rounding = stretches[0].rounding
+    level, intensity = max(fit.noise - rounding, 0.02 * stretches[0].quantum), fit.intensity
+    sites: list[tuple[Array, Array] | None] = [None] * len(models)
+    told = 0.0
+    for _ in range(ROUNDS):
+        found = [
+            model.adapted(*model.even(intensity), level, 1, sites=site)
+            for model, site in zip(models, sites, strict=True)
+        ]
+        sites = [(each.value, each.variance) for each in found]
+        level = float(np.mean([each.level for each in found]))
+        intensity *= float(np.sqrt(np.mean([each.alive[0] for each in found])))  # the same is expected of all
+        told = sum(float(each.told.sum()) for each in found)
+    noise = level + rounding
     return Fit(fit.states, noise, float(noise / intensity) ** (1.0 / (2 * fit.states - 1))), told

@@ -58,7 +58,7 @@ def smooth(
     """Estimate the motion behind samples (module docstring).
 
     time: (n,) s, strictly increasing, n >= 8; value: (n,) m or m/s according to `kind`.
-    quantum: step of the encoder in the value's unit, floor of the noise; 0 if unknown (see `quantum_of`).
+    quantum: step of the encoder in the value's unit; 0 if unknown, then looked for (see `quantum_of`).
     window: s, for `savitzky_golay` only. For velocity samples the position starts at 0.
     Raises TraceError for an unknown method and for what a method cannot do.
     """
@@ -75,7 +75,7 @@ def smooth(
         return _differences(stamps, samples, kind)
     if method == "spline":
         return Kinematics(*smoothing_spline(stamps, samples, kind, quantum))
-    found = estimate(stamps, samples, kind, quantum)
+    found = estimate(stamps, samples, kind, quantum or quantum_of(samples))
     return Kinematics(
         found.position, found.velocity, found.acceleration, found.bandwidth, found.note, estimate=found
     )

@@ -270,7 +270,8 @@ impl<const N: usize> Kernel for Adapting<'_, '_, N> {
             if round == rule.rounds {
                 on.rounded.tell(&others, on.level, on.told);
                 for (ratio, [found, expected]) in on.found.iter_mut().zip(&shown) {
-                    *ratio = found / expected.max(f64::MIN_POSITIVE);
+                    // What is expected of a cell can vanish in rounding: then nothing is known of it.
+                    *ratio = if *expected > 0.0 { found / expected } else { 1.0 };
                 }
             }
             let noise = on.rounded.renew(&mut others, on.level, &mut on.sites);
