@@ -111,7 +111,7 @@ def estimate(time: ArrayLike, value: ArrayLike, kind: Kind = "position", quantum
 def _chosen(scaled: Scaled, kind: Kind) -> tuple[int, Adapted]:
     """The order that foretells single samples best from all others, before and after adapting; its adapted model."""
     lower = 0 if kind == "position" else 1  # derivatives that the samples have taken already
-    stretches = scaled.stretches()
+    stretches = scaled.stretches(2 - lower)
     best: tuple[float, int, Fit, list[Adapted]] | None = None
     for order in ORDERS:
         fit, told = fitted(stretches, order - lower)

@@ -17,7 +17,7 @@ from guideload import _core
 Array = NDArray[np.float64]
 Cells = NDArray[np.uint32]
 
-EXCERPT, STRETCHES = 12_000, 5  # samples on which order and levels are chosen, and in how many pieces
+EXCERPT, STRETCHES = 16_000, 8  # samples on which order and levels are chosen, and in how many pieces
 ROUNDS = 10  # in which sites, level and intensity of a stationary fit find each other
 GAP = 1e3  # of the intensity, where samples are missing for many time constants
 QUIETEST = 1e-3  # squared quanta: the least noise before rounding, for what the model itself leaves out
@@ -61,14 +61,24 @@ class Scaled:
         time = self.time[samples]
         return replace(self, time=time, step=np.diff(time), value=self.value[samples])
 
-    def stretches(self) -> list[Scaled]:
-        """What order and levels are chosen on: all samples, or a few stretches of a long trace."""
+    def stretches(self, power: int) -> list[Scaled]:
+        """What order and levels are chosen on: all samples, or a few stretches of a long trace.
+
+        The stretches are spread evenly from the quietest to the liveliest, as measured by what is left of a polynomial
+        of degree `power` (that of constant acceleration), so that neither dwells nor jumps are missed.
+        """
         count = self.value.size
         if count <= EXCERPT:
             return [self]
         length = EXCERPT // STRETCHES
-        starts = np.linspace(0, count - length, STRETCHES).astype(int)
-        return [self.part(slice(int(start), int(start) + length)) for start in starts]
+        starts = np.linspace(0, count - length, count // length).astype(int)
+        grid = np.linspace(-1.0, 1.0, length)
+        basis, _ = np.linalg.qr(grid[:, None] ** np.arange(power + 1))
+        values = self.value[starts[:, None] + np.arange(length)]
+        rest = values - (values @ basis) @ basis.T
+        ranked = starts[np.argsort(np.square(rest).sum(axis=1))]
+        chosen = ranked[np.linspace(0, ranked.size - 1, STRETCHES).astype(int)]
+        return [self.part(slice(int(start), int(start) + length)) for start in np.sort(chosen)]
 
 
 @dataclass(frozen=True)
