@@ -20,6 +20,7 @@ motion is smoother than the adapted model has it, and the model's own variance w
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Literal
 
@@ -27,6 +28,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from guideload.adapting import Adapted, adapted, adapted_in_pieces
+from guideload.cores import cores
 from guideload.errors import TraceError
 from guideload.fits import Fit, Scaled, fitted
 from guideload.uncertainty import Uncertainty
@@ -112,15 +114,16 @@ def _chosen(scaled: Scaled, kind: Kind) -> tuple[int, Adapted]:
     """The order that foretells single samples best from all others, before and after adapting; its adapted model."""
     lower = 0 if kind == "position" else 1  # derivatives that the samples have taken already
     stretches = scaled.stretches(2 - lower)
-    best: tuple[float, int, Fit, list[Adapted]] | None = None
-    for order in ORDERS:
+
+    def tried(order: int) -> tuple[float, Fit, list[Adapted]]:
         fit, told = fitted(stretches, order - lower)
         found = [adapted(part, fit, order) for part in stretches]
-        gain = told + AFTER * max(told, sum(each.gain for each in found))
-        if best is None or gain > best[0]:
-            best = gain, order, fit, found
-    assert best is not None
-    _, order, fit, found = best
+        return told + AFTER * max(told, sum(each.gain for each in found)), fit, found
+
+    with ThreadPoolExecutor(cores()) as pool:
+        trials = list(pool.map(tried, ORDERS))
+    best = int(np.argmax([gain for gain, _, _ in trials]))
+    order, (_, fit, found) = ORDERS[best], trials[best]
     if len(found) == 1:
         return order, found[0]
     weight = float(np.mean([each.weight for each in found]))

@@ -177,7 +177,7 @@ def peers(scores: list[Score], longest: int) -> None:
     print(f"\nratio to the best filter{'':47}{'ours':>6}" + "".join(f"{peer:>14}" for peer in PEERS))
     lost = 0
     short = sorted((s for s in scores if s.case.time.size <= longest), key=lambda s: s.case.time.size)
-    for count, one in enumerate(short, start=1):
+    for one in short:
         cells = []
         for peer in PEERS:
             try:
@@ -187,7 +187,7 @@ def peers(scores: list[Score], longest: int) -> None:
             except Exception as error:  # a method may refuse a case; the others go on
                 cells.append(f"{type(error).__name__[:13]:>14}")
         print(f"{one.case.title[:70]:<70}{one.ratio:>6.2f}{''.join(cells)}", flush=True)
-    print(f"{count} cases, {len(PEERS)} methods: better than ours {lost} times")
+    print(f"{len(short)} cases, {len(PEERS)} methods: better than ours {lost} times")
 
 
 def main() -> None:
