@@ -43,6 +43,12 @@ SCALE = {3: 0.80, 4: 0.90, 5: 0.93, 6: 1.0}
 QUIET, ROUNDED = 0.1, 0.86  # quanta of noise up to which that is so; factor
 # Weight of the adapted models in the choice of the order, where adapting has gained: they fit what they adapted to.
 AFTER = 0.5
+HANDICAP = {
+    3: 15.0,
+    4: 0.0,
+    5: 0.0,
+    6: 0.0,
+}  # log density by which jumping accelerations must be the better model
 JUMP = 20.0  # of the usual intensity: from here on a cell counts as a jump
 SUSPICIOUS = 0.01  # noise over range: encoders and their speed signals stay below 0.5 %
 FEWEST = 8
@@ -118,7 +124,8 @@ def _chosen(scaled: Scaled, kind: Kind) -> tuple[int, Adapted]:
     def tried(order: int) -> tuple[float, Fit, list[Adapted]]:
         fit, told = fitted(stretches, order - lower)
         found = [adapted(part, fit, order) for part in stretches]
-        return told + AFTER * max(told, sum(each.gain for each in found)), fit, found
+        after = sum(each.gain for each in found)
+        return told + AFTER * max(told, after) - HANDICAP[order], fit, found
 
     with ThreadPoolExecutor(cores()) as pool:
         trials = list(pool.map(tried, ORDERS))
