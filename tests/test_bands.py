@@ -6,6 +6,7 @@ from functools import cache
 from math import factorial
 from pathlib import Path
 
+import make_example_trace as move
 import numpy as np
 import pandas as pd
 import pytest
@@ -342,6 +343,21 @@ def example() -> Result:
     machine = Machine.from_toml(str(folder / "manipulator.toml"))
     trace = read_trace(folder / "manipulator.csv")
     return simulate(machine, motion_from_trace(trace, machine.drive))
+
+
+@pytest.mark.parametrize(("quantum", "noise"), [(5e-8, 0.0), (1e-6, 2e-6), (1e-5, 5e-6), (8e-5, 0.0)])
+def test_peaks_of_the_example_are_within_a_percent_and_the_band_says_so(quantum: float, noise: float) -> None:
+    """The move behind the packaged trace, measured by encoders over three decades, against the move itself."""
+    time = move.times()
+    position, _, acceleration = move.motion(time)
+    machine = example().machine
+    shaken = position + noise * np.random.default_rng(SEED).standard_normal(time.size)
+    table = {"t_s": time, "x_m": quantum * np.round(shaken / quantum)}
+    measured = simulate(machine, motion_from_trace(read_trace(table, quantum=quantum))).peaks()
+    true = simulate(machine, Motion.along_x(time, acceleration)).peaks()["peak_resultant_N"]
+    assert (measured["peak_resultant_N"] / true - 1.0).abs().max() < 0.01
+    assert (measured["peak_lower_N"] < true).all() and (true < measured["peak_upper_N"]).all()
+    assert ((measured["peak_upper_N"] - measured["peak_lower_N"]) / true).max() < 0.02
 
 
 def test_only_an_uncertain_motion_has_bands() -> None:

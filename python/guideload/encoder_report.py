@@ -89,7 +89,7 @@ def _smoothing_lines(inspection: Inspection) -> list[str]:
     return [
         f"white derivative {estimate.order} of the position, by likelihood; adapted in cells",
         _noise_line(inspection, estimate),
-        f"accelerations are followed up to {inspection.found.bandwidth:.3g} Hz; half the samples' rate is "
+        f"sudden changes are followed up to {inspection.found.bandwidth:.3g} Hz; half the samples' rate is "
         f"{0.5 / inspection.step:.4g} Hz",
         _jumps_line(estimate),
     ]

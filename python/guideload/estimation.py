@@ -27,7 +27,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from guideload.adapting import Adapted, adapted, adapted_in_pieces
+from guideload.adapting import COLOUR, Adapted, adapted, adapted_in_pieces
 from guideload.cores import cores
 from guideload.errors import TraceError
 from guideload.fits import Fit, Scaled, fitted
@@ -39,7 +39,7 @@ Kind = Literal["position", "velocity"]
 ORDERS = (3, 4, 5, 6)  # of the white derivative of the position
 # Of the standard deviations, fitted to tests/benchmarks/encoder.py: what `Adapted.share` leaves, and less where
 # rounding is all the noise there is, for its errors are bounded.
-SCALE = {3: 0.80, 4: 0.90, 5: 0.93, 6: 1.0}
+SCALE = {3: 0.83, 4: 0.97, 5: 0.96, 6: 1.12}
 QUIET, ROUNDED = 0.1, 0.86  # quanta of noise up to which that is so; factor
 # Weight of the adapted models in the choice of the order, where adapting has gained: they fit what they adapted to.
 AFTER = 0.5
@@ -66,7 +66,7 @@ class Estimate:
     intensity              (n - 1,) of the white derivative in each interval, (m/s^order)^2 s
     usual                  the intensity before it was adapted
     jumps                  (k, 2) s: stretches whose intensity is 20 times the usual or more
-    bandwidth              Hz, above which samples are taken for noise (half amplitude) where the acceleration changes
+    bandwidth              Hz, up to which a sudden change of the largest acceleration is followed (half amplitude)
     note                   what was chosen, as text
     uncertainty            the whole of what the samples leave open; None where all are equal
     """
@@ -174,10 +174,7 @@ def _assembled(time: Array, value: Array, kind: Kind, scaled: Scaled, order: int
     intensity = found.intensity[found.cell]
     density = scaled.unit**2 / scaled.second ** (2 * fit.states - 1)
     noise = float(np.sqrt(found.level)) * scaled.unit
-    follows = (intensity / (found.level + scaled.rounding)) ** (0.5 / fit.states) / (
-        2.0 * np.pi * scaled.second
-    )
-    bandwidth = _median(follows, np.diff(acceleration) ** 2)
+    bandwidth = _resolved(float(np.abs(mean[:, at]).max()), found, at) / scaled.second
     unit = sharpness * per[at]
     return Estimate(
         time,
@@ -204,13 +201,16 @@ def _assembled(time: Array, value: Array, kind: Kind, scaled: Scaled, order: int
     )
 
 
-def _median(values: Array, weights: Array) -> float:
-    """The weighted median; the plain one if all weights are nought."""
-    if not weights.any():
-        return float(np.median(values))
-    order = np.argsort(values)
-    share = np.cumsum(weights[order])
-    return float(values[order[int(np.searchsorted(share, 0.5 * share[-1]))]])
+def _resolved(change: float, found: Adapted, derivative: int) -> float:
+    """Frequency up to which a sudden change of the acceleration is followed; scaled units.
+
+    The change brings intensity change^2/T to the next derivative for the time T that it takes to be seen, and white
+    noise of that intensity is followed up to (intensity/noise)^(1/(2 N)) = 1/T.
+    """
+    if change == 0.0:
+        return np.inf
+    noise = COLOUR * found.level + found.model.scaled.rounding
+    return float((change**2 / noise) ** (1.0 / (2 * derivative + 1))) / (2.0 * np.pi)
 
 
 def _stretches_of(time: Array, inside: NDArray[np.bool_]) -> Array:
@@ -234,8 +234,8 @@ def _note(kind: Kind, order: int, noise: float, value: Array, scaled: Scaled, ba
     quantum = scaled.quantum * scaled.unit
     note = (
         f"smoother with white derivative {order} of the position, adapted to jumps, by likelihood: noise "
-        f"{noise:.2g} {unit} rms before rounding (quantum {quantum:.2g} {unit}), acceleration followed up to "
-        f"{bandwidth:.3g} Hz where it changes"
+        f"{noise:.2g} {unit} rms before rounding (quantum {quantum:.2g} {unit}), sudden changes followed up "
+        f"to {bandwidth:.3g} Hz"
     )
     share = noise / float(np.ptp(value))
     if share > SUSPICIOUS and noise > quantum:
