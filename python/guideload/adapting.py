@@ -70,9 +70,8 @@ class Adapted:
         # White noise alone shows 1/(2 N) of what is expected of noise and motion.
         least = 0.5 / self.model.fit.states
         true = (self.alive - least) / (1.0 - least)
-        alike = np.argsort(
-            self.intensity
-        )  # cells of like intensity are judged together: one alone says little
+        # Cells of like intensity are judged together: one alone says little.
+        alike = np.argsort(self.intensity)
         true[alike] = _mean_of_neighbours(true[alike], ALIKE)
         intensity = self.intensity * (1.0 - NUDGE * (1.0 - np.clip(true, 0.0, 1.0)))
         value, noise = self.coloured

@@ -43,12 +43,8 @@ SCALE = {3: 0.83, 4: 0.97, 5: 0.96, 6: 1.12}
 QUIET, ROUNDED = 0.1, 0.86  # quanta of noise up to which that is so; factor
 # Weight of the adapted models in the choice of the order, where adapting has gained: they fit what they adapted to.
 AFTER = 0.5
-HANDICAP = {
-    3: 15.0,
-    4: 0.0,
-    5: 0.0,
-    6: 0.0,
-}  # log density by which jumping accelerations must be the better model
+# Log density by which a model must be better: accelerations that jump are rare, and fit what is coarse.
+HANDICAP = {3: 15.0, 4: 0.0, 5: 0.0, 6: 0.0}
 JUMP = 20.0  # of the usual intensity: from here on a cell counts as a jump
 SUSPICIOUS = 0.01  # noise over range: encoders and their speed signals stay below 0.5 %
 FEWEST = 8

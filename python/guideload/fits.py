@@ -95,8 +95,11 @@ class Fit:
 
 
 class Found(NamedTuple):
-    """What `_core.adapt_motion` finds: intensities, level of the noise before rounding, sites, log densities of the
-    samples, and squares of the noise in each cell over those that its intensity makes expect."""
+    """What `_core.adapt_motion` finds.
+
+    Intensities, level of the noise before rounding, sites, log densities of the samples given all others, and squares
+    of the noise in each cell over those that its intensity makes expect.
+    """
 
     intensity: Array
     level: float
@@ -123,7 +126,7 @@ class Model:
         return _core.motion_likelihood(
             self.step,
             self.value,
-            self._even(),
+            self._noises(),
             self.mean,
             self.covariance,
             *self.even(self.fit.intensity),
@@ -153,7 +156,7 @@ class Model:
         sites: tuple[Array, Array] | None = None,
     ) -> Found:
         """`rounds` of adapting from these intensities, level and sites; without sites from the samples."""
-        value, variance = sites or (self.value, self._even())
+        value, variance = sites or (self.value, self._noises())
         return Found(
             *_core.adapt_motion(
                 self.step,
@@ -180,7 +183,7 @@ class Model:
         )
         return mean, variance
 
-    def _even(self) -> Array:
+    def _noises(self) -> Array:
         return np.full(self.value.size, self.fit.noise)
 
 
