@@ -2,7 +2,9 @@
 //!
 //! All compute the same bits with `std` on every platform: `sqrt` and `fma` are correctly rounded, the others come from `libm`.
 
-pub(crate) use libm::{atanh, ceil, copysign, exp, expm1, floor, hypot, log, log1p, pow, sinh};
+#[cfg(feature = "std")]
+pub(crate) use libm::log;
+pub(crate) use libm::{atanh, ceil, copysign, exp, expm1, floor, hypot, log1p, pow, sinh};
 
 /// Square root. (The one in `libm` is assembly that the wide vector loops would stall on.)
 #[cfg_attr(feature = "std", inline(always))]
