@@ -70,7 +70,8 @@ def test_what_was_found_is_told_and_nothing_is_written(tmp_path: Path, trace: Pa
         "time stamps: uniform",
         "quantum 1e-05 m",
         f"white derivative {estimate.order} of the position",
-        f"noise {estimate.noise:.3g} m rms, {estimate.noise / (QUANTUM / np.sqrt(12)):.3g} times that of the quantum",
+        f"noise {estimate.noise:.3g} m rms before rounding, "
+        f"{estimate.noise / (QUANTUM / np.sqrt(12)):.3g} times that of rounding",
         f"followed up to {estimate.bandwidth:.3g} Hz; half the samples' rate is 500 Hz",
         f"largest speed {np.abs(estimate.velocity).max():.4g} m/s",
         f"largest acceleration {estimate.acceleration[at]:.4g} m/s2",
@@ -97,8 +98,9 @@ def test_a_motor_without_a_machine_is_shown_in_its_own_units() -> None:
     drive = Machine.from_toml(MACHINE).drive
     assert drive is not None
     top = np.abs(motion_from_trace(read_trace(TRACE), drive).velocity).max()
-    assert f"largest speed {top / drive.speed_per_motor_speed / RADIANS_PER_SECOND:.4g} 1/min" in text
+    assert f"largest speed {top / drive.speed_per_motor_speed / RADIANS_PER_SECOND:.4g} rpm" in text
     assert "rad/s2" in text and "m/s2" not in text and " m/s " not in text
+    assert "quantum 0.1 rpm" in text  # the last digit of the file
     with_machine = told("encoder", TRACE, "--machine", MACHINE)
     assert f"largest speed {top:.4g} m/s" in with_machine and "Modes against the trace's band" in with_machine
 
@@ -125,6 +127,13 @@ def test_ten_hertz_cannot_carry_what_the_modes_answer(tmp_path: Path) -> None:
         assert "which makes mode" in text and "an upper bound" in text
     for text in (told("encoder", TRACE, "--machine", MACHINE), told("check", MACHINE, TRACE)):
         assert "which makes mode" not in text and "modes that x excites" in text
+
+
+def test_a_trace_that_is_too_noisy_is_warned_of_as_a_run_does(tmp_path: Path) -> None:
+    time = np.arange(1200) * 1e-3
+    noisy = written(tmp_path, time, moved(time) + 0.02 * np.random.default_rng(1).normal(size=time.size))
+    for text in (told("encoder", noisy), told("check", MACHINE, noisy)):
+        assert "warning: that noise is" in text and "the acceleration is cut" in text
 
 
 def test_damage_is_refused_with_its_rows_and_the_way_out(tmp_path: Path) -> None:

@@ -110,7 +110,7 @@ def test_rows_are_counted_as_an_editor_does(tmp_path, true):
     assert np.array_equal(trace.value, np.delete(true.value, 37))  # a column of text, read as exactly
     assert any("1 comments left out, row 21" in note for note in trace.notes)
     assert any("2 empty lines left out, row 31, 126" in note for note in trace.notes)
-    assert any("1 samples without a number left out, row 43" in note for note in trace.notes)
+    assert any("1 sample without a number left out, row 43" in note for note in trace.notes)
 
 
 def test_rows_of_another_length(tmp_path, true):

@@ -97,6 +97,25 @@ def test_every_form_gives_the_same_trace(write, tmp_path):
     assert np.array_equal(read_trace(PLACE, kind="position", rate=100).value, PLACE)
 
 
+def test_a_unit_that_contradicts_the_name_is_refused():
+    columns = {"t_s": TIME, "X_Position": PLACE}
+    with pytest.raises(TraceError, match=r"name says position, mm/s is a unit of velocity.*kind='velocity'"):
+        read_trace(columns, column="X_Position", unit="mm/s")
+    assert read_trace(columns, column="X_Position", unit="mm/s", kind="velocity").kind == "velocity"
+
+
+def test_the_width_of_a_counter_is_for_counts():
+    with pytest.raises(TraceError, match=r"column x_m: counter_bits: .* got 16.*--kind counts"):
+        read_trace({"t_s": TIME, "x_m": PLACE}, counter_bits=16)
+
+
+def test_a_trace_and_its_motion_are_shown_in_a_line():
+    trace = read_trace({"t_s": TIME, "x_m": PLACE})
+    motion = motion_from_trace(trace)
+    assert f"column x_m: position, {COUNT} samples" in repr(trace) and len(repr(trace)) < 200
+    assert f"{COUNT} stamps" in repr(motion) and len(repr(motion)) < 200
+
+
 def test_a_file_without_header_is_addressed_by_column_numbers(tmp_path):
     np.savetxt(tmp_path / "bare.csv", np.column_stack([TIME, PLACE * 1e3]), delimiter=",")
     trace = read_trace(tmp_path / "bare.csv", time="1", column="2", unit="mm")

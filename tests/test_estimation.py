@@ -11,8 +11,10 @@ import pytest
 from scipy.signal import savgol_filter
 
 from guideload import _core
+from guideload.encoder import read_trace
 from guideload.errors import TraceError
 from guideload.estimation import ORDERS, Kind, estimate
+from guideload.information import ramp_time, sudden_change
 
 sys.path.insert(0, str(Path(__file__).resolve().parent / "benchmarks"))
 from traces import FAMILIES, case
@@ -201,6 +203,45 @@ def test_both_kinds_choose_an_order_and_tell_it(kind: Kind):
     assert rms(found.acceleration - acceleration) < 0.02 * rms(acceleration)
     assert found.noise < 0.2 * quantum  # there is none but rounding
     assert str(found.order) in found.note
+
+
+@pytest.mark.parametrize("edge", [0.0, 0.085])
+def test_only_a_sudden_change_may_have_been_sudden(edge):
+    """Noise alone limits what a trace shows, not the duration of the changes that are in it."""
+    time = np.arange(0.0, 2.0, 1e-3)
+    acceleration = 2.2 * np.interp(time, [0.5 - 1e-9, 0.5 + edge, 1.3 - 1e-9, 1.3 + edge], [0, 1, 1, 0])
+    velocity = np.cumsum(acceleration) * 1e-3 + 2e-4 * np.random.default_rng(RNG_SEED).normal(size=time.size)
+    found = estimate(time, velocity, "velocity")
+    ramp = ramp_time(found.bandwidth)
+    assert 1e-3 < ramp < 0.02
+    sudden = sudden_change(time, found.acceleration, ramp)
+    assert (sudden > 0.9 * 2.2) if edge == 0.0 else (sudden < 0.2 * 2.2)
+
+
+def test_no_more_is_shown_than_half_the_samples_rate():
+    time = np.arange(0.0, 6.0, 0.1)
+    velocity = np.clip(time - 1.0, 0.0, 1.0) - np.clip(time - 4.0, 0.0, 1.0)
+    assert estimate(time, velocity, "velocity", 1e-4).bandwidth <= 5.0
+
+
+@pytest.mark.parametrize("quantum", [1e-5, 2e-5])
+def test_a_log_with_long_gaps_is_smoothed(quantum):
+    """Of a log on change, where orders that a gap takes beyond the range of doubles are no choice."""
+    time = np.arange(0.0, 7.0, 1e-3)
+    edges = np.ravel([[start, start + 0.03] for start in (0.6, 1.4, 2.4, 3.2, 3.8, 4.6, 5.6, 6.4)])
+    levels = [0, 0, 2, 2, 0, 0, -2, -2, 0, 0, -2, -2, 0, 0, 2, 2, 0, 0]
+    acceleration = np.interp(time, [0.0, *edges, 7.0], levels)
+    velocity = np.r_[0.0, np.cumsum(acceleration[1:] + acceleration[:-1]) * 5e-4]
+    place = np.r_[0.0, np.cumsum(velocity[1:] + velocity[:-1]) * 5e-4]
+    rounded = np.round(place / quantum) * quantum
+    changed = np.r_[True, np.diff(rounded) != 0.0]
+    changed[-1] = True
+    trace = read_trace({"t_s": time[changed], "x_m": rounded[changed]})
+    assert trace.clock == "on_change" and np.diff(trace.time).max() > 0.4
+    found = estimate(trace.time, trace.value, "position", quantum)
+    assert np.isfinite(found.acceleration_variance).all()
+    true = np.interp(trace.time, time, acceleration)
+    assert rms(found.acceleration - true) < 0.02 * rms(true)
 
 
 def test_equal_samples_have_neither_acceleration_nor_band():

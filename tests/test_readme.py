@@ -5,9 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from guideload.cli import EXAMPLES
+from guideload.cli import EXAMPLES, PAPER_DOFS
 from guideload.config import tomllib
+from guideload.encoder import motion_from_trace, read_trace
 from guideload.machine import Machine
+from guideload.simulation import simulate
 
 README = Path(__file__).resolve().parents[1] / "README.md"
 TEXT = README.read_text(encoding="utf-8")
@@ -23,6 +25,17 @@ def test_there_is_python_to_run() -> None:
 def test_python_block_runs(block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)  # what it writes goes there
     exec(compile(block, str(README), "exec"), {"__name__": "readme"})
+
+
+def test_the_table_of_peaks_is_the_one_of_the_demo() -> None:
+    """Peak and static load of every carriage, with all dofs and with the paper's."""
+    machine = Machine.from_toml(EXAMPLES / "manipulator.toml")
+    motion = motion_from_trace(read_trace(EXAMPLES / "manipulator.csv"), machine.drive)
+    results = [simulate(each, motion) for each in (machine, machine.with_free(PAPER_DOFS))]
+    loads = [result.peaks()[["peak_resultant_N", "static_resultant_N"]] for result in results]
+    for carriage in machine.carriages:
+        figures = [f"{load:,.0f} N".replace(",", " ") for part in loads for load in part.loc[carriage.name]]
+        assert f"| {carriage.name} | {' | '.join(figures)} |" in TEXT
 
 
 def test_every_law_of_the_machine_file_is_one() -> None:

@@ -163,7 +163,7 @@ def test_rows_of_a_file_are_named(tmp_path):
     rows = [f"{t!r};{x!r}" for t, x in zip(TIME.tolist(), place.tolist(), strict=True)]
     path = tmp_path / "trace.csv"
     path.write_text("\n".join(["# logger", "t;x", "s;m", *rows[:50], "", *rows[50:]]))
-    assert any("1 outliers left out, row 105" in note for note in read_trace(path, repair="all").notes)
+    assert any("1 outlier left out, row 105" in note for note in read_trace(path, repair="all").notes)
 
 
 def test_too_much_damage_is_refused():
@@ -189,7 +189,7 @@ def test_the_command_line_reads_as_the_library_does(tmp_path):
     told = CliRunner().invoke(main, [*call, *options])
     assert told.exit_code == 0, told.output
     text = " ".join(told.output.split())
-    assert "repair: 1 outliers left out, row 102" in text and "quantum 2e-06 m, as given" in text
+    assert "repair: 1 outlier left out, row 102" in text and "quantum 2e-06 m, as given" in text
 
 
 def test_the_kinds_are_named_as_they_are():

@@ -100,7 +100,8 @@ def trace_options(command: Any) -> Any:
         ),
         click.option(
             "--smoothing",
-            help="From samples to acceleration: auto, spline, savitzky_golay or differences.",
+            help="From samples to acceleration: auto, which tells its band; for comparison spline, savitzky_golay or "
+            "differences.",
         ),
         click.option("--window", type=POSITIVE, help="Window of savitzky_golay in seconds."),
     ]

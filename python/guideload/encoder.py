@@ -25,6 +25,7 @@ from guideload.trace.repair import repaired, wanted
 from guideload.trace.samples import fresh_samples, quantum_given, read_samples
 from guideload.trace.stamps import DATE_ORDERS
 from guideload.trace.table import listed
+from guideload.units import factor
 
 if TYPE_CHECKING:
     from guideload.parts import Drive
@@ -57,6 +58,9 @@ class Trace:
     clock: str = "uniform"
     tick: float = 0.0
     jitter: float = 0.0
+
+    def __repr__(self) -> str:
+        return f"<Trace of {self.source}, column {self.column}: {self.kind}, {self.time.size} samples>"
 
 
 def read_trace(
@@ -134,6 +138,11 @@ def read_trace(
     kind, scale = columns.meaning(data, column, kind, unit)
     if rate is None and stamped is None:
         stamped = data.clocks.get(column)
+    if counter_bits and kind != "counts":
+        raise TraceError(
+            f"{data.source}: column {column}: counter_bits: expected none, for {kind} is no counter, got "
+            f"{counter_bits}; leave it out, or say kind='counts' (--kind counts)"
+        )
     partner = columns.partner_of(data, column) if cross_check and kind in ("position", "velocity") else None
     read = read_samples(
         data, column, stamped, partner, (kind, scale), rate, counter_bits, "empty" in damage, date_order
@@ -184,10 +193,9 @@ def read_trace(
         stamps, distance = on_grid(stamps, np.union1d(found.gaps, np.flatnonzero(left_out) + 1))
         notes.append(f"stamps put on an even grid, {distance:.3g} s rms from where they were")
     how = "" if quantum is None else ", as given"
-    notes.append(
-        f"{kind} from column {column}, "
-        + (f"quantum {step:.3g} {KINDS[kind]}{how}" if step else "no quantum found")
-    )
+    of_motor = kind == "motor_speed"
+    shown = f"{step / factor('rpm', 'rad/s'):.3g} rpm" if of_motor else f"{step:.3g} {KINDS[kind]}"
+    notes.append(f"{kind} from column {column}, " + (f"quantum {shown}{how}" if step else "no quantum found"))
     for array in (stamps, values):
         array.setflags(write=False)
     return Trace(

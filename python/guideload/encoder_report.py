@@ -21,6 +21,8 @@ BAND_DEFINITIONS = (
     "the dynamic load after the largest change that may have been sudden is higher if it was: an upper bound for a "
     "single change, by the nominal stiffness of the links."
 )
+# What moves are made of whose position has a white derivative of that order.
+MOVES = {3: "acceleration that jumps", 4: "jerk that jumps", 5: "smooth moves", 6: "moves that ring"}
 NO_DRIVE = (
     "Note: the machine has no [drive] with gear_ratio and pinion_diameter or screw_lead to tell the cart's speed from "
     "the motor's: the figures are the motor's, and the modes are not compared."
@@ -87,23 +89,23 @@ def _smoothing_lines(inspection: Inspection) -> list[str]:
     if not np.any(inspection.found.acceleration):
         return [estimate.note]
     return [
-        f"white derivative {estimate.order} of the position, by likelihood; adapted in cells",
+        f"white derivative {estimate.order} of the position, as of {MOVES[estimate.order]}, by likelihood; adapted "
+        "along the trace",
         _noise_line(inspection, estimate),
         f"sudden changes are followed up to {inspection.found.bandwidth:.3g} Hz; half the samples' rate is "
         f"{0.5 / inspection.step:.4g} Hz",
         _jumps_line(estimate),
+        *([f"warning: {estimate.warning}"] if estimate.warning else []),
     ]
 
 
 def _noise_line(inspection: Inspection, estimate: Estimate) -> str:
     unit, factor = inspection.unit
-    told = f"noise {factor * estimate.noise:.3g} {unit} rms"
+    told = f"noise {factor * estimate.noise:.3g} {unit} rms before rounding"
     floor = inspection.quantum / np.sqrt(12.0)
     if not floor:
         return f"{told}; no quantum is known to compare with"
-    return (
-        f"{told}, {estimate.noise / floor:.3g} times that of the quantum alone, {factor * floor:.3g} {unit}"
-    )
+    return f"{told}, {estimate.noise / floor:.3g} times that of rounding to the quantum, {factor * floor:.3g} {unit}"
 
 
 def _jumps_line(estimate: Estimate) -> str:
@@ -111,13 +113,13 @@ def _jumps_line(estimate: Estimate) -> str:
     if not count:
         return "no jumps"
     longest = float(np.diff(estimate.jumps, axis=1).sum())
-    return f"jumps in {count} {'stretch' if count == 1 else 'stretches'}, {longest:.3g} s in all"
+    return f"jumps in {count} {'place' if count == 1 else 'places'}, {longest:.3g} s in all"
 
 
 def _largest_lines(inspection: Inspection) -> list[str]:
     """Largest speed and acceleration, with the 95 % band where one is told."""
     (_, factor), unit = inspection.unit, inspection.acceleration_unit
-    speed_unit = "1/min" if inspection.of_motor else "m/s"
+    speed_unit = "rpm" if inspection.of_motor else "m/s"
     acceleration, deviation = inspection.found.acceleration, inspection.deviation
     at = int(np.abs(acceleration).argmax())
     speed = factor * float(np.abs(inspection.found.velocity).max())
@@ -131,5 +133,5 @@ def _largest_lines(inspection: Inspection) -> list[str]:
     usual = COVER_95 * float(np.median(deviation))
     return [
         f"largest speed {speed:.4g} {speed_unit}",
-        f"{largest}, 95 % band {low:.4g} to {high:.4g}; half the time its half width is below {usual:.2g}",
+        f"{largest}, 95 % band {low:.4g} to {high:.4g}; as a median it is +-{usual:.2g} wide",
     ]

@@ -62,8 +62,10 @@ class Estimate:
     intensity              (n - 1,) of the white derivative in each interval, (m/s^order)^2 s
     usual                  the intensity before it was adapted
     jumps                  (k, 2) s: stretches whose intensity is 20 times the usual or more
-    bandwidth              Hz, up to which a sudden change of the largest acceleration is followed (half amplitude)
+    bandwidth              Hz, up to which a sudden change of the largest acceleration is followed (half amplitude), at
+                           most half the samples' rate
     note                   what was chosen, as text
+    warning                what that tells of a trace that is too noisy or too coarse, or ""
     uncertainty            the whole of what the samples leave open; None where all are equal
     """
 
@@ -79,6 +81,7 @@ class Estimate:
     jumps: Array
     bandwidth: float
     note: str
+    warning: str
     uncertainty: Uncertainty | None
 
     def draws(self, count: int, rng: np.random.Generator) -> Array:
@@ -119,13 +122,21 @@ def _chosen(scaled: Scaled, kind: Kind) -> tuple[int, Adapted]:
 
     def tried(order: int) -> tuple[float, Fit, list[Adapted]]:
         fit, told = fitted(stretches, order - lower)
+        if not (np.isfinite(told) and 0.0 < fit.constant < np.inf):  # long gaps: beyond the range of doubles
+            return -np.inf, fit, []
         found = [adapted(part, fit, order) for part in stretches]
         after = sum(each.gain for each in found)
-        return told + AFTER * max(told, after) - HANDICAP[order], fit, found
+        gain = told + AFTER * max(told, after) - HANDICAP[order]
+        return gain if np.isfinite(gain) else -np.inf, fit, found
 
     with ThreadPoolExecutor(cores()) as pool:
         trials = list(pool.map(tried, ORDERS))
     best = int(np.argmax([gain for gain, _, _ in trials]))
+    if np.isinf(trials[best][0]):
+        raise TraceError(
+            "smoothing: no order of the smoother fits these samples within the range of doubles; cut the trace at its "
+            'longest gaps, or take smoothing="spline" (--smoothing spline)'
+        )
     order, (_, fit, found) = ORDERS[best], trials[best]
     if len(found) == 1:
         return order, found[0]
@@ -150,6 +161,7 @@ def _still(time: Array, value: Array, kind: Kind) -> Estimate:
         np.zeros((0, 2)),
         np.inf,
         f"{note}: all samples are equal",
+        "",
         None,
     )
 
@@ -170,7 +182,9 @@ def _assembled(time: Array, value: Array, kind: Kind, scaled: Scaled, order: int
     intensity = found.intensity[found.cell]
     density = scaled.unit**2 / scaled.second ** (2 * fit.states - 1)
     noise = float(np.sqrt(found.level)) * scaled.unit
-    bandwidth = _resolved(float(np.abs(mean[:, at]).max()), found, at) / scaled.second
+    resolved = _resolved(float(np.abs(mean[:, at]).max()), found, at)
+    bandwidth = min(resolved, 0.5) / scaled.second  # half the samples' rate at most
+    warning = _warning(noise, value, scaled)
     unit = sharpness * per[at]
     return Estimate(
         time,
@@ -184,7 +198,8 @@ def _assembled(time: Array, value: Array, kind: Kind, scaled: Scaled, order: int
         fit.intensity * density,
         _stretches_of(time, intensity >= JUMP * fit.intensity),
         bandwidth,
-        _note(kind, order, noise, value, scaled, bandwidth),
+        _note(kind, order, noise, scaled, bandwidth) + (f"; warning: {warning}" if warning else ""),
+        warning,
         Uncertainty(
             found.model.step,
             found.coloured[1],
@@ -225,18 +240,21 @@ def _travel(time: Array, velocity: Array, acceleration: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(parts)])
 
 
-def _note(kind: Kind, order: int, noise: float, value: Array, scaled: Scaled, bandwidth: float) -> str:
+def _note(kind: Kind, order: int, noise: float, scaled: Scaled, bandwidth: float) -> str:
     unit = "m" if kind == "position" else "m/s"
     quantum = scaled.quantum * scaled.unit
-    note = (
+    return (
         f"smoother with white derivative {order} of the position, adapted to jumps, by likelihood: noise "
         f"{noise:.2g} {unit} rms before rounding (quantum {quantum:.2g} {unit}), sudden changes followed up "
         f"to {bandwidth:.3g} Hz"
     )
+
+
+def _warning(noise: float, value: Array, scaled: Scaled) -> str:
     share = noise / float(np.ptp(value))
-    if share > SUSPICIOUS and noise > quantum:
-        note += (
-            f"; warning: that noise is {100 * share:.2g} % of the signal's range, so the trace is very noisy or "
-            f"too coarse for its moves (a sample every {scaled.second:.3g} s): the acceleration is cut"
-        )
-    return note
+    if share <= SUSPICIOUS or noise <= scaled.quantum * scaled.unit:
+        return ""
+    return (
+        f"that noise is {100 * share:.2g} % of the signal's range, so the trace is very noisy or "
+        f"too coarse for its moves (a sample every {scaled.second:.3g} s): the acceleration is cut"
+    )

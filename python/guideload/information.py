@@ -174,7 +174,7 @@ class Information:
             return f"{band}; x excites no mode"
         count = int(self.taking_part.sum())
         within = int(np.count_nonzero(self.taking_part & (self.frequency <= self.band)))
-        which = "without" if within == 0 else "with" if within == count else f"with {within} of"
+        which = "below" if within == 0 else "with" if within == count else f"with {within} of"
         modes = f"{band}, {which} the {count} modes that x excites"
         share, load, name = self.worst
         if share < NOTHING:
@@ -191,7 +191,7 @@ class Information:
         frequency = float(self.frequency[mode])
         dofs = ", ".join(self.moves[mode])
         yield (
-            f"Note: the trace shows accelerations up to {self.band:.3g} Hz: a sudden change looks like a ramp of "
+            f"Note: the trace shows sudden changes up to {self.band:.3g} Hz: one looks like a ramp of "
             f"{1e3 * ramp_time(self.band):.3g} ms, which makes mode {mode + 1} ({dofs}, {frequency:.3g} Hz, excited "
             f"along x) ring {100 * self.ringing[mode]:.2g} % as much. If the change of {self.change:.3g} m/s2 that the "
             f"trace shows was sudden, the dynamic load of {name} is up to {100 * share:.2g} % ({load:.3g} N) above "

@@ -41,6 +41,9 @@ class Inspection:
     of_motor: bool
     found: Kinematics
 
+    def __repr__(self) -> str:
+        return f"<Inspection of {self.trace!r}>"
+
     @classmethod
     def of(
         cls,
@@ -113,7 +116,7 @@ class Inspection:
     def unit(self) -> tuple[str, float]:
         """Unit in which samples are shown, and its factor on `value`."""
         if self.of_motor:
-            return "1/min", RPM_PER_RADIAN_PER_SECOND
+            return "rpm", RPM_PER_RADIAN_PER_SECOND
         return ("m" if self.kind == "position" else "m/s"), 1.0
 
     @property

@@ -52,6 +52,10 @@ class Motion:
     bandwidth: float = np.inf
     uncertainty: Uncertainty | None = None
 
+    def __repr__(self) -> str:
+        source = f" of {self.source}" if self.source else ""
+        return f"<Motion{source}: {self.time.size} stamps from {self.time[0]:g} to {self.time[-1]:g} s>"
+
     def __post_init__(self) -> None:
         time = _history("time", self.time, (np.size(self.time),))
         if time.size < 2:

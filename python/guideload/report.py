@@ -116,8 +116,9 @@ def band_lines(result: Result) -> list[str]:
         return []
     return [
         "Band: where the largest resultant of the true motion lies with 95 %, given the samples, whenever it is; "
-        "the estimate is smooth, so its own peak tends to lie low in the band. Noise: 1.96 standard deviations of "
-        f"the resultant at the instant of the peak, over the peak. From: {result.data.attrs['band_method']}."
+        "the estimate is smooth, so its own peak tends to lie low in the band, or below it. Noise: 1.96 standard "
+        "deviations of the resultant at the instant of the peak, over the peak. "
+        f"From: {result.data.attrs['band_method']}."
     ]
 
 

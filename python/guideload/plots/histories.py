@@ -233,7 +233,8 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
         ax.plot(time, load, color=color)
         if "force_sd" in data:
             spread = data["force_sd"].sel(carriage=carriage, axis=axis).values
-            _fill_band(ax, time, load, spread, color, BAND_ALPHA, label="95 % band")
+            label = _band_label(spread)
+            _fill_band(ax, time, load, spread, color, BAND_ALPHA, label=label)
         ax.axhline(
             static, color=INK, linewidth=0.8, linestyle=(0, (5, 4)), label=f"static {load_text(static)}"
         )
@@ -288,7 +289,8 @@ def _draw_carriages(
             shade = BAND_ALPHA / np.sqrt(len(carriages))  # those of symmetric carriages lie on each other
             _fill_band(ax, time, load, result.data[spread].values[:, index], color, shade)
     if spread in result.data:
-        ax.fill_between([], [], [], color=GREY, alpha=BAND_ALPHA, linewidth=0, label="95 % band")
+        label = _band_label(result.data[spread].values, unit)
+        ax.fill_between([], [], [], color=GREY, alpha=BAND_ALPHA, linewidth=0, label=label)
     ax.plot([], [], color=GREY, linewidth=0.9, linestyle=(0, (5, 4)), label="static level")
     ax.set_xlabel("time [s]")
     _keep_span(ax, loads)
@@ -303,6 +305,11 @@ def _draw_carriages(
     if marked:
         ax.plot([], [], color=GREY, linewidth=4, label=contact.words(np.concatenate(links)))
     ax.legend(title="carriage", loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left")
+
+
+def _band_label(spread: NDArray[np.float64], unit: str = "N") -> str:
+    """With its widest place, for most bands are thinner than the line that they lie under."""
+    return f"95 % band, up to ±{load_text(COVER * float(spread.max(initial=0.0)), unit)}"
 
 
 def _fill_band(

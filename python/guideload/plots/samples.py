@@ -32,7 +32,7 @@ STAMPS = {
 }
 COLUMNS = 1500  # of the picture that hold samples: more of them are drawn as the range of each column
 SEPARATE = 400  # up to so many samples each is a dot
-CLOSE_PERIODS, CLOSE_SAMPLES = 3.0, 15.0  # to either side in the closer look: at the band's end, or samples
+CLOSE_PERIODS, CLOSE_SAMPLES = 3.0, 40.0  # to either side in the closer look: at the band's end, or samples
 ROOM = 0.12  # above and below the band, of its range
 TITLE = 88  # letters in a line
 SMALLEST = 1e-4  # amplitude that is drawn, of the largest
@@ -48,7 +48,7 @@ def encoder(inspection: Inspection) -> list[Axes]:
         figure = new_figure(10.0, 10.8)
         title = f"{inspection.trace.source}, column {inspection.trace.column}"
         if inspection.machine is not None and inspection.information is not None:
-            told = f"{inspection.machine.name}: accelerations are shown {inspection.information.text}"
+            told = f"{inspection.machine.name}: sudden changes are shown {inspection.information.text}"
             title = f"{title}\n{fill(told, TITLE)}"
         figure.suptitle(title, parse_math=False)
         grid = figure.add_gridspec(4, 2, height_ratios=(1.0, 0.6, 1.25, 1.35), width_ratios=(1.0, 1.8))
@@ -161,8 +161,17 @@ def _draw_acceleration(ax: Axes, inspection: Inspection, part: slice = slice(Non
     unit = _with_superscript(inspection.acceleration_unit)
     ax.set_ylabel(f"acceleration [{unit}]")
     if whole:
-        ax.set_title(f"Acceleration: largest {np.abs(acceleration).max():.4g} {unit}")
+        ax.set_title(f"Acceleration: largest {np.abs(acceleration).max():.4g} {unit}{_band_text(inspection)}")
         _legend_above(ax, 3)
+
+
+def _band_text(inspection: Inspection) -> str:
+    """Half the width of the 95 % band at the largest acceleration, and as a median: most bands are thin."""
+    if inspection.deviation is None:
+        return ""
+    half = COVER_95 * inspection.deviation
+    at = int(np.abs(inspection.found.acceleration).argmax())
+    return f" ±{half[at]:.2g}, usually ±{float(np.median(half)):.2g}"
 
 
 def _draw_closely(ax: Axes, inspection: Inspection) -> None:
@@ -199,7 +208,10 @@ def _draw_spectrum(ax: Axes, inspection: Inspection) -> None:
     if low < inspection.band < high:
         ax.axvspan(inspection.band, high, color=PALE, alpha=0.35, linewidth=0, zorder=0)
         ax.axvline(
-            inspection.band, color=BAND_END, linewidth=1.2, label=f"band's end, {inspection.band:.3g} Hz"
+            inspection.band,
+            color=BAND_END,
+            linewidth=1.2,
+            label=f"sudden changes shown, to {inspection.band:.3g} Hz",
         )
     if inspection.information is not None:
         _mark_modes(ax, inspection.information.frequency, inspection.information.taking_part)

@@ -115,7 +115,7 @@ class Reading(Part):
         default=None, description="whether position is compared with velocity"
     )
     smoothing: StrictStr | None = Field(
-        default=None, description="auto, spline, savitzky_golay or differences"
+        default=None, description="auto; for comparison spline, savitzky_golay or differences"
     )
     window: Annotated[float, PlainValidator(partial(number, unit="s", above=0.0))] | None = Field(
         default=None, description="of savitzky_golay, in s"

@@ -118,7 +118,7 @@ def check_partner(
     # The partner's unit is taken from the column's own; where the two differ by a factor, it is another unit.
     scale = float(np.median(mean[moving] / middle[moving])) if np.any(moving) else 0.0
     if not 0.4 < scale < 2.5:  # units differ by more; rounded positions at slow speed by less
-        return f"column {partner} not compared with {column}: their speeds differ by the factor {scale:.3g}"
+        return f"column {partner} not compared with {column}: their speeds have the ratio {scale:.3g}"
     spread = 1.4826 * float(np.median(np.abs(mean - middle)))
     slack = (high - low) + LAG_SHARE * top + 1.5 * quantum_of(position) / steps + DEVIATIONS * spread
     rows = np.flatnonzero((mean > high + slack) | (mean < low - slack)) + 1

@@ -139,6 +139,11 @@ def meaning(data: Table, column: str, kind: str | None, unit: str | float | None
             + ("" if data.named else f", or the kind of these SI values: {', '.join(KINDS)}")
         )
     meant = kind or kind_of_unit(written)
+    if unit and kind is None and {meant, header.word_kind} == {"position", "velocity"}:
+        raise TraceError(
+            f"{place}: unit: the name says {header.word_kind}, {written} is a unit of {meant}; give a unit of "
+            f"{header.word_kind}, or the kind as well, if the name misleads: kind='{meant}' (--kind {meant})"
+        )
     try:
         return meant, factor(written, KINDS.get(meant, "m/s"))  # no kind: no speed either, so this raises
     except ValueRefused as error:

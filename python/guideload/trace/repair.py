@@ -69,14 +69,15 @@ def repaired(
     kept = np.arange(time.size)
     notes = []
 
-    def leave_out(found: Samples, what: str) -> None:
+    def leave_out(found: Samples, one: str, more: str) -> None:
         nonlocal kept, time
         if found.size:
+            what = one if found.size == 1 else more
             notes.append(f"repair: {found.size} {what} left out, {rows.rows(kept[found])}")
             kept, time = np.delete(kept, found), np.delete(time, found)
 
     if "doubled" in kinds:
-        leave_out(doubled_samples(time, value), "doubled samples")
+        leave_out(doubled_samples(time, value), "doubled sample", "doubled samples")
     if "clock" in kinds:
         mended = repaired_clock(time)
         for sample, shift in zip(mended.back, mended.moved, strict=True):
@@ -85,11 +86,11 @@ def repaired(
                 f"ones moved by {shift:.6g} s, so that the step there is the usual one"
             )
         time = mended.time
-        leave_out(mended.left_out, "samples with a wild time stamp")
+        leave_out(mended.left_out, "sample with a wild time stamp", "samples with a wild time stamp")
     if np.any(np.diff(time) <= 0.0):
         return time, kept, notes  # refused by the checks
     if "outliers" in kinds:
-        leave_out(outliers(time, value[kept], is_position, quantum, max_speed), "outliers")
+        leave_out(outliers(time, value[kept], is_position, quantum, max_speed), "outlier", "outliers")
     if not is_position and max_speed is None:
         found = value[kept]
         stops = np.flatnonzero(drop_outs(found, quantum) & ~speed_jumps(time, found, False, quantum, None))
@@ -101,7 +102,7 @@ def repaired(
             )
     stuck = stuck_samples(time, value[kept], quantum)
     if "stuck" in kinds:
-        leave_out(stuck, "samples with a stuck value")
+        leave_out(stuck, "sample with a stuck value", "samples with a stuck value")
     elif stuck.size:
         notes.append(
             f"{stuck.size} samples repeat the value before while the axis moves, {rows.rows(kept[stuck])}; "

@@ -75,7 +75,8 @@ def read_samples(
         hint = "cut the trace there, or leave the rows out with repair='empty' (--repair empty)"
         raise data.no_number(column_at_fault, used[at_fault[used]], hint)
     if bad.size:
-        notes.append(f"repair: {bad.size} samples without a number left out, {data.rows(bad)}")
+        noun = "sample" if bad.size == 1 else "samples"
+        notes.append(f"repair: {bad.size} {noun} without a number left out, {data.rows(bad)}")
         place = place[~(empty | unstamped)[used]]
         used = np.setdiff1d(used, bad)
     value, time = value[used], time[used]
