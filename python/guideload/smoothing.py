@@ -81,11 +81,12 @@ def smooth(
     )
 
 
-def quantum_of(value: ArrayLike) -> float:
+def quantum_of(value: ArrayLike, resolution: float = 0.0) -> float:
     """The step in which the samples change, in their unit; 0 if there is none to be seen.
 
-    The smallest change that occurs, if at least 90 % of all changes are whole multiples of it (within 10 %,
-    for decimals are rounded too); rounding of doubles and logs whose number of decimals changes give 0.
+    The smallest change that occurs, if at least 90 % of all changes are whole multiples of it: within 2 %, and the
+    `resolution` to which the values are written (at most 10 %), for a chance step fits a few changes within that.
+    Rounding of doubles and logs whose number of decimals changes give 0.
     """
     samples = np.asarray(value, float)
     steps = np.abs(np.diff(samples))
@@ -99,7 +100,8 @@ def quantum_of(value: ArrayLike) -> float:
     step = float(np.sum(small) / np.sum(np.round(small / smallest)))
     # Of changes over 1000 steps the error of `step` itself blurs the multiple.
     ratio = steps[steps < 1000.0 * step] / step
-    if ratio.size < min(8, steps.size) or np.mean(np.abs(ratio - np.round(ratio)) < 0.1) < 0.9:
+    near = min(0.1, 0.02 + resolution / step)
+    if ratio.size < min(8, steps.size) or np.mean(np.abs(ratio - np.round(ratio)) < near) < 0.9:
         return 0.0
     return step
 

@@ -73,7 +73,7 @@ def clock_of(
     farthest = float(np.abs(normal - usual).max())
     # Steps of stamps that were decimals differ by the rounding of doubles.
     digits = 4.0 * float(np.spacing(np.abs(time[[0, -1]]).max()))
-    tick = 0.0 if farthest <= digits else quantum_of(np.round(normal / digits) * digits)
+    tick = 0.0 if farthest <= digits else quantum_of(np.round(normal / digits) * digits, digits)
     if gaps.size and np.all(still_across(value, gaps, is_position, quantum)):
         change = np.abs(np.diff(value, prepend=value[0]))
         rests = change[gaps - 1] <= FEW_QUANTA * quantum  # so does the row before the gap

@@ -96,7 +96,8 @@ def read_samples(
             notes.append(f"column {partner} not compared with {column}: it has cells without a number")
             beside = None
     si = np.asarray(value * scale, np.float64)
-    step = abs(scale) if whole else quantum_of(si) or abs(scale) * decimal_quantum(value)
+    written = abs(scale) * decimal_quantum(value)
+    step = abs(scale) if whole else quantum_of(si, written) or written
     return Samples(rows, time, si, step, place, beside, tuple(notes))
 
 
