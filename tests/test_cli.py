@@ -1,5 +1,6 @@
 """The command line: what it writes and prints, what it refuses, and with which exit code."""
 
+import gc
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +16,7 @@ from guideload.errors import ArgumentError, RunError
 from guideload.machine import Machine
 from guideload.modes import Modes
 from guideload.outputs import FORMATS, MANIFEST, PICTURE_ENDINGS, PICTURES
+from guideload.report import result_report
 
 MACHINE = str(EXAMPLES / "manipulator.toml")
 LOADS = list(FORMATS.values())
@@ -447,10 +449,12 @@ def test_help_loads_no_heavy_module() -> None:
     }
 
 
-def test_a_run_without_pictures_loads_no_matplotlib(tmp_path: Path, trace: str) -> None:
+def test_a_run_without_pictures_loads_neither_matplotlib_nor_the_arrays_of_dask(
+    tmp_path: Path, trace: str
+) -> None:
     arguments = ["run", MACHINE, trace, "-o", str(tmp_path / "out"), "--no-pictures"]
     loaded = modules_after(f"from guideload.cli import main\nmain({arguments!r}, standalone_mode=False)")
-    assert "numpy" in loaded and "matplotlib" not in loaded
+    assert "numpy" in loaded and not loaded & {"matplotlib", "dask.array"}
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252", "utf-8"])
@@ -461,6 +465,23 @@ def test_any_terminal_encoding_will_do(tmp_path: Path, encoding: str) -> None:
     ended = CliRunner(charset=encoding).invoke(main, ["check", str(machine)], catch_exceptions=False)
     assert ended.exit_code == 0
     assert "Spannrahmen f" in ended.stdout
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "utf-8"])
+def test_a_run_tells_its_report_in_the_encoding_of_the_terminal(
+    tmp_path: Path, trace: str, encoding: str
+) -> None:
+    arguments = ["run", MACHINE, trace, "-o", str(tmp_path / "out"), "--no-pictures"]
+    ended = CliRunner(charset=encoding).invoke(main, arguments, catch_exceptions=False)
+    loaded = results.Result.load(tmp_path / "out" / "loads.nc")
+    assert ended.stdout.startswith(result_report(loaded, encoding=encoding))
+    assert (tmp_path / "out" / "report.txt").read_text(encoding="utf-8") == result_report(loaded)
+
+
+def test_a_run_leaves_the_search_for_garbage_as_it_was(tmp_path: Path, trace: str) -> None:
+    for given, code in ((trace, 0), (tmp_path / "none.csv", 2)):
+        ended = guideload("run", MACHINE, given, "-o", tmp_path / "out", "--no-pictures", "--overwrite")
+        assert ended.exit_code == code and gc.isenabled()
 
 
 def test_progress_stays_off_where_nobody_watches() -> None:

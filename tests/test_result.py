@@ -341,6 +341,19 @@ def another_machine(path: Path) -> None:
     WRITERS[path.suffix[1:]](result, path)
 
 
+@pytest.mark.parametrize("instants", [None, []])
+def test_a_netcdf_file_is_byte_for_byte_what_xarray_writes(
+    tmp_path: Path, instants: list[float] | None
+) -> None:
+    result = simulate(rich_machine(), ref.piece(ref.noisy(), 500, 900), times=instants)
+    result.to_netcdf(tmp_path / "ours.nc")
+    result.data.to_netcdf(tmp_path / "theirs.nc", engine="h5netcdf")
+    assert (tmp_path / "ours.nc").read_bytes() == (tmp_path / "theirs.nc").read_bytes()
+    again = Result.load(tmp_path / "ours.nc")
+    again.to_netcdf(tmp_path / "again.nc")
+    xr.testing.assert_identical(Result.load(tmp_path / "again.nc").data, again.data)
+
+
 @pytest.mark.parametrize("ending", [*WRITERS, "xyz"])
 @pytest.mark.parametrize(
     "write", [junk, text, empty, nothing, folder, foreign, halved, without_columns, another_machine]

@@ -285,7 +285,7 @@ def test_held_rows_fill_a_gap_evenly():
     assert filled.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0] and count == 4
     assert value.tolist() == [0.0, 1.0, 2.0, 2.0, 2.0, 2.0, 2.0, 3.0, 4.0]
     long = held(np.array([0.0, 1.0, 1e6]), np.zeros(3), np.array([2]), 1.0)
-    assert long[2] == 64 and np.all(np.diff(long[0]) >= 1.0)
+    assert long[2] == 200 and np.all(np.diff(long[0]) >= 1.0)
 
 
 def test_an_even_grid_is_found_under_jitter():

@@ -22,6 +22,8 @@ from guideload.uncertainty import Uncertainty
 if TYPE_CHECKING:
     import xarray as xr
 
+    from guideload.dataset import Variable
+
 SEED = 1  # of all draws
 DRAWS = 200  # of the peaks of a linear scene
 COVER, TAIL = 1.96, 0.025  # standard deviations of the 95 % band, and what lies on either side of it
@@ -66,12 +68,14 @@ def bands_of(run: Run, carriage_loads: Array) -> Bands | None:
 
 def with_bands(data: xr.Dataset, bands: Bands) -> xr.Dataset:
     """The labelled arrays of a run and its bands."""
+    from guideload.dataset import labelled  # xarray takes longer to import than the bands to compute
+
     along_x = np.zeros((data.sizes["time"], 3))
     along_x[:, 0] = bands.acceleration
     of_carriages, of_one = ("time", "carriage", "axis"), ("time", "carriage")
     text = "standard deviation, by what the trace leaves open, of the"
     peak = "end of the 95 % band of the largest resultant of the carriage"
-    variables = (
+    variables: tuple[Variable, ...] = (
         ("force_sd", of_carriages, bands.loads[:, :, :3], "N", f"{text} load of the carriage"),
         ("moment_sd", of_carriages, bands.loads[:, :, 3:], "N m", f"{text} moment about the carriage centre"),
         ("resultant_sd", of_one, bands.sizes[:, :, 0], "N", f"{text} resultant load in y and z"),
@@ -81,12 +85,7 @@ def with_bands(data: xr.Dataset, bands: Bands) -> xr.Dataset:
         ("peak_resultant_lower", ("carriage",), bands.lower, "N", f"lower {peak}"),
         ("peak_resultant_upper", ("carriage",), bands.upper, "N", f"upper {peak}"),
     )
-    data = data.assign(
-        {
-            name: (dims, values, {"units": units, "long_name": words})
-            for name, dims, values, units, words in variables
-        }
-    )
+    data = data.assign(labelled(variables))
     data.attrs |= {"band_method": bands.method, "band_draws": bands.draws, "band_seed": SEED}
     return data
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import sys
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -146,6 +148,18 @@ def _split(reading: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """The options of `trace_options` that were given: those of the reading, and those of the smoothing."""
     given = {name: value for name, value in reading.items() if value is not None}
     return given, {name: given.pop(name) for name in ("smoothing", "window") if name in given}
+
+
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """No search for garbage in cycles: while modules are imported it takes 0.1 s and finds none."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
 
 
 def working(what: str) -> AbstractContextManager[Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from importlib.metadata import version
 
 import numpy as np
@@ -19,22 +19,31 @@ SIX = "N, N, N, N m, N m, N m"
 def dataset(run: Run, carriage_loads: Array) -> xr.Dataset:
     """All quantities of a run. carriage_loads: (time, carriage, 6), which the caller has already."""
     machine = run.machine
-    coords = {
-        "time": ("time", run.time, {"units": "s", "long_name": "time"}),
+    labels = {
         "carriage": [carriage.name for carriage in machine.carriages],
         "rail": [rail.name for rail in machine.rails],
-        "link": list(machine.link_table().names),
-        "axis": list(AXES),
-        "dof": list(DOFS),
+        "link": machine.link_table().names,
+        "axis": AXES,
+        "dof": DOFS,
     }
+    coords = labelled([("time", ("time",), run.time, "s", "time")])
+    coords |= {name: xr.Variable((name,), np.array(found), fastpath=True) for name, found in labels.items()}
     variables = [*_loads(run, carriage_loads), *_reference_point(run), *_static(run), *_motion(run)]
-    labelled = {
-        name: (dims, values, {"units": units, "long_name": text})
-        for name, dims, values, units, text in variables
-    }
-    data = xr.Dataset(labelled, coords=coords)
+    data = xr.Dataset(labelled(variables), coords=coords)
     data.attrs = _attributes(run)
     return data
+
+
+def labelled(variables: Iterable[Variable]) -> dict[str, xr.Variable]:
+    """Arrays with their dimensions, units and names, as a dataset takes them.
+
+    The fast path takes them as the arrays that they are; any other asks whether they are dask's, and where dask is
+    installed imports the whole of it for that, in 0.2 s.
+    """
+    return {
+        name: xr.Variable(dims, values, {"units": units, "long_name": text}, fastpath=True)
+        for name, dims, values, units, text in variables
+    }
 
 
 def _loads(run: Run, carriage_loads: Array) -> Iterator[Variable]:

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import h5netcdf
+import h5py
 import numpy as np
 import pyarrow as pa
 import xarray as xr
-from xarray.backends import H5NetCDFStore
 
 from guideload.errors import GuideloadError, TraceError, ValueRefused
 from guideload.machine import Machine
@@ -24,10 +24,24 @@ KEY = b"guideload"  # of the metadata in a Parquet file
 
 
 def write_netcdf(data: xr.Dataset, path: str | PathLike[str]) -> None:
-    """netCDF 4; variables and attributes as in `data`."""
-    # `to_netcdf` would first look for a scheduler of dask, and where dask is installed import the whole of it.
+    """netCDF 4; variables and attributes as in `data`.
+
+    Byte for byte what xarray writes, but by h5netcdf itself: where dask is installed xarray would import the whole of
+    it, to see whether arrays are dask's.
+    """
     with _whole(_ending(path, ".nc")) as draft, h5netcdf.File(draft, "w") as file:
-        data.dump_to_store(H5NetCDFStore(file))
+        file.attrs.update(data.attrs)
+        for variable in data.variables.values():
+            for dim, size in variable.sizes.items():
+                if dim not in file.dimensions:
+                    file.dimensions[dim] = size
+        for name, variable in data.variables.items():
+            values = variable.values
+            kind = h5py.string_dtype() if values.dtype.kind in "OUT" else values.dtype
+            empty = np.nan if values.dtype.kind == "f" else None
+            written = file.create_variable(name, variable.dims, kind, fillvalue=empty)
+            written.attrs.update(variable.attrs)
+            written[...] = values
 
 
 def write_parquet(data: xr.Dataset, path: str | PathLike[str]) -> None:

@@ -16,6 +16,7 @@ from guideload.machine_report import modes_table, nominal_lines, weight_lines
 from guideload.report_parts import WIDTH, heading, new_table, number, remark, section, to_text
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
     from guideload.motion import Motion
@@ -79,7 +80,8 @@ def peaks_tables(result: Result, width: int = WIDTH) -> list[RenderableType]:
     whole = new_table("carriage", *force_headings, *moment_headings)
     forces, moments = new_table("carriage", *force_headings), new_table("carriage", *moment_headings)
     loads = ("peak_Fy_N", "peak_Fz_N", "static_resultant_N", "dynamic_resultant_N")
-    for name, peaks in result.peaks().iterrows():
+    all_peaks = result.peaks()
+    for name, peaks in all_peaks.iterrows():
         peak = float(peaks["peak_resultant_N"])
         force = (
             number(peak),
@@ -95,15 +97,15 @@ def peaks_tables(result: Result, width: int = WIDTH) -> list[RenderableType]:
         forces.add_row(Text(str(name)), *force)
         moments.add_row(Text(str(name)), *moment)
     needed = Console(width=10 * width, color_system=None).measure(whole).maximum
-    return [*([whole] if needed <= width else [forces, moments]), *_bands_table(result)]
+    return [*([whole] if needed <= width else [forces, moments]), *_bands_table(all_peaks)]
 
 
-def _bands_table(result: Result) -> list[RenderableType]:
+def _bands_table(all_peaks: pd.DataFrame) -> list[RenderableType]:
     """A row per carriage: what the trace leaves open about its peak, if anything is known of that."""
+    if "noise_share_percent" not in all_peaks:
+        return []
     table = new_table("carriage", "peak\nN", "band\nfrom N", "band\nto N", "noise\n%")
-    for name, peaks in result.peaks().iterrows():
-        if "noise_share_percent" not in peaks:
-            return []
+    for name, peaks in all_peaks.iterrows():
         loads = (float(peaks[column]) for column in ("peak_resultant_N", "peak_lower_N", "peak_upper_N"))
         share = f"{float(peaks['noise_share_percent']):.2g}"
         table.add_row(Text(str(name)), *(number(load) for load in loads), share)
@@ -134,26 +136,25 @@ def reaction_lines(result: Result) -> list[RenderableType]:
     table = new_table("", "largest", "at\ns", "static")
     table.add_column("")
     time = data["time"].values
+    reactions, at_rest = _by_label(data, "reaction", "dof"), _by_label(data, "static_reaction", "dof")
     for dof in (dof for dof in DOFS if dof not in result.machine.free):
-        reaction = data["reaction"].sel(dof=dof).values
+        reaction = reactions[dof]
         instant = int(np.abs(reaction).argmax())
-        row = (
-            number(reaction[instant]),
-            f"{time[instant]:.3f}",
-            number(float(data["static_reaction"].sel(dof=dof))),
-        )
+        row = (number(reaction[instant]), f"{time[instant]:.3f}", number(float(at_rest[dof])))
         what = "drive force, held x" if dof == "x" else f"reaction at L, held {dof}"
         table.add_row(what, *row, "N m" if dof.startswith("r") else "N")
+    loads, at_rest = _by_label(data, "link_load", "link"), _by_label(data, "static_link_load", "link")
     for link in result.machine.links:
-        load = data["link_load"].sel(link=link.name).values
+        load = loads[link.name]
         instant = int(np.abs(load).argmax())
-        row = (
-            number(load[instant]),
-            f"{time[instant]:.3f}",
-            number(float(data["static_link_load"].sel(link=link.name))),
-        )
+        row = (number(load[instant]), f"{time[instant]:.3f}", number(float(at_rest[link.name])))
         table.add_row(Text(f"link {link.name}"), *row, "N")
     return [table] if table.row_count else ["All dofs are free: there is no reaction."]
+
+
+def _by_label(data: xr.Dataset, name: str, dim: str) -> dict[str, Array]:
+    """The history, or the number, of each label of a dimension."""
+    return dict(zip(data[dim].values.tolist(), data[name].transpose(dim, ...).values, strict=True))
 
 
 def motion_lines(motion: Motion) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
@@ -75,8 +76,11 @@ class Result:
         """All quantities with labels and units."""
         from guideload.bands import bands_of, with_bands
 
-        bands = bands_of(self._run, self.carriage_loads)
-        return self._estimate if bands is None else with_bands(self._estimate, bands)
+        with ThreadPoolExecutor(1) as beside:  # while xarray is imported
+            found = beside.submit(bands_of, self._run, self.carriage_loads)
+            estimate = self._estimate
+        bands = found.result()
+        return estimate if bands is None else with_bands(estimate, bands)
 
     @cached_property
     def _estimate(self) -> xr.Dataset:

@@ -20,7 +20,7 @@ UNIFORM = 1e-3  # of a step: at any speed, stamps this good are better than the 
 MOST_REPEATED = 0.2
 FIRST_STEP = 1.5  # the first step of a move is not above this many times the next one; a lost row makes it 2
 FEW_QUANTA = 2.5  # two, with their rounding: what rest and the start of a slow move cannot be told apart by
-HELD = 32  # rows put back at each end of a standstill: more than the smoothing looks across
+HELD = 100  # rows put back at each end of a standstill: more than the smoothing looks across
 
 
 @dataclass(frozen=True)
