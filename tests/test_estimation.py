@@ -257,5 +257,80 @@ def test_refusals_tell_the_place():
     time[5] = 3.0
     with pytest.raises(TraceError, match=r"time\[5\]: expected more than 4.0 s, got 3.0"):
         estimate(time, np.sin(time))
+    time, value = np.arange(20.0), np.sin(np.arange(20.0))
+    value[7] = np.nan
+    with pytest.raises(TraceError, match=r"value\[7\]: expected a finite number, got nan \(1 such\)"):
+        estimate(time, value)
+    value = np.sin(time)
+    with pytest.raises(TraceError, match="one value a stamp"):
+        estimate(time, value[:-1])
+    with pytest.raises(TraceError, match="kind: expected one of position, velocity"):
+        estimate(time, value, "acceleration")  # type: ignore[arg-type]
+    for quantum in (-1e-6, np.nan, np.inf, 1e-300):
+        with pytest.raises(TraceError, match="quantum: expected 0"):
+            estimate(time, value, "position", quantum)
+    with pytest.raises(TraceError, match="step of time .*check the unit"):
+        estimate(1e100 * time, value)
+    with pytest.raises(TraceError, match="spread of the samples: .*check the unit"):
+        estimate(time, 1e100 * value)
     with pytest.raises(ValueError, match="lengths do not agree"):
         _core.motion_likelihood(*[np.ones(3)] * 3, np.zeros(3), np.eye(3), np.zeros(2, np.uint32), np.ones(1))
+
+
+def there_and_back(time):
+    """Position and acceleration of a sine squared move of 1 m in 1.5 s from 0.5 s on."""
+    done = np.clip((time - 0.5) / 1.5, 0.0, 1.0)
+    moves = (done > 0.0) & (done < 1.0)
+    position = done - np.sin(2.0 * np.pi * done) / (2.0 * np.pi)
+    return position, 2.0 * np.pi * np.sin(2.0 * np.pi * done) / 1.5**2 * moves
+
+
+@pytest.mark.parametrize("missing", [slice(1, 400), slice(700, 1000), slice(1100, 1400), slice(2000, 2900)])
+def test_the_band_beside_a_gap_is_that_of_the_draws(missing):
+    time = np.delete(np.arange(3000) * 1e-3, missing)
+    position, acceleration = there_and_back(time)
+    found = estimate(time, np.round(position / 1e-6) * 1e-6, "position", 1e-6)
+    band = np.sqrt(found.acceleration_variance)
+    drawn = found.draws(600, np.random.default_rng(RNG_SEED)).std(axis=0)
+    np.testing.assert_allclose(band, drawn, rtol=5.0 / np.sqrt(2.0 * 600))
+    assert rms(found.acceleration - acceleration) < 1e-3 * rms(acceleration)
+
+
+def test_a_stamp_long_before_the_others_changes_next_to_nothing_of_them():
+    time = np.arange(1000) * 1e-3
+    value = np.round(np.sin(10.0 * time) / 1e-6) * 1e-6
+    alone = estimate(time, value, "position", 1e-6)
+    for before in (1.0, 1e3, 1e6):
+        after = estimate(np.append(-before, time), np.append(value[0], value), "position", 1e-6)
+        assert rms(after.acceleration[1:] - alone.acceleration) < 0.01 * rms(alone.acceleration)
+
+
+@pytest.mark.parametrize("kind", ["position", "velocity"])
+def test_wildly_uneven_stamps_are_borne(kind: Kind):
+    rng = np.random.default_rng(RNG_SEED)
+    time = np.cumsum(10.0 ** rng.uniform(-4.0, 0.0, 2000))
+    time *= 2.5 / time[-1]
+    position, _ = there_and_back(time)
+    found = estimate(time, np.round(position / 1e-6) * 1e-6, kind, 1e-6)
+    assert rms(found.position - position) < 1e-6 or kind == "velocity"
+    assert np.isfinite(found.acceleration).all() and (found.acceleration_variance > 0.0).all()
+
+
+@pytest.mark.parametrize("kind", ["position", "velocity"])
+@pytest.mark.parametrize("size", [1e-6, 1.0])
+def test_nothing_but_noise_or_nothing_but_a_line_stands_still(kind: Kind, size: float):
+    time = np.arange(2000) * 1e-3
+    alternating = estimate(time, size * (np.arange(2000) % 2), kind)
+    assert (np.abs(alternating.acceleration) < 1.96 * np.sqrt(alternating.acceleration_variance)).all()
+    assert abs(alternating.noise - 0.5 * size) < 0.01 * size
+    line = estimate(time[:12], size * time[:12], kind)
+    assert np.abs(line.acceleration - (size if kind == "velocity" else 0.0)).max() < 1e-6 * size
+
+
+def test_units_of_time_and_value_change_nothing_else():
+    time = np.arange(600) * 1e-3
+    value = np.round(np.sin(12.0 * time) / 1e-5) * 1e-5
+    here = estimate(time, value, "position", 1e-5)
+    there = estimate(time * 2.0**20, value * 2.0**-30, "position", 2.0**-30 * 1e-5)
+    assert np.array_equal(there.acceleration, here.acceleration * 2.0**-70)
+    assert np.array_equal(there.acceleration_variance, here.acceleration_variance * 2.0**-140)

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -48,6 +48,8 @@ HANDICAP = {3: 15.0, 4: 0.0, 5: 0.0, 6: 0.0}
 JUMP = 20.0  # of the usual intensity: from here on a cell counts as a jump
 SUSPICIOUS = 0.01  # noise over range: encoders and their speed signals stay below 0.5 %
 FEWEST = 8
+# Steps in s and ranges in the value's unit whose powers stay in the range of doubles; and range over quantum.
+STEPS, SIZES, FINEST = (1e-15, 1e15), (1e-25, 1e25), 1e15
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,20 +101,54 @@ def estimate(time: ArrayLike, value: ArrayLike, kind: Kind = "position", quantum
 
     time: (n,) s, strictly increasing, n >= 8. value: (n,) m or m/s according to `kind`.
     quantum: step of the encoder in the value's unit; 0 if unknown.
-    Raises TraceError for too few samples and for times that do not increase.
+    Raises TraceError for samples that `checked` refuses, and for a quantum that cannot be theirs.
+    """
+    stamps, samples = checked(time, value, kind)
+    spread = float(np.ptp(samples))
+    if not (quantum == 0.0 or spread / FINEST <= quantum < np.inf):
+        raise TraceError(
+            f"smoothing: quantum: expected 0 (unknown) or at least {spread / FINEST:.3g}, for the samples spread over "
+            f"{spread:.3g}; got {quantum!r}"
+        )
+    if spread == 0.0:
+        return _still(stamps, samples, kind)
+    for name, size, (least, most) in (
+        ("step of time [s]", float(np.median(np.diff(stamps))), STEPS),
+        ("spread of the samples", spread, SIZES),
+    ):
+        if not least <= size <= most:
+            raise TraceError(
+                f"smoothing: {name}: expected {least:g} to {most:g}, got {size:.3g}; check the unit"
+            )
+    scaled = Scaled.of(stamps, samples, quantum)
+    return _assembled(stamps, samples, kind, scaled, *_chosen(scaled, kind))
+
+
+def checked(time: ArrayLike, value: ArrayLike, kind: Kind) -> tuple[Array, Array]:
+    """Stamps and samples as numbers.
+
+    Raises TraceError for too few samples, other than one value a stamp, numbers that are not finite, times that do not
+    increase, and an unknown kind.
     """
     stamps, samples = np.asarray(time, float), np.asarray(value, float)
+    if kind not in get_args(Kind):
+        raise TraceError(f'smoothing: kind: expected one of {", ".join(get_args(Kind))}, got "{kind}"')
+    if stamps.ndim != 1 or samples.shape != stamps.shape:
+        raise TraceError(f"smoothing: expected one value a stamp, got {samples.shape} and {stamps.shape}")
     if stamps.size < FEWEST:
         raise TraceError(f"smoothing: expected at least {FEWEST} samples, got {stamps.size}")
+    for name, numbers in (("time", stamps), ("value", samples)):
+        bad = np.flatnonzero(~np.isfinite(numbers))
+        if bad.size:
+            raise TraceError(
+                f"smoothing: {name}[{bad[0]}]: expected a finite number, got {numbers[bad[0]]} ({bad.size} such)"
+            )
     steps = np.diff(stamps)
     if steps.min() <= 0.0:
         at = int(np.argmin(steps > 0.0)) + 1
         before, here = float(stamps[at - 1]), float(stamps[at])
         raise TraceError(f"smoothing: time[{at}]: expected more than {before!r} s, got {here!r}")
-    if np.ptp(samples) == 0.0:
-        return _still(stamps, samples, kind)
-    scaled = Scaled.of(stamps, samples, quantum)
-    return _assembled(stamps, samples, kind, scaled, *_chosen(scaled, kind))
+    return stamps, samples
 
 
 def _chosen(scaled: Scaled, kind: Kind) -> tuple[int, Adapted]:
@@ -125,19 +161,22 @@ def _chosen(scaled: Scaled, kind: Kind) -> tuple[int, Adapted]:
         if not (np.isfinite(told) and 0.0 < fit.constant < np.inf):  # long gaps: beyond the range of doubles
             return -np.inf, fit, []
         found = [adapted(part, fit, order) for part in stretches]
+        sound = all(np.isfinite(each.gain) and np.isfinite(each.intensity).all() for each in found)
         after = sum(each.gain for each in found)
         gain = told + AFTER * max(told, after) - HANDICAP[order]
-        return gain if np.isfinite(gain) else -np.inf, fit, found
+        return gain if sound else -np.inf, fit, found
 
     with ThreadPoolExecutor(cores()) as pool:
         trials = list(pool.map(tried, ORDERS))
     best = int(np.argmax([gain for gain, _, _ in trials]))
-    if np.isinf(trials[best][0]):
+    order, (gain, fit, found) = ORDERS[best], trials[best]
+    if gain == -np.inf:
+        steps = scaled.step * scaled.second
         raise TraceError(
-            "smoothing: no order of the smoother fits these samples within the range of doubles; cut the trace at its "
-            'longest gaps, or take smoothing="spline" (--smoothing spline)'
+            f"smoothing: no order survives rounding on steps of time from {steps.min():.3g} to {steps.max():.3g} s; "
+            "cut the trace at its longest gaps, leave out samples that lie very close together, or take "
+            'smoothing="spline" (--smoothing spline)'
         )
-    order, (_, fit, found) = ORDERS[best], trials[best]
     if len(found) == 1:
         return order, found[0]
     weight = float(np.mean([each.weight for each in found]))

@@ -20,6 +20,8 @@ Cells = NDArray[np.uint32]
 EXCERPT, STRETCHES = 16_000, 8  # samples on which order and levels are chosen, and in how many pieces
 ROUNDS = 10  # in which sites, level and intensity of a stationary fit find each other
 GAP = 1e3  # of the intensity, where samples are missing for many time constants
+QUICKEST = 12.0  # decades of intensity over noise per median step: beyond, the filter breaks down in rounding
+SLOWEST = 100.0  # lengths of the trace: a time constant beyond it tells a polynomial, as this one does
 QUIETEST = 1e-3  # squared quanta: the least noise before rounding, for what the model itself leaves out
 
 
@@ -119,7 +121,8 @@ class Model:
         self.scaled, self.fit = scaled, fit
         self.step, self.gap = np.minimum(scaled.step, longest), scaled.step > longest
         self.value = scaled.value
-        self.mean, self.covariance = _start(scaled.time, scaled.value, fit)
+        bridged = np.concatenate([[0.0], np.cumsum(self.step)])
+        self.mean, self.covariance = _start(bridged, scaled.value, fit)
 
     def likelihood(self) -> tuple[float, float]:
         """(sum of ln F, sum of v^2/F) over the innovations v and their variances F, as normal samples."""
@@ -224,14 +227,14 @@ def _as_normal(stretches: list[Scaled], states: int) -> Fit:
             unit = Fit(states, 1.0, 10.0**place)
             sums = np.array([Model(part, unit).likelihood() for part in stretches]).sum(axis=0)
             determinant, misfit = float(sums[0]), float(sums[1])
-            # Rounding can make variances negative far from the maximum.
-            if not (np.isfinite(determinant) and misfit > 0.0):
+            # Far from the maximum the filter can break down in rounding.
+            if not (np.isfinite(sums).all() and misfit > 0.0):
                 return -np.inf, least
             noise = max(misfit / count, least)
             known[place] = (-0.5 * (determinant + count * np.log(noise) + misfit / noise), noise)
         return known[place]
 
-    lowest = -12.0 / (2 * states - 1)
+    lowest = -QUICKEST / (2 * states - 1)
     highest = float(np.log10(max(count / 20.0, 4.0)))
     places = np.arange(lowest, min(highest, 3.5), 0.3)
     best = float(places[int(np.argmax([at(place)[0] for place in places]))])
@@ -245,6 +248,8 @@ def _with_sites(stretches: list[Scaled], fit: Fit) -> tuple[Fit, float]:
     models = [Model(part, fit) for part in stretches]
     rounding = stretches[0].rounding
     level, intensity = max(fit.noise - rounding, 0.02 * stretches[0].quantum), fit.intensity
+    longest = SLOWEST * max(float(part.step.sum()) for part in stretches)
+    slow, quick = longest ** (1 - 2 * fit.states), 10.0**QUICKEST
     sites: list[tuple[Array, Array] | None] = [None] * len(models)
     told = 0.0
     for _ in range(ROUNDS):
@@ -255,6 +260,7 @@ def _with_sites(stretches: list[Scaled], fit: Fit) -> tuple[Fit, float]:
         sites = [(each.value, each.variance) for each in found]
         level = float(np.mean([each.level for each in found]))
         intensity *= float(np.sqrt(np.mean([each.alive[0] for each in found])))  # the same is expected of all
+        intensity = float(np.clip(intensity, *((level + rounding) * np.array([slow, quick]))))
         told = sum(float(each.told.sum()) for each in found)
     noise = level + rounding
     return Fit(fit.states, noise, float(noise / intensity) ** (1.0 / (2 * fit.states - 1))), told

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from guideload.errors import TraceError
-from guideload.estimation import Estimate, Kind, estimate
+from guideload.estimation import Estimate, Kind, checked, estimate
 from guideload.spline import smoothing_spline
 
 __all__ = ["Kind", "Kinematics", "Method", "quantum_of", "smooth"]
@@ -60,15 +60,14 @@ def smooth(
     time: (n,) s, strictly increasing, n >= 8; value: (n,) m or m/s according to `kind`.
     quantum: step of the encoder in the value's unit; 0 if unknown, then looked for (see `quantum_of`).
     window: s, for `savitzky_golay` only. For velocity samples the position starts at 0.
-    Raises TraceError for an unknown method and for what a method cannot do.
+    Raises TraceError for an unknown method, for what a method cannot do, and for samples that
+    `estimation.checked` refuses.
     """
-    stamps, samples = np.asarray(time, float), np.asarray(value, float)
+    stamps, samples = checked(time, value, kind)
     if method not in get_args(Method):
         raise TraceError(f'smoothing: expected one of {", ".join(get_args(Method))}, got "{method}"')
     if window is not None and method != "savitzky_golay":
         raise TraceError(f'smoothing: "{method}" takes no window, got {window:g} s')
-    if stamps.size < 8:
-        raise TraceError(f"smoothing: expected at least 8 samples, got {stamps.size}")
     if method == "savitzky_golay":
         return _savitzky_golay(stamps, samples, kind, window)
     if method == "differences":

@@ -114,6 +114,11 @@ pub fn adapt_motion<'py>(
 ) -> PyResult<(Array1<'py>, f64, Array1<'py>, Array1<'py>, Array1<'py>, Array1<'py>)> {
     let mut of = slice(&intensity, "intensity")?.to_vec();
     let given = Given::new([&step, &value, &variance], &mean, &covariance, &cell, of.len())?;
+    for (name, number) in [("level", level), ("usual", usual), ("floor", floor)] {
+        if !(number > 0.0 && number.is_finite()) {
+            return Err(PyValueError::new_err(format!("{name}: expected a number above 0, got {number}")));
+        }
+    }
     let rounded = Rounded { value: slice(&rounded, "rounded")?, quantum };
     let count = given.samples.value.len();
     if rounded.value.len() != count {

@@ -12,6 +12,7 @@
 //! Samples rounded to a quantum are replaced by normal ones, their sites (`rounding`).
 
 mod draw;
+mod lost;
 mod motion;
 mod passes;
 mod posterior;
@@ -22,6 +23,7 @@ pub use draw::draw;
 pub use posterior::{Given, MOST, Posterior, Square, Step};
 
 use crate::simd::{Kernel, widest};
+use lost::Lost;
 use passes::Passes;
 use rounding::Others;
 pub use rounding::Rounded;
@@ -127,14 +129,15 @@ pub fn smooth(
     intensity: Intensity,
     out: &mut Smoothed,
 ) -> Option<()> {
-    match order {
+    let runs = match order {
         2 => widest(Smoothing::<2> { samples, start, intensity, out }),
         3 => widest(Smoothing::<3> { samples, start, intensity, out }),
         4 => widest(Smoothing::<4> { samples, start, intensity, out }),
         5 => widest(Smoothing::<5> { samples, start, intensity, out }),
         6 => widest(Smoothing::<6> { samples, start, intensity, out }),
         _ => return None,
-    }
+    };
+    lost::find(&runs, order, samples, intensity, out.variance);
     Some(())
 }
 
@@ -160,6 +163,9 @@ pub fn adapt(order: usize, start: Start, rule: Rule, adapted: &mut Adapted) -> O
 
 const HARDLY: f64 = 1e-9; // of the usual intensity: the least a cell can have
 const HARD: f64 = 1e12; // and the most
+/// Variance over the terms that it is left of, below which rounding tells on it.
+const LOST: f64 = 1e-6;
+
 /// The sums of `likelihood`.
 struct Sums<'a, const N: usize> {
     samples: Samples<'a>,
@@ -191,11 +197,13 @@ struct Smoothing<'a, 'b, const N: usize> {
 }
 
 impl<const N: usize> Kernel for Smoothing<'_, '_, N> {
-    type Output = ();
+    /// Where variances are lost in rounding.
+    type Output = Vec<Lost>;
 
     #[inline(always)]
-    fn run(self) {
+    fn run(self) -> Vec<Lost> {
         let Self { samples, start, intensity, out } = self;
+        let mut runs = Vec::new();
         let mut passes = Passes::<N>::new();
         passes.filter(samples, start, intensity);
         passes.backward(
@@ -204,22 +212,31 @@ impl<const N: usize> Kernel for Smoothing<'_, '_, N> {
             |_, _, _| {},
             |k, at, score, residual| {
                 out.residual[k] = residual;
+                let mut sound = true;
                 for i in 0..N.min(3) {
                     let row = &at.covariance[i];
                     let (mut mean, mut variance) = (at.mean[i], row[i]);
+                    let mut terms = row[i];
                     for a in 0..N {
                         mean += row[a] * score.r[a];
                         let mut sum = 0.0;
                         for b in 0..N {
-                            sum += score.variance[a][b] * row[b];
+                            let term = score.variance[a][b] * row[b];
+                            sum += term;
+                            terms += (row[a] * term).abs();
                         }
                         variance -= row[a] * sum;
                     }
                     out.mean[k][i] = mean;
                     out.variance[k][i] = variance.max(0.0);
+                    sound &= variance >= LOST * terms;
+                }
+                if !sound {
+                    Lost::add(&mut runs, k, &at.covariance);
                 }
             },
         );
+        runs
     }
 }
 

@@ -87,6 +87,45 @@ impl<'a> Posterior<'a> {
             _ => Box::new(Forward::<6>::new(self)),
         }
     }
+
+    /// The variances of the first three numbers of each state.
+    pub(super) fn variances(&self) -> impl Iterator<Item = [f64; 3]> {
+        self.steps().scan([[0.0; MOST]; MOST], |covariance, step| {
+            *covariance = widest(Carry { step: &step, covariance });
+            Some(core::array::from_fn(|i| covariance[i][i]))
+        })
+    }
+}
+
+/// A P A^T + L L^T.
+struct Carry<'a> {
+    step: &'a Step,
+    covariance: &'a Square,
+}
+
+impl Kernel for Carry<'_> {
+    type Output = Square;
+
+    #[inline(always)]
+    fn run(self) -> Square {
+        let Self { step: Step { carry, noise }, covariance } = self;
+        let (mut carried, mut after) = ([[0.0; MOST]; MOST], [[0.0; MOST]; MOST]);
+        for i in 0..MOST {
+            for j in 0..MOST {
+                for l in 0..MOST {
+                    carried[i][j] += carry[i][l] * covariance[l][j];
+                }
+            }
+        }
+        for i in 0..MOST {
+            for j in 0..MOST {
+                for l in 0..MOST {
+                    after[i][j] += carried[i][l] * carry[j][l] + noise[i][l] * noise[j][l];
+                }
+            }
+        }
+        after
+    }
 }
 
 /// A matrix by columns.
