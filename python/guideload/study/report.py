@@ -154,6 +154,8 @@ def study_lines(result: StudyResult) -> list[str]:
     studied = result.studied
     motion = f"motion {studied.motion}: " if studied.motion else "motion: "
     lines = [f"{motion}{studied.duration:.4g} s, {studied.instants} samples"]
+    if studied.motion:
+        lines.append("taken as known: what its trace leaves open does not scatter here; `run` tells its band")
     if studied.sensitivity:
         rows = studied.runs // (len(studied.varied) + 2)
         lines.append(
