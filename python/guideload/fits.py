@@ -85,7 +85,7 @@ class Scaled:
 
 @dataclass(frozen=True)
 class Fit:
-    """A stationary fit: states, variance of the noise with that of rounding, and intensity; scaled units."""
+    """A stationary fit: states, variance of the noise with that of rounding, and time constant; scaled units."""
 
     states: int
     noise: float

@@ -58,7 +58,7 @@ def smooth(
     """Estimate the motion behind samples (module docstring).
 
     time: (n,) s, strictly increasing, n >= 8; value: (n,) m or m/s according to `kind`.
-    quantum: step of the encoder in the value's unit; 0 if unknown, then looked for (see `quantum_of`).
+    quantum: step of the encoder in the value's unit; 0 if unknown; `auto` then looks for it (see `quantum_of`).
     window: s, for `savitzky_golay` only. For velocity samples the position starts at 0.
     Raises TraceError for an unknown method, for what a method cannot do, and for samples that
     `estimation.checked` refuses.
