@@ -16,10 +16,10 @@ from matplotlib.collections import PolyCollection
 from test_estimation import dense, problem
 
 from guideload import Carriage, Machine, Motion, Rail, Result, TraceError, _core, plots, report, simulate
-from guideload.bands import COVER, bands_of
+from guideload.bands import bands_of
 from guideload.encoder import motion_from_trace, read_trace
 from guideload.runs import Run
-from guideload.uncertainty import Uncertainty
+from guideload.uncertainty import COVER, Uncertainty
 
 SEED = 5
 BANDS = {
@@ -251,7 +251,7 @@ def test_bands_cover_what_is_drawn_from_the_model_itself() -> None:
     for position, acceleration in zip(place, truth, strict=True):
         samples = position + np.sqrt(variance) * rng.standard_normal(count)
         mean, _, _ = _core.smooth_motion(
-            step, samples, variance, np.zeros(states), covariance, cell, intensity
+            (step, samples, variance, np.zeros(states), covariance, cell, intensity)
         )
         found = simulate(machine, Motion.along_x(time, mean[:, 2], uncertainty=uncertainty))
         true = simulate(machine, Motion.along_x(time, acceleration)).carriage_loads

@@ -11,8 +11,8 @@ from click.testing import CliRunner, Result
 from guideload import Inspection, Machine, motion_from_trace, plots, read_trace
 from guideload.cli import EXAMPLES, main
 from guideload.encoder_report import encoder_report
-from guideload.inspection import COVER_95
 from guideload.plots.samples import density, thinned
+from guideload.uncertainty import COVER
 
 MACHINE = str(EXAMPLES / "manipulator.toml")
 TRACE = str(EXAMPLES / "manipulator.csv")
@@ -62,7 +62,7 @@ def test_what_was_found_is_told_and_nothing_is_written(tmp_path: Path, trace: Pa
     estimate = Inspection.of(read_trace(trace)).found.estimate
     assert estimate is not None
     at = np.abs(estimate.acceleration).argmax()
-    half = COVER_95 * np.sqrt(estimate.acceleration_variance[at])
+    half = COVER * np.sqrt(estimate.acceleration_variance[at])
     low, high = estimate.acceleration[at] - half, estimate.acceleration[at] + half
     for part in (
         "trace.csv, column position_m",
@@ -206,7 +206,7 @@ def test_the_picture_shows_what_was_found(trace: Path) -> None:
     (band,) = acceleration.collections
     corners = band.get_paths()[0].vertices
     assert found.deviation is not None
-    high = (found.found.acceleration + COVER_95 * found.deviation).max()
+    high = (found.found.acceleration + COVER * found.deviation).max()
     assert corners[:, 1].max() == pytest.approx(high, rel=1e-12)
     low, top = acceleration.get_ylim()
     assert low < found.found.acceleration.min() and high < top < 1.5 * high < found.differences.max()

@@ -76,16 +76,16 @@ def problem(states, count=12):
 def test_the_kernels_are_the_posterior_of_jointly_normal_numbers(states):
     given = problem(states)
     mean, covariance, likelihood = dense(states, *given[:5], given[6][given[5]])
-    found, variance, residual = _core.smooth_motion(*given)
+    found, variance, residual = _core.smooth_motion(given)
     for i in range(min(states, 3)):
         np.testing.assert_allclose(found[:, i], mean[i::states], rtol=1e-5, atol=1e-6)
         np.testing.assert_allclose(variance[:, i], np.diag(covariance)[i::states], rtol=1e-6)
-    determinant, misfit = _core.motion_likelihood(*given)
+    determinant, misfit = _core.motion_likelihood(given)
     assert -0.5 * (determinant + misfit) == pytest.approx(likelihood, rel=1e-9)
     # Without sample 5, the estimate of it and its variance.
     step, value, noise, *rest = given
     without, spread, _ = _core.smooth_motion(
-        step, value, np.where(np.arange(value.size) == 5, 1e12, noise), *rest
+        (step, value, np.where(np.arange(value.size) == 5, 1e12, noise), *rest)
     )
     assert residual[5, 0] / residual[5, 1] == pytest.approx(value[5] - without[5, 0], rel=1e-6)
     assert 1.0 / residual[5, 1] == pytest.approx(spread[5, 0] + noise[5], rel=1e-6)
@@ -97,13 +97,12 @@ def test_adapting_never_lowers_the_likelihood():
     variance = np.full(13, level)
     known = -np.inf
     for _ in range(12):
-        determinant, misfit = _core.motion_likelihood(
-            step, value, variance, mean, covariance, cell, intensity
-        )
+        given = step, value, variance, mean, covariance, cell, intensity
+        determinant, misfit = _core.motion_likelihood(given)
         assert -(determinant + misfit) > known - 1e-9
         known = -(determinant + misfit)
         intensity, found, sites, noises, *_ = _core.adapt_motion(
-            step, value, variance, mean, covariance, cell, intensity, value, 0.0, level, 1, 0.1, 0.0, level
+            given, value, 0.0, level, (1, 0.1, 0.0, level)
         )
         # Without rounding a site is its sample.
         assert found == level and noises == pytest.approx(variance) and sites == pytest.approx(value)
@@ -274,7 +273,9 @@ def test_refusals_tell_the_place():
     with pytest.raises(TraceError, match="spread of the samples: .*check the unit"):
         estimate(time, 1e100 * value)
     with pytest.raises(ValueError, match="lengths do not agree"):
-        _core.motion_likelihood(*[np.ones(3)] * 3, np.zeros(3), np.eye(3), np.zeros(2, np.uint32), np.ones(1))
+        _core.motion_likelihood(
+            (*[np.ones(3)] * 3, np.zeros(3), np.eye(3), np.zeros(2, np.uint32), np.ones(1))
+        )
 
 
 def there_and_back(time):

@@ -11,50 +11,32 @@ Vector = tuple[float, float, float]
 
 Cells = NDArray[np.uint32]
 
-def motion_likelihood(
-    step: Array, value: Array, variance: Array, mean: Array, covariance: Array, cell: Cells, intensity: Array
-) -> tuple[float, float]:
-    """Sum of ln F and of v^2/F over the innovations v and their variances F of a Kalman filter.
+# Samples and what is assumed of their motion: step (n - 1,) between samples, > 0; value, variance (n,), samples and the
+# variances of their noise; mean (N,) and covariance (N, N) of the state before the first sample, N = 2 to 6: the value
+# and its derivatives, the next one white noise; cell (n - 1,) of each interval, and intensity of the noise per cell.
+Sampled = tuple[Array, Array, Array, Array, Array, Cells, Array]
 
-    The state is the value and its derivatives, the next one white noise. step: (n - 1,) times between samples, > 0.
-    value, variance: (n,) samples and the variances of their noise. mean, covariance: (N,), (N, N) of the state before
-    the first sample, N = 2 to 6. cell: (n - 1,) the cell of each interval. intensity: of the white noise, per cell.
-    """
+def motion_likelihood(given: Sampled) -> tuple[float, float]:
+    """Sum of ln F and of v^2/F over the innovations v and their variances F of a Kalman filter."""
 
-def smooth_motion(
-    step: Array, value: Array, variance: Array, mean: Array, covariance: Array, cell: Cells, intensity: Array
-) -> tuple[Array, Array, Array]:
+def smooth_motion(given: Sampled) -> tuple[Array, Array, Array]:
     """Given all samples: (n, 3) value and two derivatives, (n, 3) their variances, (n, 2) u and D.
 
-    u/D is a sample less its estimate from all others, 1/D the variance of that. Arguments as of `motion_likelihood`.
+    u/D is a sample less its estimate from all others, 1/D the variance of that.
     """
 
 def adapt_motion(
-    step: Array,
-    value: Array,
-    variance: Array,
-    mean: Array,
-    covariance: Array,
-    cell: Cells,
-    intensity: Array,
-    rounded: Array,
-    quantum: float,
-    level: float,
-    rounds: int,
-    usual: float,
-    weight: float,
-    floor: float,
+    given: Sampled, rounded: Array, quantum: float, level: float, rule: tuple[int, float, float, float]
 ) -> tuple[Array, float, Array, Array, Array, Array]:
     """Intensities of the cells, noise level, values and variances of the sites by likelihood, from those given on.
 
-    rounded: the samples, rounded to `quantum` (0: not rounded) after noise of variance `level`, which is at least
-    `floor`. usual, weight: the intensity that each cell is drawn to, and how much, in squared noises. Last: log
-    density of each sample given all others, and noise found in each cell over what is expected, as the last round
-    found them. Other arguments as of `motion_likelihood`.
+    rounded: the samples, rounded to `quantum` (0: not rounded) after noise of variance `level`. rule: rounds; the
+    intensity that each cell is drawn to, and how much, in squared noises; the least level. Last: log density of each
+    sample given all others, and noise found in each cell over what is expected, as the last round found them.
     """
 
 # What samples leave open about a motion, beside their values: step (n - 1,), variance (n,), covariance (N, N), cell
-# (n - 1,), intensity; as for `motion_likelihood`, but a variance may be infinite, of a sample that tells nothing.
+# (n - 1,), intensity; as of `Sampled`, but a variance may be infinite, of a sample that tells nothing.
 Chain = tuple[Array, Array, Array, Cells, Array]
 
 def draw_motion(chain: Chain, derivative: int, count: int, seed: int) -> Array:

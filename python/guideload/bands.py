@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from guideload import _core
 from guideload.cores import cores
 from guideload.runs import Array, Run
-from guideload.uncertainty import Uncertainty
+from guideload.uncertainty import COVER, TAIL, Uncertainty
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 SEED = 1  # of all draws
 DRAWS = 200  # of the peaks of a linear scene
-COVER, TAIL = 1.96, 0.025  # standard deviations of the 95 % band, and what lies on either side of it
 FARTHEST = 6.0  # standard deviations that no draw of some hundred goes beyond
 # Through a scene that is not linear: most and fewest draws, how many are held at a time, and steps of all draws that
 # take some seconds.

@@ -59,6 +59,14 @@ class Trace:
     tick: float = 0.0
     jitter: float = 0.0
 
+    def samples(self, ratio: float = 1.0) -> tuple[Kind, Array, float]:
+        """What the smoothing takes: position or velocity, (n,) values and quantum, times `ratio`."""
+        return (
+            "position" if self.kind == "position" else "velocity",
+            self.value * ratio,
+            abs(ratio) * self.quantum,
+        )
+
     def __repr__(self) -> str:
         return f"<Trace of {self.source}, column {self.column}: {self.kind}, {self.time.size} samples>"
 
@@ -221,7 +229,6 @@ def motion_from_trace(
     position that starts at 0. Motor speed needs `drive`, the machine's [drive]. smoothing and window: see
     `smoothing.smooth`. Raises TraceError.
     """
-    kind: Kind = "position" if trace.kind == "position" else "velocity"
     ratio = 1.0
     if trace.kind == "motor_speed":
         if drive is None:
@@ -230,9 +237,8 @@ def motion_from_trace(
                 "gear_ratio and pinion_diameter or screw_lead to tell the cart's speed from it"
             )
         ratio = drive.speed_per_motor_speed
-    found = smooth(
-        trace.time, trace.value * ratio, kind, smoothing, quantum=abs(ratio) * trace.quantum, window=window
-    )
+    kind, value, quantum = trace.samples(ratio)
+    found = smooth(trace.time, value, kind, smoothing, quantum=quantum, window=window)
     return Motion.along_x(
         trace.time,
         found.acceleration,

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.console import RenderableType
 
-from guideload.inspection import COVER_95
 from guideload.report_parts import WIDTH, new_table, remark, section, to_text
+from guideload.uncertainty import COVER
 
 if TYPE_CHECKING:
     from guideload.estimation import Estimate
@@ -129,8 +129,8 @@ def _largest_lines(inspection: Inspection) -> list[str]:
     if deviation is None:
         largest += "; this method tells no band"
         return [f"largest speed {speed:.4g} {speed_unit}", largest]
-    low, high = (float(acceleration[at] + sign * COVER_95 * deviation[at]) for sign in (-1, 1))
-    usual = COVER_95 * float(np.median(deviation))
+    low, high = (float(acceleration[at] + sign * COVER * deviation[at]) for sign in (-1, 1))
+    usual = COVER * float(np.median(deviation))
     return [
         f"largest speed {speed:.4g} {speed_unit}",
         f"{largest}, 95 % band {low:.4g} to {high:.4g}; as a median it is +-{usual:.2g} wide",

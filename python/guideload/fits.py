@@ -127,12 +127,7 @@ class Model:
     def likelihood(self) -> tuple[float, float]:
         """(sum of ln F, sum of v^2/F) over the innovations v and their variances F, as normal samples."""
         return _core.motion_likelihood(
-            self.step,
-            self.value,
-            self._noises(),
-            self.mean,
-            self.covariance,
-            *self.even(self.fit.intensity),
+            self._given(self.value, self._noises(), *self.even(self.fit.intensity))
         )
 
     def even(self, intensity: float) -> tuple[Cells, Array]:
@@ -160,31 +155,17 @@ class Model:
     ) -> Found:
         """`rounds` of adapting from these intensities, level and sites; without sites from the samples."""
         value, variance = sites or (self.value, self._noises())
-        return Found(
-            *_core.adapt_motion(
-                self.step,
-                value,
-                variance,
-                self.mean,
-                self.covariance,
-                cell,
-                intensity,
-                self.value,
-                self.scaled.quantum,
-                level,
-                rounds,
-                self.fit.intensity,
-                weight,
-                self.scaled.floor,
-            )
-        )
+        rule = rounds, self.fit.intensity, weight, self.scaled.floor
+        given = self._given(value, variance, cell, intensity)
+        return Found(*_core.adapt_motion(given, self.value, self.scaled.quantum, level, rule))
 
     def smoothed(self, cell: Cells, intensity: Array, sites: tuple[Array, Array]) -> tuple[Array, Array]:
         """(n, 3) the first three numbers of the state, and their variances."""
-        mean, variance, _ = _core.smooth_motion(
-            self.step, *sites, self.mean, self.covariance, cell, intensity
-        )
+        mean, variance, _ = _core.smooth_motion(self._given(*sites, cell, intensity))
         return mean, variance
+
+    def _given(self, value: Array, variance: Array, cell: Cells, intensity: Array) -> _core.Sampled:
+        return self.step, value, variance, self.mean, self.covariance, cell, intensity
 
     def _noises(self) -> Array:
         return np.full(self.value.size, self.fit.noise)

@@ -13,11 +13,9 @@ from guideload.information import Information, information_band
 from guideload.machine import Machine
 from guideload.modes import Modes
 from guideload.smoothing import Kind, Kinematics, Method, smooth
+from guideload.units import factor
 
 Array = NDArray[np.float64]
-
-COVER_95 = 1.959963984540054  # standard deviations to either side that hold 95 % of a Gaussian
-RPM_PER_RADIAN_PER_SECOND = 30.0 / np.pi
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +60,7 @@ class Inspection:
             drive = None if machine is None else machine.drive
             of_motor = drive is None
             ratio = 1.0 if drive is None else drive.speed_per_motor_speed
-        kind: Kind = "position" if trace.kind == "position" else "velocity"
-        value, quantum = trace.value * ratio, abs(ratio) * trace.quantum
+        kind, value, quantum = trace.samples(ratio)
         found = smooth(trace.time, value, kind, smoothing, quantum=quantum, window=window)
         return cls(trace, machine, kind, value, quantum, of_motor, found)
 
@@ -116,7 +113,7 @@ class Inspection:
     def unit(self) -> tuple[str, float]:
         """Unit in which samples are shown, and its factor on `value`."""
         if self.of_motor:
-            return "rpm", RPM_PER_RADIAN_PER_SECOND
+            return "rpm", 1.0 / factor("rpm", "rad/s")
         return ("m" if self.kind == "position" else "m/s"), 1.0
 
     @property

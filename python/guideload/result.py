@@ -141,7 +141,7 @@ class Result:
         table |= {f"peak_F{axis}_N": force[:, i] for i, axis in enumerate(AXES)}
         table |= {f"peak_M{axis}_Nm": moment[:, i] for i, axis in enumerate(AXES)}
         if "resultant_sd" in data:
-            from guideload.bands import COVER
+            from guideload.uncertainty import COVER
 
             noise = 100.0 * COVER * data["resultant_sd"].values[at, np.arange(at.size)]
             table["peak_lower_N"] = data["peak_resultant_lower"].values

@@ -12,6 +12,8 @@ from guideload import _core
 
 Array = NDArray[np.float64]
 Cells = NDArray[np.uint32]
+
+COVER, TAIL = 1.96, 0.025  # standard deviations of the 95 % band, and what lies on either side of it
 # Of the kernels: step, variance, covariance, cell, intensity.
 Chain: TypeAlias = tuple[Array, Array, Array, Cells, Array]
 

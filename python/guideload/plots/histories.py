@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
 
 from guideload.audit import percent
-from guideload.bands import COVER
 from guideload.checks import share_of_time, uniform
 from guideload.plots.style import (
     GREY,
@@ -21,6 +20,8 @@ from guideload.plots.style import (
     look,
     new_figure,
 )
+from guideload.uncertainty import COVER
+from guideload.units import factor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
     from guideload.result import Result
 
-RPM_PER_RADIAN_PER_SECOND = 30 / np.pi
 BANDS_PER_OCTAVE = 12
 # Parts of the axes' height: a bar that marks lost contact and the gap above it, and what all bars may take.
 BAR, BARS = 0.025, 0.2
@@ -44,7 +44,7 @@ def motor_speed(result: Result, ax: Axes | None = None) -> Axes:
     data = result.data
     if "motor_speed" in data:
         title = "Motor speed"
-        values, label = data["motor_speed"].values * RPM_PER_RADIAN_PER_SECOND, "motor speed n$_M$ [1/min]"
+        values, label = data["motor_speed"].values / factor("rpm", "rad/s"), "motor speed n$_M$ [1/min]"
     elif "cart_velocity" in data:
         title = "Cart velocity (the motion has no motor speed)"
         values, label = data["cart_velocity"].sel(axis="x").values, "cart velocity along x [m/s]"

@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
 
 from guideload.checks import uniform
-from guideload.inspection import COVER_95
 from guideload.plots.histories import octave_bands
 from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, PALE, look, new_figure
+from guideload.uncertainty import COVER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -146,7 +146,7 @@ def _draw_acceleration(ax: Axes, inspection: Inspection, part: slice = slice(Non
     differences = inspection.differences[part]
     low = high = acceleration
     if inspection.deviation is not None:
-        half = COVER_95 * inspection.deviation[part]
+        half = COVER * inspection.deviation[part]
         low, high = acceleration - half, acceleration + half
         columns, [(lower, _), (_, upper)] = thinned(time, low, high)
         ax.fill_between(columns, lower, upper, color=BAND, linewidth=0.5, label="95 % band", zorder=2)
@@ -169,7 +169,7 @@ def _band_text(inspection: Inspection) -> str:
     """Half the width of the 95 % band at the largest acceleration, and as a median: most bands are thin."""
     if inspection.deviation is None:
         return ""
-    half = COVER_95 * inspection.deviation
+    half = COVER * inspection.deviation
     at = int(np.abs(inspection.found.acceleration).argmax())
     return f" ±{half[at]:.2g}, usually ±{float(np.median(half)):.2g}"
 

@@ -16,6 +16,7 @@ mod lost;
 mod motion;
 mod passes;
 mod posterior;
+mod roots;
 mod rounding;
 
 pub(crate) use draw::Drawn;

@@ -15,6 +15,7 @@
 
 use super::Intensity;
 use super::motion::Motion;
+use super::roots::{Columns, Pass, Passed, Sighted, upper_root};
 use crate::simd::{Kernel, widest};
 
 /// Most numbers that a state has.
@@ -128,9 +129,6 @@ impl Kernel for Carry<'_> {
     }
 }
 
-/// A matrix by columns.
-type Columns<const N: usize> = [[f64; N]; N];
-
 /// Upper triangles by rows, of sample 0 first.
 fn information<const N: usize>(given: Given) -> Vec<f64> {
     let count = given.variance.len();
@@ -221,61 +219,6 @@ impl<const N: usize> Iterator for Forward<'_, N> {
     }
 }
 
-/// U, V, and R', which is not triangular yet.
-struct Passed<const N: usize> {
-    u: Columns<N>,
-    v: Columns<N>,
-    rest: Columns<N>,
-}
-
-/// Takes the noise of an interval out of what is known after it, one number of w after the other.
-struct Pass<'a, const N: usize> {
-    root: &'a Columns<N>,
-    noise: Columns<N>,
-    phi: &'a [f64; N],
-}
-
-impl<const N: usize> Kernel for Pass<'_, N> {
-    type Output = Passed<N>;
-
-    #[inline(always)]
-    fn run(self) -> Passed<N> {
-        let Self { root, noise, phi } = self;
-        let mut of_noise = [[0.0; N]; N];
-        let mut rest = [[0.0; N]; N];
-        for j in 0..N {
-            for l in 0..=j {
-                for i in 0..N {
-                    of_noise[j][i] += root[l][i] * noise[j][l];
-                    rest[j][i] += root[l][i] * phi[j - l];
-                }
-            }
-        }
-        let (mut u, mut v) = ([[0.0; N]; N], [[0.0; N]; N]);
-        for j in 0..N {
-            let seen = of_noise[j];
-            let size = (1.0 + dot(&seen, &seen)).sqrt();
-            let (whole, part) = (1.0 / size, 1.0 / (size * (1.0 + size)));
-            u[j][j] = size;
-            for c in j + 1..N {
-                let sum = dot(&seen, &of_noise[c]);
-                u[c][j] = sum * whole;
-                for i in 0..N {
-                    of_noise[c][i] -= seen[i] * (sum * part);
-                }
-            }
-            for c in 0..N {
-                let sum = dot(&seen, &rest[c]);
-                v[c][j] = sum * whole;
-                for i in 0..N {
-                    rest[c][i] -= seen[i] * (sum * part);
-                }
-            }
-        }
-        Passed { u, v, rest }
-    }
-}
-
 /// The step of a chain: A = Phi - G U^-1 V, L = G U^-1.
 struct Solve<'a, const N: usize> {
     root: &'a Columns<N>,
@@ -316,80 +259,6 @@ impl<const N: usize> Kernel for Solve<'_, N> {
         }
         step
     }
-}
-
-/// The triangular root of what `columns` tell of the state and a sample of its first number with the weight `row` (Householder).
-struct Sighted<'a, const N: usize> {
-    columns: &'a Columns<N>,
-    row: f64,
-}
-
-impl<const N: usize> Kernel for Sighted<'_, N> {
-    type Output = Columns<N>;
-
-    #[inline(always)]
-    fn run(self) -> Columns<N> {
-        let mut m = *self.columns;
-        let mut last = [0.0; N];
-        last[0] = self.row;
-        for j in 0..N {
-            let mut square = last[j] * last[j];
-            for i in j..N {
-                square += m[j][i] * m[j][i];
-            }
-            let norm = square.sqrt();
-            if norm == 0.0 {
-                continue;
-            }
-            let norm = if m[j][j] < 0.0 { -norm } else { norm };
-            let mut mirror = m[j];
-            mirror[..j].fill(0.0);
-            mirror[j] += norm;
-            let (end, part) = (last[j], 1.0 / (norm * mirror[j]));
-            for c in j + 1..N {
-                let sum = (dot(&mirror, &m[c]) + end * last[c]) * part;
-                for i in 0..N {
-                    m[c][i] -= mirror[i] * sum;
-                }
-                last[c] -= end * sum;
-            }
-            m[j][j] = -norm;
-            m[j][j + 1..].fill(0.0);
-        }
-        m
-    }
-}
-
-#[inline(always)]
-fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
-    let mut sum = 0.0;
-    for i in 0..N {
-        sum += a[i] * b[i];
-    }
-    sum
-}
-
-/// The upper triangular S with S S^T = P, by columns; a direction without variance, or with less than rounding, gets none.
-fn upper_root<const N: usize>(p: &[[f64; N]; N]) -> Columns<N> {
-    let mut s = [[0.0; N]; N];
-    for j in (0..N).rev() {
-        let mut pivot = p[j][j];
-        for a in j + 1..N {
-            pivot -= s[a][j] * s[a][j];
-        }
-        if pivot <= 1e-15 * p[j][j] {
-            continue;
-        }
-        s[j][j] = pivot.sqrt();
-        for i in 0..j {
-            let mut sum = p[i][j];
-            for a in j + 1..N {
-                sum -= s[a][i] * s[a][j];
-            }
-            s[j][i] = sum / s[j][j];
-        }
-    }
-    s
 }
 
 #[cfg(test)]
