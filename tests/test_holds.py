@@ -122,3 +122,9 @@ def test_rows_left_out_shift_nothing():
     place = np.arange(24)
     rows, numbers = fresh_rows(np.repeat([0.0, 1.0, 1.0, 3.0], 6), place, 6.0)
     assert rows.tolist() == [0, 6, 12, 18] and numbers.tolist() == [0, 1, 2, 3]
+
+
+def test_a_hold_that_the_values_contradict_is_refused():
+    time = np.arange(0.0, 2.0, 1e-3)
+    with pytest.raises(TraceError, match="hold: values that stand in 3 rows each change at most 667 times"):
+        read_trace({"t_s": time, "v_m_s": np.sin(3.0 * time)}, hold=3)

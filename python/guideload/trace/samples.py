@@ -21,6 +21,7 @@ from guideload.trace.table import Table
 Array = NDArray[np.float64]
 DECIMALS = 9  # values with more are doubles at full length, whose last digits tell nothing
 FEWEST_CHANGES = 8
+MORE_CHANGES = 1.2  # than a hold allows, from which on it cannot be: some are damage
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +112,13 @@ def fresh_samples(read: Samples, hold: float | None, quantum: float) -> Samples:
         raise TraceError(
             f"{read.rows.source}: hold: expected the number of rows in which each value stands, 1 to "
             f"{read.value.size / checks.FEWEST_SAMPLES:g} for {read.value.size} samples, got {hold:g} (--hold)"
+        )
+    changes = np.count_nonzero(np.diff(read.value))
+    if hold is not None and changes > MORE_CHANGES * read.value.size / hold:
+        raise TraceError(
+            f"{read.rows.source}: hold: values that stand in {hold:g} rows each change at most "
+            f"{read.value.size / hold:.0f} times in {read.value.size} samples; these change {changes} times: "
+            "leave hold out to have it detected, or give 1 to take all rows (--hold 1)"
         )
     ratio = held_ratio(read.value, read.place, quantum) if hold is None else hold
     if ratio <= 1.0:
