@@ -8,9 +8,9 @@ import pyarrow as pa
 import xarray as xr
 from scipy import stats
 
-from guideload.machine import Machine
+from guideload.machine.machine import Machine
+from guideload.study.metadata import StudyMetadata, Varied
 from guideload.study.result import StudyResult
-from guideload.study.studied import Studied, Varied
 
 
 @dataclass
@@ -132,7 +132,7 @@ def study(
     finished = runs if finished is None else finished
     for column in data.values():
         column[finished:] = np.nan
-    studied = Studied(
+    studied = StudyMetadata(
         machine=machine(carriages),
         motion="cycle.csv",
         duration=7.061,

@@ -19,13 +19,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.cli import EXAMPLES
-from guideload.errors import GuideloadError
-from guideload.machine import Machine
-from guideload.motion import Motion
-from guideload.study.execute import run_study
+from guideload.base.errors import GuideloadError
+from guideload.cli.main import EXAMPLES
+from guideload.machine.machine import Machine
+from guideload.motion.motion import Motion
+from guideload.study.execution import run_study
 from guideload.study.plan import Plan
-from guideload.study.spec import Study
+from guideload.study.study import Study
 
 Array = NDArray[np.float64]
 

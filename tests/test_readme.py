@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from guideload.cli import EXAMPLES, PAPER_DOFS
-from guideload.config import tomllib
-from guideload.encoder import motion_from_trace, read_trace
-from guideload.machine import Machine
-from guideload.simulation import simulate
+from guideload.base.config import tomllib
+from guideload.cli.main import EXAMPLES, PAPER_DOFS
+from guideload.machine.machine import Machine
+from guideload.simulation.simulation import simulate
+from guideload.traces.reading import motion_from_trace, read_trace
 
 README = Path(__file__).resolve().parents[1] / "README.md"
 TEXT = README.read_text(encoding="utf-8")

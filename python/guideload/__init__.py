@@ -10,39 +10,30 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from guideload.audit import Audit
-    from guideload.bench import work_precision
-    from guideload.encoder import Trace, motion_from_trace, read_trace
-    from guideload.errors import ArgumentError, ConfigError, GuideloadError, RunError, SceneError, TraceError
-    from guideload.inspection import Inspection
-    from guideload.limits import Stability, stability
-    from guideload.machine import Machine
-    from guideload.modes import Modes
+    from guideload.base.errors import (
+        ArgumentError,
+        ConfigError,
+        GuideloadError,
+        RunError,
+        SceneError,
+        TraceError,
+    )
+    from guideload.machine import Body, Carriage, Drive, Link, Machine, Modes, Rail
+    from guideload.methods import Stability, WorkPrecision, stability, work_precision
     from guideload.motion import Motion
-    from guideload.parts import Body, Carriage, Drive, Link, Rail
-    from guideload.precision import WorkPrecision
-    from guideload.result import Result
-    from guideload.simulation import peak_loads, simulate
-    from guideload.study.execute import StudyInterrupted, run_study
-    from guideload.study.result import StudyResult
-    from guideload.study.spec import Study
+    from guideload.simulation import Result, peak_loads, simulate
+    from guideload.study import Study, StudyInterrupted, StudyResult, run_study
+    from guideload.traces import Inspection, Trace, motion_from_trace, read_trace
 
 _HOMES = {
     "audit": ("Audit",),
-    "bench": ("work_precision",),
-    "encoder": ("Trace", "motion_from_trace", "read_trace"),
-    "errors": ("ArgumentError", "ConfigError", "GuideloadError", "RunError", "SceneError", "TraceError"),
-    "inspection": ("Inspection",),
-    "limits": ("Stability", "stability"),
-    "machine": ("Machine",),
-    "modes": ("Modes",),
+    "base.errors": ("ArgumentError", "ConfigError", "GuideloadError", "RunError", "SceneError", "TraceError"),
+    "machine": ("Body", "Carriage", "Drive", "Link", "Machine", "Modes", "Rail"),
+    "methods": ("Stability", "WorkPrecision", "stability", "work_precision"),
     "motion": ("Motion",),
-    "parts": ("Body", "Carriage", "Drive", "Link", "Rail"),
-    "precision": ("WorkPrecision",),
-    "result": ("Result",),
-    "simulation": ("peak_loads", "simulate"),
-    "study.execute": ("StudyInterrupted", "run_study"),
-    "study.result": ("StudyResult",),
-    "study.spec": ("Study",),
+    "simulation": ("Result", "peak_loads", "simulate"),
+    "study": ("Study", "StudyInterrupted", "StudyResult", "run_study"),
+    "traces": ("Inspection", "Trace", "motion_from_trace", "read_trace"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -170,8 +170,8 @@ class Scene:
         damping_in_contact: NDArray[np.bool_],
     ) -> Scene: ...
     @property
-    def rung(self) -> str:
-        """The rung of the model that the laws ask for: linear, piecewise linear or smooth nonlinear."""
+    def model_level(self) -> str:
+        """The model level that the laws ask for: linear, piecewise linear or smooth nonlinear."""
 
     @property
     def free_at_rest(self) -> Array:

@@ -103,7 +103,7 @@ def print_scene(scene: Measured) -> None:
     print(f"{'':30}{'':14}{'ms':>11}{'error':>10}{'dynamic':>10}  front")
     for job in sorted(scene.done, key=lambda job: job.median):
         cells = f"{job.median * 1e3:>11.3f}{job.error:>10.1e}{job.dynamic:>10.1e}"
-        print(f"{job.name:30}{job.setting:14}{cells}  {'yes' if job.on_front else 'no'}")
+        print(f"{job.name:30}{job.setting:14}{cells}  {'yes' if job.pareto_optimal else 'no'}")
     for job in scene.jobs:
         if not np.isfinite(job.error):
             print(f"{job.name:30}{job.setting:14}{'failed: ' + job.failure}")

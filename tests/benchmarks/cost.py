@@ -55,8 +55,8 @@ from peers.roster import LSIM, RK45, RTOL, found_peers
 from reference import cart, cycle, noisy
 
 from guideload import Machine, Motion, peak_loads, simulate
-from guideload.result import Peaks
-from guideload.simulation import Method
+from guideload.simulation.result import Peaks
+from guideload.simulation.simulation import Method
 
 TURNS, CALLS = 15, 5
 SLOW, EVERY = 0.1, 5  # s, from which on a call is timed once, and in every fifth turn only

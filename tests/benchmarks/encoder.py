@@ -31,8 +31,8 @@ from scipy.signal import savgol_filter
 from traces import FAMILIES, Array, Case, draw, moves
 
 from guideload import Machine, Motion, simulate
-from guideload.estimation import Estimate, estimate
-from guideload.smoothing import smooth
+from guideload.smoothing.estimation import Estimate, estimate
+from guideload.smoothing.smoothing import smooth
 
 MEAN, WORST, COVER = 0.90, 1.15, (0.90, 0.98)  # asked in issue 5
 LONG, SECONDS = 1_000_000, 2.0

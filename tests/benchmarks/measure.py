@@ -21,7 +21,7 @@ from peers.roster import Peer, installed, roster
 from scenes import Case
 
 from guideload import GuideloadError, simulate
-from guideload.simulation import Method
+from guideload.simulation.simulation import Method
 
 OURS = tuple(method for method in get_args(Method) if method != "auto")
 TOLERANCES = tuple(10.0**-power for power in range(3, 11))
@@ -60,7 +60,7 @@ class Job:
     dynamic: float  # of its dynamic part
     times: list[float]  # s
     failure: str = ""
-    on_front: bool = False
+    pareto_optimal: bool = False
 
     @property
     def ours(self) -> bool:
@@ -96,7 +96,7 @@ class Measured:
     def mark_front(self) -> None:
         """Pareto: no other job is at least as fast and as accurate, and better in one."""
         for job in self.valid:
-            job.on_front = not any(
+            job.pareto_optimal = not any(
                 other.median <= job.median
                 and other.rank <= job.rank
                 and (other.median < job.median or other.rank < job.rank)

@@ -63,7 +63,7 @@ def panel(ax: Axes, scene: Measured) -> None:
             *points(line), s=size, color=color, marker="D" if ours else "o", zorder=order + 0.5, linewidths=0
         )
         labels.append((name, line, GREY if color == DIM else color, ours))
-    front = [job for job in scene.valid if job.on_front]
+    front = [job for job in scene.valid if job.pareto_optimal]
     ax.scatter(*points(front), s=110, facecolors="none", edgecolors=INK, linewidths=0.9, zorder=7)
     place(ax, labels)
 

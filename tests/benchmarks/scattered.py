@@ -16,7 +16,7 @@ from scenes import DIGITS
 
 from guideload import Motion
 from guideload.study.plan import Plan
-from guideload.study.spec import Study
+from guideload.study.study import Study
 
 CHECKED = 3  # scenes whose truth is computed
 CLEARANCE = 5e-6

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import SubFigure
 
-from guideload.plots.chart import work_precision
 from guideload.plots.drivers import scatter, tornado
 from guideload.plots.histories import (
     load_density,
@@ -23,15 +22,16 @@ from guideload.plots.histories import (
     resultant,
     spectrum,
 )
-from guideload.plots.regions import stability
-from guideload.plots.samples import encoder
-from guideload.plots.space import equivalent_box, modes, scene
+from guideload.plots.machine import equivalent_box, modes, scene
+from guideload.plots.speed_accuracy import work_precision
+from guideload.plots.stability_region import stability
 from guideload.plots.study import band, distributions, exceedance, save_study
+from guideload.plots.trace import encoder
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from guideload.result import Result
+    from guideload.simulation.result import Result
 
 __all__ = [
     "band",

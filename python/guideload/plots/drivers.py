@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from guideload.plots.style import GREY, INK, axes_or_new, look, new_figure
+from guideload.reports.study import TOO_FEW
 from guideload.study.quantities import described, with_unit
-from guideload.study.report import TOO_FEW
 from guideload.study.statistics import known
 
 if TYPE_CHECKING:

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
 
-from guideload.audit import percent
-from guideload.checks import share_of_time, uniform
+from guideload.audit.audit import percent
+from guideload.audit.checks import share_of_time, uniform
+from guideload.base.units import factor
+from guideload.motion.uncertainty import COVER
 from guideload.plots.style import (
     GREY,
     INK,
@@ -20,14 +22,12 @@ from guideload.plots.style import (
     look,
     new_figure,
 )
-from guideload.uncertainty import COVER
-from guideload.units import factor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from guideload.result import Result
+    from guideload.simulation.result import Result
 
 BANDS_PER_OCTAVE = 12
 # Parts of the axes' height: a bar that marks lost contact and the gap above it, and what all bars may take.

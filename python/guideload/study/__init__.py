@@ -1,1 +1,7 @@
-"""Studies: what the loads of many machines are that differ as real ones do."""
+"""Monte Carlo studies: the distribution of the loads where the parameters of a machine scatter."""
+
+from guideload.study.execution import StudyInterrupted, run_study
+from guideload.study.result import StudyResult
+from guideload.study.study import Study
+
+__all__ = ["Study", "StudyInterrupted", "StudyResult", "run_study"]

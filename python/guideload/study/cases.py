@@ -6,20 +6,18 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.errors import ConfigError, Problem, TraceError, ValueRefused, shown
+from guideload.base.arrays import Array
+from guideload.base.errors import ConfigError, Problem, TraceError, ValueRefused, shown
 from guideload.study.distributions import Form
 from guideload.study.factors import Factor, conflicts, require
-from guideload.study.paths import Change, Parameter, Parameters
+from guideload.study.parameters import Change, Parameter, Parameters
 from guideload.study.tables import name_and_unit, numbers_of
-from guideload.trace.files import load_table
-from guideload.trace.table import Table
+from guideload.traces.format.files import load_table
+from guideload.traces.format.table import Table
 
 if TYPE_CHECKING:
-    from guideload.trace.files import TableLike
-
-Array = NDArray[np.float64]
+    from guideload.traces.format.files import TableLike
 
 
 def cases_of(

@@ -8,14 +8,14 @@ from itertools import combinations
 import numpy as np
 from pydantic import Field
 
-from guideload.config import Part
-from guideload.errors import ConfigError, KeyPath, Problem, ValueRefused
+from guideload.base.config import ConfigModel
+from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused
+from guideload.study.distribution_spec import KeyRefused
 from guideload.study.factors import Coefficient, Factor, Vary, problem
 from guideload.study.sampling import Copula, cholesky
-from guideload.study.spread import KeyRefused
 
 
-class Correlation(Part):
+class Correlation(ConfigModel):
     """Correlation of the normal scores of several entries or factors, of all their pairs.
 
     Of two entries that both have a draw for each carriage (rail, link) only those of the same one are correlated.

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import exp2, ndtr, ndtri
 
-Array = NDArray[np.float64]
+from guideload.base.arrays import Array
+
 Form = Literal["value", "factor", "shift"]
 
 # No uniform number is 0 or 1, where a normal distribution is infinite: 8.3 and 8.2 standard deviations off.

@@ -11,7 +11,9 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, PlainValidator, model_validator
 
-from guideload.errors import ConfigError, KeyPath, Problem, ValueRefused, shown
+from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, shown
+from guideload.base.units import quantity
+from guideload.study.distribution_spec import DistributionSpec, KeyRefused
 from guideload.study.distributions import (
     Distribution,
     Form,
@@ -23,9 +25,7 @@ from guideload.study.distributions import (
     Truncated,
     Uniform,
 )
-from guideload.study.paths import Change, Parameter, Parameters
-from guideload.study.spread import KeyRefused, Spread
-from guideload.units import quantity
+from guideload.study.parameters import Change, Parameter, Parameters
 
 Each = Literal["carriage", "rail", "link", "value"]
 # Of a draw for each: what it is for, in words, and how the paths of all begin.
@@ -53,7 +53,7 @@ def _coefficient(value: object) -> float:
 Coefficient = Annotated[float, PlainValidator(_coefficient)]
 
 
-class Vary(Spread):
+class Vary(DistributionSpec):
     """What varies (`path`), as what (`distribution`), and how many draws there are (`each`)."""
 
     path: Annotated[tuple[str, ...], BeforeValidator(_paths)] = Field(

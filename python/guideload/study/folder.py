@@ -7,17 +7,17 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from guideload.errors import ArgumentError, RunError
+from guideload.base.atomic import LOCK, draft_of, exclusive_lock
+from guideload.base.errors import ArgumentError, RunError
 from guideload.study import manifest
-from guideload.study.parts import HISTORIES, SAMPLES, FolderParts, MemoryParts, Parts, parts_in
-from guideload.study.whole import LOCK, alone, draft_of
+from guideload.study.store import HISTORIES, SAMPLES, FolderStore, MemoryStore, SampleStore, parts_in
 
 if TYPE_CHECKING:
     from guideload.study.plan import Plan
 
 
 @contextmanager
-def written(plan: Plan, folder: Path | None, resume: bool) -> Iterator[Parts]:
+def written(plan: Plan, folder: Path | None, resume: bool) -> Iterator[SampleStore]:
     """The parts of a plan, to be added to: in memory, or in a folder that no other process writes meanwhile.
 
     A folder with a study in it is refused, unless `resume` and the study is the same: then its parts are checked
@@ -25,15 +25,15 @@ def written(plan: Plan, folder: Path | None, resume: bool) -> Iterator[Parts]:
     """
     columns = [*(factor.name for factor in plan.factors), *plan.columns]
     if folder is None:
-        yield MemoryParts(columns, plan.runs)
+        yield MemoryStore(columns, plan.runs)
         return
     _require_ours(folder, plan, resume)
     with ExitStack() as held:
         try:
             (folder / SAMPLES).mkdir(parents=True, exist_ok=True)
-            held.enter_context(alone(folder / SAMPLES))
+            held.enter_context(exclusive_lock(folder / SAMPLES))
             _require_ours(folder, plan, resume)  # another process may just have begun one
-            parts = FolderParts(folder, columns, plan.runs, plan.fingerprint())
+            parts = FolderStore(folder, columns, plan.runs, plan.fingerprint())
             parts.find(read_all=True)
             for path in (*parts.damaged, *_drafts(folder)):
                 path.unlink(missing_ok=True)
@@ -82,7 +82,7 @@ def remove(folder: Path) -> None:
         return
     samples = folder / SAMPLES
     samples.mkdir(exist_ok=True)
-    with alone(samples):
+    with exclusive_lock(samples):
         for path in files_of(folder):
             path.unlink(missing_ok=True)
     (samples / LOCK).unlink(missing_ok=True)

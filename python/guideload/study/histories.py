@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from guideload.errors import RunError, SceneError
-from guideload.runs import AXES, Array
-from guideload.simulation import simulate
+from guideload.base.arrays import Array
+from guideload.base.errors import RunError, SceneError
+from guideload.simulation.run import AXES
+from guideload.simulation.simulation import simulate
 
 if TYPE_CHECKING:
     from guideload.study.plan import Plan

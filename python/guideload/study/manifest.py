@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from guideload.errors import ArgumentError, shown
-from guideload.study.whole import whole
-from guideload.trace.table import listed
+from guideload.base.atomic import atomic_write
+from guideload.base.errors import ArgumentError, shown
+from guideload.traces.format.table import listed
 
 if TYPE_CHECKING:
-    from guideload.motion import Motion
+    from guideload.motion.motion import Motion
     from guideload.study.plan import Plan
 
 MANIFEST = "study.json"
@@ -28,19 +28,19 @@ def described(plan: Plan) -> dict[str, Any]:
     """What the manifest tells of a plan.
 
     fingerprint   of all that decides the results; the rest is there to be read, and to tell what differs
-    studied       what statistics, report and pictures need, see `Studied`
+    studied       what statistics, report and pictures need, see `StudyMetadata`
     factors       what varies and how, in words, by name
     correlations  of pairs that have one, by their names
     method, rtol  of the runs
     motion        digest of its arrays
     versions      that the samples were run with
     """
-    from guideload.study.studied import Studied
+    from guideload.study.metadata import StudyMetadata
 
     return {
         "content": TITLE,
         "fingerprint": plan.fingerprint(),
-        "studied": Studied.of(plan).as_json(),
+        "studied": StudyMetadata.of(plan).as_json(),
         "factors": {factor.name: factor.words for factor in plan.factors},
         "correlations": _correlations(plan),
         "method": plan.method,
@@ -72,7 +72,7 @@ def _digest(motion: Motion) -> str:
 
 def write(folder: Path, plan: Plan) -> None:
     """The manifest of a plan's folder, whole."""
-    with whole(folder / MANIFEST) as draft:
+    with atomic_write(folder / MANIFEST) as draft:
         text = json.dumps(described(plan), indent=1, ensure_ascii=False)
         draft.write_text(text + "\n", encoding="utf-8")
 

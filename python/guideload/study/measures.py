@@ -9,10 +9,10 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import Field, PlainValidator
 
-from guideload.config import Part, number
-from guideload.errors import ConfigError, Problem, ValueRefused, shown
-from guideload.machine import Machine
-from guideload.motion import Motion
+from guideload.base.config import ConfigModel, number
+from guideload.base.errors import ConfigError, Problem, ValueRefused, shown
+from guideload.machine.machine import Machine
+from guideload.motion.motion import Motion
 
 Measure = tuple[str, int, str]  # quantity, index of the carriage, statistic, see `_core.Batch`
 Quantity = Literal[
@@ -135,7 +135,7 @@ def limits_of(given: Mapping[str, object], columns: Sequence[str], life: Life | 
     return tuple(limits)
 
 
-class Life(Part):
+class Life(ConfigModel):
     """What the life of a carriage is counted from: base * (rating / mean load)^exponent."""
 
     rating: Annotated[float, PlainValidator(partial(number, unit="N", above=0.0))] = Field(

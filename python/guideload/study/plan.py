@@ -10,22 +10,20 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.errors import ArgumentError
-from guideload.machine import Machine
-from guideload.motion import HISTORIES, Motion
-from guideload.simulation import Method
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError
+from guideload.machine.machine import Machine
+from guideload.motion.motion import HISTORIES, Motion
+from guideload.simulation.simulation import Method
 from guideload.study.distributions import Sample
 from guideload.study.factors import Factor
 from guideload.study.measures import Life, Limit, Measure
-from guideload.study.paths import Change
+from guideload.study.parameters import Change
 from guideload.study.sampling import Design
 
 if TYPE_CHECKING:
     from guideload._core import Batch
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

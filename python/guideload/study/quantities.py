@@ -7,16 +7,14 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.errors import ValueRefused
-from guideload.machine import Machine
-from guideload.study.studied import Studied
+from guideload.base.arrays import Array
+from guideload.base.errors import ValueRefused
+from guideload.machine.machine import Machine
+from guideload.study.metadata import StudyMetadata
 
 if TYPE_CHECKING:
-    from guideload.study.parts import Parts
-
-Array = NDArray[np.float64]
+    from guideload.study.store import SampleStore
 
 
 class Quantity(NamedTuple):
@@ -112,18 +110,18 @@ def unit_of(name: str) -> str:
     return {"Nm": "N m"}.get(ends[1], ends[1]) if ends else ""
 
 
-def title_of(name: str, studied: Studied) -> str:
+def title_of(name: str, studied: StudyMetadata) -> str:
     """The title of a quantity; that of lost contact is what it means on this machine."""
     return contact_words(studied.machine) if name == CONTACT else known_quantity(name).title
 
 
-def titled(name: str, studied: Studied) -> str:
+def titled(name: str, studied: StudyMetadata) -> str:
     """A quantity as a title: "Peak resultant"."""
     title = title_of(name, studied)
     return title[0].upper() + title[1:]
 
 
-def with_unit(name: str, studied: Studied) -> str:
+def with_unit(name: str, studied: StudyMetadata) -> str:
     """A quantity and its unit, "peak resultant [N]"; any other column by its name."""
     stem = name.partition("[")[0]
     if quantity_of(stem) is None:
@@ -132,7 +130,7 @@ def with_unit(name: str, studied: Studied) -> str:
     return title_of(stem, studied) + (f" [{unit}]" if unit else "")
 
 
-def described(name: str, studied: Studied) -> str:
+def described(name: str, studied: StudyMetadata) -> str:
     """`the peak resultant of 1a`, `... of the machine`; any other column by its name."""
     stem, _, carriage = name.partition("[")
     if quantity_of(stem) is None:
@@ -140,7 +138,7 @@ def described(name: str, studied: Studied) -> str:
     return f"the {title_of(stem, studied)} of {carriage.removesuffix(']') or 'the machine'}"
 
 
-def available(studied: Studied) -> tuple[str, ...]:
+def available(studied: StudyMetadata) -> tuple[str, ...]:
     """The names of the quantities that a study has columns for; of a life also rating and travel.
 
     After those of `QUANTITIES` the measures as stored that none of them is made of: "max_Fy_N" without "min_Fy_N".
@@ -158,7 +156,7 @@ def available(studied: Studied) -> tuple[str, ...]:
     return (*made, *(name for name, one in rest if one is not None and not used.issuperset(one.sources)))
 
 
-def summarised(studied: Studied) -> tuple[str, ...]:
+def summarised(studied: StudyMetadata) -> tuple[str, ...]:
     """The quantities that the summary has; all there are where it would have none of loads."""
     names = available(studied)
     chosen = tuple(name for name in names if known_quantity(name).in_summary)
@@ -174,7 +172,7 @@ def contact_words(machine: Machine) -> str:
     return "a row open" if all(preloaded) else "contact lost or a row open"
 
 
-def figure(parts: Parts, studied: Studied, name: str, index: int) -> Array:
+def figure(parts: SampleStore, studied: StudyMetadata, name: str, index: int) -> Array:
     """A quantity of the carriage with this index, (runs,)."""
     columns = dict(zip(studied.measures, studied.columns, strict=True))
     first, *rest = (
@@ -191,7 +189,7 @@ def figure(parts: Parts, studied: Studied, name: str, index: int) -> Array:
     return life
 
 
-def limits_of(studied: Studied) -> dict[str, float]:
+def limits_of(studied: StudyMetadata) -> dict[str, float]:
     """The limits asked for, by quantity and in its unit. Raises ValueRefused for a quantity that there is not."""
     names = {re.sub(r"_(Nm|N|km)$", "", name): name for name in available(studied)}
     found = {}

@@ -12,23 +12,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.errors import ArgumentError, GuideloadError, ValueRefused, shown
-from guideload.files import _ending, _whole
-from guideload.study import passing, quantities, statistics
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError, GuideloadError, ValueRefused, shown
+from guideload.base.units import quantity as to_unit
+from guideload.simulation.files import _ending, _whole
+from guideload.study import limits as passing
+from guideload.study import quantities, statistics
+from guideload.study.metadata import StudyMetadata
 from guideload.study.quantities import CONTACT, PEAK, known_quantity, unit_of
 from guideload.study.statistics import Estimate, Exceedance
-from guideload.study.studied import Studied
-from guideload.units import quantity as to_unit
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-    from guideload.study.parts import Parts
+    from guideload.study.store import SampleStore
 
-Array = NDArray[np.float64]
 
 LEVELS = (0.01, 0.05, 0.5, 0.95, 0.99)
 # Samples that ranks are compared of, the first ones: the standard error of a rank correlation is then 0.003.
@@ -47,7 +47,7 @@ class StudyResult:
     `failed`. Of a Saltelli design the matrices A and B are the samples; the others only serve `sensitivity`.
     """
 
-    def __init__(self, parts: Parts, studied: Studied) -> None:
+    def __init__(self, parts: SampleStore, studied: StudyMetadata) -> None:
         self.parts = parts
         self.studied = studied
 
@@ -58,12 +58,12 @@ class StudyResult:
     def load(cls, folder: str | PathLike[str]) -> StudyResult:
         """The study in a folder, done or left. Raises ArgumentError if the folder holds none."""
         from guideload.study import manifest
-        from guideload.study.parts import FolderParts
+        from guideload.study.store import FolderStore
 
-        parts = FolderParts.open(Path(folder))
+        parts = FolderStore.open(Path(folder))
         there = manifest.read(Path(folder))
         try:
-            return cls(parts, Studied.from_json((there or {})["studied"]))
+            return cls(parts, StudyMetadata.from_json((there or {})["studied"]))
         except (LookupError, TypeError, GuideloadError) as error:
             raise ArgumentError(f"{folder}: expected a study that guideload wrote, got {error}") from error
 

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 from scipy.stats import qmc
 
+from guideload.base.arrays import Array
 from guideload.study.distributions import HIGHEST, LOWEST
 
-Array = NDArray[np.float64]
 Words = NDArray[np.uint64]
 Sampling = Literal["sobol", "latin hypercube", "random"]
 

@@ -16,9 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import betaincinv
 from scipy.stats import binom, norm, rankdata
 
-from guideload.errors import ValueRefused
-
-Array = NDArray[np.float64]
+from guideload.base.arrays import Array
+from guideload.base.errors import ValueRefused
 
 CONFIDENCE = 0.95
 CURVE = 400  # points of an exceedance curve: more than a picture resolves

@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.trace.table import Table
-from guideload.units import factor
+from guideload.base.arrays import Array
+from guideload.base.units import factor
+from guideload.traces.format.table import Table
 
-Array = NDArray[np.float64]
 HEADER = re.compile(r"\s*(?P<name>.*\S)\s+\[(?P<unit>[^\[\]]*)\]\s*")
 
 

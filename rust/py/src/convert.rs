@@ -10,12 +10,12 @@ use pyo3::prelude::*;
 
 use crate::law::PyLaw;
 
-/// The exception tree stands in `guideload.errors`.
+/// The exception tree stands in `guideload.base.errors`.
 mod errors {
-    pyo3::import_exception!(guideload.errors, ArgumentError);
-    pyo3::import_exception!(guideload.errors, RunError);
-    pyo3::import_exception!(guideload.errors, SceneError);
-    pyo3::import_exception!(guideload.errors, TraceError);
+    pyo3::import_exception!(guideload.base.errors, ArgumentError);
+    pyo3::import_exception!(guideload.base.errors, RunError);
+    pyo3::import_exception!(guideload.base.errors, SceneError);
+    pyo3::import_exception!(guideload.base.errors, TraceError);
 }
 
 /// A NumPy array with one axis.

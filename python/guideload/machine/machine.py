@@ -1,0 +1,224 @@
+"""The machine: one rigid body on carriages that run along rails, its drive and its free dofs.
+
+Axes: x along the rails, y and z across, right-handed; the origin is L, the reference point of the motion (in
+the paper where pinion and rack mesh).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from difflib import get_close_matches
+from functools import cached_property
+from os import PathLike
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic.functional_validators import ModelWrapValidatorHandler
+from pydantic_core import ErrorDetails, InitErrorDetails
+
+from guideload._core import Law, Scene
+from guideload.base.arrays import Array
+from guideload.base.config import ConfigModel, located, read
+from guideload.base.errors import ConfigError, KeyPath, ValueRefused, shown
+from guideload.machine.laws import ModelLevel, model_level_of
+from guideload.machine.links import ENDS, LinkTable, read_only, table_of
+from guideload.machine.parts import Body, Carriage, Drive, Gravity, Link, Name, Rail
+
+Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
+DOFS: tuple[Dof, ...] = get_args(Dof)
+
+
+class Machine(ConfigModel):
+    """A machine as `simulate` takes it. Raises ConfigError with all that is wrong, not only the first."""
+
+    name: Name = Field(default="machine", description="a title for tables and pictures")
+    free: tuple[Dof, ...] = Field(
+        default=("y", "z", "rx", "ry", "rz"),
+        min_length=1,
+        description='dofs of L that may move, of "x", "y", "z", "rx", "ry", "rz"; the drive holds the others',
+    )
+    gravity: Gravity = Field(
+        default=(0.0, -9.80665, 0.0), description="the vector that points down, in m/s^2"
+    )
+    body: Body = Field(description="the table [body]: mass, center_of_mass, inertia")
+    drive: Drive | None = Field(
+        default=None, description="the table [drive]; needed for a trace of the motor only"
+    )
+    rails: tuple[Rail, ...] = Field(default=(), description="one [[rails]] table each")
+    carriages: tuple[Carriage, ...] = Field(default=(), description="one [[carriages]] table each")
+    links: tuple[Link, ...] = Field(default=(), description="one [[links]] table for each extra link")
+
+    @classmethod
+    def from_toml(cls, file: str | PathLike[str]) -> Machine:
+        """The machine described in a TOML file. Raises ConfigError naming file, row, key and value."""
+        values, where = read(file)
+        try:
+            return cls(**values)
+        except ConfigError as error:
+            raise located(error, str(file), where) from None
+
+    def with_free(self, free: Iterable[str]) -> Machine:
+        """The same machine with other free dofs; the drive holds the rest."""
+        return self.model_copy(update={"free": tuple(free)})
+
+    @field_validator("free")
+    @classmethod
+    def _in_order(cls, free: tuple[Dof, ...]) -> tuple[Dof, ...]:
+        if len(set(free)) < len(free):
+            raise ValueRefused("each dof once", list(free))
+        return tuple(dof for dof in DOFS if dof in free)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _names_agree(cls, values: Any, handler: ModelWrapValidatorHandler[Machine]) -> Machine:
+        """Checks names on the raw values, so that they are told together with what the parts refuse."""
+        found = [
+            InitErrorDetails(type="value_error", loc=path, input=refused.value, ctx={"error": refused})
+            for path, refused in _name_conflicts(values)
+        ]
+        machine: Machine | None = None
+        try:
+            machine = handler(values)
+        except ValidationError as error:
+            for item in error.errors(include_url=False):
+                found.append(_again(item))
+        if machine is None or found:
+            raise ValidationError.from_exception_data(cls.__name__, found)
+        return machine
+
+    @cached_property
+    def carriage_centers(self) -> Array:
+        """Centres of the carriages from L, shape (carriage, 3) [m]."""
+        rails = [self.rails[i].position for i in self.rail_of_carriage]
+        centers = [(carriage.x, *rail) for carriage, rail in zip(self.carriages, rails, strict=True)]
+        return read_only(np.array(centers, dtype=np.float64).reshape(-1, 3))
+
+    @cached_property
+    def rail_of_carriage(self) -> NDArray[np.intp]:
+        """Index of each carriage's rail, shape (carriage,)."""
+        index = {rail.name: i for i, rail in enumerate(self.rails)}
+        return read_only(np.array([index[carriage.rail] for carriage in self.carriages], dtype=np.intp))
+
+    @cached_property
+    def links_of_carriages(self) -> tuple[NDArray[np.int64], ...]:
+        """Indices into the link table of the links of each carriage."""
+        owner = self.link_table().carriage
+        return tuple(
+            read_only(np.flatnonzero(owner == i).astype(np.int64)) for i in range(len(self.carriages))
+        )
+
+    @cached_property
+    def links_of_rails(self) -> tuple[NDArray[np.int64], ...]:
+        """Indices into the link table of the links of each rail's carriages."""
+        table = self.link_table()
+        rail = np.append(self.rail_of_carriage, -1)[table.carriage]  # extra links (-1) run on no rail
+        return tuple(read_only(np.flatnonzero(rail == i).astype(np.int64)) for i in range(len(self.rails)))
+
+    @cached_property
+    def rail_centers(self) -> Array:
+        """Mean of the centres of each rail's carriages from L, (rail, 3) [m]; 0 for a rail without any."""
+        centers = np.zeros((len(self.rails), 3))
+        for i in set(self.rail_of_carriage.tolist()):
+            centers[i] = self.carriage_centers[self.rail_of_carriage == i].mean(axis=0)
+        return read_only(centers)
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene that the core integrates. Raises SceneError if the links leave the body unsupported."""
+        table = self.link_table()
+        return self._scene_with(table.laws, table.damping_in_contact)
+
+    @cached_property
+    def nominal_scene(self) -> Scene:
+        """The same with every link linear, of its nominal stiffness, and its damping at all times."""
+        if self.model_level == "linear":
+            return self.scene
+        table = self.link_table()
+        laws = [Law.linear(stiffness) for stiffness in table.stiffness]
+        return self._scene_with(laws, np.zeros(len(laws), dtype=np.bool_))
+
+    def _scene_with(self, laws: Sequence[Law], damping_in_contact: NDArray[np.bool_]) -> Scene:
+        table = self.link_table()
+        return Scene(
+            mass=self.body.mass,
+            center_of_mass=self.body.center_of_mass,
+            inertia=self.body.central_inertia().tolist(),
+            gravity=self.gravity,
+            free=self.free,
+            points=table.points,
+            directions=table.directions,
+            laws=laws,
+            damping=table.damping,
+            damping_in_contact=damping_in_contact,
+        )
+
+    @property
+    def model_level(self) -> ModelLevel:
+        """The rung of the model that the laws of the links ask for: the highest that one of them needs."""
+        return model_level_of(self._links.laws)
+
+    def link_table(self) -> LinkTable:
+        """All links of the machine, computed once."""
+        return self._links
+
+    @cached_property
+    def _links(self) -> LinkTable:
+        return table_of(self.carriages, self.carriage_centers, self.links)
+
+    def __eq__(self, other: object) -> bool:
+        """Equal fields; what is computed from them, arrays among it, takes no part."""
+        if not isinstance(other, Machine):
+            return NotImplemented
+        return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)
+
+    def __getstate__(self) -> dict[Any, Any]:
+        """Fields only: what is computed from them is computed again where it is needed."""
+        state = super().__getstate__()
+        state["__dict__"] = {key: state["__dict__"][key] for key in type(self).model_fields}
+        return state
+
+
+def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
+    """Names used twice, rails that do not exist, a machine that nothing holds; from unchecked values."""
+    if not isinstance(values, dict):
+        return
+    rails, carriages, links = (_names(values, key, "name") for key in ("rails", "carriages", "links"))
+    if not values.get("carriages") and not values.get("links"):
+        yield ("carriages",), ValueRefused("at least one [[carriages]] or [[links]] table", [])
+    for i, rail in _names(values, "carriages", "rail"):
+        known = sorted({name for _, name in rails})
+        if rail not in known:
+            near = get_close_matches(rail, known, n=1)
+            hint = f'did you mean "{near[0]}"?' if near else "add a [[rails]] table with that name"
+            yield ("carriages", i, "rail"), ValueRefused(f"a rail's name ({shown(known)})", rail, hint)
+    for key, named in (("rails", rails), ("carriages", carriages), ("links", links)):
+        first: dict[str, int] = {}
+        for i, name in named:
+            if first.setdefault(name, i) < i:
+                yield (
+                    (key, i, "name"),
+                    ValueRefused("a name of its own", name, f"{key}[{first[name]}] has it already"),
+                )
+    taken = {f"{name}:{end}" for _, name in carriages for end in ENDS}
+    for i, name in links:
+        if name in taken:
+            yield (
+                ("links", i, "name"),
+                ValueRefused("a name of its own", name, "a link of a carriage has it already"),
+            )
+
+
+def _again(item: ErrorDetails) -> InitErrorDetails:
+    """A finding of pydantic, to be raised once more beside others."""
+    return InitErrorDetails(type=item["type"], loc=item["loc"], input=item["input"], ctx=item.get("ctx", {}))
+
+
+def _names(values: dict[str, Any], key: str, name: str) -> list[tuple[int, str]]:
+    """Index and text of `name` in each entry of the list `values[key]` that has one, table or ConfigModel."""
+    parts = values.get(key, ())
+    if not isinstance(parts, list | tuple):
+        return []
+    texts = [part.get(name) if isinstance(part, dict) else getattr(part, name, None) for part in parts]
+    return [(i, text) for i, text in enumerate(texts) if isinstance(text, str)]

@@ -1,0 +1,286 @@
+"""The parts of a machine: body, rails, carriages, extra links, drive, as described in a file or in code.
+
+A value is given as an SI number or as a string with its unit, and is kept in SI units.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    PlainValidator,
+    StrictBool,
+    StrictStr,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+
+from guideload._core import Law
+from guideload.base.arrays import Array
+from guideload.base.config import ConfigModel, entries, number
+from guideload.base.errors import ValueRefused
+from guideload.machine.laws import (
+    Clearance,
+    Curve,
+    Preload,
+    Rolling,
+    Stiffness,
+    law_of,
+    with_clearance,
+    with_preload,
+)
+
+Name = Annotated[StrictStr, Field(min_length=1)]
+Length = Annotated[float, PlainValidator(partial(number, unit="m"))]
+PositiveLength = Annotated[float, PlainValidator(partial(number, unit="m", above=0.0))]
+Mass = Annotated[float, PlainValidator(partial(number, unit="kg", above=0.0))]
+Inertia = Annotated[float, PlainValidator(partial(number, unit="kg m^2"))]
+Damping = Annotated[float, PlainValidator(partial(number, unit="N s/m", least=0.0))]
+Acceleration = Annotated[float, PlainValidator(partial(number, unit="m/s^2"))]
+Plain = Annotated[float, PlainValidator(partial(number, unit="1"))]
+Ratio = Annotated[float, PlainValidator(partial(number, unit="1", nonzero=True))]
+
+_XYZ = BeforeValidator(partial(entries, names=("x", "y", "z")))
+_YZ = BeforeValidator(partial(entries, names=("y", "z")))
+_ROWS = BeforeValidator(partial(entries, names=("[Jxx, Jxy, Jxz]", "[Jyx, Jyy, Jyz]", "[Jzx, Jzy, Jzz]")))
+Point = Annotated[tuple[Length, Length, Length], _XYZ]
+Cross = Annotated[tuple[Length, Length], _YZ]
+Vector = Annotated[tuple[Plain, Plain, Plain], _XYZ]
+Gravity = Annotated[tuple[Acceleration, Acceleration, Acceleration], _XYZ]
+InertiaRow = Annotated[tuple[Inertia, Inertia, Inertia], _XYZ]
+Tensor = Annotated[tuple[InertiaRow, InertiaRow, InertiaRow], _ROWS]
+
+
+# Of the largest entry: CAD systems print six digits, the last of which may be 5e-6 off, and a flat plate obeys
+# the triangle rule with equality.
+PRINTED_DIGITS = 1e-5
+# Of the largest entry: what shifting a tensor to another point leaves of a moment that is zero.
+ROUNDING = 1e-12
+
+
+class Body(ConfigModel):
+    """The moving body, rigid."""
+
+    mass: Mass = Field(description='mass of all that moves with the carriages, e.g. "1250 kg"')
+    center_of_mass: Point = Field(description='x, y, z from L, e.g. ["120 mm", "-650 mm", "180 mm"]')
+    inertia_about: Literal["center_of_mass", "L"] = Field(
+        default="center_of_mass", description="the point that the inertia is given about; axes as everywhere"
+    )
+    inertia: Tensor = Field(
+        description="inertia tensor in kg m^2, e.g. [[420, 15, -8], [15, 310, 22], [-8, 22, 380]]"
+    )
+
+    @field_validator("inertia")
+    @classmethod
+    def _of_a_real_body(cls, rows: Tensor, info: ValidationInfo) -> Tensor:
+        """Symmetric, positive definite and within the triangle rule; returned exactly symmetric."""
+        given = np.array(rows)
+        scale = np.abs(given).max()
+        skew = np.abs(given - given.T)
+        if skew.max() > PRINTED_DIGITS * scale:
+            i, j = (int(k) for k in np.unravel_index(skew.argmax(), skew.shape))
+            raise ValueRefused(
+                "a symmetric tensor",
+                rows,
+                f"[{i}][{j}] and [{j}][{i}] are {given[i, j]:g} and {given[j, i]:g} kg m^2,"
+                f" {skew[i, j]:g} kg m^2 apart",
+            )
+        given = 0.5 * (given + given.T)
+        known = info.data
+        if known.keys() >= {"mass", "center_of_mass", "inertia_about"}:  # else those are refused already
+            _require_possible(
+                _central(given, known["mass"], known["center_of_mass"], known["inertia_about"]), rows, scale
+            )
+        return _rows(given)
+
+    def central_inertia(self) -> Array:
+        """Inertia tensor about the centre of mass, shape (3, 3) [kg m^2], by J_S = J_L + m skew(r_S)^2."""
+        return _central(np.array(self.inertia), self.mass, self.center_of_mass, self.inertia_about)
+
+
+def _rows(tensor: Array) -> Tensor:
+    a, b, c = ((float(x), float(y), float(z)) for x, y, z in tensor)
+    return a, b, c
+
+
+def _central(inertia: Array, mass: float, center: tuple[float, float, float], about: str) -> Array:
+    r = np.array(center)
+    return inertia if about == "center_of_mass" else inertia - mass * (r @ r * np.eye(3) - np.outer(r, r))
+
+
+def _require_possible(central: Array, rows: Tensor, scale: float) -> None:
+    """No mass is negative, so each principal moment is positive and at most the sum of the other two."""
+    small, middle, large = (float(moment) for moment in np.linalg.eigvalsh(central))
+    found = f"principal moments about the centre of mass are {small:g}, {middle:g}, {large:g} kg m^2"
+    way_out = "check inertia_about, the units and the signs (entries of the tensor: Jxy = -sum m x y)"
+    if small <= ROUNDING * scale:
+        raise ValueRefused(
+            "a positive definite tensor", rows, f"its {found}: the smallest is not above 0; {way_out}"
+        )
+    excess = large - (small + middle)
+    if excess > PRINTED_DIGITS * scale:
+        raise ValueRefused(
+            "a tensor that a body can have (triangle rule: no principal moment above the sum of the others)",
+            rows,
+            f"its {found}: the largest is {excess:g} kg m^2 too large, {excess / large:.2%} of it; {way_out}",
+        )
+
+
+class Rail(ConfigModel):
+    """A rail; it runs along x."""
+
+    name: Name = Field(description='a name of its own, e.g. "1"')
+    position: Cross = Field(description='y, z from L, e.g. ["50 mm", "-350 mm"]')
+
+
+class Carriage(ConfigModel):
+    """A carriage acts through two pairs of links, along y and z, at x -+ length/2 (paper, 4.1).
+
+    Stiffness, clearance, preload or curve make its elastic law in each direction; see `guideload.laws`.
+    """
+
+    name: Name = Field(description='a name of its own, e.g. "1"')
+    rail: Name = Field(description="the name of the rail it runs on")
+    x: Length = Field(description='x of its centre from L, e.g. "-500 mm"')
+    length: PositiveLength = Field(description='distance between its two pairs of links, e.g. "85 mm"')
+    curve_y: Curve | None = Field(
+        default=None,
+        description="points [deflection, force] of the whole carriage along y instead of stiffness_y, e.g. "
+        '[["0 um", "0 N"], ["20 um", "9 kN"]]; from [0, 0] on they hold for both directions',
+    )
+    curve_z: Curve | None = Field(
+        default=None,
+        description="points [deflection, force] of the whole carriage along z instead of stiffness_z, e.g. "
+        '[["0 um", "0 N"], ["20 um", "9 kN"]]; from [0, 0] on they hold for both directions',
+    )
+    stiffness_y: Stiffness = Field(
+        default=None,
+        validate_default=True,
+        description='stiffness of the whole carriage along y, e.g. "350 N/um" (or curve_y instead)',
+    )
+    stiffness_z: Stiffness = Field(
+        default=None,
+        validate_default=True,
+        description='stiffness of the whole carriage along z, e.g. "350 N/um" (or curve_z instead)',
+    )
+    preload_y: Preload = Field(
+        default=None,
+        description='preload of the whole carriage along y, e.g. "2.09 kN", beside stiffness_y at no load; '
+        "leave it out if there is none",
+    )
+    preload_z: Preload = Field(
+        default=None,
+        description='preload of the whole carriage along z, e.g. "2.09 kN", beside stiffness_z at no load; '
+        "leave it out if there is none",
+    )
+    clearance_y: Clearance = Field(default=0.0, description='play along y to either side, e.g. "5 um"')
+    clearance_z: Clearance = Field(default=0.0, description='play along z to either side, e.g. "5 um"')
+    rolling: Annotated[
+        Rolling | None, AfterValidator(partial(with_preload, keys=("preload_y", "preload_z")))
+    ] = Field(
+        default=None,
+        validate_default=True,
+        description='what rolls in a preloaded carriage: "ball" or "roller"',
+    )
+    damping_y: Damping = Field(description='damping of the whole carriage along y, e.g. "100 kN s/m"')
+    damping_z: Damping = Field(description='damping of the whole carriage along z, e.g. "100 kN s/m"')
+    damping_in_contact: Annotated[
+        StrictBool, AfterValidator(partial(with_clearance, keys=("clearance_y", "clearance_z")))
+    ] = Field(default=False, description="whether the damping acts only outside the clearance")
+
+    @property
+    def laws(self) -> tuple[Law, Law]:
+        """Elastic laws of the whole carriage along y and z."""
+        return (
+            law_of(self.stiffness_y, self.clearance_y, self.preload_y, self.rolling, self.curve_y),
+            law_of(self.stiffness_z, self.clearance_z, self.preload_z, self.rolling, self.curve_z),
+        )
+
+
+class Link(ConfigModel):
+    """An extra link between body and drive frame, such as an elastic rack: spring and damper in parallel."""
+
+    name: Name = Field(description='a name of its own, e.g. "rack"')
+    point: Point = Field(description="x, y, z from L of its end on the body")
+    direction: Vector = Field(
+        description="the line it acts along, of any length, e.g. [1, 0, 0]; kept as a unit vector"
+    )
+    curve: Curve | None = Field(
+        default=None,
+        description="points [deflection, force] along its direction instead of stiffness, e.g. "
+        '[["0 um", "0 N"], ["20 um", "9 kN"]]; from [0, 0] on they hold for both directions',
+    )
+    stiffness: Stiffness = Field(
+        default=None,
+        validate_default=True,
+        description='stiffness along its direction, e.g. "350 N/um" (or curve instead)',
+    )
+    preload: Preload = Field(
+        default=None,
+        description='preload along its direction, e.g. "2.09 kN", beside stiffness at no load; '
+        "leave it out if there is none",
+    )
+    clearance: Clearance = Field(
+        default=0.0, description='play along its direction to either side, e.g. "5 um"'
+    )
+    rolling: Annotated[Rolling | None, AfterValidator(partial(with_preload, keys=("preload",)))] = Field(
+        default=None, validate_default=True, description='what rolls in a preloaded link: "ball" or "roller"'
+    )
+    damping: Damping = Field(description='damping along its direction, e.g. "20 kN s/m"')
+    damping_in_contact: Annotated[
+        StrictBool, AfterValidator(partial(with_clearance, keys=("clearance",)))
+    ] = Field(default=False, description="whether the damping acts only outside the clearance")
+
+    @field_validator("direction")
+    @classmethod
+    def _unit(cls, direction: Vector) -> Vector:
+        length = math.hypot(*direction)
+        if length == 0.0:
+            raise ValueRefused(
+                "a direction other than zero", direction, "e.g. [1, 0, 0] for a link along the rails"
+            )
+        x, y, z = direction
+        return x / length, y / length, z / length
+
+    @property
+    def law(self) -> Law:
+        """Elastic law along its direction."""
+        return law_of(self.stiffness, self.clearance, self.preload, self.rolling, self.curve)
+
+
+class Drive(ConfigModel):
+    """From the motor to the cart: a gear, then a pinion on a rack or a screw."""
+
+    gear_ratio: Ratio = Field(
+        default=1.0,
+        description="motor turns per turn of pinion or screw; negative if the cart runs backwards",
+    )
+    pinion_diameter: PositiveLength | None = Field(
+        default=None, description='pitch diameter, e.g. "127.3 mm"'
+    )
+    screw_lead: PositiveLength | None = Field(
+        default=None, description='travel per turn of the screw, e.g. "20 mm"'
+    )
+
+    @model_validator(mode="after")
+    def _one_output(self) -> Drive:
+        if (self.pinion_diameter is None) == (self.screw_lead is None):
+            raise ValueRefused(
+                "exactly one of pinion_diameter and screw_lead", self.model_dump(exclude_unset=True)
+            )
+        return self
+
+    @property
+    def speed_per_motor_speed(self) -> float:
+        """Speed of the cart per speed of the motor [m/rad]."""
+        if self.pinion_diameter is not None:
+            return 0.5 * self.pinion_diameter / self.gear_ratio
+        assert self.screw_lead is not None
+        return self.screw_lead / (2.0 * math.pi) / self.gear_ratio

@@ -1,0 +1,64 @@
+"""What reports are made of: headings, tables that fit a terminal and a file, remarks; and their text."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console, RenderableType
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+from guideload.machine.machine import DOFS
+
+if TYPE_CHECKING:
+    from guideload.machine.machine import Machine
+
+WIDTH = 80
+
+
+def heading(machine: Machine) -> list[RenderableType]:
+    """The machine's name, its free and its held dofs."""
+    held = [dof for dof in DOFS if dof not in machine.free]
+    return [machine.name, f"free {', '.join(machine.free)}; held {', '.join(held) or 'none'}"]
+
+
+def section(title: str) -> list[RenderableType]:
+    """A title below an empty line."""
+    return ["", Text(title, style="bold")]
+
+
+def new_table(first: str, *numbers: str) -> Table:
+    """A table with a column of names and columns of numbers under their headings."""
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column(first, overflow="fold")
+    for name in numbers:
+        table.add_column(name, justify="right", no_wrap=True)
+    return table
+
+
+def remark(*lines: str) -> list[RenderableType]:
+    """Paragraphs, an empty line below each."""
+    return [Padding(line, (0, 0, 1, 0)) for line in lines]
+
+
+def number(value: float) -> str:
+    """A load for a table: whole newtons from 100 N up, one decimal below, rounding noise as 0.0."""
+    text = f"{value:.{0 if abs(value) >= 100 else 1}f}"
+    return text.removeprefix("-") if float(text) == 0 else text
+
+
+def to_text(parts: Iterable[RenderableType], width: int = WIDTH, encoding: str = "utf-8") -> str:
+    """What rich makes of the parts, without colours; signs that the encoding lacks are replaced."""
+    buffer = io.BytesIO()
+    file = io.TextIOWrapper(buffer, encoding=encoding, errors="replace", newline="\n")
+    console = Console(file=file, width=width, highlight=False, markup=False, emoji=False, color_system=None)
+    for part in parts:
+        console.print(part)
+    file.flush()
+    lines = [line.rstrip() for line in buffer.getvalue().decode(encoding).splitlines()]
+    return re.sub(r"\n{3,}", "\n\n", "\n".join(lines).strip("\n")) + "\n"

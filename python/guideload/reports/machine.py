@@ -1,0 +1,238 @@
+"""A machine as text: what was understood of it, its laws, its static loads and its natural modes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.console import RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from guideload.audit.audit import free_at_rest, named, rest_notes
+from guideload.machine.modes import Modes, moving_dofs
+from guideload.reports.elements import WIDTH, heading, new_table, number, remark, section, to_text
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from guideload._core import Law
+    from guideload.machine.machine import Machine
+    from guideload.machine.parts import Carriage, Link
+
+# Guides carry machines at tens to hundreds of Hz, damped by some percent, with play of some micrometres. What lies
+# beyond these limits is a slip of units: N/mm read as N/m lowers the frequencies 32 times.
+SLOWEST_MODE = 1.0  # Hz
+LARGEST_DAMPING = 2.0  # of critical
+LARGEST_CLEARANCE = 1e-3  # m
+
+STATIC_DEFINITIONS = "Forces of the body on the carriage, global axes; moments about the carriage's centre."
+NOMINAL = (
+    "* Not linear: this is the nominal stiffness, which modes and step limits are computed with; the law is:"
+)
+
+
+def machine_report(machine: Machine, width: int = WIDTH, encoding: str = "utf-8") -> str:
+    """What was understood of a machine, and its static loads."""
+    body = machine.body
+    weight = body.mass * float(np.linalg.norm(machine.gravity))
+    principal = np.linalg.eigvalsh(body.central_inertia())
+    parts: list[RenderableType] = [
+        *heading(machine),
+        *section("Body and drive"),
+        f"mass {body.mass:g} kg, weight {number(weight)} N",
+        f"centre of mass {_millimetres(body.center_of_mass)} from L",
+        f"principal moments of inertia about it {', '.join(f'{j:.4g}' for j in principal)} kg m2",
+    ]
+    if machine.drive is not None:
+        per_turn = 2e3 * np.pi * machine.drive.speed_per_motor_speed
+        parts.append(f"drive: the cart moves {per_turn:.4g} mm per turn of the motor")
+    links = len(machine.link_table().names)
+    own = f", {len(machine.links)} of them extra: {', '.join(link.name for link in machine.links)}"
+    parts += [*section(f"Carriages and links ({links} links{own if machine.links else ''})")]
+    parts += carriage_tables(machine)
+    if machine.links:
+        parts.append(links_table(machine))
+    loose = free_at_rest(machine)
+    parts += section(f"At rest: {'free within its clearance' if loose else 'supported in every free dof'}")
+    notes = [*rest_notes(loose), *open_notes(machine), *unit_notes(machine, Modes.of(machine))]
+    parts += [static_table(machine), *remark(STATIC_DEFINITIONS, *notes), *weight_lines(machine)]
+    return to_text(parts, width, encoding)
+
+
+def modes_report(machine: Machine, modes: Modes, width: int = WIDTH, encoding: str = "utf-8") -> str:
+    """The natural modes of a machine."""
+    notes = remark(*nominal_lines(machine, "frequencies"), *unit_notes(machine, modes))
+    return to_text([*heading(machine), modes_table(machine, modes), *notes], width, encoding)
+
+
+def carriage_tables(machine: Machine) -> list[RenderableType]:
+    """A row per carriage: place, stiffness, damping, rail; and where laws are not linear what they are."""
+    table = new_table("carriage", "x\nmm", "y\nmm", "z\nmm", "length\nmm", "ky\nN/um", "kz\nN/um")
+    for title in ("by\nkN s/m", "bz\nkN s/m"):
+        table.add_column(title, justify="right", no_wrap=True)
+    table.add_column("rail", overflow="fold")
+    bent: dict[tuple[str, str], list[str]] = {}  # axes and law, and the carriages that have it
+    for carriage, center in zip(machine.carriages, machine.carriage_centers, strict=True):
+        table.add_row(
+            Text(carriage.name),
+            *(f"{1e3 * place:g}" for place in (*center, carriage.length)),
+            *(
+                f"{1e-6 * law.stiffness:g}" if law.kind == "linear" else f"{1e-6 * law.stiffness:.4g}*"
+                for law in carriage.laws
+            ),
+            *(f"{1e-3 * b:g}" for b in (carriage.damping_y, carriage.damping_z)),
+            Text(carriage.rail),
+        )
+        laws = [
+            (axis, law_text(carriage, law, axis))
+            for axis, law in zip("yz", carriage.laws, strict=True)
+            if law.kind != "linear"
+        ]
+        for text in dict.fromkeys(text for _, text in laws):
+            axes = ", ".join(axis for axis, same in laws if same == text)
+            bent.setdefault((axes, text), []).append(carriage.name)
+    if not bent:
+        return [table]
+    below = new_table("carriage")
+    below.add_column("along")
+    below.add_column("law of the whole carriage", overflow="fold")
+    for (axes, text), names in bent.items():
+        below.add_row(Text(", ".join(names)), axes, text)
+    return [table, NOMINAL, below]
+
+
+def links_table(machine: Machine) -> Table:
+    """A row per extra link: place, direction, damping and law."""
+    table = new_table("extra link", "at\nmm", "along", "b\nkN s/m")
+    table.add_column("law", overflow="fold")
+    for link in machine.links:
+        along = f"({', '.join(f'{part:.3g}' for part in link.direction)})"
+        at = _millimetres(link.point).removesuffix(" mm")
+        table.add_row(Text(link.name), at, along, f"{1e-3 * link.damping:g}", law_text(link, link.law))
+    return table
+
+
+def law_text(part: Carriage | Link, law: Law, axis: str = "") -> str:
+    """The law of a carriage along an axis, or of an extra link, in words and in N/um, um and N."""
+    suffix = f"_{axis}" if axis else ""
+    if law.kind == "linear":
+        return f"{1e-6 * law.stiffness:g} N/um"
+    if law.kind == "preloaded":
+        opens = float(law.force(law.edges[-1:])[0])
+        return (
+            f"{1e-6 * law.stiffness:g} N/um at no load, preload {getattr(part, 'preload' + suffix):g} N, "
+            f"{part.rolling}s; one row opens at {number(opens)} N, {1e6 * law.edges[-1]:.3g} um"
+        )
+    curve = getattr(part, "curve" + suffix)
+    if curve is not None:
+        points = ", ".join(f"{1e6 * deflection:.4g} um {force:.6g} N" for deflection, force in curve)
+        return f"curve through {points}{'; the same mirrored' if curve[0] == (0.0, 0.0) else ''}"
+    clearance, stiffness = getattr(part, "clearance" + suffix), getattr(part, "stiffness" + suffix)
+    play = f"{1e6 * clearance:g} um of play to either side, then " if clearance else ""
+    pause = ", damping only there" if part.damping_in_contact and clearance else ""
+    if isinstance(stiffness, float):
+        return f"{play}{1e-6 * stiffness:g} N/um{pause}"
+    forwards, backwards = (f"towards +{axis}", f"towards -{axis}") if axis else ("along it", "against it")
+    positive, negative = 1e-6 * stiffness.positive, 1e-6 * stiffness.negative
+    return f"{play}{positive:g} N/um {forwards}, {negative:g} N/um {backwards}{pause}"
+
+
+def nominal_lines(machine: Machine, what: str) -> list[str]:
+    """What eigenvalues or frequencies mean where links are not linear; nothing where all are."""
+    if machine.model_level == "linear":
+        return []
+    return [
+        f"This machine is {machine.model_level}. These {what} are those with all links in contact at their nominal "
+        "stiffness: of two sides the stiffer, of a preloaded contact that at no load, of a curve its steepest slope. "
+        "Open or softer links lower them."
+    ]
+
+
+def open_notes(machine: Machine) -> list[str]:
+    """Preloaded links that stand on one row already at rest."""
+    laws, names = machine.link_table().laws, machine.link_table().names
+    loads = np.abs(machine.scene.static_link_loads())
+    ratios = {
+        name: float(load / law.force(law.edges[-1:])[0])
+        for name, law, load in zip(names, laws, loads, strict=True)
+        if law.kind == "preloaded"
+    }
+    opened = [name for name, ratio in ratios.items() if ratio >= 1.0]
+    if not opened:
+        return []
+    return [
+        f"Note: at rest {named(opened)} {'has' if len(opened) == 1 else 'have'} a row open: half of the balls or "
+        f"rollers carry nothing. {max(ratios.values()):.3g} times the preload would keep all rows loaded at rest."
+    ]
+
+
+def unit_notes(machine: Machine, modes: Modes) -> list[str]:
+    """A warning where the modes or the play are those of no machine on guides: mostly a unit taken for another."""
+    odd, notes = [], []
+    if modes.frequency.size and modes.frequency.min() < SLOWEST_MODE:
+        odd.append(f"the lowest mode is at {modes.frequency.min():.3g} Hz")
+    if modes.damping_ratio.size and modes.damping_ratio.max() > LARGEST_DAMPING:
+        odd.append(f"a damping ratio is {100 * modes.damping_ratio.max():.3g} %")
+    if odd:
+        notes.append(
+            f"Note: {' and '.join(odd)}: are stiffness and damping in N/m and N s/m? Plain numbers are SI; "
+            'others need their unit, as in "350 N/um".'
+        )
+    play = max(
+        (float(law.edges[-1]) for law in machine.link_table().laws if law.kind == "sided"), default=0.0
+    )
+    if play > LARGEST_CLEARANCE:
+        notes.append(
+            f"Note: a clearance is {1e3 * play:.4g} mm to either side: is it in m? Plain numbers are SI; others need "
+            'their unit, as in "5 um".'
+        )
+    return notes
+
+
+def static_table(machine: Machine) -> Table:
+    """A row per carriage: its load and moment in static equilibrium, signed."""
+    table = new_table("carriage", "Fy\nN", "Fz\nN", "Mx\nN m", "My\nN m", "Mz\nN m")
+    for carriage, load in zip(machine.carriages, _static_loads(machine), strict=True):
+        table.add_row(Text(carriage.name), *(number(float(part)) for part in load[1:]))
+    return table
+
+
+def modes_table(machine: Machine, modes: Modes) -> Table:
+    """A row per natural mode: frequency, damping and the dofs that move most."""
+    table = new_table("mode", "natural\nHz", "damping\nratio %", "damped\nHz")
+    table.add_column("moves mostly in")
+    for index, frequency in enumerate(modes.frequency):
+        ratio = float(modes.damping_ratio[index])
+        damped = "none" if ratio >= 1 else f"{float(modes.damped_frequency[index]):.4g}"
+        dofs = ", ".join(moving_dofs(machine, np.real(modes.shape[index])))
+        table.add_row(str(index + 1), f"{float(frequency):.4g}", f"{100 * ratio:.3g}", damped, dofs)
+    return table
+
+
+def weight_lines(machine: Machine) -> list[RenderableType]:
+    """A warning for every held direction in which the constraint at L, and not the guides, carries weight."""
+    reaction, loads = machine.scene.static_reaction(), _static_loads(machine)
+    lines = []
+    for index, axis in enumerate("xyz"):
+        weight = machine.body.mass * machine.gravity[index]
+        if axis in machine.free or axis == "x" or weight == 0:
+            continue
+        held = number(float(reaction[index]))
+        carried = number(float(loads[:, index].sum()))
+        lines.append(
+            f"Note: {axis} of L is held, so the constraint at L carries the weight: {held} N at rest. "
+            f"The carriages' static loads along {axis} add up to {carried} N: they carry only its moment. "
+            f"Free {axis} as well to see the guides carry the weight."
+        )
+    return remark(*lines)
+
+
+def _millimetres(point: Sequence[float]) -> str:
+    return f"({', '.join(f'{1e3 * part:g}' for part in point)}) mm"
+
+
+def _static_loads(machine: Machine) -> NDArray[np.float64]:
+    """(carriage, 6) Fx Fy Fz [N], Mx My Mz [N m] at rest."""
+    return machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_centers)

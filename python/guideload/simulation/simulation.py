@@ -1,0 +1,140 @@
+"""From a machine and a motion to the loads: chooses the method, runs the core, hands over the result."""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError
+from guideload.machine.machine import Machine
+from guideload.motion.motion import Motion
+from guideload.simulation.result import Peaks, Result
+from guideload.simulation.run import Run
+
+Method = Literal["auto", "exact", "rk45", "implicit"]
+
+
+def simulate(
+    machine: Machine,
+    motion: Motion,
+    method: Method = "auto",
+    *,
+    rtol: float = 1e-6,
+    step: float | None = None,
+    times: ArrayLike | None = None,
+) -> Result:
+    """The load of every carriage of a machine under a motion, from static equilibrium on.
+
+    method  exact (matrix exponential between samples and contact changes: no step error; not for preloaded
+            contacts), rk45 (Dormand-Prince 5(4)), implicit (Radau IIA of order 9), or auto: the cheapest that
+            the scene allows; the result says which and why
+    rtol    error of the link loads that rk45 and implicit may make, as a part of the load scale (the largest
+            link load at rest plus quasi-static under the peaks of the motion; the result tells it in newtons)
+    step    s, fixed step for rk45 and implicit instead of error control; none passes a sample of the motion
+    times   (m,) s, instants to report, ascending; the samples of the motion if left out
+
+    Raises SceneError (unsupported body), ArgumentError (method, rtol, step or times), RunError (with time and step).
+    """
+    _require_kinds(machine, motion, rtol, step)
+    chosen, reason = _chosen(machine, motion, method, step)
+    instants = None if times is None else _instants(times)
+    solution = machine.scene.solve(
+        motion.time,
+        motion.acceleration,
+        motion.wrench,
+        method=chosen,
+        rtol=rtol,
+        step=step,
+        times=instants,
+    )
+    reported = motion.time if instants is None else instants
+    return Result.of_run(Run(machine, motion, solution, reported, chosen, reason, rtol, step))
+
+
+def peak_loads(
+    machine: Machine,
+    motion: Motion,
+    method: Method = "auto",
+    *,
+    rtol: float = 1e-6,
+    step: float | None = None,
+) -> Peaks:
+    """The extremes of every carriage's load alone; nothing else is stored.
+
+    Arguments and errors as for `simulate`.
+    """
+    _require_kinds(machine, motion, rtol, step)
+    chosen, _ = _chosen(machine, motion, method, step)
+    extremes = machine.scene.peaks(
+        motion.time,
+        motion.acceleration,
+        motion.wrench,
+        method=chosen,
+        rtol=rtol,
+        step=step,
+        groups=machine.links_of_carriages,
+        centers=machine.carriage_centers,
+    )
+    return Peaks(tuple(carriage.name for carriage in machine.carriages), *extremes)
+
+
+def _require_kinds(machine: object, motion: object, rtol: object, step: object) -> None:
+    """Tell a slip of the arguments by its way out; everything else is checked where it is used."""
+    if not isinstance(machine, Machine):
+        raise TypeError(f"machine: expected a Machine, as from Machine.from_toml(file), got {machine!r:.80}")
+    if not isinstance(motion, Motion):
+        raise TypeError(
+            "motion: expected a Motion, as from motion_from_trace(read_trace(file), machine.drive), "
+            f"got {motion!r:.80}"
+        )
+    for name, value in (("rtol", rtol), ("step", 0.0 if step is None else step)):
+        if not isinstance(value, int | float | np.number) or isinstance(value, bool):
+            raise ArgumentError(f"{name}: expected a number, got {value!r}")
+
+
+def _instants(times: ArrayLike) -> Array:
+    """The instants to report, as numbers of our own."""
+    try:
+        instants = np.array(times, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ArgumentError(f"times: expected numbers of shape (m,), in s, got {error}") from None
+    if instants.ndim != 1:
+        raise ArgumentError(f"times: expected shape (m,), got {instants.shape}")
+    return instants
+
+
+def _chosen(machine: Machine, motion: Motion, method: str, step: float | None) -> tuple[str, str]:
+    """The method to run and why."""
+    if method not in get_args(Method):
+        raise ArgumentError(f"method: expected one of {', '.join(get_args(Method))}, got {method!r}")
+    if method in ("auto", "exact") and step is not None:
+        raise ArgumentError(f'step: method "{method}" takes none; leave step out, or name rk45 or implicit')
+    if method != "auto":
+        return method, "asked for"
+    if machine.scene.model_level == "linear":
+        return "exact", "all links are linear: the matrix exponential costs least and makes no step error"
+    if machine.scene.model_level == "piecewise linear":
+        return "exact", "links are linear between contact changes, and those are located: no step error"
+    return _for_smooth_laws(machine, motion)
+
+
+def _for_smooth_laws(machine: Machine, motion: Motion) -> tuple[str, str]:
+    """rk45, unless stability holds its steps so short that implicit is done earlier."""
+    from guideload.simulation.stability_function import longest_stable_steps  # needed by no other scene
+
+    intervals = np.diff(motion.time)
+    usual = float(np.median(intervals[intervals > 0.0])) if np.any(intervals > 0.0) else 0.0
+    values = machine.scene.modes()[3]
+    passive = np.minimum(values.real, 0.0) + 1j * values.imag
+    longest = float(longest_stable_steps(passive).min())
+    why = f"preloaded contacts are not linear; rk45 is stable up to steps of {1e3 * longest:.3g} ms"
+    if longest * STEP_COST < usual:
+        return "implicit", f"{why}, far below the {1e3 * usual:.3g} ms between samples: the scene is stiff"
+    return "rk45", f"{why}: the scene is not stiff"
+
+
+# A step of implicit on a scene with smooth laws costs about as much as this many of rk45.
+STEP_COST = 4.0

@@ -1,0 +1,101 @@
+"""Tables of traces from files (text, Parquet, NumPy) and from memory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from guideload.base.errors import TraceError, shortened
+from guideload.traces.format.table import Table
+from guideload.traces.format.text_table import read_text
+
+if TYPE_CHECKING:
+    import pandas
+
+    TableLike: TypeAlias = str | Path | Mapping[str, Any] | NDArray[Any] | pandas.DataFrame
+
+
+def load_table(source: TableLike) -> Table:
+    """A table from a .csv (or any text), .parquet, .npy or .npz file, a mapping, a data frame or an array."""
+    if isinstance(source, str | Path):
+        return _file(Path(source))
+    if isinstance(source, np.ndarray):
+        return _array(source, "array")
+    if isinstance(source, Mapping):
+        return _mapping(source, "table")
+    import pandas
+
+    if isinstance(source, pandas.DataFrame):
+        return _frame(source, "table", "index", 0)
+    raise TraceError(f"trace: expected a path, a table or an array, got {type(source).__name__}")
+
+
+def _file(path: Path) -> Table:
+    if path.is_dir():
+        raise TraceError(f"{path}: is a folder; give the file of the trace in it")
+    if not path.is_file():
+        raise TraceError(f"{path}: no such file")
+    suffix = path.suffix.lower()
+    if suffix == ".parquet":
+        import pandas
+
+        try:
+            return _frame(pandas.read_parquet(path), path.name, "row", 1)
+        except (OSError, ValueError) as error:
+            raise TraceError(f"{path.name}: not a Parquet file: {shortened(str(error))}") from None
+    if suffix in (".npy", ".npz"):
+        try:
+            loaded = np.load(path, allow_pickle=False)
+        except (OSError, ValueError, EOFError) as error:
+            raise TraceError(f"{path.name}: not a NumPy file: {shortened(str(error))}") from None
+        if isinstance(loaded, np.ndarray):
+            return _array(loaded, path.name)
+        with loaded:
+            return _mapping({name: loaded[name] for name in loaded.files}, path.name)
+    return read_text(path)
+
+
+def _frame(frame: pandas.DataFrame, source: str, word: str, first: int) -> Table:
+    """Columns of a data frame; an index of stamps, or one with a name, is a column as well."""
+    import pandas
+
+    index = frame.index
+    if isinstance(index, pandas.DatetimeIndex | pandas.TimedeltaIndex) and index.name is None:
+        frame = frame.rename_axis("time")
+    frame = frame.reset_index(drop=frame.index.name is None)
+    columns = {str(name): _plain(frame[name]) for name in frame.columns}
+    return Table(source, columns, word, range(first, first + len(frame)))
+
+
+def _plain(series: Any) -> Any:
+    """A column as a NumPy array where it holds plain numbers or stamps; with gaps as NaN, in UTC."""
+    import pandas
+
+    if isinstance(series.dtype, pandas.DatetimeTZDtype):
+        series = series.dt.tz_convert("UTC").dt.tz_localize(None)
+    if pandas.api.types.is_numeric_dtype(series.dtype) and series.hasnans:
+        return series.to_numpy(dtype=float, na_value=np.nan)
+    return series.to_numpy()
+
+
+def _mapping(mapping: Mapping[str, Any], source: str) -> Table:
+    columns = {str(name): np.asarray(values) for name, values in mapping.items()}
+    shapes = {name: values.shape for name, values in columns.items()}
+    if not shapes or any(len(shape) != 1 for shape in shapes.values()) or len(set(shapes.values())) > 1:
+        raise TraceError(f"{source}: expected columns of one dimension and equal length, got {shapes}")
+    return Table(source, columns, "index", range(next(iter(shapes.values()))[0]))
+
+
+def _array(array: NDArray[Any], source: str) -> Table:
+    if array.dtype.names:
+        return _mapping({name: array[name] for name in array.dtype.names}, source)
+    if array.ndim == 1:
+        array = array[:, None]
+    if array.ndim != 2:
+        raise TraceError(f"{source}: expected shape (samples,) or (samples, columns), got {array.shape}")
+    columns = {str(i): array[:, i] for i in range(array.shape[1])}
+    return Table(source, columns, "index", range(array.shape[0]), named=False)

@@ -1,0 +1,189 @@
+"""What a column's header says: its words, its unit in the spellings people use, and the kind of column."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from guideload.base.errors import ValueRefused
+from guideload.base.units import factor
+
+# What a column can be, and its SI unit. Counts become a position.
+KINDS = {"position": "m", "counts": "m", "velocity": "m/s", "motor_speed": "rad/s"}
+
+# Unit suffixes of names, longest first; brackets may hold any unit.
+SUFFIXES = {
+    "mm_per_s": "mm/s",
+    "rad_per_s": "rad/s",
+    "m_per_s": "m/s",
+    "counts": "counts",
+    "rad_s": "rad/s",
+    "radps": "rad/s",
+    "ticks": "counts",
+    "count": "counts",
+    "mm_s": "mm/s",
+    "mmps": "mm/s",
+    "m_s": "m/s",
+    "mps": "m/s",
+    "rpm": "rpm",
+    "cnt": "counts",
+    "inc": "counts",
+    "min": "min",
+    "sec": "s",
+    "mm": "mm",
+    "um": "um",
+    "cm": "cm",
+    "ms": "ms",
+    "us": "us",
+    "ns": "ns",
+    "s": "s",
+    "m": "m",
+}
+# Spellings that are no unit signs, in lower case.
+SPELLINGS = {
+    spelling: unit
+    for unit, spellings in {
+        "counts": "counts count cnt cnts inc incs increments inkremente ink ticks tick pulses impulse",
+        "s": "sec secs second seconds sek sekunde sekunden",
+        "ms": "msec msecs millisecond milliseconds millisekunden",
+        "us": "usec µsec μsec microsecond microseconds mikrosekunden",
+        "ns": "nsec nanosecond nanoseconds",
+        "min": "minute minutes minuten",
+        "rpm": "u/min umdr/min umdr./min upm r/min rev/min 1/min /min min-1 min^-1 min⁻¹",
+        "m": "meter meters metre metres",
+        "mm": "millimeter millimeters millimetre millimetres",
+        "um": "micron microns micrometer micrometers",
+        "in": "inch inches zoll",
+        "m/s": "mps m/sec meter/s",
+        "mm/s": "mmps mm/sec",
+        "rad/s": "radps rad/sec",
+    }.items()
+    for spelling in spellings.split()
+}
+# Units that a name may end in without a sign around them: "Position mm", "v in mm/s", "Zeit / ms".
+TRAILING = re.compile(
+    r"(.*?\S)(?:\s*/\s+|\s*,\s*|\s+(?:in\s+)?)(mm/s|m/s|rad/s|mm|[uµμ]m|ms|[uµμ]s|ns|s|m|rpm|U/min|1/min|"
+    r"counts|inc|ticks|sec)",
+    re.IGNORECASE,
+)
+TIME_WORDS = {
+    *("t", "time", "times", "timestamp", "timestamps", "elapsed", "datetime", "date"),
+    *("zeit", "zeitstempel", "uhrzeit", "datum"),
+}
+TIME_FILLERS = {
+    "stamp",
+    "rel",
+    "relative",
+    "abs",
+    "absolute",
+    "system",
+    "local",
+    "utc",
+    "device",
+    "pc",
+    "log",
+}
+POSITION_WORDS = ("position", "pos")
+VELOCITY_WORDS = ("velocity", "vel", "velo", "speed", "geschwindigkeit")
+MEASURED_WORDS = {"meas", "measured", "actual", "act", "feedback", "fbk", "ist"}
+WANTED_WORDS = {
+    *("ref", "reference", "cmd", "command", "commanded", "setpoint", "set", "target", "demand", "desired"),
+    "soll",
+}
+
+
+@dataclass(frozen=True)
+class Header:
+    """A column's name taken apart: words in lower case, and its unit ("" if the header tells none)."""
+
+    words: tuple[str, ...]
+    unit: str
+
+    @classmethod
+    def of(cls, name: str, unit: str = "") -> Header:
+        """unit: what a row of units under the names says; it stands above the name's own.
+
+        A "unit" that is only the word for time, as in a row of signs "t; x", tells none: t is the tonne elsewhere.
+        """
+        base, told = _split(name)
+        spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", base)
+        words = tuple(re.findall(r"[a-zäöüß]+|\d+", spaced.lower()))
+        if set(words) & TIME_WORDS:
+            unit, told = ("" if one.lower() in TIME_WORDS else one for one in (unit, told))
+        return cls(words, unit or told)
+
+    @property
+    def kind(self) -> str:
+        """The kind of column that the unit tells, or ""."""
+        if self.unit == "counts":
+            return "counts"
+        return kind_of_unit(self.unit) if self.unit else ""
+
+    @property
+    def word_kind(self) -> str:
+        """The kind that the words tell, where there is no unit; or ""."""
+        if any(word in POSITION_WORDS for word in self.words):
+            return "position"
+        if any(word in VELOCITY_WORDS for word in self.words):
+            return "motor_speed" if "motor" in self.words else "velocity"
+        return ""
+
+    @property
+    def is_time(self) -> bool:
+        """Whether the words mean time and the unit, if there is one, is one of time or counts of a clock."""
+        words = set(self.words)
+        named = words <= TIME_WORDS | TIME_FILLERS and bool(words & TIME_WORDS)
+        return named and (self.unit in ("", "counts") or converts(self.unit, "s"))
+
+
+def _split(name: str) -> tuple[str, str]:
+    """A name without its unit, and the unit."""
+    bracket = re.fullmatch(r"\s*(.*?)\s*[\[({<]\s*(.*?)\s*[\])}>]\s*", name, re.DOTALL)
+    if bracket:
+        return bracket[1], known_unit(bracket[2]) or bracket[2]
+    inside = re.search(r"\[\s*([^\[\]]*?)\s*\]", name)
+    if inside and known_unit(inside[1]):
+        return name[: inside.start()] + " " + name[inside.end() :], known_unit(inside[1])
+    base = name.strip()
+    for suffix, meant in SUFFIXES.items():
+        if base.lower().endswith(f"_{suffix}"):
+            return base[: -len(suffix) - 1], meant
+    trailing = TRAILING.fullmatch(base)
+    if trailing:
+        return trailing[1], known_unit(trailing[2])
+    return base, ""
+
+
+def known_unit(text: str) -> str:
+    """A unit as `units` reads it, or "counts", from any spelling of it; "" for what is no unit.
+
+    Descriptions in brackets, as in "mm (Length)", are left out.
+    """
+    bare = re.sub(r"(?<=\S)\s+\(.*\)$", "", text.strip()).strip("[](){}<> ")
+    if not bare or bare == "1":
+        return ""
+    if bare.lower() in SPELLINGS:
+        return SPELLINGS[bare.lower()]
+    for written in (bare, bare.lower()):  # "RPM" and "MM" are seen, and are no units as they stand
+        try:
+            factor(written, written)
+        except ValueRefused:
+            continue
+        return written
+    return ""
+
+
+def kind_of_unit(unit: str) -> str:
+    """position, velocity or motor_speed according to the unit's dimension; "" for anything else."""
+    for kind in ("position", "velocity", "motor_speed"):
+        if converts(unit, KINDS[kind]):
+            return kind
+    return ""
+
+
+def converts(unit: str, target: str) -> bool:
+    try:
+        factor(unit, target)
+    except ValueRefused:
+        return False
+    return True

@@ -1,0 +1,109 @@
+"""The layout of a TwinCAT Scope text export: a block of rows for the project, one for the channels, samples.
+
+    Name <sep> project                                            once, may be missing
+    File <sep> path
+    Starttime of export <sep> FILETIME <sep> date <sep> time
+    (empty line)
+    Name           <sep> channel <sep> channel <sep> Name           <sep> channel
+    Data-Type      <sep> REAL64  <sep> INT32   <sep> Data-Type      <sep> REAL64
+    SampleTime[ms] <sep> 1       <sep> 1       <sep> SampleTime[ms] <sep> 5
+    Unit           <sep> mm (Length) <sep> ...
+    (empty line)
+    0              <sep> 12,5    <sep> 7       <sep> 0              <sep> 3,25
+
+The key of each row stands again wherever channels with another sample time begin: there the samples have
+their time, in ms from the start, or as FILETIME (100 ns since 1601). Written from Beckhoff's description
+(TE13xx, "Export to csv") and exports of versions 2 and 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from guideload.traces.format.dialects import SEPARATORS, Dialect, Row, decimal_of, is_value, rows_of
+from guideload.traces.format.headers import known_unit
+
+PROJECT_KEYS = ("File", "StartRecord", "Starttime of export")
+CHANNEL_KEYS = (
+    "SymbolComment",
+    "Data-Type",
+    "SampleTime[ms]",
+    "SymbolName",
+    "NetID",
+    "NetId",
+    "Port",
+    "Unit",
+)
+
+
+@dataclass(frozen=True)
+class ScopeLayout:
+    """What an export holds: the dialect of its samples and, for each channel, the name of its time column.
+
+    rate: samples per second (Hz) where the export has no time columns, else None.
+    """
+
+    dialect: Dialect
+    clocks: dict[str, str]
+    rate: float | None
+
+
+def scope_layout(lines: Sequence[str]) -> ScopeLayout | None:
+    """The layout of a Scope export from its first lines; None for any other table."""
+    first = next((line for line in lines if line.strip()), "")
+    separator = next((sign for sign in SEPARATORS if sign != " " and first.startswith(f"Name{sign}")), "")
+    if not separator:
+        return None
+    rows = [
+        Row(i, i + 1, tuple(cell.strip() for cell in rows_of([line], separator)[0].cells))
+        for i, line in enumerate(lines)
+        if line.strip()
+    ]
+    data = next((i for i, row in enumerate(rows) if is_value(row.cells[0])), len(rows))
+    keyed = [row for row in rows[:data] if row.cells[0] == "Name"]
+    keys = {row.cells[0] for row in rows[:data]}
+    if not keyed or not keys & {*PROJECT_KEYS, *CHANNEL_KEYS} or (len(keyed) == 1 and "File" in keys):
+        return None
+    cells = keyed[-1].cells
+    while cells and not cells[-1]:
+        cells = cells[:-1]
+    told = {row.cells[0]: row.cells for row in rows[:data] if row.line > keyed[-1].line}
+    return _layout(separator, cells, told, rows[data:], len(lines))
+
+
+def _layout(
+    separator: str, cells: tuple[str, ...], told: dict[str, tuple[str, ...]], samples: list[Row], end: int
+) -> ScopeLayout:
+    def of(key: str, column: int) -> str:
+        row = told.get(key, ())
+        return row[column] if column < len(row) else ""
+
+    names: list[str] = []
+    units: list[str] = []
+    clocks: dict[str, str] = {}
+    clock = ""
+    rate = None
+    full = not samples or len(samples[0].cells) > len(cells) - cells.count("Name")
+    notes = ["TwinCAT Scope export"]
+    for column, cell in enumerate(cells):
+        if cell == "Name":
+            clock = f"time of {cells[column + 1] if column + 1 < len(cells) else 'nothing'}"
+            if full:
+                names.append(clock)
+                units.append("ms")
+            continue
+        names.append(cell)
+        units.append(known_unit(of("Unit", column)))
+        if full:
+            clocks[cell] = clock
+        else:
+            period = of("SampleTime[ms]", column).replace(",", ".")
+            rate = 1e3 / float(period) if is_value(period) and float(period) > 0.0 else None
+        scales = [of(key, column) for key in ("ScaleFactor", "Offset")]
+        if scales[0] not in ("", "1") or scales[1] not in ("", "0"):
+            notes.append(f"channel {cell}: ScaleFactor {scales[0]}, Offset {scales[1]}, values as exported")
+    decimal = decimal_of(samples)
+    first = samples[0].line if samples else end
+    dialect = Dialect(separator, decimal, len(names), tuple(names), tuple(units), first, tuple(notes))
+    return ScopeLayout(dialect, clocks, rate)

@@ -1,0 +1,153 @@
+"""A table of a measured trace: named columns as they stand in the source, and what its rows are called."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from guideload.base.arrays import Array
+from guideload.base.errors import TraceError, shortened
+from guideload.traces.format.dialects import grouped
+from guideload.traces.format.headers import Header
+
+SHOWN = 10  # rows named in an error; the count says how many there are
+LISTED = 24  # columns named in an error
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Named columns as they stand in the source.
+
+    row_word and numbers say how the source counts its samples: an editor shows the first of a CSV file with a
+    header as row 2, an array has it at index 0. named: False for bare arrays, whose values are SI. units:
+    what a row of units says, by column. clocks: the time column of each column that has its own. rate: Hz,
+    where the source tells it and has no time. decimal: the sign in columns that stayed text.
+    """
+
+    source: str
+    columns: Mapping[str, Any]
+    row_word: str
+    numbers: Sequence[int] | NDArray[np.int64]
+    named: bool = True
+    notes: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+    clocks: Mapping[str, str] = field(default_factory=dict)
+    rate: float | None = None
+    decimal: str = "."
+
+    @property
+    def names(self) -> list[str]:
+        return list(self.columns)
+
+    def header(self, name: str) -> Header:
+        return Header.of(name, self.units.get(name, ""))
+
+    def part(self, samples: NDArray[np.intp]) -> Table:
+        """The same source with some of its samples, to name their rows: without the columns."""
+        return replace(self, columns={}, numbers=np.asarray(self.numbers)[samples])
+
+    def rows(self, samples: Iterable[int]) -> str:
+        """The rows of these samples, named as the source counts them: the first ten and the count."""
+        numbers = [int(self.numbers[int(sample)]) for sample in samples]
+        word = self.row_word if self.row_word == "index" or len(numbers) == 1 else f"{self.row_word}s"
+        return f"{word} {listed_rows(numbers)}"
+
+    def is_row_number(self, name: str) -> bool:
+        """Whether the column only counts its rows: 0, 1, 2, ... or 1, 2, 3, ..."""
+        import pandas
+
+        numbers = pandas.to_numeric(pandas.Series(self.columns[name]), errors="coerce").to_numpy(float)
+        return bool(numbers.size > 1 and numbers[0] in (0.0, 1.0) and np.all(np.diff(numbers) == 1.0))
+
+    def is_stamped(self, name: str) -> bool:
+        """Whether the column holds dates or times of day, not numbers."""
+        column = np.asarray(self.columns[name])
+        if column.dtype.kind in "mM":
+            return True
+        if column.dtype.kind not in "OUT" or column.size == 0:
+            return False
+        return ":" in str(next((cell for cell in column if isinstance(cell, str)), ""))
+
+    def values(self, name: str) -> NDArray[Any]:
+        """A column as float64, or as it is where it holds whole numbers; cells without a number are NaN."""
+        column = np.asarray(self.columns[name])
+        if column.dtype.kind in "iu":
+            return column
+        if column.dtype.kind == "f":
+            return column.astype(float, copy=False)
+        import pandas
+
+        series = pandas.Series(self.columns[name])
+        if series.dtype == object or series.dtype == "str":
+            series = _plain(series, self.decimal)
+        found: Array = pandas.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+        return found
+
+    def no_number(self, name: str, bad: NDArray[np.intp], hint: str) -> TraceError:
+        """What is wrong with these samples of a column: cells without a finite number.
+
+        hint: what to do, where the first cell itself does not tell it.
+        """
+        cell = np.asarray(self.columns[name])[int(bad[0])]
+        text = shortened(str(cell))
+        held = f'holds "{text}"' if isinstance(cell, str) else f"is empty or {text}"
+        written = cell.strip() if isinstance(cell, str) else ""
+        if self.decimal == "." and re.fullmatch(r"[+-]?\d+,\d+([eE][+-]?\d+)?", written):
+            hint = "write numbers with a decimal point"
+        elif re.fullmatch(r"[+-]?\d{1,3}([.,']\d{3})+([.,]\d+)?", written):
+            sign = "comma" if self.decimal == "," else "point"
+            hint = f"nothing tells whether it is in groups of digits: write numbers with a decimal {sign} and no other"
+        return TraceError(
+            f"{self.source}: column {name}: expected finite numbers, got none in {self.rows(bad)}: "
+            f"the first {held}; {hint}"
+        )
+
+
+def _plain(series: Any, decimal: str) -> Any:
+    """A column with text (a series) with its numbers written with a decimal point and no other sign.
+
+    Digits in groups of three are put together where the column tells that they are groups: where one of its cells
+    has a decimal sign as well, or two groups. Otherwise cells with the other sign become empty, as they may be
+    either. Cells that are no text stay as they are.
+    """
+    is_text = series.map(lambda cell: isinstance(cell, str))
+    cells = series[is_text].str.strip()
+    group = "." if decimal == "," else ","
+    doubtful = cells.str.contains(f"[{group}']")
+    if doubtful.any():
+        number = rf"[+-]?\d{{1,3}}([{group}'])\d{{3}}(\1\d{{3}})*(\{decimal}\d*)?"
+        told = any(grouped(cell) == decimal for cell in cells[doubtful])
+        if told and all(re.fullmatch(number, cell) for cell in cells[doubtful]):
+            cells = cells.str.replace(f"[{group}']", "", regex=True)
+        else:
+            cells = cells.mask(doubtful)
+    found = series.astype(object)
+    found[is_text] = cells.str.replace(",", ".", regex=False) if decimal == "," else cells
+    return found
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names of columns as an error gives them."""
+    return ", ".join(names[:LISTED]) + (f", ... ({len(names)} in all)" if len(names) > LISTED else "")
+
+
+def listed_rows(numbers: Sequence[int]) -> str:
+    """Numbers of rows as an error gives them."""
+    text = ", ".join(str(number) for number in numbers[:SHOWN])
+    return text + (f", ... ({len(numbers)} in all)" if len(numbers) > SHOWN else "")
+
+
+def unique(names: Sequence[str]) -> list[str]:
+    """The names, a later one of the same name with its count: x, x.1, x.2."""
+    seen: dict[str, int] = {}
+    found = []
+    for name in names:
+        count = seen.get(name, 0)
+        seen[name] = count + 1
+        found.append(f"{name}.{count}" if count else name)
+    return found

@@ -1,0 +1,482 @@
+"""The audit: every figure has a law, every warning a scene that deserves it, and the example deserves none."""
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import reference as ref
+
+from guideload import Body, Carriage, Link, Machine, Motion, Rail, Result, simulate
+from guideload._core import Law
+from guideload.audit.checks import BALL_ROW, ROLLERS
+from guideload.reports import result as report
+from guideload.reports.elements import WIDTH
+
+TIME = np.arange(1001) * 1e-3
+PUSH = np.where((TIME > 0.2) & (TIME < 0.6), 2.2, 0.0)
+# A part of every warning.
+ROTATION, START, TRACE = "rotations as small", "the motion begins at", "an upper bound"
+SAMPLES, SOLVER, UNCLEAR = "peaks between the samples", "solution is not accurate", "samples are too coarse"
+REST, PRELOAD = "free within its clearance", "times the preload would keep"
+
+
+@cache
+def cart_result() -> Result:
+    return simulate(ref.cart(), ref.cycle())
+
+
+def changed(machine: Machine, **of_carriage: Any) -> Machine:
+    """The machine with other values in all of its carriages."""
+    values = {name: getattr(machine, name) for name in ("name", "free", "gravity", "body", "rails", "links")}
+    given = [carriage.model_dump(exclude_none=True) | of_carriage for carriage in machine.carriages]
+    return Machine(**values, carriages=[Carriage(**carriage) for carriage in given])
+
+
+def cart_clear() -> Machine:
+    return changed(ref.cart(), clearance_y=5e-6, clearance_z=5e-6)
+
+
+def cart_preloaded(preload: float = 1200.0) -> Machine:
+    return changed(ref.cart(), rolling="ball", preload_y=preload, preload_z=preload)
+
+
+@cache
+def clear_result() -> Result:
+    return simulate(cart_clear(), ref.cycle())
+
+
+@cache
+def preloaded_result() -> Result:
+    return simulate(cart_preloaded(), ref.piece(ref.cycle(), 500, 2000))
+
+
+def pendulum(height: float) -> Machine:
+    """A body that turns about z alone, on one link along y at 0.5 m: nothing but a lever."""
+    return Machine(
+        body=Body(mass=100, center_of_mass=(0.2, height, 0), inertia=np.eye(3).tolist()),
+        links=[Link(name="spring", point=(0.5, 0, 0), direction=(0, 1, 0), stiffness=1e7, damping=1e4)],
+        free=("rz",),
+    )
+
+
+# ---- rotation
+
+
+@pytest.mark.parametrize("height", [-0.6, 0.3])
+def test_second_order_of_a_lever_is_its_gravitational_stiffness(height: float) -> None:
+    """At rest phi = -m g s / (k r^2), and the height h of the centre of mass changes the load by m g h / (k r^2)."""
+    found = simulate(pendulum(height), Motion.along_x(TIME, 0 * TIME)).audit.rotation
+    turn = 100 * 9.80665 / (1e7 * 0.5**2)
+    assert found.largest == pytest.approx(turn * 0.2, rel=1e-12)
+    assert found.second_order == pytest.approx(turn * abs(height), rel=1e-9)
+
+
+def test_largest_rotation_is_that_of_the_histories() -> None:
+    data, found = cart_result().data, cart_result().audit.rotation
+    turns = np.linalg.norm(data["displacement"].sel(dof=["rx", "ry", "rz"]), axis=1)
+    assert found.largest == turns.max()
+    assert found.time == data["time"].values[turns.argmax()]
+
+
+@pytest.mark.parametrize(
+    ("machine", "finite"), [(ref.cart, 5e-5), (ref.cart_stiff, 5e-5), (ref.paper, 2.9e-4)]
+)
+def test_second_order_is_what_finite_rotations_change(machine: Callable[[], Machine], finite: float) -> None:
+    """The figures are differences to a multibody program with finite rotations."""
+    found = simulate(machine(), ref.cycle()).audit.rotation.second_order
+    assert finite / 1.3 < found < finite * 1.3
+
+
+def test_second_order_of_play_has_the_right_size() -> None:
+    assert 1.4e-4 / 5 < clear_result().audit.rotation.second_order < 1.4e-4 * 5
+
+
+def test_second_order_scales_with_the_load() -> None:
+    once = simulate(ref.cart(), Motion.along_x(TIME, PUSH)).audit.rotation
+    heavy = ref.cart().model_copy(update={"gravity": (0.0, -2 * 9.80665, 0.0)})
+    twice = simulate(heavy, Motion.along_x(TIME, 2 * PUSH)).audit.rotation
+    assert twice.largest == pytest.approx(2 * once.largest, rel=1e-9)
+    assert twice.second_order == pytest.approx(2 * once.second_order, rel=1e-9)
+
+
+# ---- contact
+
+
+def test_the_preload_told_opens_a_row_at_the_largest_load() -> None:
+    """An end has half of the carriage's preload; its row opens at 2^n times that."""
+    result = cart_result()
+    needed = result.audit.contact.preload_needed
+    largest = np.abs(result.data["link_load_elastic"]).max("time").values
+    for carriage, links in enumerate(result.machine.links_of_carriages):
+        for axis in (0, 1):
+            load = largest[links[axis::2]].max()
+            for exponent, preload in (
+                (1.5, needed[carriage, axis]),
+                (10 / 9, ROLLERS * needed[carriage, axis]),
+            ):
+                law = Law.preloaded(6e7, preload / 2, exponent)
+                assert law.force(law.edges)[-1] == pytest.approx(load, rel=1e-12)
+
+
+def test_links_that_pull_and_push_are_named() -> None:
+    elastic = cart_result().data["link_load_elastic"]
+    for link in elastic["link"].values:
+        one = elastic.sel(link=link).values
+        assert (str(link) in cart_result().audit.contact.changing_sign) == (one.min() < 0 < one.max())
+
+
+def test_linear_links_never_lose_contact() -> None:
+    found = cart_result().audit.contact
+    assert not found.lost.any() and not found.share.any() and not found.never and found.changes == 0
+
+
+def test_contact_is_lost_where_play_leaves_no_elastic_load() -> None:
+    result = clear_result()
+    found = result.audit.contact
+    elastic = result.data["link_load_elastic"].transpose("time", "link").values
+    np.testing.assert_array_equal(found.lost, elastic == 0.0)
+    assert 0 < found.share.max() < 1
+    np.testing.assert_allclose(found.share, found.lost.mean(axis=0), atol=2e-4)
+    assert found.changes >= np.abs(np.diff(found.lost.astype(int), axis=0)).sum()
+    assert not found.never
+
+
+def test_links_that_never_touch_are_named() -> None:
+    stop = {"point": (0, 0, 0), "direction": (0, 1, 0), "stiffness": 1e8, "damping": 0.0, "clearance": 1e-3}
+    machine = Machine(**{**dict(ref.cart()), "links": [Link(name="stop", **stop)]})
+    found = simulate(machine, Motion.along_x(TIME, PUSH)).audit
+    assert found.model_level == "piecewise linear" and found.reason == "clearance in stop"
+    assert found.contact.never == ("stop",)
+    assert any("never touching: stop" in line for line in found.lines)
+
+
+def test_a_row_opens_beyond_its_multiple_of_the_preload() -> None:
+    result = preloaded_result()
+    elastic = np.abs(result.data["link_load_elastic"].transpose("time", "link").values)
+    np.testing.assert_array_equal(result.audit.contact.lost, elastic >= BALL_ROW * 600.0)
+    (warning,) = result.audit.warnings
+    assert f"{elastic.max() / (BALL_ROW * 600.0):.3g} {PRELOAD}" in warning
+
+
+def test_enough_preload_loses_nothing() -> None:
+    audit = simulate(cart_preloaded(5000.0), ref.piece(ref.cycle(), 500, 2000)).audit
+    assert not audit.contact.lost.any() and not audit.warnings
+
+
+# ---- sampling and band
+
+
+def test_band_of_tones_is_where_their_power_is() -> None:
+    time = np.arange(2000) * 1e-3  # whole periods of both tones
+    tones = {frequency: np.sin(2 * np.pi * frequency * time) for frequency in (5.0, 40.0)}
+    for share, end in ((0.0, 5.0), (0.009, 5.0), (0.011, 40.0), (1.0, 40.0)):
+        pull = np.sqrt(1 - share) * tones[5.0] + np.sqrt(share) * tones[40.0]
+        found = simulate(ref.cart(), Motion.along_x(time, pull)).audit.sampling.band
+        assert found == pytest.approx(end, rel=1e-9)
+
+
+def test_band_counts_process_forces_and_needs_something_that_moves() -> None:
+    time = np.arange(2000) * 1e-3
+    tone = np.sin(2 * np.pi * 20.0 * time)
+    still = Motion.along_x(time, 0 * time)
+    pushed = still.with_force((0.1, 0, 0), np.stack([0 * time, 500.0 * tone, 0 * time], axis=1))
+    assert simulate(ref.cart(), pushed).audit.sampling.band == pytest.approx(20.0, rel=1e-9)
+    found = simulate(ref.cart(), still).audit
+    assert found.sampling.band is None and found.energy.turned_over == 0.0 and not found.warnings
+
+
+def test_samples_per_period_are_those_of_the_highest_mode() -> None:
+    found = cart_result().audit.sampling
+    assert found.per_period == pytest.approx(1e3 / cart_result().modes.frequency.max(), rel=1e-9)
+    finer = simulate(ref.cart(), ref.cycle(), times=np.arange(2000) * 5e-4).audit.sampling
+    assert finer.per_period == pytest.approx(2 * found.per_period, rel=1e-9)
+    assert finer.trace_step == pytest.approx(1e-3, rel=1e-9)
+
+
+def test_a_single_instant_has_an_audit() -> None:
+    audit = simulate(ref.cart(), ref.cycle(), times=[0.8]).audit
+    assert audit.sampling.per_period is None and audit.sampling.band is None
+    assert audit.energy.turned_over == 0.0 and not audit.warnings and audit.lines
+
+
+# ---- the rung below
+
+
+def test_quasi_static_loads_are_the_limit_of_slow_motion() -> None:
+    """The dampers' part falls as 1 / duration."""
+    off = []
+    for duration in (0.5, 2.0, 8.0):
+        time = np.linspace(0.0, duration, 4001)
+        pull = 2.2 * np.sin(np.pi * time / duration) ** 2
+        below = simulate(ref.cart(), Motion.along_x(time, pull)).audit.below
+        off.append([abs(below.deviation(below.quasi_static)[0]), abs(below.dynamic_deviation[0])])
+    peaks, dynamic = np.array(off).T
+    assert peaks[-1] < 1e-5 and dynamic[-1] < 1e-4
+    assert np.all(dynamic[:-1] / dynamic[1:] > 3.5)
+
+
+def test_at_rest_both_are_the_same() -> None:
+    below = simulate(ref.cart(), Motion.along_x(TIME, 0 * TIME)).audit.below
+    np.testing.assert_allclose(below.quasi_static, below.peak, rtol=1e-12)
+    assert below.dynamic_deviation[0] == 0.0
+
+
+@pytest.mark.parametrize(("motion", "verdict"), [(ref.cycle, "would do"), (ref.pulse, "would not do")])
+def test_a_static_calculation_does_for_slow_motion_only(motion: Callable[[], Motion], verdict: str) -> None:
+    audit = simulate(ref.cart(), motion()).audit
+    (line,) = (line for line in audit.lines if line.startswith("static"))
+    off, name = audit.below.deviation(audit.below.quasi_static)
+    assert verdict in line and f"low ({name})" in line
+    at = audit.below.names.index(name)
+    assert off == pytest.approx(audit.below.quasi_static[at] / audit.below.peak[at] - 1, rel=1e-9)
+
+
+def test_peaks_of_the_result_are_those_compared() -> None:
+    np.testing.assert_allclose(
+        cart_result().audit.below.peak, cart_result().peaks()["peak_resultant_N"], rtol=1e-12
+    )
+
+
+def test_linear_peaks_below_play_are_those_of_the_machine_without_it() -> None:
+    assert cart_result().audit.below.linear is None
+    expected = cart_result().peaks()["peak_resultant_N"]
+    np.testing.assert_allclose(clear_result().audit.below.linear, expected, rtol=1e-9)
+
+
+def test_nothing_is_told_of_an_excitation_that_the_instants_do_not_show() -> None:
+    """Every tenth sample would do as another motion."""
+    for times in (ref.cycle().time[::10], ref.cycle().time[1000:]):
+        assert simulate(cart_clear(), ref.cycle(), times=times).audit.below.linear is None
+    assert simulate(ref.cart(), ref.cycle(), times=ref.cycle().time[::10]).audit.sampling.band is None
+
+
+def test_links_stand_in_for_missing_carriages() -> None:
+    below = simulate(pendulum(0.0), Motion.along_x(TIME, PUSH)).audit.below
+    assert below.names == ("spring",)
+
+
+# ---- energy
+
+
+@pytest.mark.parametrize("damping", [5e4, 0.0])
+def test_energy_residual_falls_at_the_order_of_its_quadrature(damping: float) -> None:
+    """A kink every 8 ms, and 4 to 32 reported instants between two of them."""
+    fine = np.arange(1601) * 2.5e-4
+    knots = fine[::32]
+    pull = np.random.default_rng(1).normal(size=knots.size) * (knots > 0)
+    motion = Motion.along_x(knots, pull)
+    found = [simulate(ref.cart(damping), motion, times=fine[::each]).audit.energy for each in (4, 2, 1)]
+    residual = np.array([balance.residual for balance in found])
+    np.testing.assert_allclose(np.log2(residual[:-1] / residual[1:]), 6.0, atol=0.1)
+    assert all(balance.resolution > balance.residual for balance in found)
+
+
+def test_energy_balances_over_jumps_or_says_that_it_cannot_be_told() -> None:
+    """A jump is two samples at one instant: instants of one's own show only one side of it."""
+    time = np.array([0.0, 0.1, 0.1, 0.15, 0.15, 0.2])
+    pull = np.array([0.0, 0.0, 2.0, 2.0, -3.0, -3.0])
+    stamps = np.sort(np.concatenate([np.arange(201) * 1e-3, [0.1, 0.15]]))
+    late = np.append(False, np.diff(stamps) == 0)
+    sampled = np.where(late, 0, np.interp(stamps, [0, 0.1, 0.1 + 1e-9, 0.15, 0.15 + 1e-9, 0.2], pull))
+    sampled[late] = (2.0, -3.0)
+    assert simulate(ref.cart(), Motion.along_x(stamps, sampled)).audit.energy.residual < 1e-5
+    hidden = simulate(ref.cart(), Motion.along_x(time, pull), times=np.arange(201) * 1e-3).audit
+    assert hidden.energy is None and any("not to be told" in line for line in hidden.lines)
+
+
+def test_energy_balances_on_the_yardstick() -> None:
+    assert cart_result().audit.energy.residual < 1e-8
+    assert simulate(ref.cart(), ref.noisy()).audit.energy.residual < 1e-5
+    assert clear_result().audit.energy.residual < 1e-4  # contact changes lie between the samples
+    assert preloaded_result().audit.energy.residual < 1e-4
+
+
+def test_energy_turned_over_by_a_slow_push_is_dissipated_and_stored() -> None:
+    """From rest to rest, all that was fed in is dissipated: what is turned over is at least twice that."""
+    result = cart_result()
+    damping = result.machine.link_table().damping
+    lost = (result.data["link_load_damping"].transpose("time", "link").values ** 2 / damping).sum(axis=1)
+    dissipated = np.sum(np.diff(result.data["time"].values) * (lost[1:] + lost[:-1])) / 2
+    assert result.audit.energy.turned_over > 2 * dissipated * 0.99
+
+
+# ---- warnings
+
+
+def soft() -> Result:
+    return simulate(changed(ref.cart(), stiffness_y=2e5, stiffness_z=2e5), ref.cycle())
+
+
+def under_way() -> Result:
+    return simulate(ref.cart(), Motion.along_x(TIME, np.where(TIME < 0.6, 2.0, 0.0)))
+
+
+def slow_trace() -> Result:
+    time = np.arange(100) * 0.02
+    pull = np.where((time > 0.2) & (time < 0.6), 2.2, 0.0)
+    return simulate(ref.cart(), Motion.along_x(time, pull), times=np.arange(1900) * 1e-3)
+
+
+def coarse() -> Result:
+    time = np.arange(200) * 4e-3
+    return simulate(ref.cart(), Motion.along_x(time, np.where((time > 0.2) & (time < 0.6), 2.2, 0.0)))
+
+
+def loose() -> Result:
+    time = np.arange(100) * 4e-3
+    pull = np.random.default_rng(1).normal(size=time.size) * (time > 0)
+    return simulate(ref.cart(), Motion.along_x(time, pull), "rk45", rtol=0.1, times=np.arange(1580) * 2.5e-4)
+
+
+def overdamped() -> Result:
+    time = np.arange(1000) * 2e-3
+    pull = np.random.default_rng(1).normal(size=time.size) * (time > 0)
+    return simulate(ref.cart_stiff(), Motion.along_x(time, pull))
+
+
+@pytest.mark.parametrize(
+    ("result", "expected"),
+    [
+        (cart_result, ()),
+        (soft, (ROTATION,)),
+        (under_way, (START,)),
+        (slow_trace, (TRACE,)),
+        (coarse, (SAMPLES,)),
+        (loose, (SOLVER,)),
+        (overdamped, (UNCLEAR,)),
+        (clear_result, (REST,)),
+        (preloaded_result, (PRELOAD,)),
+    ],
+)
+def test_each_warning_stands_where_it_is_due_and_nowhere_else(
+    result: Callable[[], Result], expected: tuple[str, ...]
+) -> None:
+    warnings = result().audit.warnings
+    assert len(warnings) == len(expected)
+    for warning, part in zip(warnings, expected, strict=True):
+        assert part in warning and any(sign.isdigit() for sign in warning) or part is REST
+
+
+def test_the_example_has_no_warnings() -> None:
+    audit = simulate(*ref.example()).audit
+    assert not audit.warnings
+    assert (
+        audit.model_level == "linear" and audit.reason == "every link is linear" and audit.method == "exact"
+    )
+
+
+def test_a_soft_machine_is_told_its_rotation() -> None:
+    audit = soft().audit
+    assert audit.rotation.largest > 1e-2
+    assert f"{audit.rotation.largest:.2g} rad" in audit.warnings[0]
+
+
+def test_a_body_free_at_rest_is_told_in_its_dofs() -> None:
+    """Nothing pushes the cart across: within its clearance it may move in z and turn about y."""
+    audit = clear_result().audit
+    assert {dof for motion in audit.free_at_rest for dof in motion} == {"z", "ry"}
+    assert "z" in audit.warnings[0] and "ry" in audit.warnings[0]
+
+
+def test_a_motion_that_begins_under_way_is_not_told_of_later_instants() -> None:
+    motion = Motion.along_x(TIME, np.ones_like(TIME))
+    assert simulate(ref.cart(), motion, times=TIME[500:]).audit.warnings == ()
+
+
+# ---- impacts
+
+
+def rattling() -> Machine:
+    """Dampers that set in at once: every touch is an impact, and multiplies what differs before it."""
+    return changed(cart_clear(), damping_in_contact=True)
+
+
+def shaken() -> Motion:
+    noise = 0.3 * np.random.default_rng(1).standard_normal(3001)
+    return Motion.along_x(np.arange(3001) * 1e-3, np.where(np.arange(3001) > 0, noise, 0.0))
+
+
+def test_a_scene_whose_impacts_multiply_small_differences_is_told() -> None:
+    """The figure is what a motion larger by 1e-9 really changes; where damping always acts, that is nothing."""
+    result = simulate(rattling(), shaken())
+    larger = Motion(time=shaken().time, acceleration=(1.0 + 1e-9) * shaken().acceleration)
+    load, other = (one.data["link_load"].values for one in (result, simulate(rattling(), larger)))
+    change = np.abs(load - other).max() / np.abs(load).max()
+    found = result.audit.sensitivity
+    assert found is not None and change > 1e-3 and found == pytest.approx(change, rel=1e-3)
+    assert any("impacts multiply small differences" in warning for warning in result.audit.warnings)
+    settled = simulate(cart_clear(), shaken()).audit
+    assert settled.sensitivity is not None and settled.sensitivity < 1e-7
+    assert cart_result().audit.sensitivity is None
+
+
+def test_dampers_that_set_in_between_two_instants_are_not_held_against_the_solution() -> None:
+    """The energy they take is known to one interval only: the resolution says so, and falls with the interval."""
+    residuals, resolutions = [], []
+    for count in (1, 4, 16):
+        times = np.linspace(0.0, 1.0, 1000 * count + 1)
+        found = simulate(rattling(), Motion.along_x(TIME, PUSH), times=times).audit.energy
+        assert found is not None and found.residual < found.resolution
+        residuals.append(found.residual)
+        resolutions.append(found.resolution)
+    assert residuals[-1] < 0.3 * residuals[0]
+    np.testing.assert_allclose(resolutions[1:], np.array(resolutions[:-1]) / 4, rtol=0.3)
+
+
+# ---- words, files
+
+
+def test_links_that_part_and_rows_that_open_are_told_apart() -> None:
+    """Half of the carriages have play, the others preload; a smooth scene counts no contact changes."""
+    play, pressed = cart_clear(), cart_preloaded(300.0)
+    machine = play.model_copy(update={"carriages": (*play.carriages[:2], *pressed.carriages[2:])})
+    audit = simulate(machine, ref.piece(ref.cycle(), 500, 2000)).audit
+    (line,) = (line for line in audit.lines if line.startswith("contact"))
+    assert "of 8 links lose contact, " in line and "of 8 links open a row" in line
+    assert "changes" not in line
+    parted, opened = (int((audit.contact.share[part] > 0).sum()) for part in (slice(8), slice(8, 16)))
+    assert f"{parted} of 8 links lose contact, {opened} of 8 links open a row" in line
+    links = machine.links_of_carriages
+    words = [audit.contact.words(np.concatenate(some)) for some in (links[:2], links[2:], links)]
+    assert words == ["contact lost", "a row open", "contact lost or a row open"]
+
+
+@pytest.mark.parametrize("result", [cart_result, clear_result, preloaded_result])
+def test_the_section_is_short(result: Callable[[], Result]) -> None:
+    text = report.result_report(result())
+    lines = text[text.index("\nAudit\n") :].split("\n")[2:-1]
+    assert len(lines) <= 12 and max(map(len, lines)) <= WIDTH
+    told = " ".join(" ".join(lines).split())
+    for line in result().audit.lines:
+        assert " ".join(line.split()) in told
+
+
+def test_rung_and_links_that_made_it_are_told() -> None:
+    assert clear_result().audit.model_level == "piecewise linear"
+    assert clear_result().audit.reason == "clearance in 1a:-y, 1a:-z and 14 more"
+    assert preloaded_result().audit.model_level == "smooth nonlinear"
+    assert preloaded_result().audit.reason == "preload in 1a:-y, 1a:-z and 14 more"
+
+
+@pytest.mark.parametrize("ending", ["nc", "parquet", "csv"])
+@pytest.mark.parametrize("result", [cart_result, under_way, clear_result, preloaded_result])
+def test_a_result_read_back_has_the_same_audit(
+    result: Callable[[], Result], ending: str, tmp_path: Path
+) -> None:
+    path = tmp_path / f"loads.{ending}"
+    {"nc": Result.to_netcdf, "parquet": Result.to_parquet, "csv": Result.to_csv}[ending](result(), path)
+    before, after = result().audit, Result.load(path).audit
+    assert str(after) == str(before)
+    assert (after.rotation, after.sampling, after.energy) == (before.rotation, before.sampling, before.energy)
+    np.testing.assert_array_equal(after.contact.lost, before.contact.lost)
+    np.testing.assert_array_equal(after.below.quasi_static, before.below.quasi_static)
+
+
+def test_extra_rails_without_carriages_do_no_harm() -> None:
+    machine = Machine(
+        **{**dict(ref.cart()), "rails": [*ref.cart().rails, Rail(name="spare", position=(1, 1))]}
+    )
+    assert simulate(machine, Motion.along_x(TIME, PUSH)).audit.warnings == ()

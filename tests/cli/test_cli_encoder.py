@@ -1,0 +1,249 @@
+"""`guideload encoder`, its report and its picture: what they tell is what was found, and nothing is written unasked."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from guideload import Inspection, Machine, motion_from_trace, plots, read_trace
+from guideload.cli.main import EXAMPLES, main
+from guideload.motion.uncertainty import COVER
+from guideload.plots.trace import density, thinned
+from guideload.reports.trace import encoder_report
+
+MACHINE = str(EXAMPLES / "manipulator.toml")
+TRACE = str(EXAMPLES / "manipulator.csv")
+QUANTUM = 1e-5  # m
+PUSH = 2.2  # m/s2
+RADIANS_PER_SECOND = np.pi / 30  # of a turn per minute
+
+
+def moved(time: np.ndarray) -> np.ndarray:
+    """Position [m]: pushed from 0.3 to 0.5 s, held back from 0.7 to 0.9 s; then at rest."""
+    pushes = ((0.3, 1), (0.5, -1), (0.7, -1), (0.9, 1))
+    return sum(0.5 * PUSH * sign * np.maximum(time - start, 0.0) ** 2 for start, sign in pushes)
+
+
+def written(folder: Path, time: np.ndarray, position: np.ndarray, name: str = "trace.csv") -> Path:
+    path = folder / name
+    rows = (f"{t:.4f},{x:.5f}\n" for t, x in zip(time, position, strict=True))
+    path.write_text("time_s,position_m\n" + "".join(rows), encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def trace(tmp_path: Path) -> Path:
+    """1.2 s of positions at 1 kHz, rounded to 10 um."""
+    time = np.arange(1200) * 1e-3
+    return written(tmp_path, time, np.round(moved(time) / QUANTUM) * QUANTUM)
+
+
+def guideload(*arguments: object) -> Result:
+    return CliRunner().invoke(main, [str(argument) for argument in arguments], catch_exceptions=False)
+
+
+def told(*arguments: object) -> str:
+    """The text of a call that succeeds, in one line."""
+    ended = guideload(*arguments)
+    assert ended.exit_code == 0 and ended.stderr == "", ended.output
+    return " ".join(ended.stdout.split())
+
+
+# ---- the command
+
+
+def test_what_was_found_is_told_and_nothing_is_written(tmp_path: Path, trace: Path) -> None:
+    before = set(tmp_path.iterdir())
+    text = told("encoder", trace)
+    assert set(tmp_path.iterdir()) == before
+    estimate = Inspection.of(read_trace(trace)).found.estimate
+    assert estimate is not None
+    at = np.abs(estimate.acceleration).argmax()
+    half = COVER * np.sqrt(estimate.acceleration_variance[at])
+    low, high = estimate.acceleration[at] - half, estimate.acceleration[at] + half
+    for part in (
+        "trace.csv, column position_m",
+        "1.199 s, 1200 samples at 1000 Hz, a sample every 1 ms",
+        "time stamps: uniform",
+        "quantum 1e-05 m",
+        f"white derivative {estimate.order} of the position",
+        f"noise {estimate.noise:.3g} m rms before rounding, "
+        f"{estimate.noise / (QUANTUM / np.sqrt(12)):.3g} times that of rounding",
+        f"followed up to {estimate.bandwidth:.3g} Hz; half the samples' rate is 500 Hz",
+        f"largest speed {np.abs(estimate.velocity).max():.4g} m/s",
+        f"largest acceleration {estimate.acceleration[at]:.4g} m/s2",
+        f"95 % band {low:.4g} to {high:.4g}",
+        "-o picture.png draws it",
+    ):
+        assert part in text
+
+
+@pytest.mark.parametrize("smoothing", ["auto", "spline", "differences"])
+def test_the_figures_are_those_of_the_motion(smoothing: str) -> None:
+    machine = Machine.from_toml(MACHINE)
+    found = Inspection.of(read_trace(TRACE), machine, smoothing=smoothing)
+    motion = motion_from_trace(read_trace(TRACE), machine.drive, smoothing=smoothing)
+    np.testing.assert_array_equal(found.found.acceleration, motion.acceleration[:, 0])
+    np.testing.assert_array_equal(found.found.velocity, motion.velocity[:, 0])
+    assert found.found.bandwidth == motion.bandwidth
+    text = " ".join(encoder_report(found).split())
+    assert ("95 % band" in text) == (found.deviation is not None)
+
+
+def test_a_motor_without_a_machine_is_shown_in_its_own_units() -> None:
+    text = told("encoder", TRACE)
+    drive = Machine.from_toml(MACHINE).drive
+    assert drive is not None
+    top = np.abs(motion_from_trace(read_trace(TRACE), drive).velocity).max()
+    assert f"largest speed {top / drive.speed_per_motor_speed / RADIANS_PER_SECOND:.4g} rpm" in text
+    assert "rad/s2" in text and "m/s2" not in text and " m/s " not in text
+    assert "quantum 0.1 rpm" in text  # the last digit of the file
+    with_machine = told("encoder", TRACE, "--machine", MACHINE)
+    assert f"largest speed {top:.4g} m/s" in with_machine and "Modes against the trace's band" in with_machine
+
+
+def test_a_machine_without_a_drive_is_no_reason_to_fail(tmp_path: Path) -> None:
+    bare = tmp_path / "bare.toml"
+    text = Path(MACHINE).read_text(encoding="utf-8")
+    start, stop = text.index("[drive]"), text.index("[", text.index("[drive]") + 1)
+    bare.write_text(text[:start] + text[stop:], encoding="utf-8")
+    told_of = told("encoder", TRACE, "--machine", bare, "-o", tmp_path / "a.png")
+    assert "no [drive]" in told_of and "rad/s2" in told_of and "Modes against" not in told_of
+
+
+def test_ten_hertz_cannot_carry_what_the_modes_answer(tmp_path: Path) -> None:
+    """In `encoder`, in `check`, and in the report of a run."""
+    time = np.arange(0, 12) * 0.1
+    slow = written(tmp_path, time, moved(time))
+    texts = [
+        told("encoder", slow, "--machine", MACHINE),
+        told("check", MACHINE, slow),
+        told("run", MACHINE, slow, "-o", tmp_path / "out", "--no-pictures"),
+    ]
+    for text in texts:
+        assert "which makes mode" in text and "an upper bound" in text
+    for text in (told("encoder", TRACE, "--machine", MACHINE), told("check", MACHINE, TRACE)):
+        assert "which makes mode" not in text and "modes that x excites" in text
+
+
+def test_a_trace_that_is_too_noisy_is_warned_of_as_a_run_does(tmp_path: Path) -> None:
+    time = np.arange(1200) * 1e-3
+    noisy = written(tmp_path, time, moved(time) + 0.02 * np.random.default_rng(1).normal(size=time.size))
+    for text in (told("encoder", noisy), told("check", MACHINE, noisy)):
+        assert "warning: that noise is" in text and "the acceleration is cut" in text
+
+
+def test_damage_is_refused_with_its_rows_and_the_way_out(tmp_path: Path) -> None:
+    time = np.arange(1200) * 1e-3
+    position = moved(time)
+    position[700] += 0.2
+    path = written(tmp_path, time, position)
+    ended = guideload("encoder", path, "-o", tmp_path / "a.png")
+    assert ended.exit_code == 2 and ended.stdout == "" and not (tmp_path / "a.png").exists()
+    assert "702" in ended.stderr and "--repair outliers" in ended.stderr
+    assert "702" in told("encoder", path, "--repair", "outliers")
+
+
+@pytest.mark.parametrize("ending", [".png", ".svg"])
+def test_the_picture_is_written_where_it_is_asked(tmp_path: Path, trace: Path, ending: str) -> None:
+    picture = tmp_path / f"a{ending}"
+    assert f"Wrote {picture}" in "".join(guideload("encoder", trace, "-o", picture).stdout.split("\n"))
+    assert picture.stat().st_size > 10_000
+    again = guideload("encoder", trace, "-o", picture)
+    assert again.exit_code == 2 and "exists" in again.stderr
+    assert guideload("encoder", trace, "-o", picture, "--overwrite").exit_code == 0
+
+
+def test_a_picture_never_takes_the_place_of_the_trace(tmp_path: Path, trace: Path) -> None:
+    disguised = tmp_path / "trace.png"
+    disguised.write_bytes(trace.read_bytes())
+    ended = guideload("encoder", disguised, "-o", disguised, "--overwrite")
+    assert ended.exit_code == 2 and "is read by this run" in ended.stderr
+    assert disguised.read_bytes() == trace.read_bytes()
+
+
+def test_text_alone_loads_no_matplotlib(trace: Path) -> None:
+    code = f"""
+import sys
+from guideload.cli.main import main
+main(['encoder', {str(trace)!r}], standalone_mode=False)
+assert 'matplotlib' not in sys.modules
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+@pytest.mark.parametrize(
+    ("file", "options"),
+    [
+        ("emps_bangbang_1kHz.csv", ("--column", "q_meas_m")),
+        (
+            "michigan_cnc_experiment_01.csv",
+            ("--column", "X1_ActualVelocity", "--unit", "mm/s", "--rate", "10"),
+        ),
+    ],
+)
+def test_measured_traces(shared_data: Path, tmp_path: Path, file: str, options: tuple[str, ...]) -> None:
+    text = told(
+        "encoder", shared_data / file, *options, "--machine", MACHINE, "-o", tmp_path / "a.png", "--overwrite"
+    )
+    assert ("which makes mode" in text) == ("--rate" in options)  # 10 Hz; the other has 1 kHz
+
+
+# ---- the picture
+
+
+def test_the_picture_shows_what_was_found(trace: Path) -> None:
+    found = Inspection.of(read_trace(trace), Machine.from_toml(MACHINE))
+    samples, rest, acceleration, close, spectrum = plots.encoder(found)
+    np.testing.assert_array_equal(samples.lines[0].get_ydata(), found.value)
+    np.testing.assert_array_equal(samples.lines[1].get_ydata(), found.found.position)
+    drawn = {line.get_label(): line for line in acceleration.lines}
+    np.testing.assert_array_equal(drawn["smoothed"].get_ydata(), found.found.acceleration)
+    np.testing.assert_array_equal(drawn["plain differences"].get_ydata(), found.differences)
+    (band,) = acceleration.collections
+    corners = band.get_paths()[0].vertices
+    assert found.deviation is not None
+    high = (found.found.acceleration + COVER * found.deviation).max()
+    assert corners[:, 1].max() == pytest.approx(high, rel=1e-12)
+    low, top = acceleration.get_ylim()
+    assert low < found.found.acceleration.min() and high < top < 1.5 * high < found.differences.max()
+    np.testing.assert_allclose(
+        rest.lines[-1].get_ydata(), (found.value - found.smoothed) / QUANTUM, rtol=1e-9
+    )
+    assert close.get_xlim()[0] < found.time[np.abs(found.found.acceleration).argmax()] < close.get_xlim()[1]
+    marks = {float(line.get_xdata()[0]) for line in spectrum.lines if len(line.get_xdata()) == 2}
+    assert {found.band, *found.resolution.frequency} <= marks
+    assert spectrum.get_xlim()[1] >= found.resolution.frequency.max()
+
+
+def test_a_trace_that_stands_still_has_a_picture(tmp_path: Path) -> None:
+    time = np.arange(100) * 0.01
+    found = Inspection.of(read_trace(written(tmp_path, time, 0 * time)), Machine.from_toml(MACHINE))
+    plots.save(plots.encoder(found)[0], tmp_path / "a.png")
+    assert "no acceleration" in encoder_report(found)
+
+
+def test_columns_keep_the_smallest_and_the_largest() -> None:
+    values = np.random.default_rng(0).normal(size=100_003)
+    values[[17, 99_999]] = (40.0, -50.0)
+    time, [(low, high)] = thinned(np.arange(values.size) * 1.0, values)
+    assert time.size == low.size == high.size <= 1500
+    assert (low.min(), high.max()) == (-50.0, 40.0) and np.all(low <= high)
+
+
+def test_density_of_white_noise_is_its_variance_over_the_band() -> None:
+    """One-sided, so 2 step variance at every frequency; 3000 lines scatter by 2 %."""
+    step, noise = 1e-3, np.random.default_rng(2).normal(0.0, 3.0, 6000)
+    frequency, power = density(np.arange(noise.size) * step, noise)
+    assert frequency[-1] <= 500.0
+    high = frequency > 100.0  # where bands average many lines
+    assert power[high].mean() == pytest.approx(2.0 * step * 9.0, rel=0.1)
+
+
+def test_density_tells_a_tone_where_it_is() -> None:
+    time = np.arange(4000) * 1e-3
+    frequency, power = density(time, np.sin(2 * np.pi * 40.0 * time))
+    assert frequency[power.argmax()] == pytest.approx(40.0, rel=0.06)

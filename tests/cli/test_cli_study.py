@@ -1,0 +1,396 @@
+"""`guideload study`: what it writes and prints, what it refuses, and how it goes on."""
+
+import json
+import shlex
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from click.testing import CliRunner, Result
+from study_standin import HashedBatch
+
+from guideload.cli.main import EXAMPLES, main
+from guideload.cli.outputs import MANIFEST, STUDY_PICTURES
+from guideload.study import execution as execute
+from guideload.study.result import StudyResult
+from guideload.study.store import FolderStore, parts_in
+from guideload.study.study import Study
+
+STUDY = """\
+machine = "machine.toml"
+trace = "trace.csv"
+samples = 200
+seed = 1
+histories = 2
+quantities = ["resultant", "load"]
+[limits]
+peak_resultant = "0.5 N"
+[[vary]]
+path = "body.mass"
+distribution = "uniform"
+plus_minus = "10 %"
+[[vary]]
+name = "k"
+path = "carriages.*.stiffness_y"
+each = "carriage"
+distribution = "lognormal"
+sigma = 0.2
+"""
+
+
+@pytest.fixture(autouse=True)
+def core(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Hashes in place of the core's batch."""
+    batches: dict[str, HashedBatch] = {}
+
+    def batch(plan: Any) -> HashedBatch:
+        new = HashedBatch(len(plan.measures), plan.motion.time.size, len(plan.machine.carriages), 0.0)
+        return batches.setdefault(plan.fingerprint(), new)
+
+    monkeypatch.setattr("guideload.study.plan.Plan.batch", batch)
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    """A study file, with machine and trace beside it."""
+    folder = tmp_path / "Läufe"
+    folder.mkdir()
+    shutil.copy(str(EXAMPLES / "manipulator.toml"), folder / "machine.toml")
+    rows = "".join(f"{i * 1e-2:.2f},{0.3 * min(i / 20, 1):.4f}\n" for i in range(40))
+    (folder / "trace.csv").write_text("time_s,velocity_m_s\n" + rows)
+    (folder / "study.toml").write_text(STUDY)
+    return folder / "study.toml"
+
+
+def guideload(*arguments: object) -> Result:
+    return CliRunner().invoke(main, [str(argument) for argument in arguments], catch_exceptions=False)
+
+
+def refused(*arguments: object) -> str:
+    """The message of a call that must be refused: on standard error alone, without a traceback."""
+    ended = guideload(*arguments)
+    assert ended.exit_code == 2, ended.output
+    assert ended.stdout == ""
+    assert "Traceback" not in ended.stderr
+    return ended.stderr
+
+
+def names(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    parts = FolderStore.open(folder)
+    return {name: parts.column(name).tobytes() for name in parts.columns}
+
+
+def stops_at(monkeypatch: pytest.MonkeyPatch, samples: int) -> None:
+    """Ctrl-C when so many samples are done."""
+    told = execute._Told.__call__
+
+    def tells(self: Any, more: int) -> None:
+        told(self, more)
+        if self.done >= samples:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(execute._Told, "__call__", tells)
+
+
+def test_study_writes_samples_report_and_pictures(file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "neue" / "Studie"
+    ended = guideload("study", file, "-o", out)
+    assert ended.exit_code == 0, ended.output
+    assert names(out) == {
+        "study.json",
+        "samples",
+        "histories.nc",
+        "summary.json",
+        "report.txt",
+        MANIFEST,
+        *STUDY_PICTURES,
+    }
+    written = (out / "report.txt").read_text(encoding="utf-8")
+    assert written.strip() in ended.stdout
+    assert ended.stderr == ""
+    result = StudyResult.load(out)
+    assert (result.finished, result.runs) == (200, 200)
+    assert json.loads((out / "summary.json").read_text(encoding="utf-8"))["runs"] == 200
+
+
+def test_options_are_those_of_the_file_unless_given(file: Path, tmp_path: Path) -> None:
+    run = ("study", file, "--no-pictures", "-o")
+    assert guideload(*run, tmp_path / "a", "--samples", 50, "--seed", 7, "--threads", 1).exit_code == 0
+    file.write_text(STUDY.replace("= 200", "= 50").replace("seed = 1", "seed = 7"))
+    assert guideload(*run, tmp_path / "b", "--threads", 3).exit_code == 0
+    assert contents(tmp_path / "a") == contents(tmp_path / "b")
+    assert not any(name.endswith(".png") for name in names(tmp_path / "a"))
+    file.write_text(STUDY.replace("samples = 200\nseed = 1\n", ""))
+    assert "samples: " in refused(*run, tmp_path / "c")
+    assert guideload(*run, tmp_path / "c", "--samples", 50, "--seed", 7).exit_code == 0
+    assert contents(tmp_path / "a") == contents(tmp_path / "c")
+
+
+def test_a_study_is_read_once(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made, built = [], Study.__init__
+
+    def counted(self: Study, /, **values: Any) -> None:
+        made.append(self)
+        built(self, **values)
+
+    monkeypatch.setattr(Study, "__init__", counted)
+    run = ("study", file, "-o", tmp_path / "out", "--no-pictures", "--samples", 50, "--seed", 7)
+    assert guideload(*run).exit_code == 0
+    assert len(made) == 1
+
+
+def test_ctrl_c_reports_what_is_done_and_tells_how_to_go_on(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole, out = tmp_path / "whole", tmp_path / "neue Studie"
+    assert guideload("study", file, "-o", whole, "--no-pictures").exit_code == 0
+    run = ("study", file, "-o", out, "--samples", 200)
+    with monkeypatch.context() as patched:
+        stops_at(patched, 100)
+        ended = guideload(*run)
+    assert ended.exit_code == 130
+    done = StudyResult.load(out).finished
+    assert 64 <= done < 200
+    assert f"Interrupted: {done} of 200 runs are done. To go on: guideload study " in ended.stderr
+    assert (out / "report.txt").read_text(encoding="utf-8").strip() in ended.stdout
+    assert set(STUDY_PICTURES) < names(out)
+    again = shlex.split(ended.stderr.partition("To go on: guideload ")[2])
+    assert guideload(*again).exit_code == 0
+    assert contents(out) == contents(whole)
+    assert set(STUDY_PICTURES) < names(out)
+
+
+def test_ctrl_c_before_the_first_sample(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patched:
+        stops_at(patched, 0)
+        ended = guideload("study", file, "-o", tmp_path / "out")
+    assert ended.exit_code == 130
+    assert "0 of 200 runs are done" in ended.stderr
+    assert guideload("study", file, "-o", tmp_path / "out", "--resume", "--no-pictures").exit_code == 0
+    with monkeypatch.context() as patched:
+        patched.setattr(
+            "guideload.study.study.Study.from_toml", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt)
+        )
+        ended = guideload("study", file, "-o", tmp_path / "other")
+        assert (ended.exit_code, ended.stderr) == (130, "Interrupted.\n")
+        ended = guideload("study", file, "-o", tmp_path / "out", "--resume")
+        again = shlex.join(["guideload", "study", str(file), "-o", str(tmp_path / "out"), "--resume"])
+        assert (ended.exit_code, ended.stderr) == (130, f"Interrupted. To go on: {again}\n")
+
+
+def test_a_seed_that_was_drawn_is_recorded_and_found_again(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file.write_text(STUDY.replace("seed = 1\n", ""))
+    run = ("study", file, "--no-pictures", "-o")
+    with monkeypatch.context() as patched:
+        stops_at(patched, 100)
+        assert guideload(*run, tmp_path / "a").exit_code == 130
+    assert guideload(*run, tmp_path / "a", "--resume").exit_code == 0
+    seed = json.loads((tmp_path / "a" / "study.json").read_text(encoding="utf-8"))["studied"]["seed"]
+    assert guideload(*run, tmp_path / "b", "--seed", seed).exit_code == 0
+    assert contents(tmp_path / "a") == contents(tmp_path / "b")
+
+
+def test_resume_repairs_and_says_so(file: Path, tmp_path: Path) -> None:
+    run = ("study", file, "--no-pictures", "-o", tmp_path / "out")
+    assert guideload(*run, "--resume").exit_code == 0  # nothing there yet
+    before = contents(tmp_path / "out")
+    (part,) = parts_in(tmp_path / "out")
+    part.write_bytes(part.read_bytes()[:-50])
+    ended = guideload(*run, "--resume")
+    assert ended.exit_code == 0
+    assert f"{part} was damaged" in ended.stderr
+    assert contents(tmp_path / "out") == before
+
+
+def test_another_study_is_not_mixed_in(file: Path, tmp_path: Path) -> None:
+    run = ("study", file, "--no-pictures", "-o", tmp_path / "out")
+    assert guideload(*run).exit_code == 0
+    before = contents(tmp_path / "out")
+    assert "--resume goes on with it, --overwrite replaces it" in refused(*run)
+    assert "seed: 1 there, 2 here" in refused(*run, "--resume", "--seed", 2)
+    assert "study of 200 runs" in refused(*run, "--resume", "--samples", 20)
+    assert "give one" in refused(*run, "--resume", "--overwrite")
+    assert contents(tmp_path / "out") == before
+    assert guideload(*run, "--resume", "--samples", 256).exit_code == 0
+    assert guideload(*run, "--overwrite", "--seed", 2).exit_code == 0
+    assert StudyResult.load(tmp_path / "out").studied.seed == 2
+
+
+def test_changed_limits_and_life_take_effect_when_a_study_goes_on(file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run = ("study", file, "--no-pictures", "-o", out)
+    assert guideload(*run).exit_code == 0
+    before, studied = contents(out), StudyResult.load(out).studied
+    assert (studied.limits, studied.rating) == ({"peak_resultant": 0.5}, None)
+    life = '[life]\nrating = "20 kN"\nbase = "50 km"\n'
+    file.write_text(STUDY.replace('"0.5 N"', '"0.25 N"').replace("[[vary]]", life + "[[vary]]", 1))
+    assert guideload(*run, "--resume").exit_code == 0
+    studied = StudyResult.load(out).studied
+    assert (studied.limits, studied.rating, studied.life_base) == ({"peak_resultant": 0.25}, 20e3, 50e3)
+    file.write_text(STUDY.replace('[limits]\npeak_resultant = "0.5 N"\n', ""))  # and when they are gone
+    assert guideload(*run, "--resume").exit_code == 0
+    studied = StudyResult.load(out).studied
+    assert (studied.limits, studied.rating, studied.life_base) == ({}, None, None)
+    assert contents(out) == before
+
+
+def test_a_refused_resume_tells_what_differs_in_words_and_no_more(file: Path, tmp_path: Path) -> None:
+    run = ("study", file, "--no-pictures", "-o", tmp_path / "out")
+    file.write_text(STUDY + '[[correlation]]\nbetween = ["body.mass", "k"]\nvalue = 0.2\n')
+    assert guideload(*run).exit_code == 0
+    changed = STUDY.replace('"0.5 N"', '"0.25 N"').replace("samples = 200", "samples = 300")
+    changed = changed.replace("histories = 2", "histories = 3").replace(
+        '["resultant", "load"]', '["resultant"]'
+    )
+    file.write_text(changed.replace('plus_minus = "10 %"', "low = 1000\nhigh = 1500"))
+    told = refused(*run, "--resume")
+    assert "body.mass: uniform from 1125 to 1375 kg there, uniform from 1000 to 1500 kg here; " in told
+    assert "correlation of body.mass and k[1a]: 0.2 there, nothing here" in told
+    assert "--overwrite" in told
+    assert "another folder" in told
+    assert not any(word in told for word in ("limits", "0.25", "runs", "histories", "Factor(", "..."))
+    out = tmp_path / "other"
+    run = (*run[:-1], out)
+    file.write_text(STUDY)
+    assert guideload(*run).exit_code == 0
+    file.write_text(STUDY.replace("samples = 200", 'samples = 200\nmethod = "rk45"\nrtol = 1e-5'))
+    assert "What differs: method: auto there, rk45 here; rtol: 1e-06 there, 1e-05 here. " in refused(
+        *run, "--resume"
+    )
+    file.write_text(STUDY.replace('["resultant", "load"]', '["resultant"]'))
+    assert "What differs: what is kept: mean_load_N[1a], " in refused(*run, "--resume")
+    file.write_text(STUDY.replace("stiffness_y", "damping_y"))
+    told = refused(*run, "--resume")
+    assert "k[1a]: lognormal with median" in told
+
+
+def test_a_missing_study_file_names_the_command_that_writes_one(tmp_path: Path) -> None:
+    for options in ((), ("--resume",)):
+        assert "`guideload init --study` writes one" in refused(
+            "study", tmp_path / "none.toml", "-o", tmp_path / "out", *options
+        )
+
+
+def test_a_limit_on_the_life_is_passed_below_it(file: Path, tmp_path: Path) -> None:
+    limit = '[limits]\nlife = "5000 km"\n[life]\nrating = "20 kN"\nbase = "50 km"\n'
+    file.write_text(STUDY.replace('[limits]\npeak_resultant = "0.5 N"\n', limit))
+    out = tmp_path / "out"
+    assert guideload("study", file, "-o", out).exit_code == 0
+    result = StudyResult.load(out)
+    assert result.limits() == {"life_km": 5000.0}
+    row = result.probabilities().loc["life_km", "1a"]
+    life = 50.0 * (20e3 / result.column("mean_load_N[1a]")) ** 3
+    assert row["count"] == np.count_nonzero(life < 5000.0)
+    file.write_text(
+        file.read_text().replace('rating = "20 kN"\nbase = "50 km"\n', "").replace("[life]\n", "")
+    )
+    told = refused("study", file, "-o", tmp_path / "other")
+    assert "row 8: limits.life: expected no limit on a life without [life]" in told
+
+
+def everything(folder: Path) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("link", ["itself", "hard link", "symbolic link"])
+@pytest.mark.parametrize("read", ["cases", "measured values", "trace", "machine", "study"])
+def test_what_a_study_reads_is_neither_removed_nor_replaced(
+    file: Path, tmp_path: Path, read: str, link: str
+) -> None:
+    out = tmp_path / "out"
+    run = ("study", file, "--no-pictures", "-o", out)
+    assert guideload(*run).exit_code == 0
+    (part,) = parts_in(out)
+    # SampleStore are removed by their name alone, so one may be of a study that was put together by hand.
+    taken = part if read in ("cases", "measured values", "trace") else out / "report.txt"
+    if read == "cases":
+        pq.write_table(pa.table({"body.mass": [1000.0, 1100.0]}), part)
+        text = STUDY.split("[limits]")[0].replace("samples = 200\n", 'cases = "NAME"\n')
+    elif read == "measured values":
+        text = STUDY.replace('distribution = "uniform"\nplus_minus = "10 %"', 'distribution = "sample"\nFILE')
+        text = text.replace("FILE", 'file = "NAME"\ncolumn = "body.mass"')
+    elif read == "trace":
+        time = np.arange(40) * 1e-2
+        pq.write_table(pa.table({"time_s": time, "velocity_m_s": np.minimum(time, 0.2)}), part)
+        text = STUDY.replace("trace.csv", "NAME")
+    elif read == "machine":
+        shutil.copy(file.parent / "machine.toml", taken)
+        text = STUDY.replace("machine.toml", "NAME")
+    else:
+        text = STUDY
+    name = taken
+    if link != "itself":
+        name = file.parent / f"read{taken.suffix}"
+        name.hardlink_to(taken) if link == "hard link" else name.symlink_to(taken)
+    if read == "study":  # a study file below the folder finds its machine and trace beside it no more
+        text = text.replace('"machine.toml"', f'"{file.parent / "machine.toml"}"')
+        text = text.replace('"trace.csv"', f'"{file.parent / "trace.csv"}"')
+        taken.write_text(text)
+        run = ("study", name, "--no-pictures", "-o", out)
+    file.write_text(text.replace("NAME", str(name)))
+    before = everything(tmp_path)
+    assert f"{name} is read by this run and would be replaced" in refused(*run, "--overwrite")
+    assert everything(tmp_path) == before
+    elsewhere = (*run[:-1], tmp_path / "other")
+    assert guideload(*elsewhere, "--overwrite").exit_code == 0
+
+
+def test_files_that_are_not_ours_stay(file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "report.txt").write_text("mine")
+    assert "is not empty" in refused("study", file, "-o", out)
+    assert "is not empty" in refused("study", file, "-o", out, "--resume")
+    assert "report.txt was not written by an earlier run" in refused("study", file, "-o", out, "--overwrite")
+    (out / "report.txt").rename(out / "notes.txt")
+    (out / "study.json").write_text("{}")
+    assert "study.json: expected the manifest" in refused("study", file, "-o", out, "--overwrite")
+    (out / "study.json").unlink()
+    assert guideload("study", file, "-o", out, "--overwrite", "--no-pictures").exit_code == 0
+    assert guideload("study", file, "-o", out, "--overwrite", "--no-pictures").exit_code == 0
+    assert (out / "notes.txt").read_text() == "mine"
+    assert "is a file" in refused("study", file, "-o", file)
+
+
+def test_a_bad_study_is_refused_before_the_folder_is_touched(file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert guideload("study", file, "-o", out, "--no-pictures").exit_code == 0
+    before = contents(out)
+    file.write_text(STUDY.replace("body.mass", "body.mas"))
+    for options in (("--overwrite",), ("--resume",), ()):
+        assert "body.mass" in refused("study", file, "-o", out, *options)
+    assert contents(out) == before
+    assert "missing.toml" in refused("study", tmp_path / "missing.toml", "-o", tmp_path / "new")
+    for options in (("--samples", 0), ("--threads", 0), ("--seed", -1)):
+        assert options[0] in refused("study", file, "-o", tmp_path / "new", *options)
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_place_that_cannot_be_written_is_told(file: Path, tmp_path: Path) -> None:
+    below = tmp_path / "file"
+    below.write_text("mine")
+    message = refused("study", file, "-o", below / "sub")
+    assert message == f"Error: {below / 'sub'}: {below} is a file, not a folder\n"
+
+
+def test_init_writes_a_study_that_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(file.parent / "trace.csv", "trace.csv")
+    assert guideload("init").exit_code == 0
+    told = guideload("init", "--study")
+    assert "machine.toml (`guideload init` writes one) and trace.csv" in told.stdout
+    assert "guideload study study.toml -o out/" in told.stdout
+    assert guideload("study", "study.toml", "-o", "out", "--samples", 20, "--no-pictures").exit_code == 0
+    assert "guideload init NAME.toml --study" in refused("init", "--study")
+    assert guideload("init", "--study", "other.toml").exit_code == 0
+    assert Path("other.toml").read_bytes() == Path("study.toml").read_bytes()

@@ -1,0 +1,124 @@
+"""Laws of Motion: what it refuses, and that forces are added exactly."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from guideload.base.errors import TraceError
+from guideload.motion.motion import Motion
+
+TIME = np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0])
+ALONG = np.array([0.0, 1.0, 1.0, -1.0, 0.0, 0.5])
+
+
+def side(motion, name, at, late):
+    """The history just before or just after a time, told independently of the code under test."""
+    time, history = motion.time, getattr(motion, name)
+    order = np.arange(time.size)
+    if late:
+        low = order[time <= at][-1]
+        high = min(low + 1, time.size - 1)
+    else:
+        high = order[time >= at][0]
+        low = max(high - 1, 0)
+        if time[high] == at:
+            return history[high]
+    if time[low] == at or low == high:
+        return history[low]
+    share = (at - time[low]) / (time[high] - time[low])
+    return (1.0 - share) * history[low] + share * history[high]
+
+
+def test_arrays_are_read_only_copies():
+    given = ALONG.copy()
+    motion = Motion.along_x(TIME, given, velocity=given)
+    given[0] = 9.0
+    assert motion.acceleration[0, 0] == 0.0
+    assert motion.acceleration.shape == (6, 3) and np.all(motion.acceleration[:, 1:] == 0.0)
+    assert motion.velocity is not None and motion.position is None and motion.wrench is None
+    with pytest.raises(ValueError, match="read-only"):
+        motion.acceleration[0, 0] = 1.0
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        motion.source = "other"  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"time": [0.0, 1.0, 0.5, 2.0, 3.0, 4.0]}, r"time\[2\]: expected at least 1.0 s"),
+        ({"time": [0.0, 1.0, 1.0, 1.0, 3.0, 4.0]}, r"time\[1\] to time\[3\]: at most two equal"),
+        ({"time": [0.0, 1.0, np.nan, 2.0, 3.0, 4.0]}, r"time\[2\]: expected a finite number, got nan"),
+        ({"acceleration": np.zeros((5, 3))}, r"acceleration: expected shape \(6, 3\), got \(5, 3\)"),
+        ({"velocity": np.zeros(6)}, r"velocity: expected shape \(6, 3\)"),
+        ({"wrench": np.zeros((6, 3))}, r"wrench: expected shape \(6, 6\)"),
+        ({"motor_speed": np.zeros((6, 1))}, r"motor_speed: expected shape \(6,\)"),
+        (
+            {"acceleration": np.where(np.arange(18) == 7, np.inf, 0.0).reshape(6, 3)},
+            r"acceleration\[2, 1\].*inf",
+        ),
+        ({"acceleration": [["a"] * 3] * 6}, "acceleration: expected numbers"),
+    ],
+)
+def test_refusals_name_the_place(change, message):
+    given = {"time": TIME, "acceleration": np.zeros((6, 3)), **change}
+    with pytest.raises(TraceError, match=message):
+        Motion(**given)
+
+
+def test_one_stamp_is_no_motion():
+    with pytest.raises(TraceError, match="at least 2 stamps, got 1"):
+        Motion.along_x([0.0], [0.0])
+
+
+def test_a_force_on_own_stamps_has_its_moment_about_l():
+    point, force, moment = np.array([0.1, -0.2, 0.3]), np.array([5.0, 7.0, -3.0]), np.array([1.0, 2.0, 3.0])
+    motion = Motion.along_x(TIME, ALONG).with_force(point, force, moment)
+    assert motion.wrench is not None
+    assert np.allclose(motion.wrench, [*force, *(moment + np.cross(point, force))], rtol=1e-15)
+    assert np.array_equal(motion.time, TIME)
+    twice = motion.with_force(point, force, moment)
+    assert twice.wrench is not None and np.allclose(twice.wrench, 2.0 * motion.wrench, rtol=1e-15)
+    assert len(twice.notes) == 2
+
+
+def test_a_force_on_other_stamps_is_united_exactly():
+    """Both histories are what they were, on either side of every stamp and between stamps."""
+    motion = Motion.along_x(TIME, ALONG, velocity=TIME, motor_speed=10.0 * TIME)
+    when = np.array([0.5, 1.0, 1.5, 1.5, 2.5])  # begins and ends with a jump, and has one between
+    force = np.array([[1.0, 0, 0], [2.0, 0, 0], [4.0, 0, 0], [-1.0, 0, 0], [3.0, 0, 0]])
+    both = motion.with_force([0.0, 0.0, 1.0], force, time=when)
+    assert both.time.tolist() == [0.0, 0.5, 0.5, 1.0, 1.5, 1.5, 2.0, 2.0, 2.5, 2.5, 3.0, 4.0]
+    for at in (0.0, 0.25, 0.5, 0.75, 1.0, 1.2, 1.5, 1.7, 2.0, 2.2, 2.5, 2.8, 3.0, 3.5, 4.0):
+        for late in (False, True):
+            for name in ("acceleration", "velocity", "motor_speed"):
+                assert side(both, name, at, late) == pytest.approx(
+                    side(motion, name, at, late), rel=1e-14, abs=1e-15
+                )
+            inside = (0.5 <= at < 2.5) if late else (0.5 < at <= 2.5)
+            alone = Motion(when, np.zeros((5, 3)), wrench=np.hstack([force, np.zeros((5, 3))]))
+            wanted = side(alone, "wrench", at, late)[0] if inside else 0.0
+            got = side(both, "wrench", at, late)
+            assert got[:3] == pytest.approx([wanted, 0.0, 0.0], abs=1e-14)
+            assert got[3:] == pytest.approx([0.0, wanted, 0.0], abs=1e-14)  # z cross x is y
+
+
+def test_a_force_is_cut_to_the_time_of_the_motion():
+    motion = Motion.along_x([0.0, 1.0], [0.0, 0.0]).with_force([0, 0, 0], [4.0, 0, 0], time=[-1.0, 2.0])
+    assert motion.time.tolist() == [0.0, 1.0]
+    assert motion.wrench is not None and motion.wrench[:, 0].tolist() == [4.0, 4.0]
+    # One that begins or ends with the motion holds there.
+    motion = Motion.along_x([0.0, 1.0], [0.0, 0.0]).with_force([0, 0, 0], [4.0, 0, 0], time=[0.0, 1.0])
+    assert motion.wrench is not None and motion.wrench[:, 0].tolist() == [4.0, 4.0]
+
+
+def test_a_force_needs_something():
+    motion = Motion.along_x(TIME, ALONG)
+    with pytest.raises(TraceError, match="force, moment or both"):
+        motion.with_force([0.0, 0.0, 0.0])
+    with pytest.raises(TraceError, match=r"point: expected shape \(3,\)"):
+        motion.with_force([0.0, 0.0], [1.0, 0.0, 0.0])
+    with pytest.raises(TraceError, match=r"force: expected shape \(6, 3\)"):
+        motion.with_force([0.0, 0.0, 0.0], np.zeros((5, 3)))
+    with pytest.raises(TraceError, match=r"time\[1\]"):
+        motion.with_force([0.0, 0.0, 0.0], np.zeros((2, 3)), time=[1.0, 0.0])

@@ -1,0 +1,175 @@
+"""The core's batch as Python calls it: conversions, errors, and rows that equal single runs."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+from guideload._core import Batch, Law, Scene, carriage_links
+from guideload.base.errors import ArgumentError, SceneError, TraceError
+
+LINKS = 8
+GROUPS = [np.arange(4, dtype=np.int64), np.arange(4, 8, dtype=np.int64)]
+CENTERS = np.array([[0.0, 0.05, -0.35], [0.0, 0.05, 0.35]])
+TIME = np.concatenate([np.linspace(0.0, 0.1, 60), np.linspace(0.1, 0.13, 40)])
+ACCELERATION = np.column_stack([2.0 * np.sin(80.0 * TIME), np.cos(50.0 * TIME), 0.0 * TIME])
+MEASURES = [
+    (q, g, s) for g in (0, 1) for q in ("Fy", "Mz", "resultant") for s in ("min", "max", "rms", "start")
+]
+
+
+def scene(law: Law) -> dict[str, Any]:
+    """The paper's two carriages, all but x free, as arguments of `Scene`."""
+    ends = [carriage_links((x, y, z), 0.6) for x, y, z in CENTERS]
+    return {
+        "mass": 1250.0,
+        "center_of_mass": (0.12, -0.65, 0.18),
+        "inertia": [[420.0, 15.0, -8.0], [15.0, 310.0, 22.0], [-8.0, 22.0, 380.0]],
+        "gravity": (0.0, -9.80665, 0.0),
+        "free": ["y", "z", "rx", "ry", "rz"],
+        "points": np.concatenate([points for points, _ in ends]),
+        "directions": np.concatenate([directions for _, directions in ends]),
+        "laws": [law] * LINKS,
+        "damping": np.full(LINKS, 5e4),
+        "damping_in_contact": np.zeros(LINKS, dtype=np.bool_),
+    }
+
+
+def batch(
+    law: Law, changes: Sequence[Any], measures: Sequence[tuple[str, int, str]] = MEASURES, **other: Any
+) -> Batch:
+    arguments: dict[str, Any] = {
+        **scene(law),
+        "inertia_about_reference": False,
+        "groups": GROUPS,
+        "centers": CENTERS,
+        "time": TIME,
+        "acceleration": ACCELERATION,
+        "wrench": None,
+        "speed": np.abs(np.sin(TIME)),
+        "exponent": 3.0,
+        "changes": changes,
+        "measures": measures,
+        "method": "auto",
+        "rtol": 1e-6,
+        **other,
+    }
+    return Batch(**arguments)
+
+
+def stiffness_of_carriages() -> list[Any]:
+    """Mass in column 0, the stiffness of each carriage in columns 1 and 2."""
+    changes: list[Any] = [(("mass", 0, 0), 0.0, [(0, 1.0)])]
+    return changes + [(("law", link, "stiffness"), 0.0, [(1 + link // 4, 6e7)]) for link in range(LINKS)]
+
+
+@pytest.mark.parametrize("clearance", [0.0, 5e-6])
+def test_rows_are_those_of_single_scenes(clearance: float) -> None:
+    law = Law.sided(6e7, 6e7, clearance)
+    values = np.random.default_rng(1).uniform(0.8, 1.2, (5, 3)) * [1250.0, 1.0, 1.0]
+    table, failures = batch(law, stiffness_of_carriages()).run(values, 2)
+    histories, none = batch(law, stiffness_of_carriages()).histories(values)
+    assert failures == [] == none
+    assert table.shape == (5, len(MEASURES))
+    for row, history, (mass, *factors) in zip(table, histories, values, strict=True):
+        laws = [law.scaled(factors[link // 4]) for link in range(LINKS)]
+        solution = Scene(**{**scene(law), "mass": mass, "laws": laws}).solve(
+            TIME, ACCELERATION, None, method="exact", rtol=1e-6
+        )
+        loads = solution.group_loads(GROUPS, CENTERS, "total")
+        np.testing.assert_allclose(history, loads, rtol=0.0, atol=1e-12 * np.abs(loads).max())
+        found = dict(zip(MEASURES, row, strict=True))
+        for g in (0, 1):
+            load = loads[:, g]
+            resultant = np.hypot(load[:, 1], load[:, 2])
+            for name, values_of in (("Fy", load[:, 1]), ("Mz", load[:, 5]), ("resultant", resultant)):
+                ends = values_of[1:] ** 2 + values_of[:-1] ** 2
+                square = 0.5 * np.sum(ends * np.diff(TIME)) / (TIME[-1] - TIME[0])
+                want = values_of.min(), values_of.max(), np.sqrt(square), values_of[0]
+                got = [found[name, g, statistic] for statistic in ("min", "max", "rms", "start")]
+                np.testing.assert_allclose(got, want, rtol=1e-11, atol=1e-9)
+
+
+def test_the_interpreter_is_free_meanwhile_and_one_batch_serves_all_threads() -> None:
+    values = np.random.default_rng(2).uniform(0.8, 1.2, (200, 3)) * [1250.0, 1.0, 1.0]
+    shared = batch(Law.sided(6e7, 6e7, 5e-6), stiffness_of_carriages())
+    tables: list[Any] = [None] * 4
+
+    def work(i: int) -> None:
+        tables[i] = shared.run(values[50 * i : 50 * i + 50], 1)[0]
+
+    threads = [threading.Thread(target=work, args=(i,)) for i in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    whole, _ = shared.run(values, 3)
+    np.testing.assert_array_equal(np.concatenate(tables), whole)
+
+
+def test_a_sample_without_a_result_is_nan_and_has_its_reason() -> None:
+    values = np.array([[1250.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [1250.0, 1.0, -2.0], [1250.0, 0.0, 0.0]])
+    table, failures = batch(Law.linear(6e7), stiffness_of_carriages()).run(values, 1)
+    assert [row for row, _ in failures] == [1, 2, 3]
+    assert failures[0][1] == "body.mass: expected > 0 kg, got -1"
+    assert failures[1][1].startswith("links[4].stiffness: expected >= 0 N/m, got -120000000")
+    assert failures[2][1].startswith("the body is not supported")
+    assert np.isfinite(table[0]).all()
+    assert np.isnan(table[1:]).all()
+
+
+def test_empty_tables_are_tables() -> None:
+    table, failures = batch(Law.linear(6e7), []).run(np.empty((0, 3)), 4)
+    assert table.shape == (0, len(MEASURES)) and failures == []
+    table, _ = batch(Law.linear(6e7), [], measures=[]).run(np.empty((70, 0)), 2)
+    assert table.shape == (70, 0)
+
+
+@pytest.mark.parametrize(
+    ("error", "match", "changed"),
+    [
+        (SceneError, "body.mass", {"mass": 0.0}),
+        (SceneError, r"links\[3\].damping", {"damping": np.array([5e4, 5e4, 5e4, -1.0, 0, 0, 0, 0])}),
+        (TraceError, "time", {"time": TIME[::-1].copy()}),
+        (ArgumentError, "rtol", {"rtol": 0.0}),
+        (ArgumentError, "exponent", {"exponent": 0.0}),
+        (ArgumentError, "speed: expected 100 numbers, got 3", {"speed": np.zeros(3)}),
+        (ArgumentError, r"links\[8\].damping", {"changes": [(("damping", 8, 0), 1.0, [])]}),
+        (ArgumentError, "body.mass twice", {"changes": [(("mass", 0, 0), 1.0, [])] * 2}),
+        (ArgumentError, "measures", {"measures": [("Fy", 2, "max")]}),
+        (ValueError, "measures", {"measures": [("Fq", 0, "max")]}),
+        (ValueError, "changes", {"changes": [(("colour", 0, 0), 1.0, [])]}),
+        (ValueError, "changes", {"changes": [(("law", 0, "weight"), 1.0, [])]}),
+        (ValueError, "method", {"method": "euler"}),
+        (IndexError, "there is no link 8", {"groups": [GROUPS[0], np.array([8])]}),
+    ],
+)
+def test_errors_name_what_is_wrong(error: type[Exception], match: str, changed: dict[str, Any]) -> None:
+    arguments = {"changes": [], **changed}
+    with pytest.raises(error, match=match):
+        batch(Law.linear(6e7), **arguments)
+
+
+def test_a_method_that_a_law_does_not_have_is_a_reason() -> None:
+    preloaded = Law.preloaded(6e7, 600.0, 1.5)
+    _, failures = batch(preloaded, [], method="exact").run(np.empty((1, 0)), 1)
+    assert "no exact solution" in failures[0][1]
+    rows = [
+        batch(preloaded, [], method=method).run(np.empty((1, 0)), 1)
+        for method in ("auto", "rk45", "implicit")
+    ]
+    assert all(failures == [] for _, failures in rows)
+    np.testing.assert_allclose(rows[1][0], rows[2][0], rtol=1e-4)
+    assert any((rows[0][0] == row).all() for row, _ in rows[1:])
+
+
+def test_values_of_another_shape_are_refused() -> None:
+    sound = batch(Law.linear(6e7), stiffness_of_carriages())
+    with pytest.raises(ArgumentError, match="values: expected 3 columns"):
+        sound.run(np.ones((2, 2)), 1)
+    with pytest.raises(ValueError, match="C-contiguous"):
+        sound.run(np.ones((3, 2)).T, 1)

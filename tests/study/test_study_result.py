@@ -1,0 +1,360 @@
+"""What a study's result tells: known distributions, samples that failed, columns made of columns, files."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import studies
+from scipy import stats
+
+from guideload.base.errors import ArgumentError, ValueRefused
+from guideload.reports.study import study_report
+from guideload.study.metadata import StudyMetadata
+from guideload.study.quantities import QUANTITIES, unit_of
+from guideload.study.result import LEVELS, StudyResult
+
+BY_CHANCE = 1e-4
+
+
+@pytest.fixture(scope="module")
+def result() -> StudyResult:
+    return studies.study(20_000)
+
+
+def test_the_summary_is_that_of_the_known_distribution(result: StudyResult) -> None:
+    summary = result.summary()
+    for i, carriage in enumerate(result.studied.carriages):
+        row, law = summary.loc["peak_resultant_N", carriage], studies.law(i, 4, 5)
+        assert row["samples"] == 20_000
+        assert row["mean"] == pytest.approx(law.mean(), abs=4 * law.std() / 20_000**0.5)
+        assert row["standard_deviation"] == pytest.approx(law.std(), rel=4 / 40_000**0.5)
+        sure = result.quantiles(f"peak_resultant_N[{carriage}]", LEVELS, confidence=1 - BY_CHANCE)
+        assert ((sure["low"] <= law.ppf(LEVELS)) & (law.ppf(LEVELS) <= sure["high"])).all()
+        for level, name in zip(LEVELS, ("q01", "q05", "q50", "q95", "q99"), strict=True):
+            assert sure.loc[level, "low"] < row[f"{name}_low"] < row[name] < row[f"{name}_high"]
+            assert row[name] == sure.loc[level, "value"]
+
+
+def test_peaks_are_largest_magnitudes_and_the_machine_has_those_of_its_worst_carriage(
+    result: StudyResult,
+) -> None:
+    for i, carriage in enumerate(result.studied.carriages):
+        resultant = result.column(f"peak_resultant_N[{carriage}]")
+        np.testing.assert_array_equal(resultant, result.parts.data[f"max_resultant_N[{carriage}]"])
+        np.testing.assert_allclose(result.column(f"peak_Fy_N[{carriage}]"), 0.9 * resultant)
+        np.testing.assert_allclose(result.column(f"peak_Fz_N[{carriage}]"), 0.3 * resultant)
+        life = 50 * (27.1e3 / (0.8 * resultant)) ** 3
+        np.testing.assert_allclose(result.column(f"life_km[{carriage}]"), life)
+        assert result.studied.carriages[i] == carriage
+    of_all = [result.column(f"peak_resultant_N[{carriage}]") for carriage in result.studied.carriages]
+    np.testing.assert_array_equal(result.column("peak_resultant_N"), np.max(of_all, axis=0))
+    lives = [result.column(f"life_km[{carriage}]") for carriage in result.studied.carriages]
+    np.testing.assert_array_equal(result.column("life_km"), np.min(lives, axis=0))
+    np.testing.assert_allclose(result.column("peak_drive_N"), 0.5 * np.mean(of_all, axis=0))
+    summary = result.summary()
+    for name in ("peak_resultant_N", "life_km", "peak_drive_N"):
+        assert summary.loc[(name, ""), "q95"] == result.quantiles(name).loc[0.95, "value"]
+
+
+def test_columns_as_stored_are_there_and_others_are_refused_with_the_nearest(result: StudyResult) -> None:
+    for name in ("body.mass", "k[3]", "min_Fy_N[2b]", "contact_lost[1a]", "max_drive_N"):
+        np.testing.assert_array_equal(result.column(name), result.parts.data[name])
+    with pytest.raises(ValueRefused, match=r"got \"peak_resultant\[1a\]\"; nearest: peak_resultant_N\[1a\]"):
+        result.column("peak_resultant[1a]")
+    with pytest.raises(ValueRefused, match=r"peak_drive_N"):
+        result.column("peak_drive_N[1a]")
+    with pytest.raises(ValueRefused):
+        result.column("peak_resultant_N[nobody]")
+
+
+def test_failed_samples_are_left_out_counted_and_told_by_kind() -> None:
+    """The others' statistics are those of a study without them; figures in a reason make no kind of their own."""
+    failed = {i: f"the links leave rx unsupported, stiffness {i}e-3 N/m" for i in range(0, 40, 2)}
+    failed[7] = "no equilibrium"
+    holed, whole = studies.study(1000, failed=failed), studies.study(1000)
+    rest = np.setdiff1d(np.arange(1000), list(failed))
+    assert (holed.runs, holed.finished, holed.failed) == (1000, 1000, 21)
+    row = holed.summary().loc["peak_resultant_N", "1a"]
+    assert row["samples"] == 979
+    assert row["mean"] == pytest.approx(whole.column("peak_resultant_N[1a]")[rest].mean(), rel=1e-13)
+    table = holed.failures()
+    assert table["count"].tolist() == [20, 1] and table["first_sample"].tolist() == [0, 7]
+    assert table["reason"].tolist() == [failed[0], "no equilibrium"]
+    np.testing.assert_allclose(table["share"], [0.02, 0.001])
+    reasons = holed.table(["body.mass"])["reason"]
+    assert reasons[7] == "no equilibrium" and reasons.notna().sum() == 21
+    assert whole.failures().empty
+
+
+def test_what_has_not_run_yet_is_left_out_and_is_no_failure() -> None:
+    left = studies.study(1000, finished=400)
+    assert (left.runs, left.finished, left.failed) == (1000, 400, 0)
+    assert left.summary()["samples"].unique().tolist() == [400]
+    assert "400 of 1000 samples have run" in one_line(study_report(left))
+
+
+def test_probabilities_of_limits_are_known_and_those_of_the_machine_of_any_carriage() -> None:
+    result = studies.study(50_000, limits={"peak_resultant": 7000.0, "life": 4e6})
+    table = result.probabilities()
+    for i, carriage in enumerate(result.studied.carriages):
+        law = studies.law(i, 4, 5)
+        sure = result.probability_above(f"peak_resultant_N[{carriage}]", 7000.0, confidence=1 - BY_CHANCE)
+        assert sure.low <= law.sf(7000) <= sure.high
+        row = table.loc["peak_resultant_N", carriage]
+        assert row["probability"] == sure.value and sure.low < row["low"] < row["high"] < sure.high
+        # A life of 4000 km is reached below a mean load of 27.1 kN (50/4000)^(1/3).
+        load = 27.1e3 * (50 / 4000) ** (1 / 3) / 0.8
+        count = int((result.column(f"peak_resultant_N[{carriage}]") > load).sum())
+        assert table.loc[("life_km", carriage), "count"] == count
+        assert table.loc[("life_km", carriage), "limit"] == 4000
+        assert (
+            table.loc[("contact_lost", carriage), "count"] == result.column(f"contact_lost[{carriage}]").sum()
+        )
+    any_of_them = (result.column("peak_resultant_N") > 7000).sum()
+    assert table.loc[("peak_resultant_N", ""), "count"] == any_of_them
+    with pytest.raises(ValueRefused, match='got "peak_load"; nearest: .*peak_drive'):
+        studies.study(10, limits={"peak_load": 1.0}).probabilities()
+
+
+def test_what_drives_the_peak_is_known_from_the_weights() -> None:
+    """Of a linear case the total index is the share of the squared weight; ranks are as strong as the weight."""
+    shares = studies.weights(4, 5)[0] ** 2
+    shares /= shares.sum()
+    result = studies.study(20_000, sensitivity=True)
+    found = result.sensitivity("peak_resultant_N[1a]")
+    np.testing.assert_allclose(found["total"], shares, atol=0.03)
+    np.testing.assert_allclose(found["first_order"], shares, atol=0.03)
+    assert result.driving("peak_resultant_N[1a]").index.tolist() == [
+        "body.mass",
+        "k[1]",
+        "k[2]",
+        "k[3]",
+        "k[4]",
+    ]
+    assert result.runs == 20_000 * 7 and result.column("k[1]").size == 40_000  # A and B are the samples
+    plain = studies.study(20_000)
+    ranks = plain.rank_correlation("peak_resultant_N[1a]")["rank_correlation"]
+    pearson = np.sign(studies.weights(4, 5)[0]) * shares**0.5
+    np.testing.assert_allclose(ranks, 6 / np.pi * np.arcsin(pearson / 2), atol=0.03)
+    assert plain.driving().index[0] == "body.mass"
+    with pytest.raises(ArgumentError, match="sensitivity = true"):
+        plain.sensitivity()
+
+
+def test_exceedance_is_that_of_the_known_distribution(result: StudyResult) -> None:
+    limits, (share, low, high) = result.exceedance("peak_resultant_N[1a]")
+    law = studies.law(0, 4, 5)
+    assert np.abs(share - law.sf(limits)).max() < stats.kstwobign.isf(BY_CHANCE) / 20_000**0.5
+    assert np.mean((low <= law.sf(limits)) & (law.sf(limits) <= high)) > 0.8
+
+
+def test_the_order_of_the_samples_does_not_matter() -> None:
+    result = studies.study(999)
+    turned = studies.study(999)
+    order = np.random.default_rng(0).permutation(999)
+    turned.parts.data = {name: column[order] for name, column in turned.parts.data.items()}
+    pd.testing.assert_frame_equal(result.summary(), turned.summary(), rtol=1e-12)
+    pd.testing.assert_frame_equal(result.driving(), turned.driving(), rtol=1e-12)
+
+
+def test_columns_are_read_when_asked_for_and_once_for_the_summary() -> None:
+    result = studies.study(100)
+    assert result.parts.read == []
+    result.column("body.mass")
+    assert result.parts.read == ["body.mass"]
+    result.parts.read.clear()
+    result.summary()
+    again = [name for name in set(result.parts.read) if result.parts.read.count(name) > 1]
+    assert {name.partition("[")[0] for name in again} == {"mean_load_N"}  # life is made of it too
+
+
+def test_parquet_and_json_hold_all_and_the_summary(tmp_path: Path) -> None:
+    result = studies.study(50, failed={3: "no equilibrium"}, limits={"peak_resultant": 7000.0})
+    result.to_parquet(tmp_path / "all.parquet")
+    table = pd.read_parquet(tmp_path / "all.parquet")
+    assert table["sample"].tolist() == list(range(50)) and table["reason"][3] == "no equilibrium"
+    np.testing.assert_array_equal(table["min_Fy_N[2b]"], result.parts.data["min_Fy_N[2b]"])
+    result.to_json(tmp_path / "summary.json")
+    content = json.loads((tmp_path / "summary.json").read_text())
+    first = content["summary"][0]
+    assert (first["quantity"], first["carriage"]) == ("peak_resultant_N", "1a")
+    assert first["q50"] == pytest.approx(result.summary().loc[("peak_resultant_N", "1a"), "q50"], rel=1e-8)
+    assert first["q99_high"] is None  # 49 samples do not bound it
+    assert content["failed"] == 1 and content["failures"][0]["reason"] == "no equilibrium"
+    assert StudyMetadata.from_json(content["studied"]) == result.studied
+    with pytest.raises(ValueRefused, match=r"ends in \.json"):
+        result.to_json(tmp_path / "summary.txt")
+
+
+def test_every_quantity_has_its_unit() -> None:
+    assert {unit_of(name) for name in QUANTITIES} == {"N", "N m", "km", ""}
+
+
+# ---- the report
+
+
+def one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def cells(text: str, first: str, after: str) -> list[str]:
+    """Cells of the first row that starts with this cell, below the heading `after`."""
+    lines = text[text.index(after) :].splitlines()
+    return next(line.split() for line in lines if line.split()[:1] == [first])
+
+
+def test_the_report_has_the_figures_of_the_summary() -> None:
+    result = studies.study(2000, limits={"peak_resultant": 7000.0})
+    text = study_report(result)
+    row = result.summary().loc["peak_resultant_N", "1b"]
+    expected = [row[name] for name in ("mean", "standard_deviation", "q05", "q50", "q95", "q99")]
+    found = [float(cell) for cell in cells(text, "1b", "Peak resultant")[1:7]]
+    np.testing.assert_allclose(found, expected, atol=0.51)
+    for said in ("Gantry", "cycle.csv", "seed 0", "random", "2000 samples", "body.mass", "95 %", "7000 N"):
+        assert said in one_line(text)
+    assert "Warnings" not in text
+
+
+def test_the_report_warns_of_few_samples_failures_and_wide_intervals() -> None:
+    failed = dict.fromkeys(range(5), "no equilibrium")
+    text = one_line(study_report(studies.study(100, failed=failed)))
+    assert "5 of 100 runs failed, 5 %" in text and "no equilibrium" in text
+    assert "the 99 % quantile needs 368 samples" in text
+    wide = one_line(study_report(studies.study(20, sensitivity=True)))
+    assert "Sobol indices" in wide and "wide" in wide
+
+
+@pytest.mark.parametrize(("carriages", "factors"), [(1, 1), (8, 40)])
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252", "ascii"])
+def test_the_report_fits_its_width_and_encoding(carriages: int, factors: int, encoding: str) -> None:
+    text = study_report(studies.study(30, carriages, factors, limits={"life": 1e6}), 80, encoding)
+    assert max(map(len, text.splitlines())) <= 80
+    assert "..." in text  # 30 samples bound no outer quantile
+    text.encode(encoding)
+
+
+def test_a_study_without_any_result_has_a_report() -> None:
+    nothing = studies.study(
+        5, failed=dict.fromkeys(range(5), "no equilibrium"), limits={"peak_resultant": 1.0}
+    )
+    assert "no sample has a result" in one_line(study_report(nothing))
+    assert nothing.summary().empty
+    unborn = studies.study(5, finished=0, sensitivity=True)
+    assert "no sample has a result" in one_line(study_report(unborn))
+
+
+def test_a_study_that_kept_no_peaks_is_about_what_it_kept(tmp_path: Path) -> None:
+    result = studies.study(500, 2)
+    drive = [
+        (measure, column)
+        for measure, column in zip(result.studied.measures, result.studied.columns, strict=True)
+        if measure[0] == "drive"
+    ]
+    measures, columns = zip(*drive, strict=True)
+    only = StudyResult(result.parts, replace(result.studied, measures=measures, columns=columns))
+    assert only.quantities == ("peak_drive_N",) and only.leading == "peak_drive_N"
+    assert "What drives the peak drive force of the machine" in study_report(only)
+    only.to_json(tmp_path / "summary.json")
+
+
+@pytest.mark.parametrize(
+    ("kept", "name", "title"),
+    [
+        ([("Fy", "max")], "max_Fy_N", "Largest Fy [N]"),
+        ([("Fz", "min"), ("contact", "lost")], "min_Fz_N", "Smallest Fz [N]"),
+        ([("drive", "max")], "max_drive_N", "Largest drive force [N]"),
+    ],
+)
+def test_a_measure_that_no_quantity_is_made_of_is_told_of_as_it_is_stored(
+    kept: list[tuple[str, str]], name: str, title: str
+) -> None:
+    result = studies.keeping(studies.study(500), kept)
+    text = one_line(study_report(result))
+    assert title in text and "no sample has a result" not in text
+    assert f"What drives the {title[0].lower()}{title[1:].partition(' [')[0]} of the machine" in text
+    rows = result.summary().loc[name]
+    for carriage, row in rows.iterrows():
+        column = result.parts.data[f"{name}[{carriage}]"] if carriage else result.column(name)
+        assert row["mean"] == pytest.approx(column.mean(), rel=1e-12)
+    of_all = [column for key, column in result.parts.data.items() if key.partition("[")[0] == name]
+    worst = np.min if name.startswith("min") else np.max
+    np.testing.assert_array_equal(result.column(name), worst(of_all, axis=0))
+
+
+def test_a_study_of_rms_values_or_of_times_is_summarised() -> None:
+    plain = studies.study(300, 2)
+    pairs = [
+        (("resultant", i, "rms"), f"rms_resultant_N[{c}]") for i, c in enumerate(plain.studied.carriages)
+    ]
+    pairs += [
+        (("Fy", i, "time_of_max"), f"time_of_max_Fy_s[{c}]") for i, c in enumerate(plain.studied.carriages)
+    ]
+    for kept in (pairs, pairs[2:]):
+        measures, columns = zip(*kept, strict=True)
+        data = {column: plain.parts.data["max_resultant_N[1a]"] for column in columns}
+        parts = replace(plain.parts, data={**plain.parts.data, **data})
+        result = StudyResult(parts, replace(plain.studied, measures=measures, columns=columns))
+        text = study_report(result)
+        assert "Time of the largest Fy [s]" in text and "What drives the" in text
+        assert ("Rms resultant [N]" in text) == (kept is pairs)
+        assert ("time_of_max_Fy_s", "") not in result.summary().index  # none of two times is the worse
+
+
+def test_chosen_cases_are_told_one_by_one_and_without_statistics(tmp_path: Path) -> None:
+    result = studies.chosen(
+        studies.study(60, 2, 2, failed={3: "no equilibrium"}, limits={"peak_resultant": 6e3})
+    )
+    text = study_report(result)
+    assert "the cases given" in text and "seed" not in text
+    for left_out in ("What drives", "Probabilities", "lies in", "std. dev.", "368", "Clopper"):
+        assert left_out not in text
+    assert "no random sample" in one_line(text) and "first 50 of 60 cases" in one_line(text)
+    for i in (0, 49):
+        row = cells(text, str(i), "Cases")
+        peaks = [result.column(f"peak_resultant_N[{carriage}]")[i] for carriage in ("1a", "2a")]
+        np.testing.assert_allclose([float(cell) for cell in row[3:5]], peaks, atol=0.51)
+        assert float(row[5]) == pytest.approx(result.column("life_km")[i], abs=0.51)
+        assert (row[6:] == ["peak", "resultant"]) == (max(peaks) > 6e3)
+    assert cells(text, "3", "Cases")[-1] == "failed"
+    result.to_json(tmp_path / "summary.json")
+    content = json.loads((tmp_path / "summary.json").read_text())
+    assert len(content["cases"]) == 60 and "driving" not in content
+
+
+@pytest.mark.parametrize(("carriages", "factors"), [(1, 1), (4, 3), (8, 40)])
+def test_the_table_of_cases_fits_its_width(carriages: int, factors: int) -> None:
+    text = study_report(studies.chosen(studies.study(30, carriages, factors, limits={"life": 1e6})))
+    assert max(map(len, text.splitlines())) <= 80 and "…" not in text
+
+
+def test_lost_contact_of_a_preloaded_machine_is_a_row_open() -> None:
+    result = studies.study(100)
+    assert "contact lost" in study_report(result) and "a row open" not in study_report(result)
+    text = one_line(study_report(studies.preloaded(result)))
+    assert "contact lost" not in text
+    assert "A row open: at some instant of a run one row of rolling elements is unloaded" in text
+
+
+def test_too_few_samples_tell_nothing_of_what_drives_them() -> None:
+    text = one_line(study_report(studies.study(1)))
+    assert "too few samples to tell" in text and "rank correlation" not in text and "none beyond" not in text
+    assert "1 sample " in text and "1 samples" not in text
+    assert "rank correlation" in study_report(studies.study(10))
+    assert "too few samples to tell" in study_report(studies.study(9, sensitivity=True))
+
+
+def test_limits_take_text_with_a_unit_and_levels_are_refused_with_the_way_out() -> None:
+    result = studies.study(300)
+    found = result.probability_above("peak_resultant_N[1a]", "7 kN")
+    assert found == result.probability_above("peak_resultant_N[1a]", 7000.0)
+    assert all(type(one) is float for one in found)
+    assert result.probability_below("life_km", "4e6 m") == result.probability_below("life_km", 4000.0)
+    with pytest.raises(ValueRefused, match="a force in N"):
+        result.probability_above("peak_resultant_N", "7 mm")
+    for levels in (95, [95], [0.5, 1.0], 0.95):
+        with pytest.raises(ArgumentError, match=r"between 0 and 1, got .*\[0\.95\] is for the 95 % quantile"):
+            result.quantiles("peak_resultant_N", levels)
+    assert repr(result) == "StudyResult('Gantry', runs=300, failed=0)"

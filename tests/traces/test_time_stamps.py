@@ -1,0 +1,330 @@
+"""Time stamps: any notation of one clock gives the same seconds; their kind is found on made clocks."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from guideload.base.errors import TraceError
+from guideload.traces.content.samples import decimal_quantum
+from guideload.traces.quality.clocks import clock_of, held, on_grid
+from guideload.traces.reading import read_trace
+
+COUNT = 400
+TIME = np.round(np.arange(COUNT) * 0.004, 3)
+PLACE = np.round(0.03 * (1.0 - np.cos(5.0 * TIME)), 6)
+MILLI = np.round(TIME * 1e3).astype(np.int64)
+NOON = np.datetime64("2024-01-31T23:59:59.500")  # the day, the month and nearly the day's end
+
+
+def iso(sign: str = " ", point: str = ".", zone: str = "") -> list[str]:
+    return [
+        str(NOON + np.timedelta64(ms, "ms")).replace("T", sign).replace(".", point) + zone for ms in MILLI
+    ]
+
+
+def german(date: str = "{d:02d}.{m:02d}.{y}", point: str = ",") -> list[str]:
+    stamps = pd.DatetimeIndex(iso())
+    return [
+        f"{date.format(d=s.day, m=s.month, y=s.year)} {s:%H:%M:%S}{point}{s.microsecond // 1000:03d}"
+        for s in stamps
+    ]
+
+
+def twelve_hours(date: str) -> list[str]:
+    """Stamps with AM and PM, from just before midnight, or from noon on the last day if there is no date."""
+    stamps = pd.DatetimeIndex(iso()) - pd.Timedelta(0 if date else "12h")
+    return [
+        f"{date.format(d=s.day, m=s.month, y=s.year)}{s:%I:%M:%S}.{s.microsecond // 1000:03d} {s:%p}"
+        for s in stamps
+    ]
+
+
+def file_of(tmp_path: Path, stamps, name: str = "time", sep: str = ";") -> Path:
+    rows = [f"{stamp}{sep}{place}" for stamp, place in zip(stamps, PLACE, strict=True)]
+    path = tmp_path / "trace.csv"
+    path.write_text("\n".join([f"{name}{sep}x_m", *rows]), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    "stamps",
+    [
+        iso(),
+        iso("T"),
+        iso("T", ","),
+        iso("T", ".", "Z"),
+        iso(" ", ".", "+01:00"),
+        iso(" ", ",", "-0530"),
+        [stamp.replace("-", "/") for stamp in iso()],
+        german(),
+        german(point="."),
+        german("{d}.{m}.{y}"),
+        german("{d:02d}/{m:02d}/{y}"),
+        german("{m}/{d}/{y}", "."),
+        german("{m:02d}-{d:02d}-{y}"),
+        twelve_hours("{m}/{d}/{y} "),
+        twelve_hours("{y}-{m:02d}-{d:02d} "),
+        twelve_hours(""),
+        [stamp[11:] for stamp in iso()],
+        [stamp[11:] for stamp in iso(point=",")],
+        [stamp.rstrip("0").rstrip(".") for stamp in iso()],
+    ],
+)
+def test_date_stamps_of_one_clock_give_the_same_bits(tmp_path, stamps):
+    trace = read_trace(file_of(tmp_path, stamps))
+    assert np.array_equal(trace.time, TIME)
+    assert trace.clock == "uniform"
+    table = {"time": np.array(stamps, dtype=object), "x_m": PLACE}
+    assert np.array_equal(read_trace(table).time, TIME)
+
+
+def test_stamps_of_data_frames():
+    stamps = pd.DatetimeIndex(iso())
+    for column in (stamps, stamps.tz_localize("Europe/Berlin"), stamps - stamps[0], stamps.astype("M8[ms]")):
+        assert np.array_equal(read_trace(pd.DataFrame({"time": column, "x_m": PLACE})).time, TIME)
+        assert np.array_equal(read_trace(pd.DataFrame({"x_m": PLACE}, index=column)).time, TIME)
+
+
+def test_parquet_and_numpy_keep_stamps(tmp_path):
+    stamps = pd.DatetimeIndex(iso())
+    pd.DataFrame({"x_m": PLACE}, index=stamps.tz_localize("UTC")).to_parquet(tmp_path / "a.parquet")
+    np.savez(tmp_path / "a.npz", time=stamps.to_numpy(), x_m=PLACE)
+    for name in ("a.parquet", "a.npz"):
+        assert np.array_equal(read_trace(tmp_path / name).time, TIME)
+
+
+@pytest.mark.parametrize(
+    ("name", "stamps"),
+    [
+        ("t_s", TIME),
+        ("t_ms", MILLI),
+        ("time [us]", MILLI * 1000),
+        ("t (ns)", MILLI * 1_000_000),
+        ("time", MILLI + 1_706_659_200_000),  # ms since 1970
+        ("time", 1_706_659_200_000_000_000 + MILLI * 1_000_000),
+        ("time_ns", 1_706_659_200_000_000_000 + MILLI * 1_000_000),
+        ("timestamp", 133_500_000_000_000_000 + MILLI * 10_000),  # FILETIME
+        ("t_us", (MILLI * 1000 + (1 << 32) - 500_000) % (1 << 32)),  # a 32-bit clock that runs over
+    ],
+)
+def test_numbers_of_one_clock_give_the_same_bits(tmp_path, name, stamps):
+    for source in (file_of(tmp_path, stamps, name), {name: stamps, "x_m": PLACE}):
+        trace = read_trace(source)
+        assert np.array_equal(trace.time - trace.time[0], TIME)
+
+
+def test_shifting_the_clock_changes_nothing():
+    """Plain seconds stay as they are; their differences, the kind and the value do not change."""
+    rng = np.random.default_rng(7)
+    stamps = np.cumsum(rng.choice([12, 13, 13, 13, 15, 20], COUNT)) / 1024.0  # exact in doubles
+    first = read_trace({"t_s": stamps, "x_m": PLACE})
+    for shift in (-(2.0**20), 1.0, 2.0**20):
+        trace = read_trace({"t_s": stamps + shift, "x_m": PLACE})
+        assert np.array_equal(np.diff(trace.time), np.diff(first.time))
+        assert np.array_equal(trace.value, first.value)
+        assert trace.clock == first.clock == "jitter"
+    for days in (0, 59, 3660):
+        moved = NOON + np.timedelta64(days, "D") + MILLI.astype("m8[ms]")
+        assert np.array_equal(read_trace({"time": moved, "x_m": PLACE}).time, TIME)
+
+
+def test_cycles_of_a_counter_with_their_rate(tmp_path):
+    cycles = np.arange(COUNT) * 2 + 70_000
+    for name in ("cycle", "time_ticks", "n"):
+        trace = read_trace({name: cycles, "x_m": PLACE}, time=name, rate="500 Hz")
+        assert np.array_equal(trace.time, (cycles - cycles[0]) / 500.0)
+    over = read_trace({"cycle": cycles % (1 << 16), "x_m": PLACE}, time="cycle", rate=500)
+    assert np.array_equal(over.time, trace.time)
+    lost = np.delete(np.arange(COUNT), [50, 51])
+    with pytest.raises(TraceError, match="1 gaps in time"):
+        read_trace({"cycle": cycles[lost], "x_m": PLACE[lost]}, time="cycle", rate=500)
+    with pytest.raises(TraceError, match="column time_ticks: a clock that counts needs .*rate"):
+        read_trace({"time_ticks": cycles, "x_m": PLACE})
+
+
+def test_what_is_no_time_stamp_is_refused_with_its_row(tmp_path):
+    for wrong, told in (("31.02.2024 00:00:00,000", "31.02.2024"), ("later", "later")):
+        stamps = german()
+        stamps[20] = wrong
+        with pytest.raises(TraceError, match=f'column time: expected a time stamp, got "{told}.*in row 22'):
+            read_trace(file_of(tmp_path, stamps))
+    for wrong in ("1/31/24 1:00:00", "1/31/2024 13:00:00 PM", "1/31/2024 0:00:00 AM", "31/31/2024 1:00:00"):
+        with pytest.raises(TraceError, match=f'got "{wrong}" in index 0; write ISO 8601'):
+            read_trace({"time": np.array([wrong] * 9, object), "x_m": PLACE[:9]})
+    stamps = iso()
+    stamps[20] = ""
+    with pytest.raises(TraceError, match="column time: .* none in row 22"):
+        read_trace(file_of(tmp_path, stamps))
+    trace = read_trace(file_of(tmp_path, stamps), repair="empty")
+    assert np.array_equal(trace.time, np.delete(TIME, 20))
+
+
+def test_dates_that_may_be_read_in_two_ways_are_not_guessed():
+    """Within one day the order changes nothing; across midnight it is asked for."""
+    stamps = pd.DatetimeIndex(iso()) - pd.Timedelta(days=24)  # 7 January to 8 January
+    text = np.array([f"{s.month:02d}/{s.day:02d}/{s:%Y %H:%M:%S.%f}" for s in stamps], object)
+    with pytest.raises(TraceError, match="dates such as 01/07/2024 leave open .*--date-order mdy"):
+        read_trace({"time": text, "x_m": PLACE})
+    assert np.array_equal(read_trace({"time": text, "x_m": PLACE}, date_order="mdy").time, TIME)
+    turned = np.array([f"{stamp[3:6]}{stamp[:3]}{stamp[6:]}" for stamp in text], object)
+    assert np.array_equal(read_trace({"time": turned, "x_m": PLACE}, date_order="dmy").time, TIME)
+    first = {"time": text[:100], "x_m": PLACE[:100]}  # all of 7 January, or of 1 July
+    for order in (None, "mdy", "dmy"):
+        assert np.array_equal(read_trace(first, date_order=order).time, TIME[:100])
+    with pytest.raises(TraceError, match='expected a time stamp, got "01/31/2024'):
+        read_trace({"time": np.array(german("{m:02d}/{d:02d}/{y}"), object), "x_m": PLACE}, date_order="dmy")
+    with pytest.raises(TraceError, match='date_order: expected one of dmy, mdy, got "ymd"'):
+        read_trace(first, date_order="ymd")
+
+
+def test_tick_and_jitter_of_the_clock_are_told():
+    rng = np.random.default_rng(2)
+    even = np.arange(3000) / 700.0
+    place = np.sin(even)
+    ticks = read_trace({"t_s": np.round(even, 4), "x_m": place})
+    assert ticks.clock == "ticks" and ticks.tick == pytest.approx(1e-4)
+    # Steps of stamps that are rounded to ticks: 14 or 15 of them, in the ratio that makes 1/700 s.
+    share = 1e4 / 700.0 - 14.0
+    about_usual = 1e-4 * np.sqrt(share)  # rms about the usual one, of 14
+    assert ticks.jitter == pytest.approx(about_usual, rel=0.01)
+    shaken = read_trace({"t_s": even + rng.normal(0.0, 2e-5, even.size), "x_m": place})
+    assert shaken.clock == "jitter" and shaken.tick == 0.0
+    assert shaken.jitter == pytest.approx(2e-5 * np.sqrt(2.0), rel=0.05)  # of the difference of two stamps
+    uniform = read_trace({"t_s": even, "x_m": place})
+    assert uniform.tick == 0.0 and uniform.jitter < 1e-12
+
+
+def test_a_day_beside_a_time_of_day(tmp_path):
+    rows = [f"{stamp[:10]};{stamp[11:]};{place}" for stamp, place in zip(german(), PLACE, strict=True)]
+    path = tmp_path / "trace.csv"
+    path.write_text("\n".join(["Datum;Uhrzeit;x_m", *rows]))
+    assert np.array_equal(read_trace(path).time, TIME)
+
+
+def made_clock(kind: str, rng: np.random.Generator) -> np.ndarray:
+    even = np.arange(3000) / 700.0
+    return {
+        "uniform": even + rng.normal(0.0, 2e-8, even.size),
+        "ticks": np.round(even, 4),
+        "jitter": even + rng.uniform(-1.5e-4, 1.5e-4, even.size),
+    }[kind]
+
+
+@pytest.mark.parametrize("kind", ["uniform", "ticks", "jitter"])
+@pytest.mark.parametrize("seed", range(5))
+def test_the_kind_of_made_clocks_is_found(kind, seed):
+    time = made_clock(kind, np.random.default_rng(seed))
+    place = np.sin(time)
+    for scale, shift in ((1.0, 0.0), (4.0, 100.0)):
+        found = clock_of(scale * time + shift, place, True, 0.0)
+        assert found.kind == kind and found.gaps.size == 0
+        assert found.step == pytest.approx(scale / 700.0, rel=0.05)
+        if kind == "ticks":
+            assert found.tick == pytest.approx(scale * 1e-4, rel=1e-6)
+
+
+def on_change(quantum: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A move with dwells sampled at 1 kHz: the even stamps, the rounded position, and the rows that change."""
+    time = np.arange(3000) * 1e-3
+    place = 0.1 * np.clip(np.sin(2.5 * time), -0.7, 0.7)
+    place = np.round(place / quantum) * quantum
+    return time, place, np.flatnonzero(np.concatenate([[True], np.diff(place) != 0.0]))
+
+
+@pytest.mark.parametrize("quantum", [1e-6, 1e-5])
+def test_a_log_on_change_is_that_of_all_rows(quantum):
+    time, place, kept = on_change(quantum)
+    trace = read_trace({"t_s": time[kept], "x_m": place[kept]})
+    assert trace.clock == "on_change"
+    assert any("rows put back where the axis stands still" in note for note in trace.notes)
+    row = np.round(trace.time * 1e3).astype(int)
+    assert trace.time == pytest.approx(time[row], abs=1e-9)
+    assert np.array_equal(trace.value, place[row])  # what was put back is what was left out
+    assert np.all(np.diff(trace.time) > 0.5e-3)
+    with pytest.raises(TraceError, match="gaps in time .* the axis stands still across all of them"):
+        read_trace({"t_s": time[kept], "x_m": place[kept]}, clock="uniform")
+
+
+@pytest.mark.parametrize("quantum", [5e-8, 8.4e-5, 1e-3])
+@pytest.mark.parametrize("heartbeat", [1_000_000, 40])
+def test_logs_on_change_of_a_pc_with_coarse_counts(quantum, heartbeat):
+    """Stamps of 12 to 20 ms, moves and dwells of any length; some logs write a row now and then all the same."""
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        time = np.cumsum(rng.choice([12, 13, 13, 13, 13, 14, 20], 1500)) * 1e-3
+        speed = np.zeros(time.size)
+        start = 60
+        while start < 1300:
+            count = int(rng.integers(40, 160))
+            speed[start : start + count] = (
+                rng.uniform(0.05, 1.0) * np.sin(np.pi * np.arange(count) / count) ** 2
+            )
+            start += count + int(rng.integers(60, 200))
+        place = np.round(np.cumsum(speed * np.gradient(time)) / quantum) * quantum
+        kept = np.concatenate([[True], np.diff(place) != 0.0]) | (np.arange(time.size) % heartbeat == 0)
+        trace = read_trace({"t_s": time[kept], "x_m": place[kept]})
+        assert trace.clock == "on_change"
+        true = np.interp(trace.time, time, place)
+        # Rows are put back at the usual step, not at the jittering one.
+        assert np.abs(trace.value - true).max() <= 3.0 * quantum + 1e-3
+
+
+def test_rows_lost_in_motion_are_no_log_on_change():
+    time, place, kept = on_change(1e-6)
+    lost = np.setdiff1d(kept, np.arange(100, 130))
+    for clock in (None, "on_change"):
+        with pytest.raises(TraceError, match="rows may be missing"):
+            read_trace({"t_s": time[lost], "x_m": place[lost]}, clock=clock)
+
+
+def test_held_rows_fill_a_gap_evenly():
+    time = np.array([0.0, 1.0, 2.0, 7.0, 8.0])
+    filled, value, count = held(time, np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([3]), 1.0)
+    assert filled.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0] and count == 4
+    assert value.tolist() == [0.0, 1.0, 2.0, 2.0, 2.0, 2.0, 2.0, 3.0, 4.0]
+    long = held(np.array([0.0, 1.0, 1e6]), np.zeros(3), np.array([2]), 1.0)
+    assert long[2] == 200 and np.all(np.diff(long[0]) >= 1.0)
+
+
+def test_an_even_grid_is_found_under_jitter():
+    rng = np.random.default_rng(3)
+    even = 5.0 + np.arange(2000) * 0.002
+    stamps = even + rng.normal(0.0, 1e-4, even.size)
+    found, distance = on_grid(stamps, np.empty(0, np.intp))
+    # Mean and slope of n stamps are known to sigma/sqrt(n) and sigma sqrt(12/n): 4 sigma at the ends.
+    assert np.abs(found - even).max() < 4.0 * 2.0 * 1e-4 / np.sqrt(even.size)
+    assert distance == pytest.approx(1e-4, rel=0.1)
+    lost = np.delete(np.arange(even.size), np.arange(700, 710))
+    gap = np.array([700])
+    assert np.abs(on_grid(stamps[lost], gap)[0] - even[lost]).max() < 4.0 * 2.0 * 1e-4 / np.sqrt(even.size)
+    trace = read_trace({"t_s": stamps, "x_m": np.sin(even)}, clock="uniform")
+    assert np.ptp(np.diff(trace.time)) < 1e-12 and any("even grid" in note for note in trace.notes)
+
+
+def test_quantum_and_clock_can_be_set():
+    trace = read_trace({"t_s": TIME, "x_m": PLACE}, quantum="2 um", clock="jitter")
+    assert (trace.quantum, trace.clock) == (2e-6, "jitter")
+    assert read_trace({"t_s": TIME, "x_m": PLACE}).quantum == pytest.approx(1e-6)
+    with pytest.raises(TraceError, match="quantum: expected >= 0 m, got -1"):
+        read_trace({"t_s": TIME, "x_m": PLACE}, quantum=-1.0)
+    with pytest.raises(TraceError, match='clock: expected one of uniform, ticks, jitter, on_change, got "x"'):
+        read_trace({"t_s": TIME, "x_m": PLACE}, clock="x")
+
+
+@pytest.mark.parametrize("quantum", [1e-6, 5e-7, 8.4e-5, 1e-3])
+def test_the_step_of_decimals_is_found_in_fast_motion(quantum):
+    """No two samples within 300 steps of each other."""
+    place = np.round((0.5 + 900.0 * quantum * np.arange(COUNT) ** 1.1) / quantum) * quantum
+    for unit, scale in (("m", 1.0), ("mm", 1e3)):
+        trace = read_trace({"t_s": TIME, f"x_{unit}": np.round(place * scale, 8)})
+        assert trace.quantum == pytest.approx(quantum, rel=1e-9)
+    assert read_trace({"t_s": TIME, "x_m": np.sin(TIME)}).quantum == 0.0
+    digits = np.array([float(f"{value:.3g}") for value in 80.0 * (1.5 + np.sin(5.0 * TIME))])
+    assert decimal_quantum(digits) == 0.0  # 0.1 below 100, 1 above
+
+
+def test_the_clock_of_emps_is_uniform(shared_data: Path):
+    trace = read_trace(shared_data / "emps_bangbang_1kHz.csv")
+    assert trace.clock == "uniform" and any("time stamps: uniform" in note for note in trace.notes)
