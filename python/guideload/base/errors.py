@@ -25,6 +25,13 @@ class RunError(GuideloadError):
     """A run stopped: the text names time and step, and the next move."""
 
 
+class WriteError(RunError, OSError):
+    """A file cannot be written; `filename` and `strerror` say which one and why."""
+
+    def __str__(self) -> str:
+        return f"{self.filename}: cannot be written: {self.strerror}"
+
+
 class ArgumentError(RunError, ValueError):
     """An argument of a run that it cannot have: method, rtol, step or times."""
 
