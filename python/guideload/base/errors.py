@@ -6,7 +6,8 @@ import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-KeyPath = tuple[str | int, ...]  # where a value sits: ("carriages", 2, "stiffness_y")
+KeyPath = tuple[str | int, ...]  # keys and indices that lead to a value: ("carriages", 2, "stiffness_y")
+ABSENT = "nothing"  # in place of the text of a value that is missing
 
 
 class GuideloadError(Exception):
