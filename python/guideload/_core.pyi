@@ -14,19 +14,19 @@ Cells = NDArray[np.uint32]
 # Samples and what is assumed of their motion: step (n - 1,) between samples, > 0; value, variance (n,), samples and the
 # variances of their noise; mean (N,) and covariance (N, N) of the state before the first sample, N = 2 to 6: the value
 # and its derivatives, the next one white noise; cell (n - 1,) of each interval, and intensity of the noise per cell.
-Sampled = tuple[Array, Array, Array, Array, Array, Cells, Array]
+SampledModel = tuple[Array, Array, Array, Array, Array, Cells, Array]
 
-def motion_likelihood(given: Sampled) -> tuple[float, float]:
+def motion_likelihood(given: SampledModel) -> tuple[float, float]:
     """Sum of ln F and of v^2/F over the innovations v and their variances F of a Kalman filter."""
 
-def smooth_motion(given: Sampled) -> tuple[Array, Array, Array]:
+def smooth_motion(given: SampledModel) -> tuple[Array, Array, Array]:
     """Given all samples: (n, 3) value and two derivatives, (n, 3) their variances, (n, 2) u and D.
 
     u/D is a sample less its estimate from all others, 1/D the variance of that.
     """
 
 def adapt_motion(
-    given: Sampled, rounded: Array, quantum: float, level: float, rule: tuple[int, float, float, float]
+    given: SampledModel, rounded: Array, quantum: float, level: float, rule: tuple[int, float, float, float]
 ) -> tuple[Array, float, Array, Array, Array, Array]:
     """Intensities of the cells, noise level, values and variances of the sites by likelihood, from those given on.
 
@@ -36,7 +36,7 @@ def adapt_motion(
     """
 
 # What samples leave open about a motion, beside their values: step (n - 1,), variance (n,), covariance (N, N), cell
-# (n - 1,), intensity; as of `Sampled`, but a variance may be infinite, of a sample that tells nothing.
+# (n - 1,), intensity; as of `SampledModel`, but a variance may be infinite, of a sample that tells nothing.
 Chain = tuple[Array, Array, Array, Cells, Array]
 
 def draw_motion(chain: Chain, derivative: int, count: int, seed: int) -> Array:

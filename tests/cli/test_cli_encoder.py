@@ -59,7 +59,7 @@ def test_what_was_found_is_told_and_nothing_is_written(tmp_path: Path, trace: Pa
     before = set(tmp_path.iterdir())
     text = told("encoder", trace)
     assert set(tmp_path.iterdir()) == before
-    estimate = Inspection.of(read_trace(trace)).found.estimate
+    estimate = Inspection.of(read_trace(trace)).found
     assert estimate is not None
     at = np.abs(estimate.acceleration).argmax()
     half = COVER * np.sqrt(estimate.acceleration_variance[at])

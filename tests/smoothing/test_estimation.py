@@ -13,7 +13,8 @@ from scipy.signal import savgol_filter
 from guideload import _core
 from guideload.base.errors import TraceError
 from guideload.motion.resolution import ramp_time, sudden_change
-from guideload.smoothing.estimation import ORDERS, Kind, estimate
+from guideload.smoothing.estimation import ORDERS, estimate
+from guideload.smoothing.kinematics import Kind
 from guideload.traces.reading import read_trace
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))

@@ -20,15 +20,12 @@ that are sampled finely enough the ratio is 0.3 to 2; on those that are not, 4 t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
-
-Kind = Literal["position", "velocity"]
-Curve = tuple[Array, Array, Array, float, str]  # position, velocity, acceleration, bandwidth in Hz, note
+from guideload.smoothing.kinematics import UNIT, Kind, Kinematics, noise_warning, of_equal_samples
 
 # Order of the penalised derivative, which is the spline's degree too: white snap in both cases.
 ORDER = {"position": 4, "velocity": 3}
@@ -38,21 +35,16 @@ ORDER = {"position": 4, "velocity": 3}
 # (1e-7 in the finest logs known).
 LOWEST, HIGHEST = -3.0, 4.0
 NOISE_RATIO = 4.0  # to the noise between neighbours: twice the largest seen where moves are resolved
-SUSPICIOUS = 0.01  # noise over range: encoders and their speed signals stay below 0.5 %
 FEWEST_INTERVALS = 8  # of a coarser mesh: fewer cannot follow one move of an axis
 
 
-def smoothing_spline(time: Array, value: Array, kind: Kind, quantum: float) -> Curve:
+def smoothing_spline(time: Array, value: Array, kind: Kind, quantum: float) -> Kinematics:
     """Fit samples of the kind, rounded to the quantum (0 if unknown); n >= 8, units m and s."""
     order = ORDER[kind]
     middle = float(value.mean())
     size = float(np.abs(value - middle).max())
     if np.ptp(value) == 0.0:
-        still = np.zeros_like(value)
-        if kind == "position":
-            return value.copy(), still, still, np.inf, "the axis stands still: all samples are equal"
-        position = value * (time - time[0])
-        return position, value.copy(), still, np.inf, "constant speed: all samples are equal"
+        return of_equal_samples(time, value, kind)
     # Unit scale and unit sampling step, for conditioning.
     samples = (value - middle) / size
     step = float(np.median(np.diff(time)))
@@ -69,28 +61,22 @@ def smoothing_spline(time: Array, value: Array, kind: Kind, quantum: float) -> C
     curve = _Spline(fit.knots, order, coefficients)
     unit = step * factor
     first = fit.first
-    held = [curve.at(fit.stamps, first)]
+    values = [curve.at(fit.stamps, first)]
     for power in (1, 2):
         curve = curve.derivative()
-        held.append(curve.at(fit.stamps, first) / unit**power)
+        values.append(curve.at(fit.stamps, first) / unit**power)
     bandwidth = (factor / 10.0**strength) ** (0.5 / order) / (2.0 * np.pi * unit)
-    unit_name = "m" if kind == "position" else "m/s"
     note = (
         f"penalised spline (white snap), strength by restricted likelihood: noise {noise * size:.2g} "
-        f"{unit_name} rms (quantum {quantum:.2g} {unit_name}), motion followed up to {bandwidth:.3g} Hz"
+        f"{UNIT[kind]} rms (quantum {quantum:.2g} {UNIT[kind]}), motion followed up to {bandwidth:.3g} Hz"
     )
-    share = noise * size / float(np.ptp(value))
-    if share > SUSPICIOUS and noise * size > quantum:
-        note += (
-            f"; warning: that noise is {100 * share:.2g} % of the signal's range, so "
-            f"the trace is very noisy or too coarse for its moves (a sample every {step:.3g} s): the "
-            "acceleration is cut"
-        )
+    if warning := noise_warning(noise * size, value, quantum, step):
+        note += f"; warning: {warning}"
     if kind == "position":
-        return held[0] * size + middle, held[1] * size, held[2] * size, bandwidth, note
+        return Kinematics(values[0] * size + middle, values[1] * size, values[2] * size, bandwidth, note)
     travel = _Spline(fit.knots, order, coefficients).integral().at(fit.stamps, first) * unit
     position = travel * size + middle * (time - time[0])
-    return position, held[0] * size + middle, held[1] * size, bandwidth, note
+    return Kinematics(position, values[0] * size + middle, values[1] * size, bandwidth, note)
 
 
 def _noise_between_neighbours(samples: Array) -> float:
