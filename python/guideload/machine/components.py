@@ -171,10 +171,7 @@ class Carriage(ConfigModel):
     @property
     def laws(self) -> tuple[Law, Law]:
         """Elastic laws of the whole carriage along y and z."""
-        return (
-            law_of(self.stiffness_y, self.clearance_y, self.preload_y, self.rolling, self.curve_y),
-            law_of(self.stiffness_z, self.clearance_z, self.preload_z, self.rolling, self.curve_z),
-        )
+        return law_of(self, "_y"), law_of(self, "_z")
 
 
 class Link(ConfigModel):
@@ -213,7 +210,7 @@ class Link(ConfigModel):
     @property
     def law(self) -> Law:
         """Elastic law along its direction."""
-        return law_of(self.stiffness, self.clearance, self.preload, self.rolling, self.curve)
+        return law_of(self)
 
 
 class Drive(ConfigModel):

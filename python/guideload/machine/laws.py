@@ -19,6 +19,7 @@ from guideload.base.config import ConfigModel, entries, number
 from guideload.base.errors import ValueRefused
 
 Value = TypeVar("Value")
+CurvePoints = tuple[tuple[float, float], ...]  # deflection [m], force [N]
 ModelLevel = Literal["linear", "piecewise linear", "smooth nonlinear"]
 # Exponent of force over deflection of one row: Hertz contact at a point; at a line, by the rolling bearing standards.
 EXPONENT = {"ball": 3.0 / 2.0, "roller": 10.0 / 9.0}
@@ -72,37 +73,35 @@ def _stiffness_or_curve(value: float | Sides | None, info: ValidationInfo) -> fl
 # ---- curve
 
 
-def _through_zero(points: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+def _through_zero(points: CurvePoints) -> CurvePoints:
     """Check that the law rises through [0, 0], or begins there as the half for positive deflections."""
+
+    def refusal(expected: str, hint: str) -> ValueRefused:
+        return ValueRefused(expected, points, hint)
+
     half = points[:1] == ((0.0, 0.0),)
     most = (MOST_POINTS + 1) // 2 if half else MOST_POINTS
     if not 2 <= len(points) <= most:
         mirrored = "; one that begins at [0, 0] is mirrored, which doubles its points" if half else ""
-        raise ValueRefused(
-            f"2 to {most} points [deflection, force]", points, f"these are {len(points)}{mirrored}"
-        )
+        raise refusal(f"2 to {most} points [deflection, force]", f"these are {len(points)}{mirrored}")
     deflection, force = np.array(points).T
-    for values, unit, words, falls in (
+    for values, unit, expected, wrong in (
         (deflection, "m", "deflections in ascending order, each once", np.diff(deflection) <= 0.0),
         (force, "N", "forces that never fall as the deflection grows", np.diff(force) < 0.0),
     ):
-        if falls.any():
-            i = int(falls.argmax())
-            found = f"[{i}] and [{i + 1}] have {values[i]:g} and {values[i + 1]:g} {unit}"
-            raise ValueRefused(words, points, found)
+        if wrong.any():
+            i = int(wrong.argmax())
+            raise refusal(expected, f"[{i}] and [{i + 1}] have {values[i]:g} and {values[i + 1]:g} {unit}")
     if deflection[0] > 0.0 or deflection[-1] <= 0.0:
-        way_out = "add the points of the other direction; a curve that begins at [0, 0] holds for both"
         reach = f"it reaches from {deflection[0]:g} to {deflection[-1]:g} m"
-        raise ValueRefused("points on both sides of 0 m", points, f"{reach}: {way_out}")
+        way_out = "add the points of the other direction; a curve that begins at [0, 0] holds for both"
+        raise refusal("points on both sides of 0 m", f"{reach}: {way_out}")
     at_zero = float(np.interp(0.0, deflection, force))
     if abs(at_zero) > ROUNDING * np.abs(force).max():
-        raise ValueRefused(
-            "a curve through [0, 0]",
-            points,
-            f"its force at 0 m is {at_zero:g} N: count deflections from no load",
-        )
+        hint = f"its force at 0 m is {at_zero:g} N: count deflections from no load"
+        raise refusal("a curve through [0, 0]", hint)
     if force[0] == force[-1]:
-        raise ValueRefused("forces that rise somewhere", points, "this curve never resists")
+        raise refusal("forces that rise somewhere", "this curve never resists")
     return points
 
 
@@ -210,25 +209,16 @@ def clearance_field(where: str) -> Any:
 # ---- the law
 
 
-def law_of(
-    stiffness: float | Sides | None,
-    clearance: float,
-    preload: float | None,
-    rolling: Rolling | None,
-    curve: tuple[tuple[float, float], ...] | None,
-) -> Law:
-    """The core's law of checked keys, a linear one where the keys amount to that. Raises SceneError.
-
-    stiffness: N/m. clearance: m to either side. preload: N. curve: points (deflection [m], force [N]), mirrored if
-    it begins at [0, 0].
-    """
+def law_of(component: ConfigModel, suffix: str = "") -> Law:
+    """The core's law of the checked keys with this suffix; a linear one if they amount to that. Raises SceneError."""
+    keys = dict(component)
+    curve, stiffness = keys[f"curve{suffix}"], keys[f"stiffness{suffix}"]
+    preload, clearance = keys[f"preload{suffix}"], keys[f"clearance{suffix}"]
     if curve is not None:
         points = np.array(curve)
         return Law.curve(np.vstack([-points[:0:-1], points]) if curve[0] == (0.0, 0.0) else points)
-    assert stiffness is not None
     if isinstance(stiffness, Sides):
         return Law.sided(stiffness.positive, stiffness.negative, clearance)
     if preload is not None:
-        assert rolling is not None
-        return Law.preloaded(stiffness, preload, EXPONENT[rolling])
+        return Law.preloaded(stiffness, preload, EXPONENT[keys["rolling"]])
     return Law.sided(stiffness, stiffness, clearance)

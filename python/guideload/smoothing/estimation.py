@@ -95,13 +95,9 @@ def estimate(time: ArrayLike, value: ArrayLike, kind: Kind = "position", quantum
         )
     if spread == 0.0:
         still = of_equal_samples(stamps, samples, kind)
-        none = np.zeros(stamps.size - 1)
+        variance, density, jumps = still.acceleration, np.zeros(stamps.size - 1), np.zeros((0, 2))
         return Estimate(
-            **vars(still),
-            time=stamps,
-            acceleration_variance=still.acceleration,
-            density=none,
-            jumps=np.zeros((0, 2)),
+            **vars(still), time=stamps, acceleration_variance=variance, density=density, jumps=jumps
         )
     for name, size, (least, most) in (
         ("step of time [s]", float(np.median(np.diff(stamps))), STEPS),

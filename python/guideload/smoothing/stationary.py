@@ -7,6 +7,7 @@ white measurement noise and are rounded to the quantum.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from math import factorial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -207,28 +208,28 @@ def _with_normal_noise(excerpts: list[ScaledSamples], states: int) -> Stationary
     """Search over the time constant; the noise that belongs to it has a closed form."""
     count = sum(part.value.size for part in excerpts)
     least = excerpts[0].least_noise + excerpts[0].rounding
-    known: dict[float, tuple[float, float]] = {}
 
+    @cache
     def at(place: float) -> tuple[float, float]:
         """Log likelihood and noise for the time constant 10^place."""
-        place = round(place, 4)
-        if place not in known:
-            unit = StationaryFit(states, 1.0, 10.0**place)
-            sums = np.array([Smoother(part, unit).likelihood() for part in excerpts]).sum(axis=0)
-            determinant, misfit = float(sums[0]), float(sums[1])
-            # Far from the maximum the filter can break down in rounding.
-            if not (np.isfinite(sums).all() and misfit > 0.0):
-                return -np.inf, least
-            noise = max(misfit / count, least)
-            known[place] = (-0.5 * (determinant + count * np.log(noise) + misfit / noise), noise)
-        return known[place]
+        unit = StationaryFit(states, 1.0, 10.0**place)
+        sums = np.array([Smoother(part, unit).likelihood() for part in excerpts]).sum(axis=0)
+        determinant, misfit = float(sums[0]), float(sums[1])
+        # Far from the maximum the filter can break down in rounding.
+        if not (np.isfinite(sums).all() and misfit > 0.0):
+            return -np.inf, least
+        noise = max(misfit / count, least)
+        return -0.5 * (determinant + count * np.log(noise) + misfit / noise), noise
+
+    def likelihood(place: float) -> float:
+        return at(round(place, 4))[0]
 
     lowest = -MOST_DECADES / (2 * states - 1)
     highest = float(np.log10(max(count / 20.0, 4.0)))
-    best = float(max(np.arange(lowest, min(highest, 3.5), 0.3), key=lambda place: at(place)[0]))
+    best = float(max(np.arange(lowest, min(highest, 3.5), 0.3), key=likelihood))
     for stride in (0.15, 0.075, 0.0375):
-        best = max((best - stride, best, best + stride), key=lambda place: at(place)[0])
-    return StationaryFit(states, at(best)[1], 10.0**best)
+        best = max((best - stride, best, best + stride), key=likelihood)
+    return StationaryFit(states, at(round(best, 4))[1], 10.0**best)
 
 
 def _with_sites(excerpts: list[ScaledSamples], fit: StationaryFit) -> tuple[StationaryFit, float]:
