@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import reference as ref
+from linear_gaussian import dense, problem
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
-from test_estimation import dense, problem
 
 from guideload import Carriage, Machine, Motion, Rail, Result, TraceError, _core, plots, simulate
 from guideload.motion.uncertainty import COVER, Uncertainty
