@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from machines import CENTER, INERTIA, body, carriage, machine
 
 import guideload
 from guideload.base.errors import ConfigError
@@ -16,23 +17,6 @@ from guideload.machine.laws import Sides
 from guideload.machine.machine import DOFS, Body, Carriage, Drive, Link, Machine, Rail
 
 EXAMPLES = Path(guideload.__file__).parent / "examples"
-INERTIA = np.array([[420.0, 15.0, -8.0], [15.0, 310.0, 22.0], [-8.0, 22.0, 380.0]])
-CENTER = np.array([0.12, -0.65, 0.18])
-
-
-def carriage(name: str = "1", **changes: Any) -> Carriage:
-    values: dict[str, Any] = {"name": name, "rail": "1", "x": 0.0, "length": 0.6}
-    values |= {"stiffness_y": 4e8, "stiffness_z": 3e8, "damping_y": 2e5, "damping_z": 1e5}
-    return Carriage(**(values | changes))
-
-
-def body(**changes: Any) -> Body:
-    return Body(**({"mass": 1250.0, "center_of_mass": CENTER, "inertia": INERTIA} | changes))
-
-
-def machine(**changes: Any) -> Machine:
-    values = {"body": body(), "rails": [Rail(name="1", position=(0.05, -0.35))], "carriages": [carriage()]}
-    return Machine(**(values | changes))
 
 
 def skew(r: np.ndarray) -> np.ndarray:
@@ -44,7 +28,7 @@ def skew(r: np.ndarray) -> np.ndarray:
 
 
 def test_each_carriage_is_two_pairs_of_links_with_half_its_stiffness_and_damping() -> None:
-    table = machine(carriages=[carriage(x=1.0), carriage("2", length="85 mm")]).link_table()
+    table = machine(carriage(x=1.0), carriage("2", length="85 mm")).link_table()
     assert table.names == ("1:-y", "1:-z", "1:+y", "1:+z", "2:-y", "2:-z", "2:+y", "2:+z")
     assert table.points[:, 0].tolist() == [0.7, 0.7, 1.3, 1.3, -0.0425, -0.0425, 0.0425, 0.0425]
     assert np.all(table.points[:, 1:] == [0.05, -0.35])
@@ -74,7 +58,7 @@ def test_links_alone_hold_a_machine() -> None:
 def test_centers_and_rails_of_carriages() -> None:
     rails = [Rail(name="left", position=(0.1, -0.2)), Rail(name="right", position=("100 mm", "200 mm"))]
     carriages = [carriage("a", rail="right", x=0.5), carriage("b", rail="left"), carriage("c", rail="right")]
-    built = machine(rails=rails, carriages=carriages)
+    built = machine(*carriages, rails=rails)
     assert built.rail_of_carriage.tolist() == [1, 0, 1]
     assert built.carriage_centers.tolist() == [[0.5, 0.1, 0.2], [0.0, 0.1, -0.2], [0.0, 0.1, 0.2]]
 
@@ -181,17 +165,8 @@ def test_a_machine_never_changes() -> None:
     built = machine()
     table = built.link_table()
     assert built.link_table() is table
-    for array in (
-        table.points,
-        table.directions,
-        table.stiffness,
-        table.damping,
-        table.damping_in_contact,
-        table.carriage,
-    ):
-        with pytest.raises(ValueError, match="read-only"):
-            array[0] = 1
-    for array in (built.carriage_centers, built.rail_of_carriage):
+    arrays = [value for value in vars(table).values() if isinstance(value, np.ndarray)]
+    for array in (*arrays, built.carriage_centers, built.rail_of_carriage):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1
     with pytest.raises(ValueError, match="frozen"):
@@ -269,7 +244,7 @@ def test_the_blocks_of_the_template_are_laws_of_its_carriages() -> None:
 def test_two_ends_resist_tilting_as_a_row_of_balls_does() -> None:
     """The template's rule: ends at +-length/2 with half of k each are a row of length Le = sqrt(3) length."""
     row, stiffness = 0.07, 4e8
-    table = machine(carriages=[carriage(length=row / math.sqrt(3.0), stiffness_y=stiffness)]).link_table()
+    table = machine(carriage(length=row / math.sqrt(3.0), stiffness_y=stiffness)).link_table()
     along_y = table.directions[:, 1] == 1.0
     tilting = float(np.sum(table.stiffness[along_y] * table.points[along_y, 0] ** 2))
     assert tilting == pytest.approx(stiffness * row**2 / 12.0, rel=1e-14)
