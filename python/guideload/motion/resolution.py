@@ -29,12 +29,11 @@ SMALL_LOAD = 0.1  # of the largest load: the shares of smaller loads refer to th
 # Second differences of positions spread a jump over two samples: at the usable bandwidth 0.6 of it lie within the ramp
 # and 0.2 to either side, which leaves 0.4.
 SPREAD = 2.5
-FEW_SAMPLES, SHIFTS = (
-    3.0,
-    8,
-)  # samples in a ramp below which ramps may also start at so many places between two samples
+# Samples in a ramp below which ramps also start at `SHIFTS` places between two samples.
+FEW_SAMPLES, SHIFTS = 3.0, 8
 CORNER_STEP = 0.5  # of the median step: shorter steps are corners of a described profile, not samples
-INSTANTS_PER_PERIOD, PERIODS = 32, 2  # of the fastest mode; of the slowest mode, which contain the peak
+# Instants per period of the fastest mode; periods of the slowest mode that contain the peak.
+INSTANTS_PER_PERIOD, PERIODS = 32, 2
 MOST_INSTANTS = 20_000
 
 
