@@ -24,10 +24,8 @@ Sites = tuple[
     Array, Array
 ]  # (n,) values and variances of the normal samples that approximate the rounded ones
 
-EXCERPT, EXCERPTS = (
-    16_000,
-    8,
-)  # samples on which order and noise are chosen; number of excerpts of a longer trace
+# Samples on which order and noise are chosen; number of excerpts of a longer trace.
+EXCERPT, EXCERPTS = 16_000, 8
 ROUNDS = 10  # until sites, measurement noise and density agree
 GAP_DENSITY = 1e3  # of the process-noise density, where samples are missing for many time constants
 MOST_DECADES = 12.0  # of density over noise per median step: beyond, the filter breaks down in rounding
@@ -52,16 +50,9 @@ class ScaledSamples:
     def of(cls, time: Array, value: Array, quantum: float) -> ScaledSamples:
         time_unit = float(np.median(np.diff(time)))
         value_unit = quantum if quantum > 0.0 else 1e-7 * float(np.ptp(value))
-        return cls(
-            (time - time[0]) / time_unit,
-            np.diff(time) / time_unit,
-            (value - value[0]) / value_unit,
-            float(quantum > 0.0),
-            LEAST_NOISE if quantum > 0.0 else 1e-12,
-            time_unit,
-            value_unit,
-            float(value[0]),
-        )
+        scaled = (time - time[0]) / time_unit, np.diff(time) / time_unit, (value - value[0]) / value_unit
+        least_noise = LEAST_NOISE if quantum > 0.0 else 1e-12
+        return cls(*scaled, float(quantum > 0.0), least_noise, time_unit, value_unit, float(value[0]))
 
     @property
     def rounding(self) -> float:
@@ -133,15 +124,13 @@ class Smoother:
         longest = max(1.0, fit.time_constant) * 10.0 ** (9.0 / (2 * fit.states - 1))
         self.samples, self.fit = samples, fit
         self.step, self.gap = np.minimum(samples.step, longest), samples.step > longest
-        self.noise = np.full(samples.value.size, fit.noise)
+        self.normal_sites = samples.value, np.full(samples.value.size, fit.noise)
         time = np.concatenate([[0.0], np.cumsum(self.step)])
         self.mean, self.covariance = _initial_state(time, samples.value, fit)
 
     def likelihood(self) -> tuple[float, float]:
         """(sum of ln F, sum of v^2/F) over the innovations v and their variances F, for normal samples."""
-        return motion_likelihood(
-            self._model((self.samples.value, self.noise), *self.uniform(self.fit.density))
-        )
+        return motion_likelihood(self._model(self.normal_sites, *self.uniform(self.fit.density)))
 
     def uniform(self, density: float) -> tuple[Segments, Array]:
         """One segment with this density, and one for all gaps."""
@@ -163,11 +152,11 @@ class Smoother:
         weight: float = 0.0,
         sites: Sites | None = None,
     ) -> Adaptation:
-        """Adapt densities, noise and sites for some rounds, from these on; without sites from the samples.
+        """Adapt densities, measurement noise and sites for some rounds; initial sites None: the samples.
 
         weight: of the prior, whose mode is the stationary density.
         """
-        model = self._model(sites or (self.samples.value, self.noise), segment, density)
+        model = self._model(sites or self.normal_sites, segment, density)
         rule = rounds, self.fit.density, weight, self.samples.least_noise
         return Adaptation(*adapt_motion(model, self.samples.value, self.samples.quantum, noise, rule))
 
