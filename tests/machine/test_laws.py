@@ -102,9 +102,9 @@ def test_a_curve_from_zero_on_holds_for_both_directions() -> None:
     odd = link(curve=HALF).law
     assert np.array_equal(odd.force(DEFLECTION), link(curve=mirrored).law.force(DEFLECTION))
     assert odd.force(-DEFLECTION) == pytest.approx(-odd.force(DEFLECTION), rel=1e-13, abs=1e-9)
-    play = link(curve=[[0, 0], ["5 um", 0], ["25 um", "7 kN"]]).law
+    clear = link(curve=[[0, 0], ["5 um", 0], ["25 um", "7 kN"]]).law
     same = link(stiffness="350 N/um", clearance="5 um").law
-    assert play.force(DEFLECTION) == pytest.approx(same.force(DEFLECTION), rel=1e-12, abs=1e-9)
+    assert clear.force(DEFLECTION) == pytest.approx(same.force(DEFLECTION), rel=1e-12, abs=1e-9)
 
 
 @pytest.mark.parametrize(

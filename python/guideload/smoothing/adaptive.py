@@ -70,8 +70,9 @@ class AdaptedModel:
         """(n,) variance of the estimate's error over `variance` (n,), that of the model, for one number of the state.
 
         The gain of the smoother minimises the variance, so the derivative of the variance with respect to a density or
-        noise is the share of that process in the error (envelope theorem). The share of the process noise that the
-        normalised innovation variances show to be missing is subtracted.
+        noise is the share of that process in the error (envelope theorem). What the true processes lack is
+        subtracted: the process noise that the normalised innovation variances show to be missing, and the allowance for
+        coloured measurement noise.
         """
         # White noise alone has a normalised innovation variance of 1/(2 N).
         least = 0.5 / self.smoother.fit.states
