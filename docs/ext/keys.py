@@ -11,7 +11,15 @@ from guideload.cli.file_schema import file_schema
 
 HEADER = ("key", "value", "if left out", "what it is")
 WIDTHS = (18, 22, 16, 44)
-KINDS = {"string": "text", "boolean": "true or false", "integer": "whole number", "object": "table"}
+KINDS = {
+    "number": "number",
+    "string": "text",
+    "array": "list",
+    "boolean": "true or false",
+    "integer": "whole number",
+    "object": "table",
+}
+LARGE = 1e6  # bounds beyond are not worth a reader's time
 
 
 class Keys(Directive):
@@ -39,7 +47,7 @@ class Keys(Directive):
         required = part.get("required", ())
         for key, value in part["properties"].items():
             default = "needed" if key in required else _default(value)
-            words = value.get("description", "").removesuffix(f" [{value.get('x-unit')}]")
+            words = value.get("description", "").removesuffix(f" [{value.get('x-unit')}]").replace("`", "")
             texts = [nodes.Text(text) for text in (kind(value), default, words)]
             body += _row([nodes.literal(text=key), *texts])
         group += body
@@ -47,24 +55,27 @@ class Keys(Directive):
 
 
 def kind(value: dict[str, Any]) -> str:
-    """What a value may be, in words: "number or text with unit, > 0, in N/m"."""
+    """What a value may be, in words: "number or text with unit, in N/m, > 0"."""
     if "$ref" in value:
         return f"table, see {value['$ref'].rsplit('/', 1)[1]}"
     if "anyOf" in value:
-        return " or ".join(kind(option) for option in value["anyOf"])
+        words = [word for option in value["anyOf"] for word in kind(option).split(" or ")]
+        return " or ".join(dict.fromkeys(words))
     if "enum" in value:
         return ", ".join(f'"{word}"' for word in value["enum"])
     if value.get("type") == "array":
         if "prefixItems" in value:
             return f"[{', '.join(_short(item) for item in value['prefixItems'])}]"
         return f"list of {kind(value['items'])}"
-    words = KINDS.get(value.get("type", "")) if isinstance(value.get("type"), str) else None
-    if words is None:
-        words = "number or text" if value.get("x-unit", "1") == "1" else "number or text with unit"
+    types = value["type"] if isinstance(value["type"], list) else [value["type"]]
+    words = " or ".join(KINDS[word] for word in types)
+    unit = value.get("x-unit", "1")
+    if unit != "1":
+        words += f" with unit, in {unit}"
     for bound, sign in (("exclusiveMinimum", ">"), ("minimum", "≥"), ("maximum", "≤")):
-        if bound in value and abs(value[bound]) < 2**40:
+        if bound in value and value[bound] < LARGE:
             words += f", {sign} {value[bound]:g}"
-    return words + (f", in {value['x-unit']}" if value.get("x-unit", "1") != "1" else "")
+    return words
 
 
 def _short(item: dict[str, Any]) -> str:
