@@ -58,11 +58,12 @@ def kind(value: dict[str, Any]) -> str:
     """What a value may be, in words: "number or text with unit, in N/m, > 0"."""
     if "$ref" in value:
         return f"table, see {value['$ref'].rsplit('/', 1)[1]}"
-    if "anyOf" in value:
-        words = [word for option in value["anyOf"] for word in kind(option).split(" or ")]
+    options = value.get("anyOf") or value.get("oneOf")
+    if options:
+        words = [word for option in options for word in kind(option).split(" or ")]
         return " or ".join(dict.fromkeys(words))
-    if "enum" in value:
-        return ", ".join(f'"{word}"' for word in value["enum"])
+    if "enum" in value or "const" in value:
+        return ", ".join(f'"{word}"' for word in value.get("enum", [value.get("const")]))
     if value.get("type") == "array":
         if "prefixItems" in value:
             return f"[{', '.join(_short(item) for item in value['prefixItems'])}]"
