@@ -150,6 +150,15 @@ def dynamics() -> str:
     )
 
 
+def figure() -> str:
+    """The largest load, where, when, and how sure."""
+    row = result().peaks().sort_values("peak_resultant_N").iloc[-1]
+    return (
+        f"> Carriage {row.name} carries {newtons(row['peak_resultant_N'])} at most, at {row['time_of_peak_s']:.3f} s; "
+        f"95 % credible band {newtons(row['peak_lower_N'])} to {newtons(row['peak_upper_N'])}."
+    )
+
+
 def study_table() -> str:
     limit = described().limits["peak_resultant"]
     rows = [f"| carriage | median | 95 % | 99 % | above {limit} |", "|---|---:|---:|---:|---:|"]
@@ -193,6 +202,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "peaks": peaks,
     "weight": weight,
     "dynamics": dynamics,
+    "figure": figure,
     "study": study_table,
     "report-head": lambda: printed(*RUN, choose=answer_and_table),
     "audit": lambda: f"```text\n{result().audit}\n```",
