@@ -46,7 +46,10 @@ class Move:
         acceleration = height[piece] + slope[piece] * since
         velocity = speed[piece] + height[piece] * since + slope[piece] * since**2 / 2.0
         position = (
-            place[piece] + speed[piece] * since + height[piece] * since**2 / 2.0 + slope[piece] * since**3 / 6.0
+            place[piece]
+            + speed[piece] * since
+            + height[piece] * since**2 / 2.0
+            + slope[piece] * since**3 / 6.0
         )
         return position, velocity, acceleration
 
@@ -57,4 +60,6 @@ class Move:
 
 
 GENTLE = Move(speed=1.6, acceleration=2.2, jerk=25.0)  # ramps of 88 ms: vibration stays small
-BRISK = Move(speed=1.6, acceleration=4.0, jerk=500.0)  # ramps of 8 ms: the modes of a machine ring; the packaged example
+BRISK = Move(
+    speed=1.6, acceleration=4.0, jerk=500.0
+)  # ramps of 8 ms: the modes of a machine ring; the packaged example
