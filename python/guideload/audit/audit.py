@@ -138,7 +138,8 @@ class Audit:
         row, column = np.unravel_index(int(found.preload_needed.argmax()), found.preload_needed.shape)
         balls = float(found.preload_needed[row, column])
         place = f"{self.below.names[row]} in {'yz'[column]}"
-        return f"{text}; preload to keep all rows loaded: {load_in_sentence(balls)}, rollers {load_in_sentence(ROLLERS * balls)} ({place})"
+        preloads = f"{load_in_sentence(balls)}, rollers {load_in_sentence(ROLLERS * balls)} ({place})"
+        return f"{text}; preload to keep all rows loaded: {preloads}"
 
     def _of_parting(self) -> str:
         """Links that lose contact and preloaded ones that open a row, and for how long at most."""
