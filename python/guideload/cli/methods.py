@@ -63,7 +63,7 @@ def chart(
     Every method runs over its range of tolerances and fixed steps; the error is that of the loads against a
     reference whose own error is told.
     """
-    from guideload.methods.comparison import work_precision
+    from guideload.methods.runner import work_precision
     from guideload.reports.work_precision import chart_report
 
     names = {"report.txt", *(name for name in CHART if not (no_pictures and name.endswith(".png")))}
