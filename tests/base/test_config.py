@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from guideload.base.config import read
 from guideload.base.errors import ConfigError
+from guideload.base.toml import read_toml
 from guideload.machine.machine import Machine
 
 GOOD = """\
@@ -293,7 +293,7 @@ z = {}
     }
     file = tmp_path / "any.toml"
     file.write_text(text, encoding="utf-8")
-    values, found = read(file)
+    values, found = read_toml(file)
     assert {path: (found[path].row, found[path].text) for path in rows} == rows
     assert found[("e",)].row == 3
     assert set(leaves(values)) <= set(found)

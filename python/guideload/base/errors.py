@@ -6,7 +6,8 @@ import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-KeyPath = tuple[str | int, ...]  # where a value sits: ("carriages", 2, "stiffness_y")
+KeyPath = tuple[str | int, ...]  # keys and indices that lead to a value: ("carriages", 2, "stiffness_y")
+ABSENT = "nothing"  # in place of the text of a value that is missing
 
 
 class GuideloadError(Exception):
@@ -23,6 +24,13 @@ class SceneError(GuideloadError):
 
 class RunError(GuideloadError):
     """A run stopped: the text names time and step, and the next move."""
+
+
+class WriteError(RunError, OSError):
+    """A file cannot be written; `filename` and `strerror` say which one and why."""
+
+    def __str__(self) -> str:
+        return f"{self.filename}: cannot be written: {self.strerror}"
 
 
 class ArgumentError(RunError, ValueError):

@@ -20,8 +20,9 @@ from pydantic_core import ErrorDetails, InitErrorDetails
 
 from guideload._core import Law, Scene
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, located, read
+from guideload.base.config import ConfigModel
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused, shown
+from guideload.base.toml import located, read_toml
 from guideload.machine.laws import ModelLevel, model_level_of
 from guideload.machine.links import ENDS, LinkTable, read_only, table_of
 from guideload.machine.parts import Body, Carriage, Drive, Gravity, Link, Name, Rail
@@ -53,11 +54,11 @@ class Machine(ConfigModel):
     @classmethod
     def from_toml(cls, file: str | PathLike[str]) -> Machine:
         """The machine described in a TOML file. Raises ConfigError naming file, row, key and value."""
-        values, where = read(file)
+        values, places = read_toml(file)
         try:
             return cls(**values)
         except ConfigError as error:
-            raise located(error, str(file), where) from None
+            raise located(error, str(file), places) from None
 
     def with_free(self, free: Iterable[str]) -> Machine:
         """The same machine with other free dofs; the drive holds the rest."""
