@@ -16,6 +16,7 @@ import click
 from guideload.base.errors import ArgumentError, ConfigError, GuideloadError, SceneError, TraceError
 from guideload.cli import encoder as cli_encoder
 from guideload.cli import methods as cli_methods
+from guideload.cli import schema as cli_schema
 from guideload.cli import study as cli_study
 from guideload.cli.outputs import (
     FORMATS,
@@ -279,4 +280,5 @@ def _write(result: Result, folder: Path, file_format: str, pictures: bool, shown
 main.add_command(cli_encoder.encoder)
 main.add_command(cli_methods.chart)
 main.add_command(cli_methods.stability)
+main.add_command(cli_schema.schema)
 main.add_command(cli_study.study)
