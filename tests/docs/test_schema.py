@@ -8,8 +8,9 @@ import pytest
 from click.testing import CliRunner
 from jsonschema import Draft202012Validator
 
-from guideload.base.config import tomllib
-from guideload.cli.main import EXAMPLES, main
+from guideload.base.toml import tomllib
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.main import main
 
 FILES = {"machine.toml": "machine", "manipulator.toml": "machine", "study.toml": "study"}
 

@@ -12,7 +12,8 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from guideload import plots
 from guideload.base.numbers import load_with_unit
-from guideload.cli.main import EXAMPLES, PICTURES
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.outputs import PICTURES
 from guideload.machine.machine import Machine
 from guideload.machine.parts import Carriage
 from guideload.motion.motion import Motion

@@ -8,7 +8,7 @@ import pytest
 from guideload import plots
 from guideload.base.errors import ArgumentError
 from guideload.base.numbers import load_in_table
-from guideload.cli.main import EXAMPLES
+from guideload.cli.inputs import EXAMPLES
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.motion import Motion
