@@ -49,10 +49,10 @@ def motor_speed(result: Result, ax: Axes | None = None) -> Axes:
         values, label = data["motor_speed"].values / factor("rpm", "rad/s"), "motor speed n$_M$ [1/min]"
     elif "cart_velocity" in data:
         title = "Cart velocity (the motion has no motor speed)"
-        values, label = data["cart_velocity"].sel(axis="x").values, "cart velocity along x [m/s]"
+        values, label = data["cart_velocity"].sel(axis="x").values, "velocity along x [m/s]"
     else:
         title = "Cart acceleration (the motion has neither motor speed nor velocity)"
-        values, label = data["cart_acceleration"].sel(axis="x").values, "cart acceleration along x [m/s²]"
+        values, label = data["cart_acceleration"].sel(axis="x").values, "acceleration [m/s²]"
     with look():
         ax = axes_or_new(ax, 7.5, 2.6)
         ax.plot(data["time"].values, values, color=INK)
@@ -155,9 +155,7 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
         label = f"peak {load_with_unit(load[peak])} at {time[peak]:.2f} s"
         ax.plot(time[peak], load[peak], "o", color=color, markersize=5, clip_on=False, label=label)
         ax.set(xlabel="time [s]", ylabel=f"load F$_{axis}$ [N]")
-        # The legend is above the axes: in line with a short title if it is short itself, else below the title.
-        in_line = len(carriage) <= 6 and not lost.any() and "force_sd" not in data
-        ax.set_title(f"Carriage {carriage}, {axis}", pad=6 if in_line else 22, parse_math=False)
+        ax.set_title(f"Carriage {carriage}, {axis}", pad=22, parse_math=False)  # room for the legend
         _limit_zoom(ax, load, float(data["resultant"].max()))
         if lost.any():
             share = percent(float(share_of_time(time, lost[:, None])[0]))
