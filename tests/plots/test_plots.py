@@ -14,10 +14,10 @@ from guideload import plots
 from guideload.base.numbers import load_with_unit
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.outputs import PICTURES
+from guideload.machine.components import Carriage
 from guideload.machine.machine import Machine
-from guideload.machine.parts import Carriage
 from guideload.motion.motion import Motion
-from guideload.plots.histories import octave_bands
+from guideload.plots.spectrum import octave_bands
 from guideload.plots.style import LOOK, carriage_look
 from guideload.simulation.result import Result
 from guideload.simulation.simulation import simulate

@@ -8,9 +8,9 @@ from click.testing import CliRunner
 
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.main import main
+from guideload.machine.components import Carriage, Link
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
-from guideload.machine.parts import Carriage, Link
 from guideload.reports.elements import WIDTH
 from guideload.reports.machine import machine_report, modes_report
 
