@@ -159,7 +159,7 @@ class Audit:
         low = 1.0 - np.cos(np.pi / max(count, FEWEST_PER_PERIOD))
         if low > ENOUGH:
             per_period = f"{count:.3g} samples per period of the highest mode, {highest:.3g} Hz"
-            yield "sampling", f"{per_period}: its vibration may read up to {percent(low)} low"
+            yield "sampling", f"{per_period}: peaks of its vibration may be missed by up to {percent(low)}"
 
     def _excitation_text(self) -> str:
         sampling = self.sampling
@@ -181,7 +181,7 @@ class Audit:
         verdict = "do" if abs(off) <= ENOUGH and abs(dynamic) <= ENOUGH_DYNAMIC else "not do"
         factor = simpler.dynamic_factor[simpler.names.index(name)]
         nominal = "" if self.model_level == "linear" else " and nominal stiffness"
-        peaks = f"peaks are {factor:.3g} times the quasi-static ones ({name})"
+        peaks = f"peaks are {factor:.2f} times the quasi-static ones ({name})"
         dynamic_part = f"the quasi-static dynamic part is {_off(dynamic, link)}"
         return f"statics with m a{nominal} would {verdict}: {peaks}, {dynamic_part}"
 

@@ -264,7 +264,7 @@ def _write(result: Result, folder: Path, file_format: str, pictures: bool, shown
     try:
         folder.mkdir(exist_ok=True)
         with working("writing the loads"), ThreadPoolExecutor(1) as beside:
-            _ = result.data  # made once, for both of the following
+            _ = result.quantities  # made once, for both of the following
             told = beside.submit(report.result_report, result)  # computes the audit while the file is written
             getattr(result, f"to_{file_format}")(folder / FORMATS[file_format])
             text = told.result()
