@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from guideload.audit import checks
 from guideload.audit.checks import ROLLERS, Contact, Rotation, Sampling, SimplerModels
 from guideload.audit.energy import Energy, energy
 from guideload.audit.histories import Histories
+from guideload.base.numbers import counted, first_names, load_in_sentence, percent
 from guideload.base.quantities import Quantities
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
@@ -101,8 +102,7 @@ class Audit:
     @property
     def verdict(self) -> str:
         """How many warnings there are, as a sentence."""
-        count = len(self.warnings)
-        return "No warnings." if not count else "One warning:" if count == 1 else f"{count} warnings:"
+        return f"{counted(len(self.warnings), 'warning')}:" if self.warnings else "No warnings."
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -140,14 +140,14 @@ class Audit:
             share = f"for up to {percent(contact.share.max())} of the time"
             yield "contact", f"{words} in {int(parted.sum())} of {parted.size} links, {share}"
         if contact.never_touching:
-            yield "contact", f"never touching: {named(contact.never_touching)}"
+            yield "contact", f"never touching: {first_names(contact.never_touching)}"
         sides = len(contact.changing_sign)
         if contact.preload_needed.size and (sides or parted.any()):
             row, column = np.unravel_index(int(contact.preload_needed.argmax()), contact.preload_needed.shape)
             balls = float(contact.preload_needed[row, column])
             place = f"{self.simpler_models.names[row]} in {'yz'[column]}"
             changes = f"{sides} {'link changes' if sides == 1 else 'links change'} between push and pull; "
-            needed = f"{_load(balls)} on balls or {_load(ROLLERS * balls)} on rollers ({place})"
+            needed = f"{load_in_sentence(balls)} on balls or {load_in_sentence(ROLLERS * balls)} on rollers ({place})"
             yield "preload", f"{changes if sides else ''}to keep all rows loaded it takes {needed}"
 
     def _sampling_line(self) -> Iterator[tuple[str, str]]:
@@ -219,7 +219,7 @@ def _reason(histories: Histories) -> str:
             kinds.setdefault("clearance" if law.edges[-1] > 0 else "unequal sides", []).append(name)
         elif law.kind != "linear":
             kinds.setdefault("preload" if law.kind == "preloaded" else law.kind, []).append(name)
-    return "; ".join(f"{kind} in {named(names)}" for kind, names in kinds.items())
+    return "; ".join(f"{kind} in {first_names(names)}" for kind, names in kinds.items())
 
 
 def _rotation_warnings(rotation: Rotation) -> Iterator[str]:
@@ -302,26 +302,11 @@ def _contact_warnings(histories: Histories, contact: Contact) -> Iterator[str]:
         return
     largest = np.abs(histories.data["link_load_elastic"][:, opened]).max(axis=0)
     opening = [law.force(law.edges[-1:])[0] for law in (laws[i] for i in opened)]
-    which = f"{named([names[i] for i in opened])} {'has' if opened.size == 1 else 'have'} a row open"
+    which = f"{first_names([names[i] for i in opened])} {'has' if opened.size == 1 else 'have'} a row open"
     yield (
         f"Note: {which} for up to {percent(contact.share[opened].max())} of the time: half of its balls or rollers "
         f"carry nothing then. {(largest / opening).max():.3g} times the preload would keep all rows loaded."
     )
-
-
-def percent(part: float) -> str:
-    """A fraction with two digits, as `3.1 %`; zero where it is rounding."""
-    return f"{float(f'{100 * part:.2g}') if part > 1e-9 else 0:g} %"
-
-
-def named(names: Sequence[str], most: int = 2) -> str:
-    """The first names, and how many more there are."""
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more
-
-
-def _load(value: float) -> str:
-    return f"{value:.3g} N" if value < 1e3 else f"{1e-3 * value:.3g} kN"
 
 
 def _off(off: float, name: str) -> str:

@@ -11,8 +11,9 @@ from rich.console import Console, RenderableType
 from rich.text import Text
 
 from guideload.audit.audit import LABEL
+from guideload.base.numbers import load_in_table
 from guideload.machine.machine import DOFS
-from guideload.reports.elements import WIDTH, dofs_line, new_table, number, remark, section, to_text
+from guideload.reports.elements import WIDTH, dofs_line, new_table, remark, section, to_text
 from guideload.reports.machine import modes_table, nominal_lines, weight_lines
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ def answer(result: Result) -> list[RenderableType]:
     """The largest load, where and when, its credible band and dynamic share; then the warnings."""
     data, models = result.quantities, result.audit.simpler_models
     if result.machine.carriages:
-        peaks = result.peak_columns()
+        peaks = result.peak_columns
         at = int(peaks["peak_resultant_N"].argmax())
         peak, time, dynamic = (
             float(peaks[column][at])
@@ -86,12 +87,12 @@ def answer(result: Result) -> list[RenderableType]:
         peaks, kind = {}, "link"
     band = ""
     if "peak_lower_N" in peaks:
-        lower, upper = (number(float(peaks[f"peak_{end}_N"][at])) for end in ("lower", "upper"))
+        lower, upper = (load_in_table(float(peaks[f"peak_{end}_N"][at])) for end in ("lower", "upper"))
         band = f" (95 % credible band {lower} to {upper} N)"
     share = 100.0 * dynamic / peak if peak else 0.0
     text = (
-        f"{result.machine.name}: the largest load is {number(peak)} N, on {kind} {models.names[at]} at {time:.3f} s"
-        f"{band}. Its dynamic part is {number(dynamic)} N, {share:.1f} %; the peak is {models.dynamic_factor[at]:.2f} "
+        f"{result.machine.name}: the largest load is {load_in_table(peak)} N, on {kind} {models.names[at]} at {time:.3f} s"
+        f"{band}. Its dynamic part is {load_in_table(dynamic)} N, {share:.1f} %; the peak is {models.dynamic_factor[at]:.2f} "
         f"times the quasi-static one, from m a alone. {result.audit.verdict}"
     )
     return remark(text, *result.audit.warnings)
@@ -110,20 +111,20 @@ def peaks_tables(result: Result, width: int = WIDTH) -> list[RenderableType]:
     moment_headings = ("|Mx|\nN m", "|My|\nN m", "|Mz|\nN m", "dyn.\nN m")
     one = new_table("carriage", *force_headings, *moment_headings)
     forces, moments = new_table("carriage", *force_headings), new_table("carriage", *moment_headings)
-    peaks, factors = result.peak_columns(), result.audit.simpler_models.dynamic_factor
+    peaks, factors = result.peak_columns, result.audit.simpler_models.dynamic_factor
     for i, carriage in enumerate(result.machine.carriages):
         row = {column: float(values[i]) for column, values in peaks.items()}
         peak, dynamic = row["peak_resultant_N"], row["dynamic_resultant_N"]
         force = (
-            number(peak),
+            load_in_table(peak),
             f"{row['time_of_peak_s']:.3f}",
-            *(number(row[column]) for column in ("peak_Fy_N", "peak_Fz_N", "static_resultant_N")),
+            *(load_in_table(row[column]) for column in ("peak_Fy_N", "peak_Fz_N", "static_resultant_N")),
             f"{factors[i]:.2f}",
-            number(dynamic),
+            load_in_table(dynamic),
             f"{100 * dynamic / peak if peak else 0.0:.1f}",
         )
         columns = (*(f"peak_M{axis}_Nm" for axis in "xyz"), "dynamic_moment_Nm")
-        moment = [number(row[column]) for column in columns]
+        moment = [load_in_table(row[column]) for column in columns]
         one.add_row(Text(carriage.name), *force, *moment)
         forces.add_row(Text(carriage.name), *force)
         moments.add_row(Text(carriage.name), *moment)
@@ -134,7 +135,7 @@ def peaks_tables(result: Result, width: int = WIDTH) -> list[RenderableType]:
         for i, carriage in enumerate(result.machine.carriages):
             loads = (peaks[column][i] for column in ("peak_resultant_N", "peak_lower_N", "peak_upper_N"))
             noise = f"{peaks['noise_share_percent'][i]:.2g}"
-            bands.add_row(Text(carriage.name), *(number(float(load)) for load in loads), noise)
+            bands.add_row(Text(carriage.name), *(load_in_table(float(load)) for load in loads), noise)
         tables.append(bands)
     return [*tables]
 
@@ -166,7 +167,9 @@ def reactions_section(result: Result) -> list[RenderableType]:
 
     def add(title: str, history: Array, static: Array, unit: str) -> None:
         at = int(np.abs(history).argmax())
-        table.add_row(Text(title), number(history[at]), f"{time[at]:.3f}", number(float(static)), unit)
+        table.add_row(
+            Text(title), load_in_table(history[at]), f"{time[at]:.3f}", load_in_table(float(static)), unit
+        )
 
     reactions, static = data.by_label("reaction"), data.by_label("static_reaction")
     for dof in (dof for dof in DOFS if dof not in machine.free):
@@ -223,7 +226,7 @@ def solution_lines(data: Quantities) -> list[str]:
         lines += [
             f"error of the link loads held to {rtol:.1g} of the load scale, {rtol * scale:.1g} N; "
             f"{attributes['steps']} steps, {attributes['rejected_steps']} rejected",
-            f"load scale {number(scale)} N: largest link load at rest plus quasi-static under the motion's peaks",
+            f"load scale {load_in_table(scale)} N: largest link load at rest plus quasi-static under the motion's peaks",
         ]
     if changes := int(attributes["contact_changes"]):
         lines.append(f"{changes} contact changes, each located between the samples")

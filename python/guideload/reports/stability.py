@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.console import RenderableType
 
+from guideload.base.numbers import milliseconds
 from guideload.methods.step_stability import METHODS, NEAR
 from guideload.reports.elements import WIDTH, heading, new_table, remark, section, to_text
 from guideload.reports.machine import nominal_lines
@@ -76,7 +77,7 @@ def step_lines(stability: Stability) -> list[str]:
     mode = f"the mode in {dofs}" if dofs else "a mode"
     if value.imag == 0.0:
         why = (
-            f"{mode} that dies away within {_milliseconds(-3.0 / value.real)}: nothing of it is left to see, yet it "
+            f"{mode} that dies away within {milliseconds(-3.0 / value.real, 4)} ms: nothing of it is left to see, yet it "
             "sets the step of rk45 for as long as the run lasts"
         )
     elif -value.real <= 1e-3 * abs(value):
@@ -87,8 +88,8 @@ def step_lines(stability: Stability) -> list[str]:
     else:
         why = f"{mode} that rings at {value.imag / (2.0 * np.pi):.4g} Hz"
     return [
-        f"rk45 is stable up to {_milliseconds(predicted)} by theory. Runs with a fixed step begin to grow without "
-        f"bound at {_milliseconds(measured)}, {100.0 * abs(measured / predicted - 1.0):.1f} % from it. What limits "
+        f"rk45 is stable up to {milliseconds(predicted, 4)} ms by theory. Runs with a fixed step begin to grow without "
+        f"bound at {milliseconds(measured, 4)} ms, {100.0 * abs(measured / predicted - 1.0):.1f} % from it. What limits "
         f"it is {why}."
     ]
 
@@ -167,10 +168,6 @@ def _counted(cost: Cost) -> tuple[str, str, str]:
     if cost.steps is None or cost.seconds is None:
         return "not run", "", ""
     return str(cost.steps), str(cost.rejected), f"{1e3 * cost.seconds:.3g}"
-
-
-def _milliseconds(seconds: float) -> str:
-    return f"{1e3 * seconds:.4g} ms"
 
 
 def _small(value: float) -> str:

@@ -7,11 +7,9 @@ import re
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from guideload.methods.diagram import Row, WorkPrecision, scientific
+from guideload.base.numbers import milliseconds, scientific
+from guideload.methods.diagram import MODEL_ACCURACY, Row, WorkPrecision, setting_range
 from guideload.reports.elements import WIDTH, heading, remark, section, to_text
-
-# Against finite rotations the loads of the yardstick's machines differ by 5e-5 to 3e-4 of the load.
-MODEL_ACCURACY = 1e-4
 
 DEFINITIONS = (
     "Time: from the motion to the loads at its samples. Error: the largest difference from the reference over "
@@ -65,7 +63,7 @@ def settings_table(chart: WorkPrecision) -> Table:
         ]
         table.add_row(
             row.setting.method,
-            asked(rows),
+            setting_range(rows),
             milliseconds(row.seconds),
             "" if row.spread is None else f"{100.0 * row.spread / row.seconds:.0f}",
             str(row.steps),
@@ -86,20 +84,9 @@ def not_run(chart: WorkPrecision) -> list[str]:
             alike.setdefault((row.setting.method, row.setting.kind, words), []).append(row)
     sentences = []
     for first, *others in alike.values():
-        also = f"; the same at {asked(others)}" if others else ""
+        also = f"; the same at {setting_range(others)}" if others else ""
         sentences.append(f"{first.setting.text}: {first.failed}{also}.")
     return sentences
-
-
-def asked(rows: list[Row]) -> str:
-    """The settings of rows of one method: `1e-3 to 1e-9`; a dash for a method that takes none."""
-    first, last = rows[0].setting.value_text or "-", rows[-1].setting.value_text
-    return f"{first} to {last}" if len(rows) > 1 else first
-
-
-def milliseconds(seconds: float) -> str:
-    """Three digits, and all of those before the point."""
-    return f"{1e3 * seconds:.3g}" if seconds < 1.0 else f"{1e3 * seconds:.0f}"
 
 
 def share_text(share: float | None, row: Row) -> str:

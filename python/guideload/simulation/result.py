@@ -114,8 +114,9 @@ class Result:
         import pandas as pd
 
         index = pd.Index(self.quantities["carriage"], name="carriage")
-        return pd.DataFrame(self.peak_columns(), index=index)
+        return pd.DataFrame(self.peak_columns, index=index)
 
+    @cached_property
     def peak_columns(self) -> dict[str, Array]:
         """The columns of `peaks` as plain arrays (carriage,)."""
         self._require_instants()
