@@ -89,11 +89,11 @@ def answer(result: Result) -> list[RenderableType]:
     if "peak_lower_N" in peaks:
         lower, upper = (load_in_table(float(peaks[f"peak_{end}_N"][at])) for end in ("lower", "upper"))
         band = f" (95 % credible band {lower} to {upper} N)"
-    share = 100.0 * dynamic / peak if peak else 0.0
+    place, share = f"{kind} {models.names[at]}", 100.0 * dynamic / peak if peak else 0.0
     text = (
-        f"{result.machine.name}: the largest load is {load_in_table(peak)} N, on {kind} {models.names[at]} at {time:.3f} s"
-        f"{band}. Its dynamic part is {load_in_table(dynamic)} N, {share:.1f} %; the peak is {models.dynamic_factor[at]:.2f} "
-        f"times the quasi-static one, from m a alone. {result.audit.verdict}"
+        f"{result.machine.name}: the largest load is {load_in_table(peak)} N, on {place} at {time:.3f} s{band}. "
+        f"Its dynamic part is {load_in_table(dynamic)} N, {share:.1f} %; the peak is "
+        f"{models.dynamic_factor[at]:.2f} times the quasi-static one, from m a alone. {result.audit.verdict}"
     )
     return remark(text, *result.audit.warnings)
 
@@ -226,7 +226,8 @@ def solution_lines(data: Quantities) -> list[str]:
         lines += [
             f"error of the link loads held to {rtol:.1g} of the load scale, {rtol * scale:.1g} N; "
             f"{attributes['steps']} steps, {attributes['rejected_steps']} rejected",
-            f"load scale {load_in_table(scale)} N: largest link load at rest plus quasi-static under the motion's peaks",
+            f"load scale {load_in_table(scale)} N: largest link load at rest plus quasi-static under the peaks of the "
+            "motion",
         ]
     if changes := int(attributes["contact_changes"]):
         lines.append(f"{changes} contact changes, each located between the samples")

@@ -77,8 +77,8 @@ def step_lines(stability: Stability) -> list[str]:
     mode = f"the mode in {dofs}" if dofs else "a mode"
     if value.imag == 0.0:
         why = (
-            f"{mode} that dies away within {milliseconds(-3.0 / value.real, 4)} ms: nothing of it is left to see, yet it "
-            "sets the step of rk45 for as long as the run lasts"
+            f"{mode} that dies away within {milliseconds(-3.0 / value.real, 4)} ms: nothing of it is left to see, yet "
+            "it sets the step of rk45 for as long as the run lasts"
         )
     elif -value.real <= 1e-3 * abs(value):
         why = (
@@ -89,8 +89,8 @@ def step_lines(stability: Stability) -> list[str]:
         why = f"{mode} that rings at {value.imag / (2.0 * np.pi):.4g} Hz"
     return [
         f"rk45 is stable up to {milliseconds(predicted, 4)} ms by theory. Runs with a fixed step begin to grow without "
-        f"bound at {milliseconds(measured, 4)} ms, {100.0 * abs(measured / predicted - 1.0):.1f} % from it. What limits "
-        f"it is {why}."
+        f"bound at {milliseconds(measured, 4)} ms, {100.0 * abs(measured / predicted - 1.0):.1f} % from it. What "
+        f"limits it is {why}."
     ]
 
 

@@ -327,7 +327,7 @@ def _cell(value: float) -> str:
 
 
 def _interval(low: float, high: float) -> str:
-    return f"{load_in_table(low) if np.isfinite(low) else '...'} to {load_in_table(high) if np.isfinite(high) else '...'}"
+    return f"{_cell(low) or '...'} to {_cell(high) or '...'}"
 
 
 def _share(value: float) -> str:
