@@ -1,8 +1,9 @@
-"""The one place where units are converted: a value is an SI number or a string such as "350 N/um".
+"""Conversion of units to SI: a value is an SI number or a string such as "350 N/um".
 
-The units below are the whole vocabulary: pint's own list costs 0.17 s at every start, this one 0.01 s. Angle
-is a dimension of its own here, so that rpm and Hz, or rad/s and 1/s, cannot be mistaken for each other. All
-factors are exact fractions and are rounded once: "85 mm" is the double 0.085.
+Only the units below are known: pint's own list costs 0.17 s at every start, this one 0.01 s, and pint itself, which
+takes 0.1 s to import, is loaded for units that `COMMON` does not have. Angle is a
+dimension of its own, so that rpm and Hz, or rad/s and 1/s, cannot be mistaken for each other. All factors are
+exact fractions and are rounded once: "85 mm" is the double 0.085.
 """
 
 from __future__ import annotations
@@ -13,11 +14,12 @@ from difflib import get_close_matches
 from fractions import Fraction
 from functools import lru_cache
 from numbers import Real
-from typing import Any
-
-import pint
+from typing import TYPE_CHECKING, Any
 
 from guideload.base.errors import ValueRefused
+
+if TYPE_CHECKING:
+    import pint
 
 DEFINITIONS = """
 nano- = 1e-9 = n-
@@ -48,9 +50,7 @@ inch = 0.0254 * meter = in
 foot = 0.3048 * meter = ft
 standard_gravity = 9.80665 * meter / second ** 2 = g_0
 """
-REGISTRY: pint.UnitRegistry[Any] = pint.UnitRegistry(DEFINITIONS.strip().splitlines(), non_int_type=Fraction)
-
-# Names for the reader of an error; whatever is missing here is shown as powers of the base dimensions.
+# Names of dimensions in errors; others are shown as powers of the base dimensions.
 DIMENSIONS = {
     "1": "a plain number",
     "kg": "a mass",
@@ -67,8 +67,21 @@ DIMENSIONS = {
     "rad/s": "an angular speed",
     "1/s": "a frequency",
 }
+# SI unit and ratio to it, of the units that most files have; tests compare them with pint's.
+COMMON = {unit: (unit, Fraction(1)) for unit in DIMENSIONS} | {
+    "mm": ("m", Fraction(1, 1000)),
+    "um": ("m", Fraction(1, 10**6)),
+    "kN": ("N", Fraction(1000)),
+    "N/um": ("N/m", Fraction(10**6)),
+    "N/mm": ("N/m", Fraction(1000)),
+    "kN/mm": ("N/m", Fraction(10**6)),
+    "kN s/m": ("N s/m", Fraction(1000)),
+    "ms": ("s", Fraction(1, 1000)),
+    "mm/s": ("m/s", Fraction(1, 1000)),
+    "rpm": ("rad/s", Fraction("6.28318530717958647693") / 60),
+}
 
-# The exponent is held to three digits: no double needs more, and fractions of a million digits take minutes.
+# At most three digits of exponent: no double needs more, and fractions of a million digits take minutes.
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)(?![\d.,])\s*(.*?)\s*", re.DOTALL)
 _NAME = r"[A-Za-zµμ°][A-Za-zµμ_]*(?:_0)?(?:\^-?\d{1,2})?"
 UNIT = re.compile(rf"(?:1\s*/\s*)?{_NAME}(?:\s*[*/ ]\s*{_NAME})*|1")
@@ -76,9 +89,9 @@ SIGNS = str.maketrans({"·": "*", "⋅": "*", "²": "^2", "³": "^3"})
 
 
 def quantity(value: object, unit: str) -> float:
-    """`value` in the SI unit `unit`: a number is taken as it is, a string is a number with its unit.
+    """`value` in the SI unit `unit`: a number is in that unit already, a string is a number with its unit.
 
-    Raises ValueRefused for another dimension, an unknown or missing unit, and what is not a finite number.
+    Raises ValueRefused for another dimension, an unknown or missing unit, and anything but a finite number.
     """
     expected = _name(unit)
     if isinstance(value, str):
@@ -91,12 +104,11 @@ def quantity(value: object, unit: str) -> float:
         if not written and unit != "1":
             raise ValueRefused(expected, value, f'add the unit, as in "{number} {unit}"')
         try:
-            result = float(Fraction(number) * _ratio(written or "1", unit))
+            return float(Fraction(number) * _ratio(written or "1", unit))
         except ValueRefused as error:
             raise ValueRefused(expected, value, error.hint) from None
         except OverflowError:
             raise ValueRefused(expected, value, "it is too large for a double") from None
-        return result
     if isinstance(value, bool) or not isinstance(value, Real):
         raise ValueRefused(expected, value, f'a number, or a string such as "1.5 {unit}"')
     try:
@@ -109,10 +121,10 @@ def quantity(value: object, unit: str) -> float:
 
 
 def factor(unit: str, target: str) -> float:
-    """The number that turns values in `unit` into `target`: factor("rpm", "rad/s") = 2 pi/60.
+    """Factor that converts values in `unit` to `target`: factor("rpm", "rad/s") = 2 pi/60.
 
-    "1/min" counts as turns per minute where an angular speed is wanted, as on motors' name plates (DIN 1301);
-    "1/s" and "Hz" are refused there, for they are read both as turns and as radians per second.
+    "1/min" means turns per minute where an angular speed is expected, as on the name plates of motors (DIN 1301);
+    "1/s" and "Hz" are refused there, because they may mean turns or radians per second.
     Raises ValueRefused for an unknown unit or another dimension.
     """
     return float(_ratio(unit, target))
@@ -120,22 +132,37 @@ def factor(unit: str, target: str) -> float:
 
 @lru_cache(maxsize=256)
 def _ratio(unit: str, target: str) -> Fraction:
+    if unit in COMMON and target in COMMON:
+        (si, ratio), (target_si, target_ratio) = COMMON[unit], COMMON[target]
+        if si == target_si:
+            return ratio / target_ratio
+        if (si, target_si) != ("1/s", "rad/s"):
+            raise ValueRefused(_name(target), unit, f'"{unit}" is {DIMENSIONS[si]}')
     source, goal = _parsed(unit), _parsed(target)
     if source.dimensionality != goal.dimensionality:
         if goal == _parsed("rad/s") and _plain(unit).replace(" ", "") in ("1/min", "min^-1"):
             source = _parsed("rpm")
         else:
             raise ValueRefused(_name(target), unit, _mismatch(unit, source, goal))
-    return Fraction(REGISTRY.convert(Fraction(1), source, goal))
+    return Fraction(_registry().convert(Fraction(1), source, goal))
+
+
+@lru_cache(maxsize=1)
+def _registry() -> pint.UnitRegistry[Any]:
+    import pint
+
+    return pint.UnitRegistry(DEFINITIONS.strip().splitlines(), non_int_type=Fraction)
 
 
 def _parsed(unit: str) -> pint.Unit:
     plain = _plain(unit)
     if not UNIT.fullmatch(plain):
         raise ValueRefused("a unit", unit, f'"{unit}" is no unit; write it like N/um, N s/m or kg m^2')
+    from pint import UndefinedUnitError
+
     try:
-        return REGISTRY.parse_units("" if plain == "1" else plain)
-    except pint.UndefinedUnitError as error:
+        return _registry().parse_units("" if plain == "1" else plain)
+    except UndefinedUnitError as error:
         unknown = str(error.unit_names[0] if isinstance(error.unit_names, tuple) else error.unit_names)
         near = get_close_matches(unknown, _symbols(), n=1, cutoff=0.5) or [
             name for name in _symbols() if name.lower() == unknown.lower()
@@ -146,12 +173,12 @@ def _parsed(unit: str) -> pint.Unit:
             else f"known, with the usual prefixes: {', '.join(_symbols())}"
         )
         if unknown.rstrip("s") in ("count", "inc", "increment", "tick", "pulse"):
-            hint = "counts are no unit by themselves: give the counts per turn or per metre"
+            hint = "counts are no unit by themselves: state the counts per turn or per metre"
         raise ValueRefused("a unit", unit, f'unit "{unknown}" is unknown; {hint}') from None
 
 
 def _plain(unit: str) -> str:
-    """Signs as pint reads them: "kg·m²" is "kg*m^2"; and powers as people write them: "kg m2" is "kg m^2"."""
+    """`unit` in the signs that pint reads: "kg·m²" becomes "kg*m^2", "kg m2" becomes "kg m^2"."""
     return re.sub(r"([A-Za-z])(-?\d)", r"\1^\2", unit.strip().translate(SIGNS))
 
 
@@ -162,7 +189,9 @@ def _mismatch(unit: str, source: pint.Unit, goal: pint.Unit) -> str:
 
 
 def _name(unit: str) -> str:
-    return "a plain number" if unit == "1" else f"{_dimension(_parsed(unit))} in {unit}"
+    if unit == "1":
+        return DIMENSIONS[unit]
+    return f"{DIMENSIONS.get(unit) or _dimension(_parsed(unit))} in {unit}"
 
 
 def _dimension(unit: pint.Unit) -> str:
@@ -174,6 +203,6 @@ def _dimension(unit: pint.Unit) -> str:
 
 @lru_cache(maxsize=1)
 def _symbols() -> list[str]:
-    """The short names of the units, with the prefixed ones that drawings and catalogues use."""
+    """Short names of the units, and the prefixed ones that drawings and catalogues use."""
     rows = [row.split(" = ") for row in DEFINITIONS.strip().splitlines() if "- = " not in row]
     return [row[2] for row in rows] + ["kg", "mm", "um", "cm", "kN", "ms", "mrad", "kHz"]

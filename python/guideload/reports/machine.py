@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from guideload._core import Law
+    from guideload.machine.components import Carriage, Link
     from guideload.machine.machine import Machine
-    from guideload.machine.parts import Carriage, Link
 
 # Guides carry machines at tens to hundreds of Hz, damped by some percent, with some micrometres of clearance. Values
 # beyond these limits come from a mistaken unit: N/mm read as N/m lowers the frequencies 32 times.

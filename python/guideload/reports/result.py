@@ -82,7 +82,7 @@ def answer(result: Result) -> list[RenderableType]:
         kind = "carriage"
     else:
         loads = np.abs(data["link_load"])
-        instant, at = np.unravel_index(int(loads.argmax()), loads.shape)
+        instant, at = divmod(int(loads.argmax()), loads.shape[1])
         peak, time, dynamic = float(loads[instant, at]), float(data["time"][instant]), models.dynamic[at]
         peaks, kind = {}, "link"
     band = ""

@@ -59,7 +59,7 @@ def _require_ours(folder: Path, plan: Plan, resume: bool) -> None:
 def _drafts(folder: Path) -> list[Path]:
     """What a killed writer may have left."""
     left = [draft_of(folder / name) for name in (manifest.MANIFEST, HISTORIES)]
-    return [*(path for path in left if path.exists()), *(folder / SAMPLES).glob(".part-*.draft")]
+    return [*(path for path in left if path.exists()), *(folder / SAMPLES).glob(".part-*.draft.parquet")]
 
 
 def begun_only(folder: Path) -> bool:

@@ -72,7 +72,7 @@ def _digest(motion: Motion) -> str:
 
 def write(folder: Path, plan: Plan) -> None:
     """The manifest of a plan's folder, whole."""
-    with atomic_write(folder / MANIFEST) as draft:
+    with atomic_write(folder / MANIFEST, durable=True) as draft:
         text = json.dumps(described(plan), indent=1, ensure_ascii=False)
         draft.write_text(text + "\n", encoding="utf-8")
 

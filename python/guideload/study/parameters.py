@@ -13,10 +13,10 @@ from functools import cached_property
 from typing import Any
 
 from guideload.base.errors import ValueRefused
+from guideload.machine.components import Carriage, Link
 from guideload.machine.laws import Sides
 from guideload.machine.links import ENDS
 from guideload.machine.machine import Machine
-from guideload.machine.parts import Carriage, Link
 from guideload.motion.motion import Motion
 from guideload.study.distributions import Form
 

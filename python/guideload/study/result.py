@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from guideload.base.arrays import Array
+from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, GuideloadError, ValueRefused, shown
 from guideload.base.units import quantity as to_unit
-from guideload.simulation.files import _ending, _whole
+from guideload.simulation.files import _ending
 from guideload.study import limits as passing
 from guideload.study import quantities, statistics
 from guideload.study.metadata import StudyMetadata
@@ -346,7 +347,7 @@ class StudyResult:
         """Write all runs as one Parquet file: sample, parameters, measures, reason; part by part."""
         import pyarrow.parquet
 
-        with _whole(_ending(path, ".parquet")) as draft:
+        with atomic_write(_ending(path, ".parquet")) as draft:
             tables = self.parts.tables()
             first = next(tables)
             with pyarrow.parquet.ParquetWriter(draft, first.schema) as writer:
@@ -373,7 +374,7 @@ class StudyResult:
             "failed": self.failed,
             **{name: json.loads(table.to_json(orient="records")) for name, table in tables.items()},
         }
-        with _whole(_ending(path, ".json")) as draft:
+        with atomic_write(_ending(path, ".json")) as draft:
             draft.write_text(json.dumps(content, indent=1), encoding="utf-8")
 
 

@@ -240,7 +240,7 @@ class FolderStore(SampleStore):
         said = {"fingerprint": self._fingerprint, "samples": samples}
         table = self._table(part).replace_schema_metadata({KEY: json.dumps(said)})
         path = self.folder / SAMPLES / f"part-{part.start:09d}-{part.stop:09d}.parquet"
-        with atomic_write(path) as draft:
+        with atomic_write(path, durable=True) as draft:
             # Random numbers do not compress, and dictionaries of them cost eight times the writing.
             parquet.write_table(
                 table,
@@ -301,7 +301,7 @@ class FolderStore(SampleStore):
             return None
 
     def keep_histories(self, data: xr.Dataset) -> None:
-        with atomic_write(self.folder / HISTORIES) as draft:
+        with atomic_write(self.folder / HISTORIES, durable=True) as draft:
             draft.write_bytes(_netcdf(data))
 
 

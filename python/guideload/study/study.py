@@ -22,8 +22,9 @@ from pydantic import (
 )
 from scipy.stats import qmc
 
-from guideload.base.config import ABSENT, ConfigModel, Place, located, number, read
-from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, shown
+from guideload.base.config import ConfigModel, number
+from guideload.base.errors import ABSENT, ConfigError, KeyPath, Problem, ValueRefused, shown
+from guideload.base.toml import Place, located, read_toml
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.simulation import Method
@@ -320,7 +321,7 @@ class Study(Questions):
 def read_study(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
     """The values of a study file and their places. Raises ConfigError if it cannot be read."""
     try:
-        return read(file)
+        return read_toml(file)
     except ConfigError as error:
         problems = [
             replace(one, expected=one.expected.replace("`guideload init`", "`guideload init --study`"))
