@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from guideload.base.errors import GuideloadError, ValueRefused
 from guideload.base import units
+from guideload.base.errors import GuideloadError, ValueRefused
 from guideload.base.units import COMMON, DIMENSIONS, factor, quantity
 
 
