@@ -55,7 +55,7 @@ class Commands(click.Group):
     """Commands that end with one message and an exit code where the library raises."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        # The matrices are small: OpenBLAS's threads would only wait, in 0.3 s of processor time. Before numpy is imported.
+        # Matrices are small: more threads of OpenBLAS would only spin, for 0.3 s. Read when numpy is imported.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         atexit.register(gc.freeze)  # or the interpreter searches all modules for garbage as it ends, 0.25 s
         try:
