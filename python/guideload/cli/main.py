@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import atexit
 import gc
+import os
 from typing import Any
 
 import click
@@ -26,6 +27,8 @@ class Commands(click.Group):
     """Turns an error of the library into one message and an exit code; lists the commands in the order of use."""
 
     def invoke(self, ctx: click.Context) -> Any:
+        # Matrices are small: more threads of OpenBLAS would only spin, for 0.3 s. Read when numpy is imported.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         atexit.register(gc.freeze)  # or the interpreter searches all modules for garbage as it ends, 0.25 s
         try:
             return super().invoke(ctx)

@@ -141,7 +141,7 @@ def _write(result: Result, folder: Path, file_format: str, pictures: bool, outpu
     with write_errors(output):
         folder.mkdir(exist_ok=True)
         with status("writing the loads"), ThreadPoolExecutor(1) as pool:
-            _ = result.data  # computed once, for both of the following
+            _ = result.quantities  # computed once, for both of the following
             report = pool.submit(result_report, result)  # computes the audit while the file is written
             getattr(result, f"to_{file_format}")(folder / FORMATS[file_format])
             text = report.result()

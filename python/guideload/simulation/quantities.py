@@ -1,24 +1,27 @@
-"""The labelled arrays of a result: names, dimensions and units of all quantities stand here."""
+"""All quantities of a run with their names, dimensions and units."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from importlib.metadata import version
 
 import numpy as np
-import xarray as xr
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, median_step
+from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.machine.machine import DOFS
 from guideload.motion.resolution import usable_bandwidth
 from guideload.simulation.run import AXES, Run
 
-Variable = tuple[str, tuple[str, ...], Array, str, str]
+Row = tuple[str, tuple[str, ...], Array, str, str]
 SIX = "N, N, N, N m, N m, N m"
 
 
-def dataset(run: Run, carriage_loads: Array) -> xr.Dataset:
-    """All quantities of a run. carriage_loads: (time, carriage, 6), which the caller has already."""
+def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
+    """All quantities of a run but its credible bands.
+
+    carriage_loads: (time, carriage, 6) N and N m, which the caller has already.
+    """
     machine = run.machine
     labels = {
         "carriage": [carriage.name for carriage in machine.carriages],
@@ -27,27 +30,13 @@ def dataset(run: Run, carriage_loads: Array) -> xr.Dataset:
         "axis": AXES,
         "dof": DOFS,
     }
-    coords = labelled([("time", ("time",), run.time, "s", "time")])
-    coords |= {name: xr.Variable((name,), np.array(found), fastpath=True) for name, found in labels.items()}
-    variables = [*_loads(run, carriage_loads), *_reference_point(run), *_static(run), *_motion(run)]
-    data = xr.Dataset(labelled(variables), coords=coords)
-    data.attrs = _attributes(run)
-    return data
+    rows = [*_loads(run, carriage_loads), *_reference_point(run), *_static(run), *_motion(run)]
+    variables = quantities([*rows, ("time", ("time",), run.time, "s", "time")])
+    variables |= {name: Quantity((name,), np.array(names), {}) for name, names in labels.items()}
+    return Quantities(variables, _attributes(run))
 
 
-def labelled(variables: Iterable[Variable]) -> dict[str, xr.Variable]:
-    """Arrays with their dimensions, units and names, as a dataset takes them.
-
-    The fast path takes them as the arrays that they are; any other asks whether they are dask's, and where dask is
-    installed imports the whole of it for that, in 0.2 s.
-    """
-    return {
-        name: xr.Variable(dims, values, {"units": units, "long_name": text}, fastpath=True)
-        for name, dims, values, units, text in variables
-    }
-
-
-def _loads(run: Run, carriage_loads: Array) -> Iterator[Variable]:
+def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
     machine, solution = run.machine, run.solution
     of_carriages, of_rails = ("time", "carriage", "axis"), ("time", "rail", "axis")
     force, moment = carriage_loads[:, :, :3], carriage_loads[:, :, 3:]
@@ -68,7 +57,7 @@ def _loads(run: Run, carriage_loads: Array) -> Iterator[Variable]:
     yield "rail_moment", of_rails, rails[:, :, 3:], "N m", "moment about the mean of its carriage centres"
 
 
-def _reference_point(run: Run) -> Iterator[Variable]:
+def _reference_point(run: Run) -> Iterator[Row]:
     solution, dims = run.solution, ("time", "dof")
     yield "reaction", dims, solution.reaction(), SIX, "reaction of the held dofs; of x: the drive force"
     units = "m, m, m, rad, rad, rad"
@@ -79,7 +68,7 @@ def _reference_point(run: Run) -> Iterator[Variable]:
     yield "acceleration", dims, solution.acceleration(), units, "acceleration of L in the carriage frame"
 
 
-def _static(run: Run) -> Iterator[Variable]:
+def _static(run: Run) -> Iterator[Row]:
     machine, scene = run.machine, run.machine.scene
     loads = scene.static_group_loads(machine.links_of_carriages, machine.carriage_centers)
     yield "static_force", ("carriage", "axis"), loads[:, :3], "N", "static load of the carriage"
@@ -90,7 +79,7 @@ def _static(run: Run) -> Iterator[Variable]:
     yield "static_displacement", ("dof",), position, "m, m, m, rad, rad, rad", "static displacement of L"
 
 
-def _motion(run: Run) -> Iterator[Variable]:
+def _motion(run: Run) -> Iterator[Row]:
     motion, inputs = run.motion, run.solution.inputs()
     yield "cart_acceleration", ("time", "axis"), inputs[:, :3], "m/s2", "acceleration of the cart"
     if motion.wrench is not None:
@@ -118,7 +107,7 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "steps": solution.steps,
         "rejected_steps": solution.rejected,
         "contact_changes": solution.contact_changes,
-        "motion_step_s": _median_step(run.motion.time),
+        "motion_step_s": median_step(run.motion.time),
         "motion_bandwidth_Hz": usable_bandwidth(run.motion.time, run.motion.bandwidth),
         "motion_jumps": int(np.count_nonzero(np.diff(run.motion.time) == 0.0)),
         "motion_source": run.motion.source,
@@ -127,10 +116,3 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
     if run.step is not None:
         attributes["step_s"] = run.step
     return attributes
-
-
-def _median_step(time: Array) -> float:
-    """Median distance of the samples of a motion [s], 0 if all are at one instant."""
-    steps = np.diff(time)
-    steps = steps[steps > 0]
-    return float(np.median(steps)) if steps.size else 0.0
