@@ -7,30 +7,24 @@ from typing import Any
 
 import click
 
+from guideload.cli import options
 from guideload.cli.inputs import read_inspection, read_machine
-from guideload.cli.options import (
-    InputFile,
-    overwrite_picture_option,
-    picture_option,
-    trace_argument,
-    trace_options,
-)
 from guideload.cli.outputs import picture_draft
 from guideload.cli.terminal import output_encoding, print_text, status
 
 
 @click.command()
-@trace_argument
+@options.trace_argument
 @click.option(
     "--machine",
     "machine_file",
     metavar="MACHINE.TOML",
-    type=InputFile,
+    type=options.InputFile,
     help="Machine whose modes the trace is compared with; its [drive] makes a motor's speed the cart's.",
 )
-@picture_option
-@overwrite_picture_option
-@trace_options
+@options.picture_option
+@options.overwrite_picture_option
+@options.trace_options
 def encoder(
     trace_file: Path, machine_file: Path | None, output: Path | None, overwrite: bool, **reading: Any
 ) -> None:

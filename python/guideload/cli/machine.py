@@ -7,22 +7,15 @@ from typing import Any
 
 import click
 
+from guideload.cli import options
 from guideload.cli.errors import InputError
 from guideload.cli.inputs import EXAMPLES, read_machine, read_motion
-from guideload.cli.options import (
-    InputFile,
-    machine_argument,
-    optional_trace_argument,
-    overwrite_picture_option,
-    picture_option,
-    trace_options,
-)
 from guideload.cli.outputs import picture_draft, unwritable
 from guideload.cli.terminal import output_encoding, print_text
 
 
 @click.command()
-@click.argument("path", type=InputFile, required=False)
+@click.argument("path", type=options.InputFile, required=False)
 @click.option(
     "--study", is_flag=True, help="Write a study.toml: the loads of machine.toml with parameters that vary."
 )
@@ -52,9 +45,9 @@ def init(path: Path | None, study: bool) -> None:
 
 
 @click.command()
-@machine_argument
-@optional_trace_argument
-@trace_options
+@options.machine_argument
+@options.optional_trace_argument
+@options.trace_options
 def check(machine_file: Path, trace_file: Path | None, **reading: Any) -> None:
     """Check a machine, and a trace, and show how they were read.
 
@@ -76,9 +69,9 @@ def check(machine_file: Path, trace_file: Path | None, **reading: Any) -> None:
 
 
 @click.command()
-@machine_argument
-@picture_option
-@overwrite_picture_option
+@options.machine_argument
+@options.picture_option
+@options.overwrite_picture_option
 def modes(machine_file: Path, output: Path | None, overwrite: bool) -> None:
     """Show natural frequencies, damping ratios and mode shapes."""
     from guideload.machine.modes import Modes

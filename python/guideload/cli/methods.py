@@ -7,21 +7,8 @@ from typing import Any
 
 import click
 
+from guideload.cli import options
 from guideload.cli.inputs import read_machine, read_motion
-from guideload.cli.options import (
-    POSITIVE,
-    folder_option,
-    free_option,
-    machine_argument,
-    no_pictures_option,
-    optional_trace_argument,
-    overwrite_option,
-    overwrite_picture_option,
-    picture_option,
-    rtol_option,
-    trace_argument,
-    trace_options,
-)
 from guideload.cli.outputs import (
     CHART,
     atomic_output,
@@ -34,20 +21,20 @@ from guideload.cli.terminal import output_encoding, print_text, status
 
 
 @click.command()
-@machine_argument
-@trace_argument
-@folder_option(default=Path("guideload-chart"), show_default=True)
+@options.machine_argument
+@options.trace_argument
+@options.folder_option(default=Path("guideload-chart"), show_default=True)
 @click.option(
     "--budget",
-    type=POSITIVE,
+    type=options.POSITIVE,
     default=20.0,
     show_default=True,
     help="Seconds that all runs together may take; settings that would exceed it are skipped.",
 )
-@free_option
-@no_pictures_option
-@overwrite_option
-@trace_options
+@options.free_option
+@options.no_pictures_option
+@options.overwrite_option
+@options.trace_options
 def chart(
     machine_file: Path,
     trace_file: Path,
@@ -88,13 +75,13 @@ def chart(
 
 
 @click.command()
-@machine_argument
-@optional_trace_argument
-@picture_option
-@rtol_option
-@free_option
-@overwrite_picture_option
-@trace_options
+@options.machine_argument
+@options.optional_trace_argument
+@options.picture_option
+@options.rtol_option
+@options.free_option
+@options.overwrite_picture_option
+@options.trace_options
 def stability(
     machine_file: Path,
     trace_file: Path | None,

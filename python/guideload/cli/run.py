@@ -10,18 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from guideload.cli import options
 from guideload.cli.inputs import EXAMPLES, read_machine, read_motion
-from guideload.cli.options import (
-    POSITIVE,
-    folder_option,
-    free_option,
-    machine_argument,
-    no_pictures_option,
-    overwrite_option,
-    rtol_option,
-    trace_argument,
-    trace_options,
-)
 from guideload.cli.outputs import FORMATS, PICTURES, atomic_output, require_free, write_errors, write_manifest
 from guideload.cli.terminal import output_encoding, print_text, status
 
@@ -46,9 +36,9 @@ def no_garbage_collection() -> Iterator[None]:
 
 
 @click.command()
-@folder_option(default=Path("guideload-demo"), show_default=True)
-@no_pictures_option
-@overwrite_option
+@options.folder_option(default=Path("guideload-demo"), show_default=True)
+@options.no_pictures_option
+@options.overwrite_option
 def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
     """Run the packaged example.
 
@@ -77,19 +67,19 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
 
 
 @click.command()
-@machine_argument
-@trace_argument
-@folder_option(required=True)
+@options.machine_argument
+@options.trace_argument
+@options.folder_option(required=True)
 @click.option("--method", type=click.Choice(METHODS), default="auto", show_default=True)
-@rtol_option
-@click.option("--step", type=POSITIVE, help="Fixed step in seconds, for rk45 and implicit.")
-@free_option
+@options.rtol_option
+@click.option("--step", type=options.POSITIVE, help="Fixed step in seconds, for rk45 and implicit.")
+@options.free_option
 @click.option(
     "--format", "file_format", type=click.Choice(list(FORMATS)), default="netcdf", show_default=True
 )
-@no_pictures_option
-@overwrite_option
-@trace_options
+@options.no_pictures_option
+@options.overwrite_option
+@options.trace_options
 @no_garbage_collection()
 def run(
     machine_file: Path,

@@ -55,8 +55,8 @@ class Row:
     load_error      the same over the largest load; None if there is no load
     dynamic_error   the same over the largest dynamic load (load less static load); None if nothing moves
     below_reference the difference is below the error of the reference: the errors are that one, an upper bound
-    failed          why there are no figures; None if there are
     pareto_optimal  no other row is as fast and as accurate, and better in one of the two
+    failed          why there are no figures; None if there are
     """
 
     setting: Setting
@@ -68,8 +68,8 @@ class Row:
     load_error: float | None = None
     dynamic_error: float | None = None
     below_reference: bool = False
-    failed: str | None = None
     pareto_optimal: bool = False
+    failed: str | None = None
 
     @property
     def cost(self) -> tuple[float, float] | None:
@@ -172,25 +172,14 @@ class WorkPrecision:
         """A row per setting; columns end in their unit where they have one."""
         import pandas as pd
 
-        return pd.DataFrame(
-            {
-                "method": row.setting.method,
-                "setting": row.setting.kind,
-                "value": row.setting.value,
-                "seconds": row.seconds,
-                "spread_s": row.spread,
-                "steps": row.steps,
-                "rejected_steps": row.rejected,
-                "error_N": row.error,
-                "load_error": row.load_error,
-                "dynamic_error": row.dynamic_error,
-                "below_reference": row.below_reference,
-                "pareto_optimal": row.pareto_optimal,
-                "picked_by_auto": row is self.auto_row,
-                "failed": row.failed,
-            }
+        names = {"spread": "spread_s", "rejected": "rejected_steps", "error": "error_N"}
+        rows = [
+            {"method": row.setting.method, "setting": row.setting.kind, "value": row.setting.value}
+            | {names.get(name, name): vars(row)[name] for name in list(vars(row))[1:-1]}
+            | {"picked_by_auto": row is self.auto_row, "failed": row.failed}
             for row in self.rows
-        ).astype({"steps": "Int64", "rejected_steps": "Int64"})
+        ]
+        return pd.DataFrame(rows).astype({"steps": "Int64", "rejected_steps": "Int64"})
 
 
 def setting_range(rows: list[Row]) -> str:

@@ -89,16 +89,15 @@ def _auto(machine: Machine, motion: Motion) -> tuple[str | None, str]:
 
 def _curves(motion: Motion) -> list[list[Setting]]:
     """The settings of each curve of the diagram, from coarse to fine."""
-    curves = [[Setting("exact")]]
-    for method in ("implicit", "rk45"):
-        curves.append([Setting(method, "rtol", rtol) for rtol in RTOLS])
     intervals = np.diff(motion.time)
     intervals = intervals[intervals > 0.0]
-    if intervals.size:
-        interval = float(np.median(intervals))
-        for method in ("implicit", "rk45"):
-            curves.append([Setting(method, "step", interval / steps) for steps in STEPS_PER_SAMPLE])
-    return curves
+    interval = float(np.median(intervals)) if intervals.size else None
+    steps = [] if interval is None else [interval / steps for steps in STEPS_PER_SAMPLE]
+    return [
+        [Setting("exact")],
+        *([Setting(method, "rtol", rtol) for rtol in RTOLS] for method in ("implicit", "rk45")),
+        *([Setting(method, "step", step) for step in steps] for method in ("implicit", "rk45")),
+    ]
 
 
 def _reference(machine: Machine, motion: Motion) -> tuple[Reference, Array, ErrorMetric]:

@@ -20,38 +20,15 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 Point = tuple[float, float]
-Place = tuple[Point, str, str]  # offset in points, horizontal and vertical alignment
-
-# Where a text may be relative to its point; the first place that is free is taken.
-BESIDE: tuple[Place, ...] = (
-    ((0, 6), "center", "bottom"),
-    ((0, -6), "center", "top"),
-    ((6, 3), "left", "bottom"),
-    ((6, -3), "left", "top"),
-    ((-6, 3), "right", "bottom"),
-    ((-6, -3), "right", "top"),
+# Offsets of a text from its point [points]; the first place that is free is taken.
+BESIDE: tuple[Point, ...] = ((0, 6), (0, -6), (6, 3), (6, -3), (-6, 3), (-6, -3))
+AT_THE_END: tuple[Point, ...] = (
+    *((x, y) for x in (9, -9) for y in (0, 9, -9)),
+    *((0, 8), (0, -8)),
+    *((x, y) for x in (9, -9) for y in (17, -17, 25, -25)),
 )
-
-
-def _to_the_side(*heights: float) -> list[Place]:
-    sides = ((9.0, "left"), (-9.0, "right"))
-    return [((offset, height), side, "center") for offset, side in sides for height in heights]
-
-
-AT_THE_END: tuple[Place, ...] = (
-    *_to_the_side(0, 9, -9),
-    ((0, 13), "center", "center"),
-    ((0, -13), "center", "center"),
-    *_to_the_side(17, -17, 25, -25),
-)
-FROM_AFAR: tuple[Place, ...] = (
-    ((-34, -20), "right", "center"),
-    ((-34, 20), "right", "center"),
-    ((0, -26), "center", "top"),
-    ((0, 26), "center", "bottom"),
-    ((34, 20), "left", "center"),
-    ((34, -20), "left", "center"),
-)
+FROM_AFAR: tuple[Point, ...] = ((-34, -20), (-34, 20), (0, -26), (0, 26), (34, 20), (34, -20))
+TO_THE_SIDE = 9  # offset along x from which on the middle of the text's height is at the offset
 OVER_TEXT, OUTSIDE = (
     100,
     10_000,
@@ -86,14 +63,14 @@ class Labels:
         self,
         text: str,
         points: Sequence[Point],
-        places: Sequence[Place],
+        places: Sequence[Point],
         *,
         optional: bool = False,
         arrow: bool = False,
         **style: Any,
     ) -> None:
         """Add a text in the first free place beside `points`; else in the best one, or nowhere if it is optional."""
-        best: tuple[int, Point, Place] | None = None
+        best: tuple[int, Point, Point] | None = None
         for point, place in product(points, places):
             label, box = self._write(text, point, place, style)
             label.remove()
@@ -111,14 +88,16 @@ class Labels:
             tip, tail = self._ax.transData.transform(point), box.get_points().mean(axis=0)
             self._add_line(np.array([tip, tail]))
             line = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.8, "shrinkB": 6, "shrinkA": 3}
-            self._ax.annotate("", point, place[0], textcoords="offset points", arrowprops=line)
+            self._ax.annotate("", point, place, textcoords="offset points", arrowprops=line)
 
-    def _write(self, text: str, point: Point, place: Place, style: Any) -> tuple[Annotation, BboxBase]:
+    def _write(self, text: str, point: Point, place: Point, style: Any) -> tuple[Annotation, BboxBase]:
         """A text in a place, and its box in pixels."""
-        offset, across, up = place
+        x, y = place
+        across = "left" if x > 0 else "right" if x < 0 else "center"
+        up = "center" if abs(x) >= TO_THE_SIDE else "bottom" if y > 0 else "top"
         halo = [withStroke(linewidth=2.0, foreground="white")]
         options = {"textcoords": "offset points", "color": INK, "path_effects": halo, **style}
-        label = self._ax.annotate(text, point, offset, ha=across, va=up, **options)
+        label = self._ax.annotate(text, point, place, ha=across, va=up, **options)
         label.set_in_layout(False)
         return label, label.get_window_extent()
 
