@@ -241,6 +241,7 @@ EXPECTED: dict[str, Callable[[ErrorDetails], str]] = {
     "string_type": lambda item: "text in quotes",
     "string_too_short": lambda item: "a name",
     "model_type": lambda item: "a table of keys and values",
+    "model_attributes_type": lambda item: "a table of keys and values",
     "tuple_type": lambda item: "a list",
     "bool_type": lambda item: "true or false",
     "too_short": lambda item: "at least one entry",
@@ -249,19 +250,26 @@ EXPECTED: dict[str, Callable[[ErrorDetails], str]] = {
 
 
 def _problem(item: ErrorDetails, model: type[BaseModel]) -> Problem:
-    path, value = item["loc"], item["input"]
-    refused = item.get("ctx", {}).get("error")
-    holder, field = _field(model, path)
+    path, value, context = item["loc"], item["input"], item.get("ctx", {})
+    refused = context.get("error")
+    if item["type"].startswith("union_tag"):  # the key that selects the member of a union is missing or unknown
+        path = (*path, context["discriminator"].strip("'"))
+    path, holder, field = _field(model, path)
     hint = field.description or "" if field else ""
     if isinstance(refused, ValueRefused):
         return Problem(path, value, refused.expected, refused.hint or hint, None, shown(value))
-    if item["type"] == "missing":
+    if item["type"] in ("missing", "union_tag_not_found"):
         return Problem(path, None, hint, f'add the key "{path[-1]}"', None, ABSENT)
     if item["type"] == "extra_forbidden":
         keys = list(holder.model_fields)
         near = _nearest(str(path[-1]), keys)
         hint = f"did you mean {' or '.join(near)}?" if near else f"keys known here: {', '.join(keys)}"
         return Problem(path, value, "a known key", hint, None, shown(value))
+    if item["type"] == "union_tag_invalid":
+        names, value = context["expected_tags"].replace("'", '"'), value[path[-1]]
+        near = _nearest(str(value), names.replace('"', "").split(", "))
+        way_out = f"did you mean {' or '.join(near)}?" if near else hint
+        return Problem(path, value, f"one of {names}", way_out, None, shown(value))
     words = EXPECTED.get(item["type"])
     return Problem(path, value, words(item) if words else item["msg"], hint, None, shown(value))
 
@@ -272,21 +280,30 @@ def _nearest(word: str, known: list[str]) -> list[str]:
     return [f'"{near}"' for near in sorted(likeness) if likeness[near] == max(likeness.values())]
 
 
-def _field(model: type[BaseModel], path: KeyPath) -> tuple[type[BaseModel], FieldInfo | None]:
-    """The field that `path` leads to or into, and the part that holds it."""
+def _field(model: type[BaseModel], path: KeyPath) -> tuple[KeyPath, type[BaseModel], FieldInfo | None]:
+    """The path without the tags of unions, the part that holds its last key, and the field of that key."""
     field: FieldInfo | None = None
-    keys = [part for part in path if isinstance(part, str)]
-    for i, key in enumerate(keys):
-        field = model.model_fields.get(key)
-        inner = _part(field.annotation) if field else None
-        if i < len(keys) - 1 and inner:
-            model = inner
-    return model, field
+    members: dict[str, type[BaseModel]] = {}
+    plain: list[str | int] = []
+    for i, key in enumerate(path):
+        if key in members and len(members) > 1:  # the tag that pydantic puts before the keys of a union's member
+            model, members = members[str(key)], {}
+            continue
+        plain.append(key)
+        if isinstance(key, str):
+            field = model.model_fields.get(key)
+            members = _members(field.annotation) if field else {}
+            if members and any(isinstance(later, str) for later in path[i + 1 :]):
+                model = next(iter(members.values()))
+    return tuple(plain), model, field
 
 
-def _part(annotation: Any) -> type[BaseModel] | None:
-    """The part inside an annotation such as `tuple[Carriage, ...]` or `Drive | None`."""
+def _members(annotation: Any) -> dict[str, type[BaseModel]]:
+    """The parts inside an annotation such as `tuple[Carriage, ...]` or `Drive | None`, by their tags in a union."""
     inner = get_args(annotation)
-    if not inner:
-        return annotation if isinstance(annotation, type) and issubclass(annotation, BaseModel) else None
-    return next(filter(None, map(_part, inner)), None)
+    if inner:
+        return {tag: part for argument in inner for tag, part in _members(argument).items()}
+    if not (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
+        return {}
+    tags = (get_args(field.annotation) for field in annotation.model_fields.values())
+    return {next((one[0] for one in tags if len(one) == 1 and isinstance(one[0], str)), annotation.__name__): annotation}

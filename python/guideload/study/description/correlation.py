@@ -1,4 +1,4 @@
-"""Correlations among factors, from what a study says of them to the copula that makes them."""
+"""Correlations among factors: the tables [[correlation]] of a study, and the copula that they make."""
 
 from __future__ import annotations
 
@@ -10,54 +10,53 @@ from pydantic import Field
 
 from guideload.base.config import ConfigModel
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused
-from guideload.study.distribution_spec import KeyRefused
-from guideload.study.factors import Coefficient, Factor, Vary, problem
-from guideload.study.sampling import Copula, cholesky
+from guideload.study.description.factors import Factor, problem_at
+from guideload.study.description.varied_parameter import Coefficient, KeyRefused, VariedParameter
+from guideload.study.sampling.design import Copula, cholesky
 
 
 class Correlation(ConfigModel):
-    """Correlation of the normal scores of several entries or factors, of all their pairs.
+    """Correlation of the normal scores of all pairs of several varied parameters or factors.
 
-    Of two entries that both have a draw for each carriage (rail, link) only those of the same one are correlated.
+    Of two that both have a draw for each carriage (rail, link) only the draws of the same carriage are correlated.
     """
 
     between: tuple[str, ...] = Field(
-        min_length=2, description='names or paths of entries, or single factors, e.g. ["body.mass", "k[1a]"]'
+        min_length=2, description='names or paths of varied parameters, or single factors, e.g. ["body.mass", "k[1a]"]'
     )
     value: Coefficient = Field(description="a number such as 0.5, for each pair")
 
 
 def copula_of(
-    correlations: Sequence[Correlation], factors: Sequence[Factor], entries: Sequence[Vary]
+    correlations: Sequence[Correlation], factors: Sequence[Factor], entries: Sequence[VariedParameter]
 ) -> Copula | None:
     """The correlated columns; None if there are none.
 
     Raises ConfigError for unknown names, for a pair given twice, and for correlations that cannot be together.
     """
-    given: dict[tuple[int, int], float] = {}
+    coefficients: dict[tuple[int, int], float] = {}
     last: KeyPath = ()
     for i, entry in enumerate(entries):
         if entry.within is not None:
-            own = [column for column, factor in enumerate(factors) if factor.entry == i]
-            given |= dict.fromkeys(combinations(own, 2), entry.within)
+            draws = [column for column, factor in enumerate(factors) if factor.entry == i]
+            coefficients |= dict.fromkeys(combinations(draws, 2), entry.within)
             last = ("vary", i, "within")
     for i, correlation in enumerate(correlations):
         last = ("correlation", i, "value")
         try:
             for pair in _pairs(correlation, factors, entries):
-                if pair in given:
+                if pair in coefficients:
                     both = " and ".join(factors[column].name for column in pair)
-                    raise KeyRefused(
-                        "between", "each pair once", list(correlation.between), f"{both} have theirs"
-                    )
-                given[pair] = correlation.value
+                    hint = f"{both} have a correlation already"
+                    raise KeyRefused("between", "each pair once", list(correlation.between), hint)
+                coefficients[pair] = correlation.value
         except ValueRefused as refused:
-            raise ConfigError([problem(("correlation", i), refused)]) from None
-    columns = tuple(sorted({column for pair, value in given.items() if value for column in pair}))
+            raise ConfigError([problem_at(("correlation", i), refused)]) from None
+    columns = tuple(sorted({column for pair, value in coefficients.items() if value for column in pair}))
     if not columns:
         return None
     matrix = np.eye(len(columns))
-    for (a, b), value in given.items():
+    for (a, b), value in coefficients.items():
         if value:
             i, j = columns.index(a), columns.index(b)
             matrix[i, j] = matrix[j, i] = value
@@ -74,13 +73,13 @@ def copula_of(
 
 
 def _pairs(
-    correlation: Correlation, factors: Sequence[Factor], entries: Sequence[Vary]
+    correlation: Correlation, factors: Sequence[Factor], entries: Sequence[VariedParameter]
 ) -> Iterator[tuple[int, int]]:
-    """Columns that are correlated, the lower first."""
+    """The pairs of columns that are correlated, the lower first."""
     for first, second in combinations(correlation.between, 2):
         a, b = _columns(first, factors, entries), _columns(second, factors, entries)
         if set(a) & set(b):
-            way_out = "within tells the correlation of an entry's own draws"
+            way_out = "within is the correlation of an entry's own draws"
             raise KeyRefused("between", "different entries", list(correlation.between), way_out)
         each = {entries[factors[i].entry].each if len(group) > 1 else None for group in (a, b) for i in group}
         by_part = len(each) == 1 and not each & {None, "value"}
@@ -90,10 +89,10 @@ def _pairs(
                     yield min(i, j), max(i, j)
 
 
-def _columns(name: str, factors: Sequence[Factor], entries: Sequence[Vary]) -> list[int]:
-    """The columns that a name means: all of an entry, or one."""
-    found = [i for i, factor in enumerate(factors) if name in (factor.name, entries[factor.entry].title)]
-    if not found:
+def _columns(name: str, factors: Sequence[Factor], entries: Sequence[VariedParameter]) -> list[int]:
+    """The columns of a name: all of a varied parameter, or one."""
+    columns = [i for i, factor in enumerate(factors) if name in (factor.name, entries[factor.entry].title)]
+    if not columns:
         known = dict.fromkeys([*(entry.title for entry in entries), *(factor.name for factor in factors)])
         raise KeyRefused("between", "names of what varies", name, f"they are {', '.join(known)}")
-    return found
+    return columns

@@ -1,4 +1,4 @@
-"""The samples of a study that are done: a Parquet file per part, each there whole or not at all; or in memory."""
+"""Sample stores: the finished samples of a study, in memory, or as a Parquet file per chunk, written atomically."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ import pyarrow.parquet as parquet
 from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, RunError
-from guideload.study import manifest
+from guideload.study.description.metadata import StudyMetadata
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Range = tuple[int, int]  # samples start..stop-1
 
-SAMPLES = "samples"  # the folder of the parts, beside the manifest
+SAMPLES = "samples"  # the folder of the chunks, beside the metadata
 HISTORIES = "histories.nc"
-NAME = re.compile(r"part-(\d{9,})-(\d{9,})\.parquet")
-KEY = b"guideload"  # of the metadata in a part
-READ_AHEAD = 2**23  # numbers: columns beside one that is asked for are read with it, up to so many
-# What reading a part that is not what it should be may raise: pyarrow's own errors, and what it takes from Python.
+NAME = re.compile(r"(?:chunk|part)-(\d{9,})-(\d{9,})\.parquet")  # part: of guideload 0.1.0
+KEY = b"guideload"  # of the metadata in a chunk
+READ_AHEAD = 2**23  # numbers: columns after a requested one are read with it, up to this size
+# What reading a damaged chunk may raise: pyarrow's own errors, and Python's that it passes on.
 DAMAGE = (pa.ArrowException, OSError, ValueError, KeyError)
 
 
 @dataclass(frozen=True, eq=False)
 class Chunk:
-    """Samples start, start + 1, ... and what came of them.
+    """Samples start, start + 1, ... with their results.
 
     values (n, factors); rows (n, measures), NaN where a sample failed; failed: sample -> reason.
     """
@@ -55,14 +55,14 @@ class Chunk:
 class SampleStore(ABC):
     """The samples of a study, column by column; NaN where a sample failed or has not been run.
 
-    columns   the names of all columns: factors, then measures
-    runs      samples that the whole study has
-    damaged   files that were found to be no whole part of the study, and why
+    columns   the names of all columns: parameters, then measures
+    runs      samples of the whole study
+    damaged   files that are no complete chunk of the study, and why
     """
 
-    def __init__(self, columns: Sequence[str], runs: int) -> None:
-        self.columns = tuple(columns)
-        self.runs = runs
+    def __init__(self, metadata: StudyMetadata) -> None:
+        self.columns = metadata.all_columns
+        self.runs = metadata.runs
         self.damaged: dict[Path, str] = {}
 
     @abstractmethod
@@ -70,8 +70,8 @@ class SampleStore(ABC):
         """The samples that are done, ascending, without overlap."""
 
     @abstractmethod
-    def add(self, part: Chunk) -> None:
-        """Keep a part whose samples are not done yet. Raises RunError if it cannot be kept; then nothing of it is."""
+    def add(self, chunk: Chunk) -> None:
+        """Store a chunk whose samples are not done yet, completely or not at all. Raises RunError."""
 
     @abstractmethod
     def reasons(self) -> dict[int, str]:
@@ -79,15 +79,15 @@ class SampleStore(ABC):
 
     @abstractmethod
     def tables(self) -> Iterator[pa.Table]:
-        """All that is done, table by table, ascending: sample, factors, measures, reason (null where fine)."""
+        """All chunks, ascending: sample, parameters, measures, reason (null where there is a result)."""
 
     @abstractmethod
     def histories(self) -> xr.Dataset | None:
-        """The histories that were asked for, if they have been computed."""
+        """The stored histories."""
 
     @abstractmethod
-    def keep_histories(self, data: xr.Dataset) -> None:
-        """Keep them with the samples."""
+    def add_histories(self, data: xr.Dataset) -> None:
+        """Store histories, in place of earlier ones."""
 
     @abstractmethod
     def _read(self, names: Sequence[str]) -> dict[str, Array]:
@@ -95,11 +95,11 @@ class SampleStore(ABC):
 
     @property
     def done(self) -> int:
-        """How many samples are done, failed ones too."""
+        """The number of samples that are done, failed ones included."""
         return sum(stop - start for start, stop in self.ranges())
 
     def missing(self, chunk: int) -> Iterator[Range]:
-        """The samples that are not done, cut where a multiple of `chunk` is passed."""
+        """The samples that are not done, split at multiples of `chunk`."""
         reached = 0
         for start, stop in [*self.ranges(), (self.runs, self.runs)]:
             while reached < start:
@@ -109,7 +109,7 @@ class SampleStore(ABC):
             reached = stop
 
     def column(self, name: str) -> Array:
-        """(runs,) one factor or measure of all samples. Raises ArgumentError for a name that there is not."""
+        """(runs,) one parameter or measure of all samples. Raises ArgumentError for an unknown name."""
         return self._read([self._known(name)])[name]
 
     def _known(self, name: str) -> str:
@@ -127,121 +127,105 @@ class SampleStore(ABC):
             [pa.field("sample", pa.int64(), nullable=False), *numbers, pa.field("reason", pa.string())]
         )
 
-    def _table(self, part: Chunk) -> pa.Table:
-        samples = np.arange(part.start, part.stop)
-        numbers = np.vstack([part.values.T, part.rows.T])  # a contiguous row per column of the table
-        reasons = [part.failed.get(sample) for sample in range(part.start, part.stop)]
-        columns = [pa.array(samples), *map(pa.array, numbers), pa.array(reasons, pa.string())]
+    def _table(self, chunk: Chunk) -> pa.Table:
+        numbers = np.vstack([chunk.values.T, chunk.rows.T])  # a contiguous row per column of the table
+        samples = range(chunk.start, chunk.stop)
+        reasons = pa.array([chunk.failed.get(sample) for sample in samples], pa.string())
+        columns = [pa.array(np.arange(chunk.start, chunk.stop)), *map(pa.array, numbers), reasons]
         return pa.Table.from_arrays(columns, schema=self._schema())
 
 
 class MemoryStore(SampleStore):
-    """SampleStore of a study without a folder."""
+    """Samples of a study without a folder."""
 
-    def __init__(self, columns: Sequence[str], runs: int) -> None:
-        super().__init__(columns, runs)
-        self._parts: list[Chunk] = []
+    def __init__(self, metadata: StudyMetadata) -> None:
+        super().__init__(metadata)
+        self._chunks: list[Chunk] = []
         self._histories: xr.Dataset | None = None
 
     def ranges(self) -> list[Range]:
-        return sorted((part.start, part.stop) for part in self._parts)
+        return sorted((chunk.start, chunk.stop) for chunk in self._chunks)
 
-    def add(self, part: Chunk) -> None:
-        self._parts.append(part)
+    def add(self, chunk: Chunk) -> None:
+        self._chunks.append(chunk)
 
     def reasons(self) -> dict[int, str]:
-        return dict(sorted(item for part in self._parts for item in part.failed.items()))
+        return dict(sorted(item for chunk in self._chunks for item in chunk.failed.items()))
 
     def tables(self) -> Iterator[pa.Table]:
-        for part in sorted(self._parts, key=lambda part: part.start):
-            yield self._table(part)
+        return map(self._table, sorted(self._chunks, key=lambda chunk: chunk.start))
 
     def histories(self) -> xr.Dataset | None:
         return self._histories
 
-    def keep_histories(self, data: xr.Dataset) -> None:
+    def add_histories(self, data: xr.Dataset) -> None:
         self._histories = data
 
     def _read(self, names: Sequence[str]) -> dict[str, Array]:
         columns = self._empty(names)
         for name, column in columns.items():
             at = self.columns.index(name)
-            for part in self._parts:
-                factors = part.values.shape[1]
-                source = part.values[:, at] if at < factors else part.rows[:, at - factors]
-                column[part.start : part.stop] = source
+            for chunk in self._chunks:
+                factors = chunk.values.shape[1]
+                source = chunk.values[:, at] if at < factors else chunk.rows[:, at - factors]
+                column[chunk.start : chunk.stop] = source
         return columns
 
 
 class FolderStore(SampleStore):
-    """SampleStore in the folder of a study; `folder.written` gives one that may be added to."""
+    """Samples in the folder of a study; only that of `folder.open_store` may be added to.
 
-    def __init__(self, folder: Path, columns: Sequence[str], runs: int, fingerprint: str) -> None:
-        super().__init__(columns, runs)
+    read_all: read each chunk to its end, to find now what a disk has damaged.
+    """
+
+    def __init__(self, folder: Path, metadata: StudyMetadata, *, read_all: bool = False) -> None:
+        super().__init__(metadata)
         self.folder = folder
-        self._fingerprint = fingerprint
+        self._fingerprint = metadata.fingerprint
         self._files: dict[Range, tuple[Path, parquet.FileMetaData]] = {}
         self._ahead: dict[str, Array] = {}
-
-    @classmethod
-    def open(cls, folder: Path) -> FolderStore:
-        """Those of a study that is done or was left. Raises ArgumentError if the folder holds none."""
-        there = manifest.read(folder)
-        if there is None:
-            raise ArgumentError(f"{folder} holds no study: there is no {folder / manifest.MANIFEST}")
-        try:
-            studied = there["studied"]
-            columns = [*(varied["name"] for varied in studied["varied"]), *studied["columns"]]
-            parts = cls(folder, columns, studied["runs"], there["fingerprint"])
-        except (LookupError, TypeError) as error:
-            raise ArgumentError(f"{folder / manifest.MANIFEST}: it lacks {error}") from error
-        parts.find(read_all=False)
-        return parts
-
-    def find(self, *, read_all: bool) -> None:
-        """Look for parts; `read_all`: read each to its end, so that what a disk has spoilt is found now."""
-        found = sorted(
-            ((int(name[1]), int(name[2])), path)
-            for path in parts_in(self.folder)
-            if (name := NAME.fullmatch(path.name))
-        )
         reached = 0
-        for (start, stop), path in found:
+        for (start, stop), path in sorted((_range(path), path) for path in chunks_in(folder)):
             try:
                 if not reached <= start < stop <= self.runs:
                     raise ValueError(
-                        f"samples {start} to {stop - 1} are in another part, or not of this study"
+                        f"samples {start} to {stop - 1} are in another chunk, or not of this study"
                     )
                 self._files[start, stop] = path, self._checked(path, (start, stop), read_all)
                 reached = stop
             except DAMAGE as error:
                 self.damaged[path] = str(error)
 
+    @classmethod
+    def open(cls, folder: Path) -> FolderStore:
+        """Those of a finished or interrupted study. Raises ArgumentError if the folder holds none."""
+        return cls(folder, StudyMetadata.read(folder))
+
     def _checked(self, path: Path, samples: Range, read_all: bool) -> parquet.FileMetaData:
-        """The metadata of a part. Raises one of DAMAGE if it is not whole, RunError if it is of another study."""
+        """The metadata of a chunk. Raises one of DAMAGE if it is damaged, RunError if it is of another study."""
         with parquet.ParquetFile(path, page_checksum_verification=True) as file:
-            kept: parquet.FileMetaData = file.metadata
-            said = json.loads((kept.metadata or {})[KEY])
-            if said["fingerprint"] != self._fingerprint:
-                raise RunError(f"{path} is a part of another study; move it elsewhere")
-            if kept.num_rows != samples[1] - samples[0] or tuple(said["samples"]) != samples:
-                raise ValueError(f"it has {kept.num_rows} rows and says {said['samples']}")
+            of_file: parquet.FileMetaData = file.metadata
+            identity = json.loads((of_file.metadata or {})[KEY])
+            if identity["fingerprint"] != self._fingerprint:
+                raise RunError(f"{path} is a chunk of another study; move it elsewhere")
+            if of_file.num_rows != samples[1] - samples[0] or tuple(identity["samples"]) != samples:
+                raise ValueError(f"it has {of_file.num_rows} rows and says {identity['samples']}")
             if file.schema_arrow != self._schema():
                 raise ValueError("it has other columns")
             if read_all and not np.array_equal(file.read().column("sample").to_numpy(), np.arange(*samples)):
                 raise ValueError("it has other samples")
-        return kept
+        return of_file
 
     def ranges(self) -> list[Range]:
         return sorted(self._files)
 
-    def add(self, part: Chunk) -> None:
-        samples = part.start, part.stop
-        said = {"fingerprint": self._fingerprint, "samples": samples}
-        table = self._table(part).replace_schema_metadata({KEY: json.dumps(said)})
-        path = self.folder / SAMPLES / f"part-{part.start:09d}-{part.stop:09d}.parquet"
+    def add(self, chunk: Chunk) -> None:
+        samples = chunk.start, chunk.stop
+        identity = {"fingerprint": self._fingerprint, "samples": samples}
+        table = self._table(chunk).replace_schema_metadata({KEY: json.dumps(identity)})
+        path = self.folder / SAMPLES / f"chunk-{chunk.start:09d}-{chunk.stop:09d}.parquet"
         with atomic_write(path) as draft:
-            # Random numbers do not compress, and dictionaries of them cost eight times the writing.
+            # Random numbers do not compress, and dictionaries of them take eight times as long to write.
             parquet.write_table(
                 table,
                 draft,
@@ -254,12 +238,12 @@ class FolderStore(SampleStore):
         self._ahead.clear()
 
     def reasons(self) -> dict[int, str]:
-        told: dict[int, str] = {}
-        for (start, _), column in self._of_files(["reason"]):
-            texts = column["reason"]
+        reasons: dict[int, str] = {}
+        for (start, _), table in self._of_files(["reason"]):
+            texts = table["reason"]
             if texts.null_count < len(texts):
-                told |= {start + i: text for i, text in enumerate(texts.to_pylist()) if text is not None}
-        return told
+                reasons |= {start + i: text for i, text in enumerate(texts.to_pylist()) if text is not None}
+        return reasons
 
     def _read(self, names: Sequence[str]) -> dict[str, Array]:
         columns = self._empty(names)
@@ -275,20 +259,18 @@ class FolderStore(SampleStore):
         return self._ahead[name].copy()
 
     def tables(self) -> Iterator[pa.Table]:
-        for _, table in self._of_files(None):
-            yield table.replace_schema_metadata(None)
+        return (table.replace_schema_metadata(None) for _, table in self._of_files(None))
 
     def _of_files(self, names: Sequence[str] | None) -> Iterator[tuple[Range, pa.Table]]:
-        """Some columns of each part, or all."""
+        """Some columns of each chunk, or all."""
         for samples in self.ranges():
-            path, kept = self._files[samples]
+            path, metadata = self._files[samples]
             try:
-                with parquet.ParquetFile(path, metadata=kept, page_checksum_verification=True) as file:
+                with parquet.ParquetFile(path, metadata=metadata, page_checksum_verification=True) as file:
                     table = file.read(columns=None if names is None else list(names))
             except DAMAGE as error:
-                raise RunError(
-                    f"{path} is damaged ({error}); resuming the study runs its samples again"
-                ) from error
+                hint = "resuming the study runs its samples again"
+                raise RunError(f"{path} is damaged ({error}); {hint}") from error
             yield samples, table
 
     def histories(self) -> xr.Dataset | None:
@@ -300,13 +282,13 @@ class FolderStore(SampleStore):
         except (OSError, ValueError, KeyError):  # damaged: they are computed again when the study is resumed
             return None
 
-    def keep_histories(self, data: xr.Dataset) -> None:
+    def add_histories(self, data: xr.Dataset) -> None:
         with atomic_write(self.folder / HISTORIES) as draft:
             draft.write_bytes(_netcdf(data))
 
 
 def _netcdf(data: xr.Dataset) -> memoryview:
-    """As a file, with checksums; made in memory, as HDF5 crashes the process on a disk that becomes full."""
+    """As a file, with checksums; made in memory, as HDF5 crashes the process when the disk becomes full."""
     import h5netcdf
     from xarray.backends import H5NetCDFStore
 
@@ -317,6 +299,12 @@ def _netcdf(data: xr.Dataset) -> memoryview:
     return buffer.getbuffer()
 
 
-def parts_in(folder: Path) -> list[Path]:
-    """All files in the folder of a study that have the name of a part."""
-    return sorted(path for path in (folder / SAMPLES).glob("part-*.parquet") if NAME.fullmatch(path.name))
+def chunks_in(folder: Path) -> list[Path]:
+    """All files in the folder of a study that have the name of a chunk."""
+    return sorted(path for path in (folder / SAMPLES).glob("*.parquet") if NAME.fullmatch(path.name))
+
+
+def _range(path: Path) -> Range:
+    name = NAME.fullmatch(path.name)
+    assert name is not None
+    return int(name[1]), int(name[2])
