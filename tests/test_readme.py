@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from guideload.base.config import tomllib
+from guideload.base.toml import tomllib
 from guideload.cli.main import EXAMPLES, PAPER_DOFS
 from guideload.machine.machine import Machine
 from guideload.simulation.simulation import simulate

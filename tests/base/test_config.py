@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from guideload.base.config import read
 from guideload.base.errors import ConfigError
+from guideload.base.toml import read_toml
 from guideload.machine.machine import Machine
 
 GOOD = """\
@@ -84,7 +84,7 @@ REFUSALS = [
     (21, "clearance = 1", "carriages[0].clearance", "1", 'did you mean "clearance_y" or "clearance_z"?'),
     (21, "stiffness_y = 1\nqqq = 1", "carriages[0].qqq", "1", "keys known here: name, rail, x"),
     (24, "damping_z = -1", "carriages[0].damping_z", "-1", ">= 0 N s/m"),
-    (26, 'name = "1:-y"', "links[0].name", '"1:-y"', "a name of its own"),
+    (26, 'name = "1:-y"', "links[0].name", '"1:-y"', "a unique name"),
     (28, "direction = [0, 0, 0.0]", "links[0].direction", "[0, 0, 0.0]", "other than zero"),
     (28, "direction = ['1 m', 0, 0]", "links[0].direction[0]", "'1 m'", "a plain number"),
     (29, "stiffness = {k = 1}", "links[0].stiffness.k", "1", "keys known here: positive, negative"),
@@ -164,7 +164,7 @@ def test_keys_that_exclude_each_other_are_told_with_all_other_problems(tmp_path:
         (32, "links[0].stiffness"),
         (33, "links[0].rolling"),
     ]
-    assert 'got "5 um"; preload leaves no play' in str(error)
+    assert 'got "5 um"; preload leaves no clearance' in str(error)
     assert 'got nothing; add the key "rolling"' in str(error)
 
 
@@ -293,7 +293,7 @@ z = {}
     }
     file = tmp_path / "any.toml"
     file.write_text(text, encoding="utf-8")
-    values, found = read(file)
+    values, found = read_toml(file)
     assert {path: (found[path].row, found[path].text) for path in rows} == rows
     assert found[("e",)].row == 3
     assert set(leaves(values)) <= set(found)

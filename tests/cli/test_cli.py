@@ -206,6 +206,7 @@ def test_outputs_that_cannot_be_are_refused_before_any_work(
         raise PermissionError(13, "Permission denied", "/tmp/.draft-x")
 
     monkeypatch.setattr("tempfile.TemporaryDirectory", read_only)
+    monkeypatch.setattr(Path, "touch", read_only)
     for command in (("run", MACHINE, trace, "-o", out := tmp_path / "a" / "b"), ("demo", "-o", out)):
         assert refused(*command) == f"Error: {out}: cannot be written: Permission denied\n"
     picture = tmp_path / "x.png"

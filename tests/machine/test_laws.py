@@ -208,7 +208,7 @@ def test_units_si_numbers_and_arrays_are_the_same_description() -> None:
         (
             {"curve": HALF, "clearance": "5 um"},
             "clearance",
-            'no clearance beside curve, got "5 um"; draw the play',
+            'no clearance beside curve, got "5 um"; draw the clearance',
         ),
         ({"stiffness": 1, "preload": 0, "rolling": "ball"}, "preload", "> 0 N, got 0; .*leave it out"),
         ({"stiffness": 1, "preload": "1 um", "rolling": "ball"}, "preload", "a force in N"),
@@ -216,7 +216,7 @@ def test_units_si_numbers_and_arrays_are_the_same_description() -> None:
         (
             {"stiffness": SIDES, "preload": 1, "rolling": "ball"},
             "preload",
-            "no preload beside a stiffness that differs by side, got 1; give stiffness as one value",
+            "no preload beside a stiffness that differs by side, got 1; write stiffness as one value",
         ),
         (
             {"stiffness": 1, "preload": 1, "rolling": "ball", "clearance": 1e-6},

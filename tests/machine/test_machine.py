@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import guideload
-from guideload.base.config import tomllib
 from guideload.base.errors import ConfigError
+from guideload.base.toml import tomllib
 from guideload.machine.laws import Sides
 from guideload.machine.machine import DOFS, Body, Carriage, Drive, Link, Machine, Rail
 

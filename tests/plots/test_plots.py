@@ -12,8 +12,8 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from guideload import plots
 from guideload.cli.main import EXAMPLES, PICTURES
+from guideload.machine.components import Carriage
 from guideload.machine.machine import Machine
-from guideload.machine.parts import Carriage
 from guideload.motion.motion import Motion
 from guideload.plots.histories import octave_bands
 from guideload.plots.style import LOOK, carriage_look, load_text

@@ -7,9 +7,9 @@ import pytest
 from click.testing import CliRunner
 
 from guideload.cli.main import EXAMPLES, main
+from guideload.machine.components import Carriage, Link
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
-from guideload.machine.parts import Carriage, Link
 from guideload.reports.elements import WIDTH
 from guideload.reports.machine import machine_report, modes_report
 

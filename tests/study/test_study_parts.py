@@ -215,7 +215,7 @@ def test_remove_takes_the_study_and_nothing_else(folder: Path) -> None:
 
 
 def test_drafts_are_neither_read_nor_kept(folder: Path) -> None:
-    draft = folder / "samples" / ".part-000000100-000000200.parquet.draft"
+    draft = folder / "samples" / ".part-000000100-000000200.draft.parquet"
     draft.write_bytes(b"PAR1")
     assert FolderStore.open(folder).done == 200
     with written(plan(300), folder, resume=True) as there:
@@ -227,7 +227,7 @@ def test_a_folder_that_was_only_begun_is_known(tmp_path: Path) -> None:
     assert begun_only(tmp_path)
     (tmp_path / "samples").mkdir()
     (tmp_path / "samples" / ".lock").touch()
-    (tmp_path / ".study.json.draft").touch()
+    (tmp_path / ".study.draft.json").touch()
     assert begun_only(tmp_path)
     (tmp_path / "notes.txt").touch()
     assert not begun_only(tmp_path)
@@ -260,5 +260,5 @@ def test_two_processes_do_not_write_one_study(folder: Path) -> None:
             capture_output=True,
             text=True,
         )
-    assert "another process is writing this study" in second.stderr
+    assert "another process is writing in this folder" in second.stderr
     assert second.stdout == ""

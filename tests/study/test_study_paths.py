@@ -8,9 +8,9 @@ import pytest
 
 from guideload._core import Law
 from guideload.base.errors import ValueRefused
+from guideload.machine.components import Carriage, Link, Rail
 from guideload.machine.laws import EXPONENT, Sides
 from guideload.machine.machine import Machine
-from guideload.machine.parts import Carriage, Link, Rail
 from guideload.motion.motion import Motion
 from guideload.study.distributions import Form
 from guideload.study.parameters import Change, Parameter, Parameters

@@ -1,1 +1,1 @@
-"""What every other package stands on: errors, units, checked configuration, atomic writes, number formats."""
+"""Shared by all other packages: errors, units, TOML files and checked models, atomic writes, number formats."""

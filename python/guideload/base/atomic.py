@@ -1,14 +1,16 @@
-"""Files that are there whole or not at all, whatever stops the program or the machine; one writer per folder."""
+"""Atomic writes of a file and of a folder of files, and an exclusive lock on a folder."""
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from guideload.base.errors import RunError
+from guideload.base.errors import RunError, WriteError
 
 if sys.platform == "win32":
     import msvcrt
@@ -19,67 +21,94 @@ LOCK = ".lock"
 
 
 @contextmanager
-def atomic_write(path: Path) -> Iterator[Path]:
-    """A draft beside `path` that takes its place, and is on the disk, when all is written; else nothing stays.
+def atomic_write(path: Path, *, durable: bool = False) -> Iterator[Path]:
+    """Yield a hidden draft beside `path` that replaces it when the block ends without an error.
 
-    After `kill -9` a draft may be left, hidden and never read; the next writer of the same file replaces it.
-    Raises RunError if the disk takes no more.
+    On an error the draft is removed and the previous file stays. `kill -9` may leave a draft behind; it is never
+    read, and the next write of the same file replaces it. The draft is created at once, so that a path that cannot
+    be written is refused before anything is computed.
+    durable: wait until the file is on the disk, so that it also survives a failure of the power supply.
+    Raises WriteError for every OSError.
     """
     draft = draft_of(path)
     try:
+        if not path.parent.is_dir():
+            raise WriteError(errno.ENOENT, f"there is no folder {path.parent}", str(path))
+        draft.touch()
         yield draft
-        with draft.open("rb+") as file:
-            os.fsync(file.fileno())
+        if durable:
+            _sync(draft, os.O_RDWR)
         draft.replace(path)
-        _sync_names(path.parent)
+        if durable and sys.platform != "win32":  # Windows writes names by itself and opens no folders
+            _sync(path.parent, os.O_RDONLY)
     except BaseException as error:
-        draft.unlink(missing_ok=True)
-        if isinstance(error, OSError):
-            reason = os.strerror(error.errno) if error.errno else error
-            raise RunError(f"{path}: cannot be written: {reason}") from error
+        if path.parent.is_dir():
+            draft.unlink(missing_ok=True)
+        if isinstance(error, OSError) and not isinstance(error, WriteError):
+            reason = os.strerror(error.errno) if error.errno else str(error)  # pyarrow's own text is long
+            raise WriteError(error.errno, reason, str(path)) from error
         raise
 
 
 def draft_of(path: Path) -> Path:
-    """Where `path` is drafted."""
-    return path.with_name(f".{path.name}.draft")
+    """The hidden draft of `path`; it has the same ending, by which some writers choose the format."""
+    return path.with_name(f".{path.stem}.draft{path.suffix}")
 
 
-def _sync_names(folder: Path) -> None:
-    """Names in a folder to the disk; Windows does that by itself and opens no folders."""
-    if sys.platform != "win32":
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
+def _sync(path: Path, flags: int) -> None:
+    handle = os.open(path, flags)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+@contextmanager
+def atomic_folder(folder: Path, publish: Callable[[Path, Path], None]) -> Iterator[Path]:
+    """Yield a hidden draft folder; `publish(draft, folder)` moves its files when the block ends without an error.
+
+    On an error the draft is removed, and so are parents of `folder` that were made for it.
+    """
+    folder = folder.absolute()
+    missing = [parent for parent in folder.parents if not parent.exists()]
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        # Inside the folder if it exists: its parent may be read-only, or on another disk.
+        home = folder if folder.is_dir() else folder.parent
+        with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=home) as space:
+            draft = Path(space) / "draft"
+            draft.mkdir()
+            yield draft
+            publish(draft, folder)
+    except BaseException:
+        for parent in missing:
+            if parent.is_dir() and not any(parent.iterdir()):
+                parent.rmdir()
+        raise
 
 
 @contextmanager
 def exclusive_lock(folder: Path) -> Iterator[None]:
-    """Hold the folder for this process; the system lets go of it when the process ends, however it ends.
+    """Lock a folder for this process; the operating system releases the lock when the process ends.
 
-    Raises RunError if another process holds it.
+    Raises RunError if another process holds the lock.
     """
     with (folder / LOCK).open("a") as file:
-        if not _held(file.fileno()):
-            raise RunError(f"{folder}: another process is writing this study; wait for it, or end it first")
+        if not _lock(file.fileno()):
+            raise RunError(
+                f"{folder}: another process is writing in this folder; wait for it, or end it first"
+            )
         yield
 
 
-def _held(handle: int) -> bool:
-    """Whether the lock could be taken; a disk of the network that knows no locks is taken as free."""
-    if sys.platform == "win32":
-        try:
+def _lock(handle: int) -> bool:
+    """Whether the lock was acquired; network disks without locks count as unlocked."""
+    try:
+        if sys.platform == "win32":
             msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
-        except OSError:
-            return False
-    else:
-        try:
-            # A record lock and not flock: worker processes that we fork must not hold it after we are gone.
+        else:
+            # A record lock and not flock: forked worker processes must not keep it after this process has ended.
             fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except (BlockingIOError, PermissionError):
-            return False
-        except OSError:
-            return True
+    except OSError as error:
+        return sys.platform != "win32" and not isinstance(error, BlockingIOError | PermissionError)
     return True

@@ -1,4 +1,4 @@
-"""The exception tree: every refusal says where, what was expected, what was found and the way out."""
+"""All exceptions. Their messages say where, what was expected, what was found, and the way out."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-KeyPath = tuple[str | int, ...]  # where a value sits: ("carriages", 2, "stiffness_y")
+KeyPath = tuple[str | int, ...]  # keys and indices that lead to a value: ("carriages", 2, "stiffness_y")
+ABSENT = "nothing"  # in place of the text of a value that is missing
 
 
 class GuideloadError(Exception):
@@ -18,21 +19,28 @@ class TraceError(GuideloadError):
 
 
 class SceneError(GuideloadError):
-    """A scene has no solution: a body that its links leave unsupported, an impossible body or link."""
+    """A scene has no solution: an unsupported body, an impossible body or link."""
 
 
 class RunError(GuideloadError):
-    """A run stopped: the text names time and step, and the next move."""
+    """A run failed; the text names time and step, and the way out."""
+
+
+class WriteError(RunError, OSError):
+    """A file cannot be written; `filename` and `strerror` say which one and why."""
+
+    def __str__(self) -> str:
+        return f"{self.filename}: cannot be written: {self.strerror}"
 
 
 class ArgumentError(RunError, ValueError):
-    """An argument of a run that it cannot have: method, rtol, step or times."""
+    """An argument of a run is invalid: method, rtol, step or times."""
 
 
 class ValueRefused(GuideloadError, ValueError):
-    """One value was refused, by a place that does not know where the value stands.
+    """A value is invalid, raised where its place is not known.
 
-    Whoever knows the place (the machine file's key, the trace's column) turns it into its own error.
+    Callers that know the place (the key in the machine file, the column of the trace) raise their own error from it.
     """
 
     def __init__(self, expected: str, value: object, hint: str = "") -> None:
@@ -47,14 +55,14 @@ class ValueRefused(GuideloadError, ValueError):
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong in a description: where it stands, what was expected, what is there, the way out."""
+    """One problem of a description: its key path, the value, what was expected, and the way out."""
 
     path: KeyPath
     value: object
     expected: str
     hint: str = ""
     row: int | None = None
-    written: str = ""  # the value as it stands in the file or in code
+    written: str = ""  # the value as written in the file or in code
 
     @property
     def key(self) -> str:
@@ -69,7 +77,7 @@ class Problem:
 
 
 class ConfigError(GuideloadError):
-    """A machine description was refused. `problems` lists all; the attributes are those of the first."""
+    """A description is invalid. `problems` has all problems; `key`, `value` and `row` are those of the first."""
 
     def __init__(self, problems: Iterable[Problem], file: str | None = None) -> None:
         self.problems = tuple(problems)

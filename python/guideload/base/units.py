@@ -1,8 +1,8 @@
-"""The one place where units are converted: a value is an SI number or a string such as "350 N/um".
+"""Conversion of units to SI: a value is an SI number or a string such as "350 N/um".
 
-The units below are the whole vocabulary: pint's own list costs 0.17 s at every start, this one 0.01 s. Angle
-is a dimension of its own here, so that rpm and Hz, or rad/s and 1/s, cannot be mistaken for each other. All
-factors are exact fractions and are rounded once: "85 mm" is the double 0.085.
+Only the units below are known: pint's own list costs 0.17 s at every start, this one 0.01 s. Angle is a
+dimension of its own, so that rpm and Hz, or rad/s and 1/s, cannot be mistaken for each other. All factors are
+exact fractions and are rounded once: "85 mm" is the double 0.085.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ standard_gravity = 9.80665 * meter / second ** 2 = g_0
 """
 REGISTRY: pint.UnitRegistry[Any] = pint.UnitRegistry(DEFINITIONS.strip().splitlines(), non_int_type=Fraction)
 
-# Names for the reader of an error; whatever is missing here is shown as powers of the base dimensions.
+# Names of dimensions in errors; others are shown as powers of the base dimensions.
 DIMENSIONS = {
     "1": "a plain number",
     "kg": "a mass",
@@ -68,7 +68,7 @@ DIMENSIONS = {
     "1/s": "a frequency",
 }
 
-# The exponent is held to three digits: no double needs more, and fractions of a million digits take minutes.
+# At most three digits of exponent: no double needs more, and fractions of a million digits take minutes.
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)(?![\d.,])\s*(.*?)\s*", re.DOTALL)
 _NAME = r"[A-Za-zµμ°][A-Za-zµμ_]*(?:_0)?(?:\^-?\d{1,2})?"
 UNIT = re.compile(rf"(?:1\s*/\s*)?{_NAME}(?:\s*[*/ ]\s*{_NAME})*|1")
@@ -76,9 +76,9 @@ SIGNS = str.maketrans({"·": "*", "⋅": "*", "²": "^2", "³": "^3"})
 
 
 def quantity(value: object, unit: str) -> float:
-    """`value` in the SI unit `unit`: a number is taken as it is, a string is a number with its unit.
+    """`value` in the SI unit `unit`: a number is in that unit already, a string is a number with its unit.
 
-    Raises ValueRefused for another dimension, an unknown or missing unit, and what is not a finite number.
+    Raises ValueRefused for another dimension, an unknown or missing unit, and anything but a finite number.
     """
     expected = _name(unit)
     if isinstance(value, str):
@@ -91,12 +91,11 @@ def quantity(value: object, unit: str) -> float:
         if not written and unit != "1":
             raise ValueRefused(expected, value, f'add the unit, as in "{number} {unit}"')
         try:
-            result = float(Fraction(number) * _ratio(written or "1", unit))
+            return float(Fraction(number) * _ratio(written or "1", unit))
         except ValueRefused as error:
             raise ValueRefused(expected, value, error.hint) from None
         except OverflowError:
             raise ValueRefused(expected, value, "it is too large for a double") from None
-        return result
     if isinstance(value, bool) or not isinstance(value, Real):
         raise ValueRefused(expected, value, f'a number, or a string such as "1.5 {unit}"')
     try:
@@ -109,10 +108,10 @@ def quantity(value: object, unit: str) -> float:
 
 
 def factor(unit: str, target: str) -> float:
-    """The number that turns values in `unit` into `target`: factor("rpm", "rad/s") = 2 pi/60.
+    """Factor that converts values in `unit` to `target`: factor("rpm", "rad/s") = 2 pi/60.
 
-    "1/min" counts as turns per minute where an angular speed is wanted, as on motors' name plates (DIN 1301);
-    "1/s" and "Hz" are refused there, for they are read both as turns and as radians per second.
+    "1/min" means turns per minute where an angular speed is expected, as on the name plates of motors (DIN 1301);
+    "1/s" and "Hz" are refused there, because they may mean turns or radians per second.
     Raises ValueRefused for an unknown unit or another dimension.
     """
     return float(_ratio(unit, target))
@@ -146,12 +145,12 @@ def _parsed(unit: str) -> pint.Unit:
             else f"known, with the usual prefixes: {', '.join(_symbols())}"
         )
         if unknown.rstrip("s") in ("count", "inc", "increment", "tick", "pulse"):
-            hint = "counts are no unit by themselves: give the counts per turn or per metre"
+            hint = "counts are no unit by themselves: state the counts per turn or per metre"
         raise ValueRefused("a unit", unit, f'unit "{unknown}" is unknown; {hint}') from None
 
 
 def _plain(unit: str) -> str:
-    """Signs as pint reads them: "kg·m²" is "kg*m^2"; and powers as people write them: "kg m2" is "kg m^2"."""
+    """`unit` in the signs that pint reads: "kg·m²" becomes "kg*m^2", "kg m2" becomes "kg m^2"."""
     return re.sub(r"([A-Za-z])(-?\d)", r"\1^\2", unit.strip().translate(SIGNS))
 
 
@@ -174,6 +173,6 @@ def _dimension(unit: pint.Unit) -> str:
 
 @lru_cache(maxsize=1)
 def _symbols() -> list[str]:
-    """The short names of the units, with the prefixed ones that drawings and catalogues use."""
+    """Short names of the units, and the prefixed ones that drawings and catalogues use."""
     rows = [row.split(" = ") for row in DEFINITIONS.strip().splitlines() if "- = " not in row]
     return [row[2] for row in rows] + ["kg", "mm", "um", "cm", "kN", "ms", "mrad", "kHz"]

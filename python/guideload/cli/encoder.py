@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import click
 
-from guideload.cli.outputs import PICTURE_ENDINGS, draft_beside, require_picture, unwritable
+from guideload.cli.outputs import PICTURE_ENDINGS, picture_draft, require_picture
 from guideload.cli.shared import (
     InputFile,
     output_encoding,
@@ -50,18 +49,15 @@ def encoder(
     if output is not None:
         inputs = (trace_file,) if machine_file is None else (trace_file, machine_file)
         require_picture(output, overwrite, *inputs)
-    with nullcontext() if output is None else draft_beside(output) as draft:
+    with picture_draft(output) as draft:
         machine = None if machine_file is None else read_machine(machine_file)
         with working("reading and smoothing"):
             inspection = read_inspection(trace_file, machine, **reading)
-        if output is not None and draft is not None:
+        if draft is not None:
             from guideload import plots
 
             with working("drawing the picture"):
-                try:
-                    plots.save(plots.encoder(inspection)[0], draft / output.name).replace(output)
-                except OSError as error:
-                    raise unwritable(output, error) from error
+                plots.save(plots.encoder(inspection)[0], draft)
     tell(encoder_report(inspection, encoding=output_encoding()))
     told = f"guideload encoder {trace_file} ... -o picture.png draws it."
     tell(told if output is None else f"Wrote {output}.")

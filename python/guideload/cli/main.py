@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import atexit
 import gc
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +22,7 @@ from guideload.cli.outputs import (
     PICTURE_ENDINGS,
     PICTURES,
     Refused,
-    draft_beside,
+    picture_draft,
     require_free,
     require_picture,
     unwritable,
@@ -176,16 +175,13 @@ def natural_modes(machine_file: Path, output: Path | None, overwrite: bool) -> N
 
     if output is not None:
         require_picture(output, overwrite, machine_file)
-    with nullcontext() if output is None else draft_beside(output) as draft:
+    with picture_draft(output) as draft:
         machine = read_machine(machine_file)
         modes = Modes.of(machine)
-        if output is not None and draft is not None:
+        if draft is not None:
             from guideload import plots
 
-            try:
-                plots.save(plots.modes(machine, modes)[0], draft / output.name).replace(output)
-            except OSError as error:
-                raise unwritable(output, error) from error
+            plots.save(plots.modes(machine, modes)[0], draft)
     tell(modes_report(machine, modes, encoding=output_encoding()))
     if output is not None:
         tell(f"Wrote {output}.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +10,9 @@ import click
 from guideload.cli.outputs import (
     CHART,
     PICTURE_ENDINGS,
-    draft_beside,
+    picture_draft,
     require_free,
     require_picture,
-    unwritable,
     write_manifest,
     written_whole,
 )
@@ -127,19 +125,16 @@ def stability(
 
     if output is not None:
         require_picture(output, overwrite, machine_file)
-    with nullcontext() if output is None else draft_beside(output) as draft:
+    with picture_draft(output) as draft:
         with working("reading"):
             machine = read_machine(machine_file, free)
             motion = None if trace_file is None else read_motion(trace_file, machine, **reading)
         with working("trying steps"):
             found = limits_of(machine, motion, rtol=rtol)
-        if output is not None and draft is not None:
+        if draft is not None:
             from guideload import plots
 
-            try:
-                plots.save(plots.stability(found)[0], draft / output.name).replace(output)
-            except OSError as error:
-                raise unwritable(output, error) from error
+            plots.save(plots.stability(found)[0], draft)
     tell(stability_report(found, encoding=output_encoding()))
     if output is not None:
         tell(f"Wrote {output}.")

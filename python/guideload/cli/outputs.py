@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import tempfile
+import errno
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import click
+
+from guideload.base.atomic import atomic_folder, atomic_write
 
 FORMATS = {"netcdf": "loads.nc", "parquet": "loads.parquet", "csv": "loads.csv"}
 PICTURES = ("scene.png", "figures_7_to_11.png", "resultant.png", "moments.png", "modes.png", "spectrum.png")
@@ -89,51 +91,37 @@ def unwritable(path: Path, error: OSError) -> Refused:
     above = next((folder for folder in path.absolute().parents if folder.exists()), path)
     if not above.is_dir():
         return Refused(f"{path}: {above} is a file, not a folder")
-    if isinstance(error, FileNotFoundError):
+    if error.errno == errno.ENOENT:
         return Refused(f"{path}: there is no folder {path.parent}")
     return Refused(f"{path}: cannot be written: {error.strerror or error}")
 
 
 @contextmanager
-def draft_beside(output: Path) -> Iterator[Path]:
-    """A hidden folder to draft a file in, in the folder of the file; made now, to see that it can be."""
+def picture_draft(output: Path | None) -> Iterator[Path | None]:
+    """Draft of a picture, created at once to see that it can be; None if no picture is asked for."""
+    if output is None:
+        yield None
+        return
     try:
-        space = tempfile.TemporaryDirectory(prefix=f".{output.name}-", dir=output.parent)
+        with atomic_write(output) as draft:
+            yield draft
     except OSError as error:
-        raise unwritable(output, error) from None
-    with space as name:
-        yield Path(name)
+        raise unwritable(output, error) from error
 
 
 @contextmanager
 def written_whole(output: Path) -> Iterator[Path]:
-    """A draft folder to write in, whose files go to `output` when all are written; on failure nothing is left.
+    """Draft folder whose files are moved to `output` when all are written; on failure nothing is left.
 
     It is made before anything is computed, so that a place where nothing can be written is refused early.
     In a folder with files in it, ours of an earlier run are replaced or removed, and all others stay.
     """
-    place = output.absolute()
-    missing = [folder for folder in place.parents if not folder.exists()]
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        # In a folder that is there already: its parent may be read-only, or on another disk.
-        home = place if place.is_dir() else place.parent
-        space = tempfile.TemporaryDirectory(prefix=f".{place.name}-", dir=home)
-    except OSError as error:
-        _remove_empty(missing)
-        raise unwritable(output, error) from None
-    try:
-        with space as name:
-            draft = Path(name) / "draft"
-            draft.mkdir()
-            yield draft
-            if place.is_dir():
-                _move_into(draft, place)
-            else:
-                draft.rename(place)
-    except BaseException:
-        _remove_empty(missing)
-        raise
+    with ExitStack() as stack:
+        try:
+            draft = stack.enter_context(atomic_folder(output, _publish))
+        except OSError as error:
+            raise unwritable(output, error) from None
+        yield draft
 
 
 def write_manifest(folder: Path) -> None:
@@ -142,10 +130,11 @@ def write_manifest(folder: Path) -> None:
     (folder / MANIFEST).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _remove_empty(folders: list[Path]) -> None:
-    for folder in folders:
-        if folder.is_dir() and not any(folder.iterdir()):
-            folder.rmdir()
+def _publish(draft: Path, folder: Path) -> None:
+    if folder.is_dir():
+        _move_into(draft, folder)
+    else:
+        draft.rename(folder)
 
 
 def _move_into(draft: Path, folder: Path) -> None:

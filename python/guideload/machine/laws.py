@@ -1,16 +1,14 @@
-"""Elastic laws as a machine file gives them: the types of their keys, what excludes what, the core's law.
+"""Elastic laws of carriages and links: the keys of a machine file, their checks, and the core's law.
 
 A carriage has these keys once for y and once for z (`stiffness_y`, `curve_z`), an extra link once, without a
-suffix. A deflection is that of the body along the direction, counted from where the carriage or link carries
-nothing. Each key is checked against those that stand before it in its part: curve, stiffness, preload,
-clearance, then what is one per part.
+suffix. A deflection is that of the body along the direction, counted from the position without load. Each key is
+checked against the keys before it in its model: curve, stiffness, preload, clearance, rolling, damping_in_contact.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from functools import partial
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, ValidationInfo, model_validator
@@ -20,20 +18,28 @@ from guideload._core import Law
 from guideload.base.config import ConfigModel, entries, number
 from guideload.base.errors import ValueRefused
 
+Value = TypeVar("Value")
 ModelLevel = Literal["linear", "piecewise linear", "smooth nonlinear"]
-# Of the force of one row over its deflection: Hertz' contact at a point; at a line, as rolling bearings count it.
+# Exponent of force over deflection of one row: Hertz contact at a point; at a line, by the rolling bearing standards.
 EXPONENT = {"ball": 3.0 / 2.0, "roller": 10.0 / 9.0}
 NO_EXACT = "preloaded contacts have no exact solution"
 MOST_POINTS = 16  # of a curve in the core
-# Of the largest force of a curve: what the arithmetic between two points leaves of zero.
-ROUNDING = 1e-12
+ROUNDING = 1e-12  # of the largest force of a curve: rounding of the force interpolated at 0 m
+EXCLUDED: dict[str, dict[str, str]] = {  # keys that each key excludes, and the way out
+    "stiffness": {"curve": "the curve is the whole law: keep one of them"},
+    "preload": {"curve": "a curve holds its preload: keep one of them"},
+    "clearance": {
+        "preload": "preload leaves no clearance: keep one of them",
+        "curve": "draw the clearance into the curve, as points of 0 N",
+    },
+}
 
 
 # ---- stiffness
 
 
 class Sides(ConfigModel):
-    """A stiffness that differs between the two directions of motion."""
+    """A stiffness that differs between the two directions."""
 
     positive: Annotated[float, PlainValidator(partial(number, unit="N/m", least=0.0))] = Field(
         description='stiffness when the body moves in the positive direction, e.g. "300 N/um"'
@@ -50,25 +56,16 @@ class Sides(ConfigModel):
 
 
 def _stiffness(value: object) -> float | Sides:
-    """One stiffness, or the table of both sides. Raises ValueRefused, or the table's own ValidationError."""
+    """One stiffness, or one for each direction. Raises ValueRefused, or the ValidationError of `Sides`."""
     if isinstance(value, dict | Sides):
         return Sides.model_validate(value)
     return number(value, "N/m", above=0.0)
 
 
-def _one_of_two(value: float | Sides | None, info: ValidationInfo) -> float | Sides | None:
-    """Exactly one of stiffness and curve."""
-    curve = _beside(info, "curve")
-    if curve not in info.data:
-        return value  # refused already
-    if value is None and info.data[curve] is None:
+def _stiffness_or_curve(value: float | Sides | None, info: ValidationInfo) -> float | Sides | None:
+    curve = f"curve{_suffix(info)}"
+    if value is None and curve in info.data and info.data[curve] is None:
         raise PydanticKnownError("missing")
-    if value is not None and info.data[curve] is not None:
-        raise ValueRefused(
-            f"no {info.field_name} beside {curve}",
-            value,
-            "the curve is the whole law: keep one of them",
-        )
     return value
 
 
@@ -76,7 +73,7 @@ def _one_of_two(value: float | Sides | None, info: ValidationInfo) -> float | Si
 
 
 def _through_zero(points: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
-    """A law that rises through [0, 0], or its half for positive deflections, which begins there."""
+    """Check that the law rises through [0, 0], or begins there as the half for positive deflections."""
     half = points[:1] == ((0.0, 0.0),)
     most = (MOST_POINTS + 1) // 2 if half else MOST_POINTS
     if not 2 <= len(points) <= most:
@@ -113,64 +110,54 @@ def _as_list(value: object) -> object:
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
-# ---- preload, clearance, and what is one per part
+# ---- keys that exclude or need each other
 
 
-def _preloaded_alone(value: float | None, info: ValidationInfo) -> float | None:
-    """A preload goes with one stiffness, and with no curve."""
-    if value is None:
-        return value
-    stiffness, curve = _beside(info, "stiffness"), _beside(info, "curve")
-    if info.data.get(curve) is not None:
-        raise ValueRefused(
-            f"no {info.field_name} beside {curve}", value, "a curve holds its preload: keep one of them"
-        )
-    if isinstance(info.data.get(stiffness), Sides):
-        raise ValueRefused(
-            f"no {info.field_name} beside a {stiffness} that differs by side",
-            value,
-            f"give {stiffness} as one value, the catalogue's at no load, or the whole law as {curve}",
-        )
+def _suffix(info: ValidationInfo) -> str:
+    """ "_y" or "_z" of a carriage's key, "" of a link's."""
+    _, underscore, axis = (info.field_name or "").partition("_")
+    return underscore + axis
+
+
+def _alone(value: Value, info: ValidationInfo) -> Value:
+    """Refuse a value if a key that it excludes has one as well."""
+    suffix = _suffix(info)
+    for key, way_out in EXCLUDED[(info.field_name or "").removesuffix(suffix)].items():
+        if value and info.data.get(key + suffix) is not None:
+            raise ValueRefused(f"no {info.field_name} beside {key}{suffix}", value, way_out)
     return value
 
 
-def _clear_alone(value: float, info: ValidationInfo) -> float:
-    """A clearance goes with a stiffness of either form, and with neither preload nor curve."""
-    preload, curve = _beside(info, "preload"), _beside(info, "curve")
-    if value > 0.0 and info.data.get(preload) is not None:
+def _with_one_stiffness(value: float | None, info: ValidationInfo) -> float | None:
+    """Refuse a preload beside a stiffness that differs by side."""
+    suffix = _suffix(info)
+    if value is not None and isinstance(info.data.get(f"stiffness{suffix}"), Sides):
         raise ValueRefused(
-            f"no {info.field_name} beside {preload}", value, "preload leaves no play: keep one of them"
-        )
-    if value > 0.0 and info.data.get(curve) is not None:
-        raise ValueRefused(
-            f"no {info.field_name} beside {curve}", value, "draw the play into the curve, as points of 0 N"
+            f"no {info.field_name} beside a stiffness{suffix} that differs by side",
+            value,
+            f"write stiffness{suffix} as one value, the catalogue's at no load, or the whole law as curve{suffix}",
         )
     return value
 
 
 def with_preload(value: str | None, info: ValidationInfo, keys: tuple[str, ...]) -> str | None:
-    """What rolls, where one of the preloads `keys` is given, and only there."""
-    given = [info.data.get(key) is not None for key in keys]
-    if value is None and any(given):
+    """Require the rolling element if one of the preloads `keys` has a value, and refuse it otherwise."""
+    if value is None and any(info.data.get(key) is not None for key in keys):
         raise PydanticKnownError("missing")
-    if value is not None and not any(given) and info.data.keys() >= set(keys):
-        way_out = f"add {' or '.join(keys)}, or leave {info.field_name} out"
-        raise ValueRefused(f"no {info.field_name} without a preload", value, way_out)
-    return value
+    return _needing(value, info, keys, f"no {info.field_name} without a preload")
 
 
 def with_clearance(value: bool, info: ValidationInfo, keys: tuple[str, ...]) -> bool:
-    """Damping in contact only, where one of the clearances `keys` is given."""
-    if value and info.data.keys() >= set(keys) and not any(info.data[key] for key in keys):
+    """Refuse damping in contact only, unless one of the clearances `keys` is above 0."""
+    return _needing(value, info, keys, "false without a clearance")
+
+
+def _needing(value: Value, info: ValidationInfo, keys: tuple[str, ...], expected: str) -> Value:
+    """Refuse a value if none of `keys` has one; a key that was refused itself counts as one."""
+    if value and all(key in info.data and not info.data[key] for key in keys):
         way_out = f"add {' or '.join(keys)}, or leave {info.field_name} out"
-        raise ValueRefused("false without a clearance", value, way_out)
+        raise ValueRefused(expected, value, way_out)
     return value
-
-
-def _beside(info: ValidationInfo, key: str) -> str:
-    """The name of `key` for the direction of the field that is checked: "curve_y" beside "stiffness_y"."""
-    _, underscore, axis = (info.field_name or "").partition("_")
-    return f"{key}{underscore}{axis}"
 
 
 CurvePoint = Annotated[
@@ -182,16 +169,42 @@ CurvePoint = Annotated[
 ]
 Curve = Annotated[tuple[CurvePoint, ...], BeforeValidator(_as_list), AfterValidator(_through_zero)]
 Stiffness = Annotated[
-    Annotated[float | Sides, BeforeValidator(_stiffness)] | None, AfterValidator(_one_of_two)
+    Annotated[float | Sides, BeforeValidator(_stiffness)] | None,
+    AfterValidator(_alone),
+    AfterValidator(_stiffness_or_curve),
 ]
 Preload = Annotated[
     Annotated[float, PlainValidator(partial(number, unit="N", above=0.0))] | None,
-    AfterValidator(_preloaded_alone),
+    AfterValidator(_alone),
+    AfterValidator(_with_one_stiffness),
 ]
-Clearance = Annotated[
-    float, PlainValidator(partial(number, unit="m", least=0.0)), AfterValidator(_clear_alone)
-]
+Clearance = Annotated[float, PlainValidator(partial(number, unit="m", least=0.0)), AfterValidator(_alone)]
 Rolling = Literal["ball", "roller"]
+
+
+# ---- fields; where: "along z", suffix: "_z"
+
+
+def curve_field(where: str, suffix: str = "") -> Any:
+    text = f"points [deflection, force] {where} instead of stiffness{suffix}, e.g. "
+    example = '[["0 um", "0 N"], ["20 um", "9 kN"]]; from [0, 0] on they hold for both directions'
+    return Field(default=None, description=text + example)
+
+
+def stiffness_field(where: str, suffix: str = "") -> Any:
+    text = f'stiffness {where}, e.g. "350 N/um" (or curve{suffix} instead)'
+    return Field(default=None, validate_default=True, description=text)
+
+
+def preload_field(where: str, suffix: str = "") -> Any:
+    text = (
+        f'preload {where}, e.g. "2.09 kN", beside stiffness{suffix} at no load; leave it out if there is none'
+    )
+    return Field(default=None, description=text)
+
+
+def clearance_field(where: str) -> Any:
+    return Field(default=0.0, description=f'clearance {where} to either side, e.g. "5 um"')
 
 
 # ---- the law
@@ -204,10 +217,10 @@ def law_of(
     rolling: Rolling | None,
     curve: tuple[tuple[float, float], ...] | None,
 ) -> Law:
-    """The core's law of checked keys; the core makes it a linear one where it amounts to that. Raises SceneError.
+    """The core's law of checked keys, a linear one where the keys amount to that. Raises SceneError.
 
-    stiffness: N/m. clearance: m to either side. preload: N. curve: (deflection m, force N), mirrored where it
-    begins at [0, 0].
+    stiffness: N/m. clearance: m to either side. preload: N. curve: points (deflection [m], force [N]), mirrored if
+    it begins at [0, 0].
     """
     if curve is not None:
         points = np.array(curve)
@@ -219,11 +232,3 @@ def law_of(
         assert rolling is not None
         return Law.preloaded(stiffness, preload, EXPONENT[rolling])
     return Law.sided(stiffness, stiffness, clearance)
-
-
-def model_level_of(laws: Iterable[Law]) -> ModelLevel:
-    """The lowest rung of the model that has all these laws."""
-    kinds = {law.kind for law in laws}
-    if "preloaded" in kinds:
-        return "smooth nonlinear"
-    return "piecewise linear" if kinds & {"sided", "curve"} else "linear"

@@ -1,4 +1,4 @@
-"""The links of a machine: what the carriages and the extra links are to the core."""
+"""The link table of a machine: carriages and extra links as the core takes them."""
 
 from __future__ import annotations
 
@@ -11,58 +11,57 @@ from numpy.typing import NDArray
 
 from guideload._core import Law, carriage_links
 from guideload.base.arrays import Array
-from guideload.machine.parts import Carriage, Link
+from guideload.machine.components import Carriage, Link
 
 ENDS = ("-y", "-z", "+y", "+z")  # the links of a carriage: "-" at x - length/2, "+" at x + length/2
 
 
 @dataclass(frozen=True, eq=False)
 class LinkTable:
-    """All links: four for each carriage, in the carriages' order, then the extra ones. Read-only."""
+    """All links: four for each carriage, in the order of the carriages, then the extra links. Read-only."""
 
     names: tuple[str, ...]
     points: Array  # (n, 3) m, from L
     directions: Array  # (n, 3) unit vectors
     laws: tuple[Law, ...]
-    stiffness: (
-        Array  # (n,) N/m, nominal: k, the larger side, at no load where preloaded, the steepest of a curve
-    )
+    stiffness: Array  # (n,) N/m, nominal stiffness: see `Law.stiffness` of the core
     damping: Array  # (n,) N s/m
     damping_in_contact: NDArray[np.bool_]  # (n,) whether the damping acts only outside the clearance
     carriage: NDArray[np.intp]  # (n,) index into the carriages, -1 for an extra link
 
 
 def table_of(carriages: Sequence[Carriage], centers: Array, links: Sequence[Link]) -> LinkTable:
-    """All links of a machine; each end of a carriage has half of its forces at the same deflections.
+    """The link table; each end of a carriage has half of its forces at the same deflections.
 
-    centers: of the carriages from L, shape (carriage, 3) [m]. Raises SceneError for a law that no link can have.
+    centers: (carriage, 3) m from L. Raises SceneError for an impossible law.
     """
     names: list[str] = []
-    rows: list[list[float]] = []  # point, direction, damping
     laws: list[Law] = []
+    damping: list[float] = []
     in_contact: list[bool] = []
-    for carriage, center in zip(carriages, centers.tolist(), strict=True):
-        damping = 0.5 * np.array([carriage.damping_y, carriage.damping_z] * 2)
-        rows += np.column_stack([*carriage_links(center, carriage.length), damping]).tolist()
-        laws += [law.scaled(0.5) for law in carriage.laws] * 2
-        clear = (carriage.clearance_y > 0.0, carriage.clearance_z > 0.0)
-        in_contact += [carriage.damping_in_contact and gap for gap in clear] * 2
+    for carriage in carriages:
         names += [f"{carriage.name}:{end}" for end in ENDS]
+        laws += [law.scaled(0.5) for law in carriage.laws] * 2
+        damping += [0.5 * carriage.damping_y, 0.5 * carriage.damping_z] * 2
+        clearances = carriage.clearance_y, carriage.clearance_z
+        in_contact += [carriage.damping_in_contact and clearance > 0.0 for clearance in clearances] * 2
     for link in links:
-        rows.append([*link.point, *link.direction, link.damping])
-        laws.append(link.law)
-        in_contact.append(link.damping_in_contact)
         names.append(link.name)
-    table = np.array(rows, dtype=np.float64).reshape(-1, 7)
-    owner = np.repeat(np.arange(len(carriages)), 4)
+        laws.append(link.law)
+        damping.append(link.damping)
+        in_contact.append(link.damping_in_contact)
+    lengths = [carriage.length for carriage in carriages]
+    ends = [np.hstack(carriage_links(*end)) for end in zip(centers.tolist(), lengths, strict=True)]
+    lines = np.vstack([*ends, *((*link.point, *link.direction) for link in links)])
+    owner = np.repeat(np.arange(len(carriages)), len(ENDS))
     return LinkTable(
         names=tuple(names),
-        points=read_only(table[:, 0:3]),
-        directions=read_only(table[:, 3:6]),
+        points=read_only(lines[:, :3]),
+        directions=read_only(lines[:, 3:]),
         laws=tuple(laws),
-        stiffness=read_only(np.array([law.stiffness for law in laws], dtype=np.float64)),
-        damping=read_only(table[:, 6]),
-        damping_in_contact=read_only(np.array(in_contact, dtype=np.bool_)),
+        stiffness=read_only(np.array([law.stiffness for law in laws])),
+        damping=read_only(np.array(damping)),
+        damping_in_contact=read_only(np.array(in_contact)),
         carriage=read_only(np.append(owner, np.full(len(links), -1)).astype(np.intp)),
     )
 
@@ -71,7 +70,7 @@ _Numbers = TypeVar("_Numbers", Array, NDArray[np.intp], NDArray[np.int64], NDArr
 
 
 def read_only(array: _Numbers) -> _Numbers:
-    """A contiguous copy that nobody can change."""
+    """A contiguous, read-only copy."""
     array = array.copy()
     array.setflags(write=False)
     return array

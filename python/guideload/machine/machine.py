@@ -1,7 +1,7 @@
-"""The machine: one rigid body on carriages that run along rails, its drive and its free dofs.
+"""The machine: one rigid body on carriages that run along rails, its drive and its free degrees of freedom (dofs).
 
-Axes: x along the rails, y and z across, right-handed; the origin is L, the reference point of the motion (in
-the paper where pinion and rack mesh).
+Axes: x along the rails, y and z across, right-handed. The origin is the reference point L of the motion (in the
+paper where pinion and rack mesh).
 """
 
 from __future__ import annotations
@@ -10,28 +10,29 @@ from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches
 from functools import cached_property
 from os import PathLike
-from typing import Any, Literal, get_args
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, ValidationError, field_validator, model_validator
 from pydantic.functional_validators import ModelWrapValidatorHandler
-from pydantic_core import ErrorDetails, InitErrorDetails
+from pydantic_core import InitErrorDetails
 
 from guideload._core import Law, Scene
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, located, read
+from guideload.base.config import ConfigModel
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused, shown
-from guideload.machine.laws import ModelLevel, model_level_of
+from guideload.base.toml import located, read_toml
+from guideload.machine.components import Body, Carriage, Drive, Gravity, Link, Name, Rail
+from guideload.machine.laws import ModelLevel
 from guideload.machine.links import ENDS, LinkTable, read_only, table_of
-from guideload.machine.parts import Body, Carriage, Drive, Gravity, Link, Name, Rail
 
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 DOFS: tuple[Dof, ...] = get_args(Dof)
 
 
 class Machine(ConfigModel):
-    """A machine as `simulate` takes it. Raises ConfigError with all that is wrong, not only the first."""
+    """A machine to be simulated. Raises ConfigError with all problems at once."""
 
     name: Name = Field(default="machine", description="a title for tables and pictures")
     free: tuple[Dof, ...] = Field(
@@ -40,7 +41,7 @@ class Machine(ConfigModel):
         description='dofs of L that may move, of "x", "y", "z", "rx", "ry", "rz"; the drive holds the others',
     )
     gravity: Gravity = Field(
-        default=(0.0, -9.80665, 0.0), description="the vector that points down, in m/s^2"
+        default=(0.0, -9.80665, 0.0), description="the acceleration vector that points down, in m/s^2"
     )
     body: Body = Field(description="the table [body]: mass, center_of_mass, inertia")
     drive: Drive | None = Field(
@@ -53,11 +54,11 @@ class Machine(ConfigModel):
     @classmethod
     def from_toml(cls, file: str | PathLike[str]) -> Machine:
         """The machine described in a TOML file. Raises ConfigError naming file, row, key and value."""
-        values, where = read(file)
+        values, places = read_toml(file)
         try:
             return cls(**values)
         except ConfigError as error:
-            raise located(error, str(file), where) from None
+            raise located(error, str(file), places) from None
 
     def with_free(self, free: Iterable[str]) -> Machine:
         """The same machine with other free dofs; the drive holds the rest."""
@@ -73,19 +74,17 @@ class Machine(ConfigModel):
     @model_validator(mode="wrap")
     @classmethod
     def _names_agree(cls, values: Any, handler: ModelWrapValidatorHandler[Machine]) -> Machine:
-        """Checks names on the raw values, so that they are told together with what the parts refuse."""
-        found = [
+        """Check names on the raw values, so that their problems are reported together with those of the components."""
+        problems = [
             InitErrorDetails(type="value_error", loc=path, input=refused.value, ctx={"error": refused})
             for path, refused in _name_conflicts(values)
         ]
-        machine: Machine | None = None
         try:
             machine = handler(values)
         except ValidationError as error:
-            for item in error.errors(include_url=False):
-                found.append(_again(item))
-        if machine is None or found:
-            raise ValidationError.from_exception_data(cls.__name__, found)
+            problems += cast(list[InitErrorDetails], error.errors(include_url=False))
+        if problems:
+            raise ValidationError.from_exception_data(cls.__name__, problems)
         return machine
 
     @cached_property
@@ -103,7 +102,7 @@ class Machine(ConfigModel):
 
     @cached_property
     def links_of_carriages(self) -> tuple[NDArray[np.int64], ...]:
-        """Indices into the link table of the links of each carriage."""
+        """For each carriage the indices of its links in the link table."""
         owner = self.link_table().carriage
         return tuple(
             read_only(np.flatnonzero(owner == i).astype(np.int64)) for i in range(len(self.carriages))
@@ -111,9 +110,9 @@ class Machine(ConfigModel):
 
     @cached_property
     def links_of_rails(self) -> tuple[NDArray[np.int64], ...]:
-        """Indices into the link table of the links of each rail's carriages."""
+        """For each rail the indices of its carriages' links in the link table."""
         table = self.link_table()
-        rail = np.append(self.rail_of_carriage, -1)[table.carriage]  # extra links (-1) run on no rail
+        rail = np.append(self.rail_of_carriage, -1)[table.carriage]  # -1 for extra links
         return tuple(read_only(np.flatnonzero(rail == i).astype(np.int64)) for i in range(len(self.rails)))
 
     @cached_property
@@ -126,13 +125,13 @@ class Machine(ConfigModel):
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene that the core integrates. Raises SceneError if the links leave the body unsupported."""
+        """The scene that the core integrates. Raises SceneError if the body is not supported by its links."""
         table = self.link_table()
         return self._scene_with(table.laws, table.damping_in_contact)
 
     @cached_property
     def nominal_scene(self) -> Scene:
-        """The same with every link linear, of its nominal stiffness, and its damping at all times."""
+        """The linear scene: every link has its nominal stiffness, and damping at all times."""
         if self.model_level == "linear":
             return self.scene
         table = self.link_table()
@@ -156,11 +155,14 @@ class Machine(ConfigModel):
 
     @property
     def model_level(self) -> ModelLevel:
-        """The rung of the model that the laws of the links ask for: the highest that one of them needs."""
-        return model_level_of(self._links.laws)
+        """The lowest model level that covers the laws of all links."""
+        kinds = {law.kind for law in self._links.laws}
+        if "preloaded" in kinds:
+            return "smooth nonlinear"
+        return "piecewise linear" if kinds & {"sided", "curve"} else "linear"
 
     def link_table(self) -> LinkTable:
-        """All links of the machine, computed once."""
+        """All links of the machine; computed once."""
         return self._links
 
     @cached_property
@@ -168,20 +170,20 @@ class Machine(ConfigModel):
         return table_of(self.carriages, self.carriage_centers, self.links)
 
     def __eq__(self, other: object) -> bool:
-        """Equal fields; what is computed from them, arrays among it, takes no part."""
+        """Whether all fields are equal; cached properties, such as arrays, do not count."""
         if not isinstance(other, Machine):
             return NotImplemented
         return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)
 
     def __getstate__(self) -> dict[Any, Any]:
-        """Fields only: what is computed from them is computed again where it is needed."""
+        """The fields only; cached properties are computed anew."""
         state = super().__getstate__()
         state["__dict__"] = {key: state["__dict__"][key] for key in type(self).model_fields}
         return state
 
 
 def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
-    """Names used twice, rails that do not exist, a machine that nothing holds; from unchecked values."""
+    """Duplicate names, missing rails, a machine without carriages and links; from unchecked values."""
     if not isinstance(values, dict):
         return
     rails, carriages, links = (_names(values, key, "name") for key in ("rails", "carriages", "links"))
@@ -199,26 +201,21 @@ def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
             if first.setdefault(name, i) < i:
                 yield (
                     (key, i, "name"),
-                    ValueRefused("a name of its own", name, f"{key}[{first[name]}] has it already"),
+                    ValueRefused("a unique name", name, f"{key}[{first[name]}] has it already"),
                 )
     taken = {f"{name}:{end}" for _, name in carriages for end in ENDS}
     for i, name in links:
         if name in taken:
             yield (
                 ("links", i, "name"),
-                ValueRefused("a name of its own", name, "a link of a carriage has it already"),
+                ValueRefused("a unique name", name, "a link of a carriage has it already"),
             )
-
-
-def _again(item: ErrorDetails) -> InitErrorDetails:
-    """A finding of pydantic, to be raised once more beside others."""
-    return InitErrorDetails(type=item["type"], loc=item["loc"], input=item["input"], ctx=item.get("ctx", {}))
 
 
 def _names(values: dict[str, Any], key: str, name: str) -> list[tuple[int, str]]:
     """Index and text of `name` in each entry of the list `values[key]` that has one, table or ConfigModel."""
-    parts = values.get(key, ())
-    if not isinstance(parts, list | tuple):
+    tables = values.get(key, ())
+    if not isinstance(tables, list | tuple):
         return []
-    texts = [part.get(name) if isinstance(part, dict) else getattr(part, name, None) for part in parts]
+    texts = [table.get(name) if isinstance(table, dict) else getattr(table, name, None) for table in tables]
     return [(i, text) for i, text in enumerate(texts) if isinstance(text, str)]

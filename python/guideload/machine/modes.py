@@ -1,4 +1,4 @@
-"""Natural modes of a machine: frequencies, damping, shapes, and what a shape moves."""
+"""Natural modes of a machine: frequencies, damping ratios, mode shapes."""
 
 from __future__ import annotations
 
@@ -13,14 +13,12 @@ from guideload.machine.machine import DOFS, Machine
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """The natural modes, n of them, by ascending frequency.
-
-    Links that are not linear count with their nominal stiffness, all in contact.
+    """The n natural modes, by ascending frequency; nonlinear links have their nominal stiffness, in contact.
 
     frequency     (n,) Hz, without damping
-    damping_ratio (n,) of critical, each mode on its own (exact where damping is proportional to stiffness)
-    shape         (n, 6) displacement and rotation of L [m, rad], without damping; scaled so that the carriage
-                  centre or centre of mass that moves most moves by 1
+    damping_ratio (n,) of critical, without coupling of the modes (exact for damping proportional to stiffness)
+    shape         (n, 6) mode shapes, displacement and rotation of L [m, rad], without damping; scaled so that the
+                  largest displacement of the carriage centres and the centre of mass is 1
     eigenvalues   (2 n,) 1/s, complex, of the damped machine: -zeta omega +- i omega sqrt(1 - zeta^2)
     """
 
@@ -44,18 +42,17 @@ class Modes:
 
 
 def displacement(points: Array, q: Array) -> Array:
-    """u + phi x r (paper, eq. 14), shape (n, 3) [m], of points (n, 3) [m] for q = (u, phi) (6,) [m, rad]."""
+    """Displacement u + phi x r (n, 3) [m] of points r (n, 3) [m], for q = (u, phi) (6,) [m, rad] (paper, eq. 14)."""
     return np.asarray(q[:3] + np.cross(q[3:], points))
 
 
 def moving_dofs(machine: Machine, shape: Array) -> list[str]:
-    """The dofs that make up a mode, largest first: those with at least half the largest share in its motion.
+    """The dofs that move most in a mode shape, largest first: those with at least half the largest displacement.
 
-    A rotation counts with the motion it gives the carriages and the centre of mass (root mean square), so
-    that metres and radians compare. shape: (6,) [m, rad].
+    The displacement of a dof is that of the carriages and the centre of mass (root mean square), so that metres and
+    radians compare. shape: (6,) [m, rad].
     """
     points = np.vstack([machine.carriage_centers, machine.body.center_of_mass])
-    parts = [displacement(points, part) for part in np.diag(shape)]
-    shares = np.array([np.sqrt((part**2).sum(axis=1).mean()) for part in parts])
-    order = np.argsort(-shares)
-    return [DOFS[dof] for dof in order if shares[dof] > 0 and shares[dof] >= 0.5 * shares.max()]
+    moved = [displacement(points, dof) for dof in np.diag(shape)]
+    sizes = np.array([np.sqrt((field**2).sum(axis=1).mean()) for field in moved])
+    return [DOFS[dof] for dof in np.argsort(-sizes) if sizes[dof] > 0 and sizes[dof] >= 0.5 * sizes.max()]

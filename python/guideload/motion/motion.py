@@ -1,17 +1,18 @@
-"""Motion: what excites a scene. The acceleration of L and, if there are any, process forces, piecewise linear
-in time."""
+"""The motion that excites a scene: acceleration of L and process forces, piecewise linear in time."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
 from guideload.motion.uncertainty import Uncertainty
 
+SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")  # of a stamp: just before and just after it
 # The histories of a Motion and the shape of one sample of each.
 HISTORIES: dict[str, tuple[int, ...]] = {
     "acceleration": (3,),
@@ -24,21 +25,20 @@ HISTORIES: dict[str, tuple[int, ...]] = {
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """The excitation of a scene at n time stamps; between them everything is linear (first-order hold).
+    """The excitation of a scene at n time stamps; linear between them (first-order hold).
 
-    time          (n,) s, not decreasing; two equal stamps are a jump: the first holds before it, the second
-        after
+    time          (n,) s, not decreasing; two equal stamps are a jump, with the values before and after it
     acceleration  (n, 3) m/s2 of L, global axes
-    velocity      (n, 3) m/s of the cart, for life and pictures, or None
+    velocity      (n, 3) m/s of the cart, for mean loads and pictures, or None
     position      (n, 3) m of the cart, or None
     wrench        (n, 6) external force and moment about L [N, N, N, N m, N m, N m], or None
     motor_speed   (n,) rad/s as measured, or None
-    source        where it comes from, for reports
-    notes         what was detected and chosen on the way, for reports
-    bandwidth     Hz, up to which the acceleration along x is known; inf if it is known, or nothing is known of it
-    uncertainty   of the acceleration along x, at the same time stamps if it has none of its own, or None
+    source        name of the file or data it comes from, for reports
+    notes         what was detected and chosen when the trace was read, for reports
+    bandwidth     Hz, up to which the acceleration along x is known; inf if it is exact, or if this is unknown
+    uncertainty   of the acceleration along x, or None; without stamps of its own it has those of the motion
 
-    The arrays are copies in float64 and read-only. Raises TraceError naming the history and the index.
+    The arrays are read-only copies in float64. Raises TraceError with the history and the index.
     """
 
     time: Array
@@ -74,9 +74,9 @@ class Motion:
             raise TraceError(f"time[{at}] to time[{at + 2}]: at most two equal stamps (a jump), got three")
         object.__setattr__(self, "time", time)
         for name, sample in HISTORIES.items():
-            given = getattr(self, name)
-            if given is not None:
-                object.__setattr__(self, name, _history(name, given, (time.size, *sample)))
+            values = getattr(self, name)
+            if values is not None:
+                object.__setattr__(self, name, _history(name, values, (time.size, *sample)))
         object.__setattr__(self, "notes", tuple(self.notes))
         if self.uncertainty is not None:
             stamps = time if self.uncertainty.time is None else self.uncertainty.time
@@ -99,12 +99,12 @@ class Motion:
         bandwidth: float = np.inf,
         uncertainty: Uncertainty | None = None,
     ) -> Motion:
-        """A motion along the rails: acceleration (n,) m/s2, velocity (n,) m/s, position (n,) m, all along x."""
+        """A motion along the rails: acceleration (n,) m/s2, velocity (n,) m/s and position (n,) m along x."""
         stamps = _history("time", time, (np.size(time),))
 
-        def axis_x(name: str, given: ArrayLike) -> Array:
+        def axis_x(name: str, values: ArrayLike) -> Array:
             history = np.zeros((stamps.size, 3))
-            history[:, 0] = _history(name, given, (stamps.size,))
+            history[:, 0] = _history(name, values, (stamps.size,))
             return history
 
         return cls(
@@ -127,120 +127,93 @@ class Motion:
         *,
         time: ArrayLike | None = None,
     ) -> Motion:
-        """The same motion with a process force added to what it has already.
+        """The motion with a process force added to those it has already.
 
-        point: (3,) m from L, where the force acts; the moment about L becomes moment + point x force.
-        force: (3,) or (k, 3) N; moment: (3,) or (k, 3) N m; global axes. (3,) is a constant.
-        time: (k,) s, stamps of the two, linear between them, equal neighbours are a jump; zero before the first
-        and after the last. Without it they belong to the motion's own stamps. The result has the stamps of both,
-        which is exact because all histories, and deviations from them, are linear between stamps. What lies
-        outside the motion's time is cut off.
+        point: (3,) m from L, where the force acts; the moment about L is moment + point x force.
+        force: (3,) or (k, 3) N; moment: (3,) or (k, 3) N m; global axes; (3,) is a constant.
+        time: (k,) s, the stamps of force and moment; the stamps of the motion if None. Force and moment are linear
+        between stamps, jump at two equal stamps, and are zero before the first and after the last.
+
+        The result has the stamps of both, which is exact because all histories are linear between stamps. Force and
+        moment outside the time of the motion are cut off. Raises TraceError.
         """
-        own = self.time if time is None else _history("time", time, (np.size(time),))
+        stamps = self.time if time is None else _history("time", time, (np.size(time),))
         if force is None and moment is None:
             raise TraceError("with_force: expected force, moment or both, got neither")
         arm = _history("point", point, (3,))
-        load = np.zeros((own.size, 6))
+        load = np.zeros((stamps.size, 6))
         if force is not None:
-            load[:, :3] = _samples("force", force, own.size)
+            load[:, :3] = _samples("force", force, stamps.size)
             load[:, 3:] = np.cross(arm, load[:, :3])
         if moment is not None:
-            load[:, 3:] += _samples("moment", moment, own.size)
-        note = f"process force at ({arm[0]:g}, {arm[1]:g}, {arm[2]:g}) m from L"
-        notes = (*self.notes, note)
+            load[:, 3:] += _samples("moment", moment, stamps.size)
+        notes = (*self.notes, f"process force at ({arm[0]:g}, {arm[1]:g}, {arm[2]:g}) m from L")
         if time is None:
             return replace(self, wrench=load if self.wrench is None else self.wrench + load, notes=notes)
-        added = Motion(own, np.zeros((own.size, 3)), wrench=load)  # checks the stamps too
-        stamps = np.unique(np.concatenate([self.time, added.time]))
+        Motion(stamps, np.zeros((stamps.size, 3)))  # checks the stamps
+        return replace(self._with_wrench(stamps, load), notes=notes)
+
+    def _with_wrench(self, time: Array, wrench: Array) -> Motion:
+        """This motion with a wrench (k, 6) at `time` (k,) added, which is zero outside its time; stamps of both."""
+        stamps = np.unique(np.concatenate([self.time, time]))
         stamps = stamps[(stamps >= self.time[0]) & (stamps <= self.time[-1])]
-        before, after = _sides(added.time, load, stamps, outside_zero=True)
-        sides: dict[str, tuple[Array, Array]] = {}
-        for name in HISTORIES:
-            history = getattr(self, name)
-            if history is not None:
-                sides[name] = _sides(self.time, history, stamps)
-        if "wrench" in sides:
-            sides["wrench"] = (sides["wrench"][0] + before, sides["wrench"][1] + after)
-        else:
-            sides["wrench"] = (before, after)
-        # A stamp stands twice where any history jumps; the motion starts after a jump at its first stamp and
-        # ends before one at its last.
+        histories = {name: getattr(self, name) for name in HISTORIES if getattr(self, name) is not None}
+        histories.setdefault("wrench", np.zeros((self.time.size, 6)))
+        added = np.pad(time, 1, mode="edge"), np.pad(wrench, ((1, 1), (0, 0)))
+        before, after = (
+            {name: _one_side(self.time, history, stamps, side) for name, history in histories.items()}
+            for side in SIDES
+        )
+        for values, side in zip((before, after), SIDES, strict=True):
+            values["wrench"] += _one_side(*added, stamps, side)
+        # A jump needs two stamps, except at the ends: the motion starts after a jump at its first stamp and ends
+        # before one at its last.
         jump = np.zeros(stamps.size, bool)
-        for left, right in sides.values():
-            jump |= np.any((left != right).reshape(stamps.size, -1), axis=1)
-        own_jumps = self.time[1:][np.diff(self.time) == 0.0]
-        jump |= np.isin(stamps, own_jumps)
-        inside = (stamps > self.time[0]) & (stamps < self.time[-1])
-        jump &= inside | np.isin(stamps, own_jumps)
-        take = np.repeat(np.arange(stamps.size), 1 + jump)
-        late = np.concatenate([[False], take[1:] == take[:-1]])
-        late |= (stamps[take] == self.time[0]) & ~jump[take]
+        for name in histories:
+            jump |= np.any((before[name] != after[name]).reshape(stamps.size, -1), axis=1)
+        jump[[0, -1]] = False
+        jump |= np.isin(stamps, self.time[1:][np.diff(self.time) == 0.0])
+        index = np.repeat(np.arange(stamps.size), 1 + jump)
+        late = np.append(not jump[0], index[1:] == index[:-1])
         united = {
-            name: np.where(late.reshape(-1, *[1] * (left.ndim - 1)), right[take], left[take])
-            for name, (left, right) in sides.items()
+            name: np.where(late.reshape(-1, *[1] * (sides.ndim - 1)), after[name][index], sides[index])
+            for name, sides in before.items()
         }
-        left_open = self.uncertainty
-        if left_open is not None and left_open.time is None:
-            left_open = replace(left_open, time=self.time)
-        return replace(self, time=stamps[take], notes=notes, uncertainty=left_open, **united)
+        uncertainty = self.uncertainty
+        if uncertainty is not None and uncertainty.time is None:
+            uncertainty = replace(uncertainty, time=self.time)
+        return replace(self, time=stamps[index], uncertainty=uncertainty, **united)
 
 
-def _history(name: str, given: ArrayLike, shape: tuple[int, ...]) -> Array:
+def _history(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
     """A read-only float64 copy of shape `shape`, all finite."""
     try:
-        history = np.array(given, dtype=np.float64, order="C")
+        history = np.array(values, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
         raise TraceError(f"{name}: expected numbers of shape {shape}, got {error}") from None
     if history.shape != shape:
         raise TraceError(f"{name}: expected shape {shape}, got {history.shape}")
     bad = np.argwhere(~np.isfinite(history))
     if bad.size:
-        place = ", ".join(str(part) for part in bad[0])
-        raise TraceError(
-            f"{name}[{place}]: expected a finite number, got {history[tuple(bad[0])]} ({len(bad)} such)"
-        )
+        index = tuple(bad[0].tolist())
+        place, value = ", ".join(map(str, index)), history[index]
+        raise TraceError(f"{name}[{place}]: expected a finite number, got {value} ({len(bad)} such)")
     history.setflags(write=False)
     return history
 
 
-def _samples(name: str, given: ArrayLike, count: int) -> Array:
-    """(count, 3) from one constant vector or a history."""
-    if np.ndim(given) == 1:
-        return np.broadcast_to(_history(name, given, (3,)), (count, 3))
-    return _history(name, given, (count, 3))
+def _samples(name: str, values: ArrayLike, count: int) -> Array:
+    """(count, 3) from a constant vector or a history."""
+    shape = (3,) if np.ndim(values) == 1 else (count, 3)
+    return np.broadcast_to(_history(name, values, shape), (count, 3))
 
 
-def _sides(time: Array, history: Array, stamps: Array, *, outside_zero: bool = False) -> tuple[Array, Array]:
-    """The history just before and just after each stamp; they differ at jumps.
-
-    Outside its own time the history is zero (`outside_zero`) or, where no stamp lies outside, not asked for.
-    """
-    last = time.size - 1
-    before = np.searchsorted(time, stamps, side="left")  # first sample at or after the stamp
-    after = np.searchsorted(time, stamps, side="right") - 1  # last sample at or before it
-    lower, upper = np.clip(before - 1, 0, last), np.clip(before, 0, last)
-    left = _between(time, history, stamps, lower, upper, exact=upper)
-    lower, upper = np.clip(after, 0, last), np.clip(after + 1, 0, last)
-    right = _between(time, history, stamps, lower, upper, exact=lower)
-    if outside_zero:
-        left[(stamps <= time[0]) | (stamps > time[-1])] = 0.0
-        right[(stamps < time[0]) | (stamps >= time[-1])] = 0.0
-    return left, right
-
-
-def _between(
-    time: Array,
-    history: Array,
-    stamps: Array,
-    lower: NDArray[np.intp],
-    upper: NDArray[np.intp],
-    exact: NDArray[np.intp],
-) -> Array:
-    """Linear between the samples lower and upper; the sample `exact` itself where it lies on the stamp."""
+def _one_side(time: Array, history: Array, stamps: Array, side: Literal["left", "right"]) -> Array:
+    """The history just before ("left") or just after ("right") each stamp, constant beyond its ends."""
+    upper = np.searchsorted(time, stamps, side)
+    lower, upper = (np.clip(index, 0, time.size - 1) for index in (upper - 1, upper))
     width = time[upper] - time[lower]
-    share = np.where(width > 0.0, (stamps - time[lower]) / np.where(width > 0.0, width, 1.0), 0.0)
+    share = np.divide(stamps - time[lower], width, out=np.zeros(stamps.size), where=width > 0.0)
     share = share.reshape(-1, *[1] * (history.ndim - 1))
-    value = history[lower] + share * (history[upper] - history[lower])
-    hit = time[exact] == stamps
-    value[hit] = history[exact[hit]]
-    return value
+    # A sample on the stamp is taken as it is, without rounding.
+    return np.where(share == 1.0, history[upper], history[lower] + share * (history[upper] - history[lower]))

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from guideload._core import Law
+    from guideload.machine.components import Carriage, Link
     from guideload.machine.machine import Machine
-    from guideload.machine.parts import Carriage, Link
 
 # Guides carry machines at tens to hundreds of Hz, damped by some percent, with play of some micrometres. What lies
 # beyond these limits is a slip of units: N/mm read as N/m lowers the frequencies 32 times.

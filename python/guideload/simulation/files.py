@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import tempfile
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from itertools import product
 from os import PathLike
 from pathlib import Path
@@ -17,6 +15,7 @@ import numpy as np
 import pyarrow as pa
 import xarray as xr
 
+from guideload.base.atomic import atomic_write
 from guideload.base.errors import GuideloadError, TraceError, ValueRefused
 from guideload.machine.machine import Machine
 
@@ -29,7 +28,7 @@ def write_netcdf(data: xr.Dataset, path: str | PathLike[str]) -> None:
     Byte for byte what xarray writes, but by h5netcdf itself: where dask is installed xarray would import the whole of
     it, to see whether arrays are dask's.
     """
-    with _whole(_ending(path, ".nc")) as draft, h5netcdf.File(draft, "w") as file:
+    with atomic_write(_ending(path, ".nc")) as draft, h5netcdf.File(draft, "w") as file:
         file.attrs.update(data.attrs)
         for variable in data.variables.values():
             for dim, size in variable.sizes.items():
@@ -49,7 +48,7 @@ def write_parquet(data: xr.Dataset, path: str | PathLike[str]) -> None:
     from pyarrow import parquet  # here and below, as a run needs one of the formats only
 
     table = _columns(data).replace_schema_metadata({KEY: json.dumps(_rest(data))})
-    with _whole(_ending(path, ".parquet")) as draft:
+    with atomic_write(_ending(path, ".parquet")) as draft:
         parquet.write_table(table, draft)
 
 
@@ -57,7 +56,7 @@ def write_csv(data: xr.Dataset, path: str | PathLike[str]) -> None:
     """Histories as columns, the rest as JSON beside it."""
     from pyarrow import csv
 
-    with _whole(_ending(path, ".csv")) as draft, _whole(Path(path).with_suffix(".json")) as rest:
+    with atomic_write(_ending(path, ".csv")) as draft, atomic_write(Path(path).with_suffix(".json")) as rest:
         csv.write_csv(_columns(data), draft)
         rest.write_text(json.dumps(_rest(data), indent=1), encoding="utf-8")
 
@@ -68,18 +67,6 @@ def _ending(path: str | PathLike[str], ending: str) -> Path:
     if path.suffix != ending:
         raise ValueRefused(f"a file name that ends in {ending}", str(path))
     return path
-
-
-@contextmanager
-def _whole(path: str | PathLike[str]) -> Iterator[Path]:
-    """A draft beside `path` that takes its place when all is written; what was there stays if anything fails."""
-    path = Path(path)
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"{path}: there is no folder {path.parent}")
-    with tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as space:
-        draft = Path(space) / path.name
-        yield draft
-        draft.replace(path)
 
 
 def read(path: str | PathLike[str]) -> tuple[Machine, xr.Dataset]:

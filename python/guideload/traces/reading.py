@@ -29,7 +29,7 @@ from guideload.traces.quality.clocks import CLOCKS, clock_of, held, on_grid, sti
 from guideload.traces.quality.repair import repaired, wanted
 
 if TYPE_CHECKING:
-    from guideload.machine.parts import Drive
+    from guideload.machine.components import Drive
     from guideload.traces.format.files import TableLike
 
 

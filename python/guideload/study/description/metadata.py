@@ -108,7 +108,7 @@ class StudyMetadata(BaseModel):
 
     def write(self, folder: Path) -> None:
         """Write `study.json` atomically."""
-        with atomic_write(folder / FILE) as draft:
+        with atomic_write(folder / FILE, durable=True) as draft:
             draft.write_text(json.dumps(self.as_json(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
     @classmethod

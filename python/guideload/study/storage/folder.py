@@ -60,7 +60,7 @@ def _require_ours(folder: Path, metadata: StudyMetadata, resume: bool) -> None:
 def _drafts(folder: Path) -> list[Path]:
     """What a killed writer may have left."""
     drafts = [draft_of(folder / name) for name in (FILE, HISTORIES)]
-    return [*(path for path in drafts if path.exists()), *(folder / SAMPLES).glob(".*.parquet.draft")]
+    return [*(path for path in drafts if path.exists()), *(folder / SAMPLES).glob(".*.draft.parquet")]
 
 
 def begun_only(folder: Path) -> bool:

@@ -224,7 +224,7 @@ class FolderStore(SampleStore):
         identity = {"fingerprint": self._fingerprint, "samples": samples}
         table = self._table(chunk).replace_schema_metadata({KEY: json.dumps(identity)})
         path = self.folder / SAMPLES / f"chunk-{chunk.start:09d}-{chunk.stop:09d}.parquet"
-        with atomic_write(path) as draft:
+        with atomic_write(path, durable=True) as draft:
             # Random numbers do not compress, and dictionaries of them take eight times as long to write.
             parquet.write_table(
                 table,
@@ -283,7 +283,7 @@ class FolderStore(SampleStore):
             return None
 
     def add_histories(self, data: xr.Dataset) -> None:
-        with atomic_write(self.folder / HISTORIES) as draft:
+        with atomic_write(self.folder / HISTORIES, durable=True) as draft:
             draft.write_bytes(_netcdf(data))
 
 

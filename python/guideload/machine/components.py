@@ -1,13 +1,13 @@
-"""The parts of a machine: body, rails, carriages, extra links, drive, as described in a file or in code.
+"""The components of a machine: body, rails, carriages, extra links, drive.
 
-A value is given as an SI number or as a string with its unit, and is kept in SI units.
+A value is an SI number or a string with its unit; it is stored as an SI number.
 """
 
 from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Annotated, Literal
+from typing import Annotated, Literal, cast
 
 import numpy as np
 from pydantic import (
@@ -32,7 +32,11 @@ from guideload.machine.laws import (
     Preload,
     Rolling,
     Stiffness,
+    clearance_field,
+    curve_field,
     law_of,
+    preload_field,
+    stiffness_field,
     with_clearance,
     with_preload,
 )
@@ -58,20 +62,20 @@ InertiaRow = Annotated[tuple[Inertia, Inertia, Inertia], _XYZ]
 Tensor = Annotated[tuple[InertiaRow, InertiaRow, InertiaRow], _ROWS]
 
 
-# Of the largest entry: CAD systems print six digits, the last of which may be 5e-6 off, and a flat plate obeys
-# the triangle rule with equality.
+# Tolerance, of the largest entry: CAD systems print six digits, the last of which may be 5e-6 off, and a flat plate
+# meets the triangle rule with equality.
 PRINTED_DIGITS = 1e-5
-# Of the largest entry: what shifting a tensor to another point leaves of a moment that is zero.
+# Tolerance, of the largest entry: rounding when a tensor is shifted to another point.
 ROUNDING = 1e-12
 
 
 class Body(ConfigModel):
-    """The moving body, rigid."""
+    """The moving rigid body."""
 
     mass: Mass = Field(description='mass of all that moves with the carriages, e.g. "1250 kg"')
     center_of_mass: Point = Field(description='x, y, z from L, e.g. ["120 mm", "-650 mm", "180 mm"]')
     inertia_about: Literal["center_of_mass", "L"] = Field(
-        default="center_of_mass", description="the point that the inertia is given about; axes as everywhere"
+        default="center_of_mass", description="the reference point of the inertia; its axes are x, y, z"
     )
     inertia: Tensor = Field(
         description="inertia tensor in kg m^2, e.g. [[420, 15, -8], [15, 310, 22], [-8, 22, 380]]"
@@ -79,35 +83,28 @@ class Body(ConfigModel):
 
     @field_validator("inertia")
     @classmethod
-    def _of_a_real_body(cls, rows: Tensor, info: ValidationInfo) -> Tensor:
-        """Symmetric, positive definite and within the triangle rule; returned exactly symmetric."""
-        given = np.array(rows)
-        scale = np.abs(given).max()
-        skew = np.abs(given - given.T)
+    def _physical(cls, rows: Tensor, info: ValidationInfo) -> Tensor:
+        """Check symmetry, definiteness and triangle rule; the result is exactly symmetric."""
+        tensor = np.array(rows)
+        scale = np.abs(tensor).max()
+        skew = np.abs(tensor - tensor.T)
         if skew.max() > PRINTED_DIGITS * scale:
             i, j = (int(k) for k in np.unravel_index(skew.argmax(), skew.shape))
             raise ValueRefused(
                 "a symmetric tensor",
                 rows,
-                f"[{i}][{j}] and [{j}][{i}] are {given[i, j]:g} and {given[j, i]:g} kg m^2,"
+                f"[{i}][{j}] and [{j}][{i}] are {tensor[i, j]:g} and {tensor[j, i]:g} kg m^2,"
                 f" {skew[i, j]:g} kg m^2 apart",
             )
-        given = 0.5 * (given + given.T)
-        known = info.data
-        if known.keys() >= {"mass", "center_of_mass", "inertia_about"}:  # else those are refused already
-            _require_possible(
-                _central(given, known["mass"], known["center_of_mass"], known["inertia_about"]), rows, scale
-            )
-        return _rows(given)
+        tensor = 0.5 * (tensor + tensor.T)
+        others = [info.data[key] for key in ("mass", "center_of_mass", "inertia_about") if key in info.data]
+        if len(others) == 3:  # none of them was refused
+            _require_physical(_central(tensor, *others), rows, scale)
+        return cast(Tensor, tuple(map(tuple, tensor.tolist())))
 
     def central_inertia(self) -> Array:
         """Inertia tensor about the centre of mass, shape (3, 3) [kg m^2], by J_S = J_L + m skew(r_S)^2."""
         return _central(np.array(self.inertia), self.mass, self.center_of_mass, self.inertia_about)
-
-
-def _rows(tensor: Array) -> Tensor:
-    a, b, c = ((float(x), float(y), float(z)) for x, y, z in tensor)
-    return a, b, c
 
 
 def _central(inertia: Array, mass: float, center: tuple[float, float, float], about: str) -> Array:
@@ -115,8 +112,8 @@ def _central(inertia: Array, mass: float, center: tuple[float, float, float], ab
     return inertia if about == "center_of_mass" else inertia - mass * (r @ r * np.eye(3) - np.outer(r, r))
 
 
-def _require_possible(central: Array, rows: Tensor, scale: float) -> None:
-    """No mass is negative, so each principal moment is positive and at most the sum of the other two."""
+def _require_physical(central: Array, rows: Tensor, scale: float) -> None:
+    """Each principal moment must be positive and at most the sum of the other two."""
     small, middle, large = (float(moment) for moment in np.linalg.eigvalsh(central))
     found = f"principal moments about the centre of mass are {small:g}, {middle:g}, {large:g} kg m^2"
     way_out = "check inertia_about, the units and the signs (entries of the tensor: Jxy = -sum m x y)"
@@ -136,58 +133,34 @@ def _require_possible(central: Array, rows: Tensor, scale: float) -> None:
 class Rail(ConfigModel):
     """A rail; it runs along x."""
 
-    name: Name = Field(description='a name of its own, e.g. "1"')
+    name: Name = Field(description='a unique name, e.g. "1"')
     position: Cross = Field(description='y, z from L, e.g. ["50 mm", "-350 mm"]')
 
 
 class Carriage(ConfigModel):
-    """A carriage acts through two pairs of links, along y and z, at x -+ length/2 (paper, 4.1).
+    """A carriage: two pairs of links along y and z, at x -+ length/2 (paper, 4.1).
 
-    Stiffness, clearance, preload or curve make its elastic law in each direction; see `guideload.laws`.
+    Stiffness, clearance, preload or curve define its elastic law in each direction; see `guideload.machine.laws`.
     """
 
-    name: Name = Field(description='a name of its own, e.g. "1"')
+    name: Name = Field(description='a unique name, e.g. "1"')
     rail: Name = Field(description="the name of the rail it runs on")
     x: Length = Field(description='x of its centre from L, e.g. "-500 mm"')
     length: PositiveLength = Field(description='distance between its two pairs of links, e.g. "85 mm"')
-    curve_y: Curve | None = Field(
-        default=None,
-        description="points [deflection, force] of the whole carriage along y instead of stiffness_y, e.g. "
-        '[["0 um", "0 N"], ["20 um", "9 kN"]]; from [0, 0] on they hold for both directions',
-    )
-    curve_z: Curve | None = Field(
-        default=None,
-        description="points [deflection, force] of the whole carriage along z instead of stiffness_z, e.g. "
-        '[["0 um", "0 N"], ["20 um", "9 kN"]]; from [0, 0] on they hold for both directions',
-    )
-    stiffness_y: Stiffness = Field(
-        default=None,
-        validate_default=True,
-        description='stiffness of the whole carriage along y, e.g. "350 N/um" (or curve_y instead)',
-    )
-    stiffness_z: Stiffness = Field(
-        default=None,
-        validate_default=True,
-        description='stiffness of the whole carriage along z, e.g. "350 N/um" (or curve_z instead)',
-    )
-    preload_y: Preload = Field(
-        default=None,
-        description='preload of the whole carriage along y, e.g. "2.09 kN", beside stiffness_y at no load; '
-        "leave it out if there is none",
-    )
-    preload_z: Preload = Field(
-        default=None,
-        description='preload of the whole carriage along z, e.g. "2.09 kN", beside stiffness_z at no load; '
-        "leave it out if there is none",
-    )
-    clearance_y: Clearance = Field(default=0.0, description='play along y to either side, e.g. "5 um"')
-    clearance_z: Clearance = Field(default=0.0, description='play along z to either side, e.g. "5 um"')
+    curve_y: Curve | None = curve_field("of the whole carriage along y", "_y")
+    curve_z: Curve | None = curve_field("of the whole carriage along z", "_z")
+    stiffness_y: Stiffness = stiffness_field("of the whole carriage along y", "_y")
+    stiffness_z: Stiffness = stiffness_field("of the whole carriage along z", "_z")
+    preload_y: Preload = preload_field("of the whole carriage along y", "_y")
+    preload_z: Preload = preload_field("of the whole carriage along z", "_z")
+    clearance_y: Clearance = clearance_field("along y")
+    clearance_z: Clearance = clearance_field("along z")
     rolling: Annotated[
         Rolling | None, AfterValidator(partial(with_preload, keys=("preload_y", "preload_z")))
     ] = Field(
         default=None,
         validate_default=True,
-        description='what rolls in a preloaded carriage: "ball" or "roller"',
+        description='rolling element of a preloaded carriage: "ball" or "roller"',
     )
     damping_y: Damping = Field(description='damping of the whole carriage along y, e.g. "100 kN s/m"')
     damping_z: Damping = Field(description='damping of the whole carriage along z, e.g. "100 kN s/m"')
@@ -207,31 +180,19 @@ class Carriage(ConfigModel):
 class Link(ConfigModel):
     """An extra link between body and drive frame, such as an elastic rack: spring and damper in parallel."""
 
-    name: Name = Field(description='a name of its own, e.g. "rack"')
+    name: Name = Field(description='a unique name, e.g. "rack"')
     point: Point = Field(description="x, y, z from L of its end on the body")
     direction: Vector = Field(
-        description="the line it acts along, of any length, e.g. [1, 0, 0]; kept as a unit vector"
+        description="the line it acts along, of any length, e.g. [1, 0, 0]; it is scaled to a unit vector"
     )
-    curve: Curve | None = Field(
-        default=None,
-        description="points [deflection, force] along its direction instead of stiffness, e.g. "
-        '[["0 um", "0 N"], ["20 um", "9 kN"]]; from [0, 0] on they hold for both directions',
-    )
-    stiffness: Stiffness = Field(
+    curve: Curve | None = curve_field("along its direction")
+    stiffness: Stiffness = stiffness_field("along its direction")
+    preload: Preload = preload_field("along its direction")
+    clearance: Clearance = clearance_field("along its direction")
+    rolling: Annotated[Rolling | None, AfterValidator(partial(with_preload, keys=("preload",)))] = Field(
         default=None,
         validate_default=True,
-        description='stiffness along its direction, e.g. "350 N/um" (or curve instead)',
-    )
-    preload: Preload = Field(
-        default=None,
-        description='preload along its direction, e.g. "2.09 kN", beside stiffness at no load; '
-        "leave it out if there is none",
-    )
-    clearance: Clearance = Field(
-        default=0.0, description='play along its direction to either side, e.g. "5 um"'
-    )
-    rolling: Annotated[Rolling | None, AfterValidator(partial(with_preload, keys=("preload",)))] = Field(
-        default=None, validate_default=True, description='what rolls in a preloaded link: "ball" or "roller"'
+        description='rolling element of a preloaded link: "ball" or "roller"',
     )
     damping: Damping = Field(description='damping along its direction, e.g. "20 kN s/m"')
     damping_in_contact: Annotated[
@@ -256,7 +217,7 @@ class Link(ConfigModel):
 
 
 class Drive(ConfigModel):
-    """From the motor to the cart: a gear, then a pinion on a rack or a screw."""
+    """The drive from the motor to the cart: a gear, then a pinion on a rack or a screw."""
 
     gear_ratio: Ratio = Field(
         default=1.0,

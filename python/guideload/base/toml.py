@@ -1,0 +1,156 @@
+"""TOML files with the row and the text of every value, so that errors can name them."""
+
+from __future__ import annotations
+
+import re
+import sys
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from guideload.base.errors import ABSENT, ConfigError, KeyPath, Problem, shortened
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+
+@dataclass(frozen=True)
+class Place:
+    """Row of a value in its file (1 = first), and the value as written there."""
+
+    row: int
+    text: str
+
+
+def read_toml(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
+    """The values of a TOML file and their places. Raises ConfigError if it cannot be read."""
+
+    def refusal(expected: str, hint: str, row: int | None, written: str) -> ConfigError:
+        return ConfigError([Problem((), None, expected, hint, row, written)], str(file))
+
+    try:
+        content = Path(file).read_bytes()
+    except OSError as error:
+        expected = f"a readable file, `guideload init` writes one ({error.strerror})"
+        raise refusal(expected, "", None, "no file") from None
+    try:
+        text = content.decode("utf-8-sig")  # editors on Windows put the byte order mark before the text
+    except UnicodeDecodeError as error:
+        row = content.count(b"\n", 0, error.start) + 1
+        written = f"the byte 0x{content[error.start]:02x}"
+        raise refusal("text in UTF-8", "save the file as UTF-8", row, written) from None
+    try:
+        return tomllib.loads(text), _Scanner(text).places
+    except tomllib.TOMLDecodeError as error:
+        lines = text.splitlines() or [""]
+        at = re.search(r" \(at (?:line (\d+).*|end of document)\)", str(error))
+        row = int(at[1]) if at and at[1] else len(lines)
+        reason = str(error)[: at.start()] if at else str(error)
+        hint = f'{reason}; text and values with a unit stand in quotes, as in mass = "1250 kg"'
+        written = shortened(lines[min(row, len(lines)) - 1]) or "an empty row"
+        raise refusal("TOML", hint, row, written) from None
+
+
+def located(error: ConfigError, file: str, places: dict[KeyPath, Place]) -> ConfigError:
+    """The same error with the file, the rows and the values as written; rows in ascending order."""
+    problems = []
+    for problem in error.problems:
+        prefixes = (problem.path[:n] for n in range(len(problem.path), 0, -1))
+        path = next((prefix for prefix in prefixes if prefix in places), None)
+        if path is not None:
+            exact = path == problem.path and problem.written != ABSENT
+            written = (places[path].text if exact else "") or problem.written
+            problem = replace(problem, row=places[path].row, written=written)
+        problems.append(problem)
+    return ConfigError(sorted(problems, key=lambda problem: problem.row or 0), file)
+
+
+TOKEN = re.compile(
+    r"""(?P<blank>[ \t\r\n]+|\#[^\n]*)
+    |(?P<string>\"{3}(?:\\.|[^\\])*?\"{3,5}|'{3}.*?'{3,5}|"(?:\\.|[^"\\])*"|'[^']*')
+    |(?P<mark>[\[\]{}=,.])
+    |(?P<bare>[^\s\[\]{}=,."'\#]+)""",
+    re.VERBOSE | re.DOTALL,
+)
+
+
+class _Scanner:
+    """The places of all tables, keys and array entries of a text that tomllib accepts; tomllib does not report them."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.tokens = [match for match in TOKEN.finditer(text) if match.lastgroup != "blank"]
+        self.at = 0
+        self.places: dict[KeyPath, Place] = {}
+        table: KeyPath = ()
+        last_entry: dict[KeyPath, int] = {}  # of each array of tables
+        while self.at < len(self.tokens):
+            if self._sees("["):
+                table = self._header(last_entry)
+            else:
+                self._pair(table)
+
+    def _header(self, last_entry: dict[KeyPath, int]) -> KeyPath:
+        start = self.tokens[self.at]
+        depth = 2 if self.tokens[self.at + 1][0] == "[" else 1
+        self.at += depth
+        path: KeyPath = ()
+        keys = self._keys()
+        for number, key in enumerate(keys, 1):
+            path += (key,)
+            if depth == 2 and number == len(keys):
+                last_entry[path] = last_entry.get(path, -1) + 1
+            if path in last_entry:
+                path += (last_entry[path],)
+        self.at += depth
+        self.places[path] = Place(self._row(start), "")
+        return path
+
+    def _pair(self, table: KeyPath) -> None:
+        start = self.tokens[self.at]
+        path = table + tuple(self._keys())
+        self.at += 1  # =
+        self._value(path, start)
+
+    def _keys(self) -> list[str]:
+        keys: list[str] = []
+        while not keys or self._sees("."):
+            self.at += bool(keys)
+            token = self.tokens[self.at]
+            quoted = token.lastgroup == "string"
+            keys.append(next(iter(tomllib.loads(f"{token[0]}=0"))) if quoted else token[0])
+            self.at += 1
+        return keys
+
+    def _value(self, path: KeyPath, start: re.Match[str]) -> None:
+        first = self.tokens[self.at]
+        self.at += 1
+        if first[0] in ("[", "{"):
+            index = 0
+            while not self._sees("]" if first[0] == "[" else "}"):
+                if first[0] == "[":
+                    self._value((*path, index), self.tokens[self.at])
+                else:
+                    self._pair(path)
+                index += 1
+                self.at += self._sees(",")
+            self.at += 1
+        else:
+            # 1.5 is three tokens, a date with a blank is two: a plain value ends with its row or at , ] }
+            while self.at < len(self.tokens) and first.lastgroup == "bare" and self._continues():
+                self.at += 1
+        text = shortened(self.text[first.start() : self.tokens[self.at - 1].end()])
+        self.places[path] = Place(self._row(start), text)
+
+    def _continues(self) -> bool:
+        gap = self.text[self.tokens[self.at - 1].end() : self.tokens[self.at].start()]
+        return self.tokens[self.at][0] not in (",", "]", "}", "[") and "\n" not in gap
+
+    def _sees(self, mark: str) -> bool:
+        return self.at < len(self.tokens) and self.tokens[self.at][0] == mark
+
+    def _row(self, token: re.Match[str]) -> int:
+        return self.text.count("\n", 0, token.start()) + 1
