@@ -10,9 +10,10 @@ import pytest
 from click.testing import CliRunner, Result
 
 from guideload.base.errors import ArgumentError, RunError
-from guideload.cli.main import EXAMPLES, main
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.main import main
 from guideload.cli.outputs import FORMATS, MANIFEST, PICTURE_ENDINGS, PICTURES
-from guideload.cli.shared import working
+from guideload.cli.terminal import status
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.reports.result import result_report
@@ -486,5 +487,5 @@ def test_a_run_leaves_the_search_for_garbage_as_it_was(tmp_path: Path, trace: st
 
 
 def test_progress_stays_off_where_nobody_watches() -> None:
-    with working("anything") as status:
-        assert status is None
+    with status("anything") as shown:
+        assert shown is None

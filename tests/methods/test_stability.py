@@ -23,7 +23,8 @@ from reference import DOFS
 from test_exactness import all_modes_critical, translating
 
 from guideload import ArgumentError, Link, Machine, Motion, RunError, Stability, simulate, stability
-from guideload.cli.main import EXAMPLES, main
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.main import main
 from guideload.methods.step_stability import step_ends
 from guideload.simulation.stability_function import (
     IMPLICIT_ABOVE,

@@ -15,15 +15,16 @@ from reference import cart, cart_stiff, cycle, noisy, paper, piece
 import guideload
 from guideload import Body, Link, Machine, Motion, WorkPrecision, plots
 from guideload.base.errors import ArgumentError, RunError
-from guideload.cli.main import EXAMPLES, main
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.main import main
 from guideload.cli.outputs import CHART, MANIFEST
-from guideload.methods import comparison as bench
-from guideload.methods.comparison import PARTS_OF_A_SAMPLE, RTOLS, work_precision
+from guideload.methods import runner
 from guideload.methods.diagram import Row, Setting, pareto_optimal
+from guideload.methods.runner import RTOLS, STEPS_PER_SAMPLE, work_precision
 from guideload.reports.work_precision import chart_report
 
 MACHINE = str(EXAMPLES / "manipulator.toml")
-SETTINGS = 1 + 2 * len(RTOLS) + 2 * len(PARTS_OF_A_SAMPLE)
+SETTINGS = 1 + 2 * len(RTOLS) + 2 * len(STEPS_PER_SAMPLE)
 START = piece(cycle(), 500, 1200)  # out of rest, up to speed, and on
 
 
@@ -31,7 +32,7 @@ START = piece(cycle(), 500, 1200)  # out of rest, up to speed, and on
 def few_repetitions() -> Iterator[None]:
     """No chart here needs good times, and none must run out of budget on a busy machine."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bench, "MOST_REPETITIONS", 2)
+        patch.setattr(runner, "MOST_REPETITIONS", 2)
         yield
 
 
@@ -65,14 +66,14 @@ def solved(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[Setting], Non
 
     def watched(before: Callable[[Setting], None]) -> list[Setting]:
         runs: list[Setting] = []
-        true_solved = bench._solved
+        true_solved = runner._solved
 
         def solve(machine: Machine, motion: Motion, setting: Setting, judged: object) -> object:
             before(setting)
             runs.append(setting)
             return true_solved(machine, motion, setting, judged)
 
-        monkeypatch.setattr(bench, "_solved", solve)
+        monkeypatch.setattr(runner, "_solved", solve)
         return runs
 
     return watched
@@ -99,7 +100,7 @@ def test_every_setting_has_a_row(chart: WorkPrecision) -> None:
     assert len(chart.rows) == SETTINGS == len({row.setting for row in chart.rows})
     assert all(row.failed is None and row.seconds is not None for row in chart.rows)
     assert [row.setting.value for row in ladder(chart, "rk45", "step")] == pytest.approx(
-        [1e-3 / parts for parts in PARTS_OF_A_SAMPLE]
+        [1e-3 / parts for parts in STEPS_PER_SAMPLE]
     )
 
 
@@ -222,7 +223,7 @@ def test_auto_that_fails_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(*_: object, **__: object) -> None:
         raise RunError("no way")
 
-    monkeypatch.setattr(bench, "simulate", fails)
+    monkeypatch.setattr(runner, "simulate", fails)
     chart = work_precision(cart(), START)
     assert (chart.auto_method, chart.auto_reason, chart.auto_row) == (None, "no way", None)
     assert "auto fails: no way." in chart_report(chart)
@@ -276,7 +277,7 @@ def test_the_budget_is_kept(monkeypatch: pytest.MonkeyPatch, solved: Callable[..
         nonlocal now
         now += 1.0
 
-    monkeypatch.setattr(bench, "perf_counter", lambda: now)
+    monkeypatch.setattr(runner, "perf_counter", lambda: now)
     runs = solved(takes_a_second)
     chart = work_precision(cart(), START, budget=10.0)
     assert len(runs) <= 10 and now <= 10.0
@@ -289,7 +290,7 @@ def test_the_budget_is_kept(monkeypatch: pytest.MonkeyPatch, solved: Callable[..
     del runs[:]
     once = 2 + SETTINGS
     chart = work_precision(cart(), START, budget=1000.0)
-    assert chart.repetitions == bench.MOST_REPETITIONS and once < len(runs) <= once + SETTINGS
+    assert chart.repetitions == runner.MOST_REPETITIONS and once < len(runs) <= once + SETTINGS
     assert all(row.spread == 0.0 for row in chart.rows)
 
 
@@ -302,7 +303,7 @@ def test_a_finer_step_is_foreseen(
         nonlocal now
         now += 1e-3 / setting.value if setting.kind == "step" else 0.01
 
-    monkeypatch.setattr(bench, "perf_counter", lambda: now)
+    monkeypatch.setattr(runner, "perf_counter", lambda: now)
     solved(takes_by_step)
     chart = work_precision(cart(), START, budget=12.0)
     parts = {
@@ -474,6 +475,6 @@ def test_bad_input_is_refused_and_failure_leaves_nothing(
     def fails(*_: object, **__: object) -> None:
         raise RunError("no method gives a reference")
 
-    monkeypatch.setattr(bench, "work_precision", fails)
+    monkeypatch.setattr(runner, "work_precision", fails)
     assert refused("chart", MACHINE, trace, "-o", out, code=1) == "Error: no method gives a reference\n"
     assert not out.exists()

@@ -11,12 +11,14 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from guideload import plots
-from guideload.cli.main import EXAMPLES, PICTURES
+from guideload.base.numbers import load_with_unit
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.outputs import PICTURES
 from guideload.machine.components import Carriage
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.plots.histories import octave_bands
-from guideload.plots.style import LOOK, carriage_look, load_text
+from guideload.plots.style import LOOK, carriage_look
 from guideload.simulation.result import Result
 from guideload.simulation.simulation import simulate
 
@@ -79,7 +81,7 @@ def test_load_of_a_carriage(result: Result, carriage: str, axis: str) -> None:
     assert set(static.get_ydata()) == {float(result.data["static_force"].sel(carriage=carriage, axis=axis))}
     assert abs(peak.get_ydata()[0]) == np.abs(drawn).max()
     assert drawn[TIME == peak.get_xdata()[0]] == peak.get_ydata()[0]
-    assert load_text(peak.get_ydata()[0]) in legend_text(ax)
+    assert load_with_unit(peak.get_ydata()[0]) in legend_text(ax)
     assert ax.get_xlabel() == "time [s]" and ax.get_ylabel().endswith("[N]")
     assert carriage in ax.get_title(loc="left")
 
@@ -118,7 +120,7 @@ def test_moment_of_every_carriage_with_its_static_level(result: Result) -> None:
         np.testing.assert_allclose(moment.get_ydata() ** 2, (drawn**2).sum(axis=1), rtol=1e-12)
         level = np.linalg.norm(result.data["static_moment"].sel(carriage=name).values)
         assert static.get_ydata()[0] == pytest.approx(level, rel=1e-12)
-        assert load_text(moment.get_ydata().max(), "N m") in legend_text(ax)
+        assert load_with_unit(moment.get_ydata().max(), "N m") in legend_text(ax)
     assert ax.get_ylabel().endswith("[N m]") and ax.get_xlabel() == "time [s]"
 
 
@@ -282,7 +284,7 @@ def test_scene_shows_loads_at_the_peak(machine: Machine, result: Result) -> None
     text = legend_text(ax)
     assert f"{TIME[instant]:.3f} s" in text
     for load in np.linalg.norm(result.data["force"].values[instant], axis=1):
-        assert load_text(load) in text
+        assert load_with_unit(load) in text
     assert "N per 100 mm" in text
     assert all(label.endswith("[m]") for label in (ax.get_xlabel(), ax.get_ylabel(), ax.get_zlabel()))
     assert len([one for one in ax.collections if isinstance(one, Poly3DCollection)]) == 1 + len(
@@ -343,4 +345,4 @@ def test_save_all_writes_every_picture(result: Result, tmp_path: Path) -> None:
     [(-12258.3, "−12\u202f258 N"), (99.94, "99.9 N"), (0.1234, "0.123 N"), (1e-15, "0 N"), (0.0, "0 N")],
 )
 def test_loads_as_text(value: float, text: str) -> None:
-    assert load_text(value) == text
+    assert load_with_unit(value) == text

@@ -10,9 +10,9 @@ import studies
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from guideload.base.numbers import load_with_unit
 from guideload.plots import study as pictures
 from guideload.plots.drivers import BARS
-from guideload.plots.style import load_text
 from guideload.study.result import StudyResult
 
 
@@ -39,7 +39,7 @@ def test_distributions_mark_the_quantiles_of_every_carriage(result: StudyResult)
         assert middle.get_xdata()[0] == found[0.5] and last.get_xdata()[0] == found[0.99]
         assert set(bar.get_ydata()) == {row}
     assert ax.get_xlabel() == "peak resultant [N]" and "3000 samples" in ax.get_title(loc="left")
-    assert f"limit {load_text(8000)}" in texts(ax)
+    assert f"limit {load_with_unit(8000)}" in texts(ax)
 
 
 def test_few_samples_are_drawn_one_by_one() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,6 +11,7 @@ import numpy as np
 from guideload.audit import checks
 from guideload.audit.checks import ROLLERS, Below, Contact, Histories, Rotation, Sampling
 from guideload.audit.energy import Energy, energy
+from guideload.base.numbers import first_names, load_in_sentence, percent
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
 from guideload.motion.resolution import TraceResolution
@@ -131,13 +132,14 @@ class Audit:
         else:
             text = self._of_parting()
             if found.never:
-                text += f"; never touching: {named(found.never)}"
+                text += f"; never touching: {first_names(found.never)}"
         if not found.preload_needed.size:
             return text
         row, column = np.unravel_index(int(found.preload_needed.argmax()), found.preload_needed.shape)
         balls = float(found.preload_needed[row, column])
         place = f"{self.below.names[row]} in {'yz'[column]}"
-        return f"{text}; preload to keep all rows loaded: {_load(balls)}, rollers {_load(ROLLERS * balls)} ({place})"
+        preloads = f"{load_in_sentence(balls)}, rollers {load_in_sentence(ROLLERS * balls)} ({place})"
+        return f"{text}; preload to keep all rows loaded: {preloads}"
 
     def _of_parting(self) -> str:
         """Links that lose contact and preloaded ones that open a row, and for how long at most."""
@@ -220,7 +222,7 @@ def _reason(of: Histories) -> str:
             kinds.setdefault("clearance" if law.edges[-1] > 0 else "unequal sides", []).append(name)
         elif law.kind != "linear":
             kinds.setdefault("preload" if law.kind == "preloaded" else law.kind, []).append(name)
-    return "; ".join(f"{kind} in {named(names)}" for kind, names in kinds.items())
+    return "; ".join(f"{kind} in {first_names(names)}" for kind, names in kinds.items())
 
 
 def _rotation_warnings(found: Rotation) -> Iterator[str]:
@@ -300,7 +302,7 @@ def _contact_warnings(of: Histories, found: Contact) -> Iterator[str]:
     if more:
         longest = max(found.share[of.links.names.index(name)] for name in more)
         yield (
-            f"Note: {named(list(more))} {_open(len(more))} for up to {percent(longest)} of the time: half of "
+            f"Note: {first_names(list(more))} {_open(len(more))} for up to {percent(longest)} of the time: half of "
             f"its balls or rollers carry nothing then. {max(more.values()):.3g} times the preload would keep all rows "
             "loaded."
         )
@@ -308,21 +310,6 @@ def _contact_warnings(of: Histories, found: Contact) -> Iterator[str]:
 
 def _open(links: int) -> str:
     return "has a row open" if links == 1 else "have a row open"
-
-
-def percent(part: float) -> str:
-    """A part with two digits, as `3.1 %`; zero where it is rounding."""
-    return f"{float(f'{100 * part:.2g}') if part > 1e-9 else 0:g} %"
-
-
-def named(names: Sequence[str], most: int = 2) -> str:
-    """The first names, and how many more there are."""
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more
-
-
-def _load(value: float) -> str:
-    return f"{value:.3g} N" if value < 1e3 else f"{1e-3 * value:.3g} kN"
 
 
 def _off(off: float, name: str) -> str:

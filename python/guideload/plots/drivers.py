@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
+from guideload.base.numbers import counted
 from guideload.plots.style import GREY, INK, axes_or_new, look, new_figure
-from guideload.reports.study import TOO_FEW
 from guideload.study.quantities import described, with_unit
-from guideload.study.statistics import known
+from guideload.study.statistics import TOO_FEW, known
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -146,5 +146,4 @@ def nothing(ax: Axes, why: str = "no sample has a result") -> Axes:
 
 def set_title(ax: Axes, result: StudyResult, title: str, samples: int) -> None:
     """A title above the machine and the number of samples that are drawn."""
-    count = "1 sample" if samples == 1 else f"{samples} samples"
-    ax.set_title(f"{title}\n{result.studied.machine.name}: {count}", parse_math=False)
+    ax.set_title(f"{title}\n{result.studied.machine.name}: {counted(samples, 'sample')}", parse_math=False)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
 
-from guideload.audit.audit import percent
 from guideload.audit.checks import share_of_time, uniform
+from guideload.base.numbers import counted, joined, load_with_unit, percent
 from guideload.base.units import factor
 from guideload.motion.uncertainty import COVER
 from guideload.plots.style import (
@@ -17,8 +17,6 @@ from guideload.plots.style import (
     PALE,
     axes_or_new,
     carriage_look,
-    listed,
-    load_text,
     look,
     new_figure,
 )
@@ -222,7 +220,7 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
     data = result.data
     names = [str(name) for name in data["carriage"].values]
     if carriage not in names:
-        raise ValueError(f"no carriage {carriage!r}: the result has {listed(repr(name) for name in names)}")
+        raise ValueError(f"no carriage {carriage!r}: the result has {joined(repr(name) for name in names)}")
     color = carriage_look(names.index(carriage)).color
     time = data["time"].values
     load = data["force"].sel(carriage=carriage, axis=axis).values
@@ -236,9 +234,9 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
             label = _band_label(spread)
             _fill_band(ax, time, load, spread, color, BAND_ALPHA, label=label)
         ax.axhline(
-            static, color=INK, linewidth=0.8, linestyle=(0, (5, 4)), label=f"static {load_text(static)}"
+            static, color=INK, linewidth=0.8, linestyle=(0, (5, 4)), label=f"static {load_with_unit(static)}"
         )
-        at_peak = f"peak {load_text(load[peak])} at {time[peak]:.2f} s"
+        at_peak = f"peak {load_with_unit(load[peak])} at {time[peak]:.2f} s"
         ax.plot(time[peak], load[peak], "o", color=color, markersize=5, clip_on=False, label=at_peak)
         ax.set(xlabel="time [s]", ylabel=f"load F$_{axis}$ [N]")
         links = result.machine.links_of_carriages[names.index(carriage)]["yz".index(axis) :: 2]
@@ -280,7 +278,7 @@ def _draw_carriages(
         color, dash = carriage_look(index)
         # Thinner and thinner lines leave covered ones of symmetric carriages visible.
         width = 1.2 + 1.2 * (1 - (index + 1) / len(carriages))
-        label = f"{name}: peak {load_text(load.max(), unit)}"
+        label = f"{name}: peak {load_with_unit(load.max(), unit)}"
         ax.plot(time, load, color=color, linestyle=dash, linewidth=width, label=label)
         ax.axhline(static[index], color=color, linewidth=0.9, linestyle=(0, (5, 4)), zorder=1.5)
         peak = int(load.argmax())
@@ -309,7 +307,7 @@ def _draw_carriages(
 
 def _band_label(spread: NDArray[np.float64], unit: str = "N") -> str:
     """With its widest place, for most bands are thinner than the line that they lie under."""
-    return f"95 % band, up to ±{load_text(COVER * float(spread.max(initial=0.0)), unit)}"
+    return f"95 % band, up to ±{load_with_unit(COVER * float(spread.max(initial=0.0)), unit)}"
 
 
 def _fill_band(
@@ -375,8 +373,8 @@ def _mark_modes(ax: Axes, frequencies: NDArray[np.float64]) -> None:
 
 
 def _headline(result: Result) -> str:
-    count = len(result.audit.warnings)
-    audit = f"; audit: {count} {'warning' if count == 1 else 'warnings'}, see the report" if count else ""
+    warnings = len(result.audit.warnings)
+    audit = f"; audit: {counted(warnings, 'warning')}, see the report" if warnings else ""
     return f"{result.machine.name}: free {', '.join(result.machine.free)}{audit}"
 
 

@@ -11,8 +11,9 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
+from guideload.base.numbers import joined, load_with_unit
 from guideload.machine.modes import displacement, moving_dofs
-from guideload.plots.style import GREY, INK, PALE, carriage_look, listed, load_text, look, new_figure
+from guideload.plots.style import GREY, INK, PALE, carriage_look, look, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -139,7 +140,7 @@ def modes(machine: Machine, modes: Modes, axes: Sequence[Axes3D] | None = None) 
             moving = moving_dofs(machine, np.real(modes.shape[index]))
             ratio = 100 * float(modes.damping_ratio[index])
             axes[index].set_title(
-                f"{modes.frequency[index]:.4g} Hz, ζ {ratio:.3g} %, mostly {listed(moving)}"
+                f"{modes.frequency[index]:.4g} Hz, ζ {ratio:.3g} %, mostly {joined(moving)}"
             )
     return list(axes[:count])
 
@@ -181,7 +182,7 @@ def _draw_weight(ax: Axes3D, machine: Machine, size: float) -> None:
     center = np.asarray(machine.body.center_of_mass, dtype=np.float64)
     gravity = np.asarray(machine.gravity, dtype=np.float64)
     pull = float(np.linalg.norm(gravity))
-    weight = load_text(machine.body.mass * pull)
+    weight = load_with_unit(machine.body.mass * pull)
     ax.plot(
         *center[:, None],
         marker="o",
@@ -211,7 +212,7 @@ def _draw_loads(ax: Axes3D, result: Result, centers: Points, size: float) -> NDA
         label=f"\nloads: the body on the carriages, {data['time'].values[instant]:.3f} s",
     )
     for index, (center, load) in enumerate(zip(centers, force, strict=True)):
-        label = f"carriage {data['carriage'].values[index]}: {load_text(sizes[index])}"
+        label = f"carriage {data['carriage'].values[index]}: {load_with_unit(sizes[index])}"
         color = carriage_look(index).color
         ax.quiver(
             *center,
@@ -222,7 +223,7 @@ def _draw_loads(ax: Axes3D, result: Result, centers: Points, size: float) -> NDA
             label=label,
         )
     ax.auto_scale_xyz(*(centers + force / newtons_per_metre).T, True)  # quiver counts the arrows' tails only
-    ax.plot([], [], " ", label=f"scale of their arrows: {load_text(newtons_per_metre / 10)} per 100 mm")
+    ax.plot([], [], " ", label=f"scale of their arrows: {load_with_unit(newtons_per_metre / 10)} per 100 mm")
     return force[:, 1]
 
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter
 
-from guideload.methods.diagram import scientific
+from guideload.base.numbers import milliseconds, scientific
+from guideload.methods.diagram import MODEL_ACCURACY, setting_range
 from guideload.plots.labels import AT_THE_END, BESIDE, FROM_AFAR, Labels, Point
 from guideload.plots.style import GREY, PALE, axes_or_new, look
-from guideload.reports.work_precision import MODEL_ACCURACY, asked, milliseconds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -152,7 +152,7 @@ def _write_labels(
         for run, point in ladder:
             if kind is not None:
                 color = METHODS[method][0]
-                labels.add(asked(run), [point], BESIDE, must=False, color=color, fontsize=6.5)
+                labels.add(setting_range(run), [point], BESIDE, must=False, color=color, fontsize=6.5)
 
 
 def _failures(ax: Axes, chart: WorkPrecision) -> None:
@@ -163,7 +163,7 @@ def _failures(ax: Axes, chart: WorkPrecision) -> None:
             without.setdefault(row.setting[:2], []).append(row)
     if without:
         names = ", ".join(
-            f"{method} at {kind} {asked(rows)}" if kind else method
+            f"{method} at {kind} {setting_range(rows)}" if kind else method
             for (method, kind), rows in without.items()
         )
         ax.set_xlabel(f"{ax.get_xlabel()}\nwithout a result: {names}")

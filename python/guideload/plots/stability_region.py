@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 
 from guideload.methods.step_stability import METHODS
 from guideload.plots.style import CARRIAGE_COLORS, GREY, look, new_figure
-from guideload.simulation.stability_function import amplification, per_period
+from guideload.simulation.stability_function import error_per_period, stability_function
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,7 +46,7 @@ def stability(stability: Stability, axes: Sequence[Axes] | None = None) -> list[
 
 def _draw_region(ax: Axes, stability: Stability) -> None:
     real, imaginary = np.meshgrid(np.linspace(LEFT, RIGHT, 400), np.linspace(0.0, TOP, 400))
-    size = np.abs(amplification("rk45", real + 1j * imaginary))
+    size = np.abs(stability_function("rk45", real + 1j * imaginary))
     ax.contourf(real, imaginary, size, levels=[0.0, 1.0], colors=[REGION])
     ax.contour(real, imaginary, size, levels=[1.0], colors=[GREY], linewidths=0.8)
     ax.axvline(0.0, color=GREY, linewidth=0.8)
@@ -97,7 +97,7 @@ def _point_outwards(ax: Axes, points: NDArray[np.complex128], color: str) -> Non
 def _draw_periods(ax: Axes, stability: Stability) -> None:
     steps = np.geomspace(2.0, 300.0, 400)
     for method, color in zip(METHODS[1:], CARRIAGE_COLORS[1:3], strict=True):
-        lost = np.array([per_period(method, count)[0] for count in steps])
+        lost = np.array([error_per_period(method, count)[0] for count in steps])
         lost[np.abs(lost) < SMALLEST] = np.nan
         ax.plot(steps, np.where(lost > 0.0, lost, np.nan), color=color, label=f"{method} takes")
         if np.any(lost < 0.0):

@@ -9,8 +9,9 @@ import numpy as np
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
+from guideload.base.numbers import load_with_unit
 from guideload.plots.drivers import STEPS, nothing, scatter, set_title, short, tornado
-from guideload.plots.style import GREY, INK, axes_or_new, carriage_look, load_text, look, new_figure
+from guideload.plots.style import GREY, INK, axes_or_new, carriage_look, look, new_figure
 from guideload.study.quantities import LIFE, known_quantity, titled, unit_of, with_unit
 from guideload.study.statistics import known, quantiles
 
@@ -262,7 +263,7 @@ def _mark_limit(ax: Axes, result: StudyResult, name: str, up: float = 1.0) -> No
         return
     log = ax.get_xscale() == "log"
     low, high, place = np.log10([*ax.get_xlim(), limit]) if log else (*ax.get_xlim(), limit)
-    text, at = f"limit {load_text(limit, unit_of(name))}", place
+    text, at = f"limit {load_with_unit(limit, unit_of(name))}", place
     if low - (high - low) <= place <= high + (high - low):
         ax.axvline(limit, color=INK, linewidth=1.0, linestyle=(0, (5, 3)), zorder=3.5)
         low, high = min(low, place - 0.05 * (high - place)), max(high, place + 0.05 * (place - low))

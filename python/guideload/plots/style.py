@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -82,21 +81,3 @@ def new_figure(width: float, height: float) -> Figure:
 def axes_or_new(ax: Axes | None, width: float, height: float) -> Axes:
     """The axes given, or those of a new figure of this size in inches."""
     return new_figure(width, height).add_subplot() if ax is None else ax
-
-
-def load_text(value: float, unit: str = "N") -> str:
-    """A load as text: `-12 258 N`; one decimal below 100, three digits below 1, zero below 1e-6."""
-    size = abs(value)
-    if size < 1e-6:
-        digits = "0"
-    elif size < 1:
-        digits = f"{value:.3g}"
-    else:
-        digits = f"{value:,.{0 if size >= 100 else 1}f}"
-    return digits.replace(",", "\N{NARROW NO-BREAK SPACE}").replace("-", "\N{MINUS SIGN}") + f" {unit}"
-
-
-def listed(values: Iterable[str]) -> str:
-    """`a`, `a and b`, `a, b and c`."""
-    *head, last = values
-    return f"{', '.join(head)} and {last}" if head else last

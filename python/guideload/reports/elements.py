@@ -46,12 +46,6 @@ def remark(*lines: str) -> list[RenderableType]:
     return [Padding(line, (0, 0, 1, 0)) for line in lines]
 
 
-def number(value: float) -> str:
-    """A load for a table: whole newtons from 100 N up, one decimal below, rounding noise as 0.0."""
-    text = f"{value:.{0 if abs(value) >= 100 else 1}f}"
-    return text.removeprefix("-") if float(text) == 0 else text
-
-
 def to_text(parts: Iterable[RenderableType], width: int = WIDTH, encoding: str = "utf-8") -> str:
     """What rich makes of the parts, without colours; signs that the encoding lacks are replaced."""
     buffer = io.BytesIO()

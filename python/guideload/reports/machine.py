@@ -10,9 +10,10 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from guideload.audit.audit import free_at_rest, named, rest_notes
+from guideload.audit.audit import free_at_rest, rest_notes
+from guideload.base.numbers import first_names, load_in_table
 from guideload.machine.modes import Modes, moving_dofs
-from guideload.reports.elements import WIDTH, heading, new_table, number, remark, section, to_text
+from guideload.reports.elements import WIDTH, heading, new_table, remark, section, to_text
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -41,7 +42,7 @@ def machine_report(machine: Machine, width: int = WIDTH, encoding: str = "utf-8"
     parts: list[RenderableType] = [
         *heading(machine),
         *section("Body and drive"),
-        f"mass {body.mass:g} kg, weight {number(weight)} N",
+        f"mass {body.mass:g} kg, weight {load_in_table(weight)} N",
         f"centre of mass {_millimetres(body.center_of_mass)} from L",
         f"principal moments of inertia about it {', '.join(f'{j:.4g}' for j in principal)} kg m2",
     ]
@@ -123,7 +124,7 @@ def law_text(part: Carriage | Link, law: Law, axis: str = "") -> str:
         opens = float(law.force(law.edges[-1:])[0])
         return (
             f"{1e-6 * law.stiffness:g} N/um at no load, preload {getattr(part, 'preload' + suffix):g} N, "
-            f"{part.rolling}s; one row opens at {number(opens)} N, {1e6 * law.edges[-1]:.3g} um"
+            f"{part.rolling}s; one row opens at {load_in_table(opens)} N, {1e6 * law.edges[-1]:.3g} um"
         )
     curve = getattr(part, "curve" + suffix)
     if curve is not None:
@@ -163,7 +164,7 @@ def open_notes(machine: Machine) -> list[str]:
     if not opened:
         return []
     return [
-        f"Note: at rest {named(opened)} {'has' if len(opened) == 1 else 'have'} a row open: half of the balls or "
+        f"Note: at rest {first_names(opened)} {'has' if len(opened) == 1 else 'have'} a row open: half of the balls or "
         f"rollers carry nothing. {max(ratios.values()):.3g} times the preload would keep all rows loaded at rest."
     ]
 
@@ -195,7 +196,7 @@ def static_table(machine: Machine) -> Table:
     """A row per carriage: its load and moment in static equilibrium, signed."""
     table = new_table("carriage", "Fy\nN", "Fz\nN", "Mx\nN m", "My\nN m", "Mz\nN m")
     for carriage, load in zip(machine.carriages, _static_loads(machine), strict=True):
-        table.add_row(Text(carriage.name), *(number(float(part)) for part in load[1:]))
+        table.add_row(Text(carriage.name), *(load_in_table(float(part)) for part in load[1:]))
     return table
 
 
@@ -219,8 +220,8 @@ def weight_lines(machine: Machine) -> list[RenderableType]:
         weight = machine.body.mass * machine.gravity[index]
         if axis in machine.free or axis == "x" or weight == 0:
             continue
-        held = number(float(reaction[index]))
-        carried = number(float(loads[:, index].sum()))
+        held = load_in_table(float(reaction[index]))
+        carried = load_in_table(float(loads[:, index].sum()))
         lines.append(
             f"Note: {axis} of L is held, so the constraint at L carries the weight: {held} N at rest. "
             f"The carriages' static loads along {axis} add up to {carried} N: they carry only its moment. "

@@ -11,8 +11,9 @@ from rich.console import Console, RenderableType
 from rich.text import Text
 
 from guideload.audit.audit import LABEL
+from guideload.base.numbers import load_in_table
 from guideload.machine.machine import DOFS
-from guideload.reports.elements import WIDTH, heading, new_table, number, remark, section, to_text
+from guideload.reports.elements import WIDTH, heading, new_table, remark, section, to_text
 from guideload.reports.machine import modes_table, nominal_lines, weight_lines
 
 if TYPE_CHECKING:
@@ -84,14 +85,14 @@ def peaks_tables(result: Result, width: int = WIDTH) -> list[RenderableType]:
     for name, peaks in all_peaks.iterrows():
         peak = float(peaks["peak_resultant_N"])
         force = (
-            number(peak),
+            load_in_table(peak),
             f"{peaks['time_of_peak_s']:.3f}",
-            *(number(float(peaks[load])) for load in loads),
+            *(load_in_table(float(peaks[load])) for load in loads),
             f"{100 * float(peaks['dynamic_resultant_N']) / peak:.1f}" if peak else "0.0",
         )
         moment = (
-            *(number(float(peaks[f"peak_M{axis}_Nm"])) for axis in "xyz"),
-            number(float(peaks["dynamic_moment_Nm"])),
+            *(load_in_table(float(peaks[f"peak_M{axis}_Nm"])) for axis in "xyz"),
+            load_in_table(float(peaks["dynamic_moment_Nm"])),
         )
         whole.add_row(Text(str(name)), *force, *moment)
         forces.add_row(Text(str(name)), *force)
@@ -108,7 +109,7 @@ def _bands_table(all_peaks: pd.DataFrame) -> list[RenderableType]:
     for name, peaks in all_peaks.iterrows():
         loads = (float(peaks[column]) for column in ("peak_resultant_N", "peak_lower_N", "peak_upper_N"))
         share = f"{float(peaks['noise_share_percent']):.2g}"
-        table.add_row(Text(str(name)), *(number(load) for load in loads), share)
+        table.add_row(Text(str(name)), *(load_in_table(load) for load in loads), share)
     return [table] if table.row_count else []
 
 
@@ -140,14 +141,14 @@ def reaction_lines(result: Result) -> list[RenderableType]:
     for dof in (dof for dof in DOFS if dof not in result.machine.free):
         reaction = reactions[dof]
         instant = int(np.abs(reaction).argmax())
-        row = (number(reaction[instant]), f"{time[instant]:.3f}", number(float(at_rest[dof])))
+        row = (load_in_table(reaction[instant]), f"{time[instant]:.3f}", load_in_table(float(at_rest[dof])))
         what = "drive force, held x" if dof == "x" else f"reaction at L, held {dof}"
         table.add_row(what, *row, "N m" if dof.startswith("r") else "N")
     loads, at_rest = _by_label(data, "link_load", "link"), _by_label(data, "static_link_load", "link")
     for link in result.machine.links:
         load = loads[link.name]
         instant = int(np.abs(load).argmax())
-        row = (number(load[instant]), f"{time[instant]:.3f}", number(float(at_rest[link.name])))
+        row = (load_in_table(load[instant]), f"{time[instant]:.3f}", load_in_table(float(at_rest[link.name])))
         table.add_row(Text(f"link {link.name}"), *row, "N")
     return [table] if table.row_count else ["All dofs are free: there is no reaction."]
 
@@ -175,7 +176,7 @@ def solution_lines(data: xr.Dataset) -> list[str]:
     if changes := int(attrs["contact_changes"]):
         lines.append(f"{changes} contact changes, each located between the samples")
     lines.append(
-        f"load scale {number(scale)} N: largest link load at rest plus quasi-static under the motion's peaks"
+        f"load scale {load_in_table(scale)} N: largest link load at rest plus quasi-static under the motion's peaks"
     )
     return lines
 

@@ -10,7 +10,8 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from guideload.reports.elements import WIDTH, heading, new_table, number, remark, section, to_text
+from guideload.base.numbers import load_in_table
+from guideload.reports.elements import WIDTH, heading, new_table, remark, section, to_text
 from guideload.study.quantities import (
     CONTACT,
     LIFE,
@@ -22,7 +23,7 @@ from guideload.study.quantities import (
     titled,
     unit_of,
 )
-from guideload.study.statistics import fewest_samples
+from guideload.study.statistics import TOO_FEW, fewest_samples
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -70,7 +71,6 @@ CONTACT_COUNTS = {
 CASES = 50  # rows of chosen cases in the report
 FEW_VALUES = 3  # parameters up to which the cases tell their values
 MANY_CARRIAGES = 4  # carriages beyond which the cases tell the worst only
-TOO_FEW = "too few samples to tell"
 
 
 def study_report(result: StudyResult, width: int = WIDTH, encoding: str = "utf-8") -> str:
@@ -266,7 +266,7 @@ def definitions(result: StudyResult, summary: pd.DataFrame) -> list[str]:
     if "mean_load_N" in names:
         lines.append(MEAN_LOAD.format(exponent=studied.exponent))
     if LIFE in names and studied.rating is not None and studied.life_base is not None:
-        rating = f"{number(studied.rating)} N"
+        rating = f"{load_in_table(studied.rating)} N"
         base = 1e-3 * studied.life_base
         lines.append(LIFE_OF.format(base=base, rating=rating, exponent=studied.exponent))
     return [" ".join(lines)]
@@ -323,11 +323,11 @@ def driving_lines(result: StudyResult) -> list[RenderableType]:
 
 
 def _cell(value: float) -> str:
-    return number(value) if np.isfinite(value) else ""
+    return load_in_table(value) if np.isfinite(value) else ""
 
 
 def _interval(low: float, high: float) -> str:
-    return f"{number(low) if np.isfinite(low) else '...'} to {number(high) if np.isfinite(high) else '...'}"
+    return f"{_cell(low) or '...'} to {_cell(high) or '...'}"
 
 
 def _share(value: float) -> str:

@@ -14,8 +14,9 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, PlainValidator, StrictBool, StrictStr
 
-from guideload.base.config import ConfigModel, Place, number, read
+from guideload.base.config import ConfigModel, number
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, shown
+from guideload.base.toml import Place, read_toml
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.simulation import Method
@@ -185,7 +186,7 @@ TOP_KEYS = StudyFile.model_fields.keys() - TABLES  # keys outside all tables
 def read_study(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
     """The values of a study file and their places. Raises ConfigError if it cannot be read."""
     try:
-        return read(file)
+        return read_toml(file)
     except ConfigError as error:
         problems = [
             replace(one, expected=one.expected.replace("`guideload init`", "`guideload init --study`"))

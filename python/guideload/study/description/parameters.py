@@ -17,7 +17,7 @@ from guideload.base.errors import ValueRefused
 from guideload.machine.laws import Sides
 from guideload.machine.links import ENDS
 from guideload.machine.machine import Machine
-from guideload.machine.parts import Carriage, Link
+from guideload.machine.components import Carriage, Link
 from guideload.motion.motion import Motion
 from guideload.study.sampling.distributions import Form
 

@@ -10,8 +10,8 @@ from typing import Any
 from pydantic import Field, InstanceOf, model_validator
 from scipy.stats import qmc
 
-from guideload.base.config import ABSENT, located
-from guideload.base.errors import ConfigError, Problem, shown
+from guideload.base.errors import ABSENT, ConfigError, Problem, shown
+from guideload.base.toml import located
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.study.description.cases import cases_of

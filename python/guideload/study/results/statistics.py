@@ -20,6 +20,7 @@ from guideload.base.errors import ValueRefused
 
 CONFIDENCE = 0.95
 CURVE = 400  # points of an exceedance curve, more than a picture resolves
+TOO_FEW = "too few samples to estimate what drives it"
 
 
 class Estimates(NamedTuple):
