@@ -30,10 +30,7 @@ def machine(**changes: Any) -> Machine:
     """Every law somewhere: linear, clear, by side, preloaded, curve; two rails; two extra links."""
     values: dict[str, Any] = {
         "body": {"mass": 1250.0, "center_of_mass": (0.12, -0.65, 0.18), "inertia": INERTIA},
-        "rails": [
-            {"name": "left", "position": (0.05, -0.35)},
-            {"name": "right", "position": (0.06, 0.35)},
-        ],
+        "rails": [{"name": "left", "position": (0.05, -0.35)}, {"name": "right", "position": (0.06, 0.35)}],
         "carriages": [
             carriage("plain", "left", -0.5),
             carriage("clear", "left", 0.5, clearance_y=5e-6, damping_in_contact=True),

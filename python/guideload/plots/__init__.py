@@ -9,8 +9,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from matplotlib.figure import SubFigure
-
 from guideload.plots.drivers import scatter, tornado
 from guideload.plots.histories import (
     load_density,
@@ -23,14 +21,13 @@ from guideload.plots.histories import (
     spectrum,
 )
 from guideload.plots.machine import equivalent_box, modes, scene
+from guideload.plots.saving import save
 from guideload.plots.speed_accuracy import work_precision
 from guideload.plots.stability_region import stability
 from guideload.plots.study import band, distributions, exceedance, save_study
 from guideload.plots.trace import encoder
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from guideload.simulation.result import Result
 
 __all__ = [
@@ -57,17 +54,6 @@ __all__ = [
     "tornado",
     "work_precision",
 ]
-
-DOTS_PER_INCH = 130
-
-
-def save(ax: Axes, path: str | Path) -> Path:
-    """Save the figure that the axes stand in, in the format told by the path's ending; returns the path."""
-    figure = ax.figure
-    while isinstance(figure, SubFigure):
-        figure = figure.figure
-    figure.savefig(path, dpi=DOTS_PER_INCH)
-    return Path(path)
 
 
 def save_all(result: Result, folder: str | Path) -> list[Path]:

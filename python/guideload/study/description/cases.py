@@ -9,10 +9,10 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ConfigError, Problem, TraceError, ValueRefused, shown
-from guideload.study.sampling.distributions import Form
 from guideload.study.description.factors import Factor, conflicts, require
 from guideload.study.description.parameters import Change, Parameter, Parameters
 from guideload.study.description.tables import name_and_unit, numbers_of
+from guideload.study.sampling.distributions import Form
 from guideload.traces.format.files import load_table
 from guideload.traces.format.table import Table
 

@@ -22,7 +22,8 @@ class Correlation(ConfigModel):
     """
 
     between: tuple[str, ...] = Field(
-        min_length=2, description='names or paths of varied parameters, or single factors, e.g. ["body.mass", "k[1a]"]'
+        min_length=2,
+        description='names or paths of varied parameters, or single factors, e.g. ["body.mass", "k[1a]"]',
     )
     value: Coefficient = Field(description="a number such as 0.5, for each pair")
 

@@ -109,7 +109,9 @@ class StudyMetadata(BaseModel):
     def write(self, folder: Path) -> None:
         """Write `study.json` atomically."""
         with atomic_write(folder / FILE, durable=True) as draft:
-            draft.write_text(json.dumps(self.as_json(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+            draft.write_text(
+                json.dumps(self.as_json(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
+            )
 
     @classmethod
     def read(cls, folder: Path) -> StudyMetadata:
@@ -169,7 +171,8 @@ def _differences(there: dict[str, Any], here: dict[str, Any]) -> Iterator[str]:
     for key in ("distribution", "targets"):
         yield from _different("", *(_of_parameters(one, key) for one in (there, here)))
     correlations = (
-        {f"correlation of {pair}": value for pair, value in one["correlations"].items()} for one in (there, here)
+        {f"correlation of {pair}": value for pair, value in one["correlations"].items()}
+        for one in (there, here)
     )
     yield from _different("", *correlations)
     yield from _different("machine", there["machine"], here["machine"])

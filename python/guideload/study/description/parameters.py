@@ -14,10 +14,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 from guideload.base.errors import ValueRefused
+from guideload.machine.components import Carriage, Link
 from guideload.machine.laws import Sides
 from guideload.machine.links import ENDS
 from guideload.machine.machine import Machine
-from guideload.machine.components import Carriage, Link
 from guideload.motion.motion import Motion
 from guideload.study.sampling.distributions import Form
 
@@ -129,7 +129,12 @@ def _of_spring(
 
     one, by_side = "one stiffness, in place of a curve or of its sides", "a stiffness by side"
     yield of_law(
-        f"stiffness{suffix}", "N/m", "> 0", stiffness if isinstance(stiffness, float) else None, one, "stiffness"
+        f"stiffness{suffix}",
+        "N/m",
+        "> 0",
+        stiffness if isinstance(stiffness, float) else None,
+        one,
+        "stiffness",
     )
     for side in ("positive", "negative"):
         value = getattr(sides, side, None)

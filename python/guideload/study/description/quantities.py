@@ -133,9 +133,7 @@ def _catalogue() -> dict[str, Quantity]:
             ("time_of_max", f"time of the largest {title}", None),
             ("start", f"{title} at the start", None),
         ):
-            quantities.append(
-                Quantity(column_of(load, statistic), words, ((load, statistic),), True, worse)
-            )
+            quantities.append(Quantity(column_of(load, statistic), words, ((load, statistic),), True, worse))
     return {quantity.name: quantity for quantity in quantities}
 
 
@@ -165,7 +163,11 @@ def measures_of(
     for i, load in enumerate(loads or ()):
         if load in missing:
             raise ConfigError(
-                [Problem(("quantities", i), load, "a quantity of this scene", missing[load], None, shown(load))]
+                [
+                    Problem(
+                        ("quantities", i), load, "a quantity of this scene", missing[load], None, shown(load)
+                    )
+                ]
             )
     recorded = [load for load in loads or USUAL if load not in missing]
     statistics_of = {"load": ("mean",), "contact": ("lost",)}
@@ -181,7 +183,9 @@ def measures_of(
     return tuple(columns.values()), tuple(columns)
 
 
-def limits_of(given: Mapping[str, object], measures: Sequence[Measure], life: Life | None) -> dict[str, float]:
+def limits_of(
+    given: Mapping[str, object], measures: Sequence[Measure], life: Life | None
+) -> dict[str, float]:
     """The limits of a study by quantity, in its unit. Raises ConfigError with all that are unknown or not recorded.
 
     life: None if the study has none, and no limit on it.

@@ -157,7 +157,8 @@ class VariedParameter(ConfigModel):
             return Marginal(drawn, "value", own[0]) if len(own) == 1 else Marginal(drawn, "factor")
         if len(own) == 1:
             amounts = {
-                key: amount.absolute(abs(own[0]) if key in WIDTHS else own[0]) for key, amount in amounts.items()
+                key: amount.absolute(abs(own[0]) if key in WIDTHS else own[0])
+                for key, amount in amounts.items()
             }
             return Marginal(
                 self._bounded(amounts, [value.absolute(own[0]) for value in values], own[0]), "value"
@@ -316,7 +317,10 @@ class SampleSpec(VariedParameter):
         table = load_table(self.file)
         header = self.column if self.column is not None else table.names[0]
         if header not in table.names or (self.column is None and len(table.names) > 1):
-            key, hint = ("file" if self.column is None else "column"), f"{table.source} has {listed(table.names)}"
+            key, hint = (
+                ("file" if self.column is None else "column"),
+                f"{table.source} has {listed(table.names)}",
+            )
             raise KeyRefused(key, "the name of a column", self.column, hint)
         try:
             numbers, relative = numbers_of(table, header, unit)
@@ -338,7 +342,8 @@ class SampleSpec(VariedParameter):
 
 
 DistributionSpec = Annotated[
-    NormalSpec | LognormalSpec | UniformSpec | TriangularSpec | SampleSpec, Field(discriminator="distribution")
+    NormalSpec | LognormalSpec | UniformSpec | TriangularSpec | SampleSpec,
+    Field(discriminator="distribution"),
 ]
 
 

@@ -17,14 +17,7 @@ from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, ValueRefused, shown
 from guideload.base.units import quantity as to_unit
 from guideload.study.description.metadata import StudyMetadata
-from guideload.study.description.quantities import (
-    CONTACT,
-    LIFE,
-    QUANTITIES,
-    summarised,
-    title_of,
-    unit_of,
-)
+from guideload.study.description.quantities import CONTACT, LIFE, QUANTITIES, summarised, title_of, unit_of
 from guideload.study.results import statistics
 from guideload.study.results.columns import StudyColumns
 from guideload.study.results.statistics import Estimate, Exceedance
@@ -136,7 +129,8 @@ class StudyResult(StudyColumns):
         count = np.count_nonzero(values < bound if below else values > bound)
         return Estimate(*map(float, statistics.probability(count, values.size, confidence)))
 
-    def _limits(self) -> dict[str, float]:
+    @cached_property
+    def limits(self) -> dict[str, float]:
         """The limits, and NaN for lost contact where it was recorded."""
         return self.metadata.limits | ({CONTACT: np.nan} if CONTACT in self.quantities else {})
 
@@ -147,15 +141,13 @@ class StudyResult(StudyColumns):
         Columns: limit, samples, count, probability, low, high; at 95 %, see `statistics.probability`.
         """
         rows = {}
-        for name, limit in self._limits().items():
+        for name, limit in self.limits.items():
             for owner, column in self._owned(name):
                 values = statistics.known(column)
                 count = int(np.count_nonzero(QUANTITIES[name].exceeds(values, limit)))
                 ends = map(float, statistics.probability(count, values.size))
                 rows[name, owner] = (limit, values.size, count, *ends)
-        return _by_quantity_and_carriage(
-            rows, ["limit", "samples", "count", "probability", "low", "high"]
-        )
+        return _by_quantity_and_carriage(rows, ["limit", "samples", "count", "probability", "low", "high"])
 
     def cases(self) -> pd.DataFrame:
         """A row per run: the values varied, `leading` of each carriage, and what follows from it.
@@ -169,7 +161,7 @@ class StudyResult(StudyColumns):
         life = [LIFE] if LIFE in self.quantities and stem != LIFE else []
         table = self.table([*(one.name for one in self.metadata.parameters), *figures, *life])
         exceeded: list[list[str]] = [["failed"] if i in self.reasons else [] for i in range(self.runs)]
-        for name, limit in self._limits().items():
+        for name, limit in self.limits.items():
             for i in np.flatnonzero(QUANTITIES[name].exceeds(self.column(name), limit)):
                 exceeded[i].append(title_of(name, self.metadata))
         table["exceeded"] = [", ".join(names) for names in exceeded]
@@ -283,13 +275,25 @@ class StudyResult(StudyColumns):
             draft.write_text(json.dumps(content, indent=1), encoding="utf-8")
 
 
+def weaker_parameters(drivers: pd.DataFrame, shown: int) -> list[str]:
+    """What a table or picture of the strongest parameters of `StudyResult.driving` leaves out, in words."""
+    rest = drivers.iloc[shown:]
+    if not len(rest):
+        return []
+    largest = rest["total" if "total" in rest else "rank_correlation"].abs().max()
+    beyond = "which do not vary" if np.isnan(largest) else f"none beyond {largest:.2f}"
+    return [f"and {len(rest)} more, {beyond}"]
+
+
 def _ending(path: str | PathLike[str], ending: str) -> Path:
     if Path(path).suffix != ending:
         raise ValueRefused(f"a file name that ends in {ending}", str(path))
     return Path(path)
 
 
-def _by_quantity_and_carriage(rows: dict[tuple[str, str], Any], columns: list[str] | None = None) -> pd.DataFrame:
+def _by_quantity_and_carriage(
+    rows: dict[tuple[str, str], Any], columns: list[str] | None = None
+) -> pd.DataFrame:
     import pandas as pd
 
     index = pd.MultiIndex.from_tuples(list(rows), names=["quantity", "carriage"])

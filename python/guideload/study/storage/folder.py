@@ -9,14 +9,7 @@ from pathlib import Path
 from guideload.base.atomic import LOCK, draft_of, exclusive_lock
 from guideload.base.errors import ArgumentError, RunError
 from guideload.study.description.metadata import FILE, StudyMetadata, read_json
-from guideload.study.storage.store import (
-    HISTORIES,
-    SAMPLES,
-    FolderStore,
-    MemoryStore,
-    SampleStore,
-    chunks_in,
-)
+from guideload.study.storage.store import HISTORIES, SAMPLES, FolderStore, MemoryStore, SampleStore, chunks_in
 
 
 @contextmanager
@@ -54,7 +47,9 @@ def _require_ours(folder: Path, metadata: StudyMetadata, resume: bool) -> None:
             f"{folder} holds a study already ({folder / FILE}): resume it, or give another folder"
         )
     elif not resume and (others := [*chunks_in(folder), *folder.glob(HISTORIES)]):
-        raise ArgumentError(f"{others[0]} is not of this study and would be mixed with it; give another folder")
+        raise ArgumentError(
+            f"{others[0]} is not of this study and would be mixed with it; give another folder"
+        )
 
 
 def _drafts(folder: Path) -> list[Path]:
