@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 from guideload.base.errors import ValueRefused
-from guideload.study.statistics import (
+from guideload.study.results.statistics import (
     exceedance,
     fewest_samples,
     known,
