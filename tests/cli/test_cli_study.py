@@ -271,7 +271,7 @@ def test_a_refused_resume_tells_what_differs_in_words_and_no_more(file: Path, tm
         *run, "--resume"
     )
     file.write_text(STUDY.replace('["resultant", "load"]', '["resultant"]'))
-    assert "What differs: recorded columns: mean_load_N[1a], " in refused(*run, "--resume")
+    assert "What differs: recorded columns: also mean_load_N[1a], " in refused(*run, "--resume")
     file.write_text(STUDY.replace("stiffness_y", "damping_y"))
     told = refused(*run, "--resume")
     assert "k[1a]: lognormal with median" in told

@@ -8,7 +8,8 @@ import pytest
 
 from guideload.base.config import ConfigModel
 from guideload.base.errors import ConfigError
-from guideload.study.description.varied_parameter import DistributionSpec, KeyRefused, VariedParameter
+from guideload.study.description.refusals import KeyRefused
+from guideload.study.description.varied_parameter import DistributionSpec, VariedParameter
 from guideload.study.sampling.distributions import (
     HIGHEST,
     LOWEST,

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.base.errors import ConfigError, Problem, TraceError, ValueRefused, shown
+from guideload.base.errors import ConfigError, Problem, TraceError, ValueRefused
 from guideload.study.description.factors import Factor, conflicts, require
 from guideload.study.description.parameters import Change, Parameter, Parameters
+from guideload.study.description.refusals import problem_at
 from guideload.study.description.tables import name_and_unit, numbers_of
 from guideload.study.sampling.distributions import Form
 from guideload.traces.format.files import load_table
@@ -44,8 +45,8 @@ def cases_of(
         values.append(numbers)
     for factor, other, target in conflicts(factors):
         hint = f"column {table.names[other.entry]} sets {target} already"
-        refused = ValueRefused("one column for each value", factor.name, hint)
-        problems.append(_problem(table, table.names[factor.entry], refused))
+        conflict = ValueRefused("one column for each value", factor.name, hint)
+        problems.append(_problem(table, table.names[factor.entry], conflict))
     if problems:
         raise ConfigError(problems)
     if not values or not values[0].size:
@@ -75,4 +76,4 @@ def _factor(
 
 def _problem(table: Table, header: str, refused: ValueRefused) -> Problem:
     hint = f"{refused.hint} (column {header} of {table.source})".strip()
-    return Problem(("cases",), refused.value, refused.expected, hint, None, shown(refused.value))
+    return problem_at(("cases",), ValueRefused(refused.expected, refused.value, hint))

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 from pydantic import Field
 
 from guideload.base.config import ConfigModel
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused
-from guideload.study.description.factors import Factor, problem_at
-from guideload.study.description.varied_parameter import Coefficient, KeyRefused, VariedParameter
+from guideload.study.description.factors import Factor
+from guideload.study.description.refusals import KeyRefused, problem_at
+from guideload.study.description.varied_parameter import Coefficient, VariedParameter
 from guideload.study.sampling.design import Copula, cholesky
 
 
@@ -53,21 +54,19 @@ def copula_of(
                 coefficients[pair] = correlation.value
         except ValueRefused as refused:
             raise ConfigError([problem_at(("correlation", i), refused)]) from None
-    columns = tuple(sorted({column for pair, value in coefficients.items() if value for column in pair}))
+    coefficients = {pair: value for pair, value in coefficients.items() if value}
+    columns = tuple(sorted({column for pair in coefficients for column in pair}))
     if not columns:
         return None
     matrix = np.eye(len(columns))
-    for (a, b), value in coefficients.items():
-        if value:
-            i, j = columns.index(a), columns.index(b)
-            matrix[i, j] = matrix[j, i] = value
+    for pair, value in coefficients.items():
+        i, j = map(columns.index, pair)
+        matrix[i, j] = matrix[j, i] = value
     rows = cholesky(matrix.tolist())
     if rows is None:
         smallest = float(np.linalg.eigvalsh(matrix)[0])
-        hint = (
-            f"its smallest eigenvalue is {smallest:.2g}: these correlations contradict each other; all of them times "
-            f"{0.99 / (1.0 - smallest):.2g} would not"
-        )
+        hint = f"its smallest eigenvalue is {smallest:.2g}: these correlations contradict each other; "
+        hint += f"all of them times {0.99 / (1.0 - smallest):.2g} would not"
         words = f"the correlations of {len(columns)} factors"
         raise ConfigError([Problem(last, None, "a positive definite matrix", hint, None, words)])
     return Copula(columns, rows)
@@ -84,10 +83,9 @@ def _pairs(
             raise KeyRefused("between", "different entries", list(correlation.between), way_out)
         each = {entries[factors[i].entry].each if len(group) > 1 else None for group in (a, b) for i in group}
         by_part = len(each) == 1 and not each & {None, "value"}
-        for i in a:
-            for j in b:
-                if not by_part or factors[i].owner == factors[j].owner:
-                    yield min(i, j), max(i, j)
+        for i, j in product(a, b):
+            if not by_part or factors[i].owner == factors[j].owner:
+                yield min(i, j), max(i, j)
 
 
 def _columns(name: str, factors: Sequence[Factor], entries: Sequence[VariedParameter]) -> list[int]:

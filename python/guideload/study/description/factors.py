@@ -8,20 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, shown
+from guideload.base.errors import ConfigError, Problem, ValueRefused
 from guideload.study.description.parameters import Change, Parameter, Parameters
-from guideload.study.description.varied_parameter import OF_EACH, KeyRefused, VariedParameter
-from guideload.study.sampling.distributions import (
-    Distribution,
-    Form,
-    Lognormal,
-    Marginal,
-    Normal,
-    Sample,
-    Triangular,
-    Truncated,
-    Uniform,
-)
+from guideload.study.description.refusals import KeyRefused, problem_at
+from guideload.study.description.varied_parameter import OF_EACH, VariedParameter
+from guideload.study.sampling.distributions import Form, Marginal, in_words
 
 
 @dataclass(frozen=True)
@@ -48,37 +39,11 @@ class Factor:
     @property
     def words(self) -> str:
         """Its distribution and use: "uniform from 1125 to 1375 kg"."""
-        if self.marginal is None:
-            drawn = "given cases"
-        else:
-            unit = "" if self.unit == "1" else f" {self.unit}"
-            drawn = _words(self.marginal.distribution, self.marginal.scale, unit)
+        unit = "" if self.unit == "1" else f" {self.unit}"
         uses = {"factor": ", times the machine's values", "shift": ", added to the machine's values"}
+        marginal = self.marginal
+        drawn = in_words(marginal.distribution, marginal.scale, unit) if marginal else "given cases"
         return drawn + uses.get(self.form, "")
-
-
-def _words(distribution: Distribution, scale: float, unit: str) -> str:
-    """`scale` times a distribution, in words."""
-
-    def span(low: float, high: float) -> str:
-        first, last = sorted((scale * low, scale * high))
-        return f"from {first:.9g} to {last:.9g}{unit}"
-
-    match distribution:
-        case Normal(mean, sigma):
-            return f"normal with mean {scale * mean:.9g}{unit} and sigma {abs(scale) * sigma:.9g}{unit}"
-        case Lognormal(median, sigma):
-            return f"lognormal with median {scale * median:.9g}{unit} and sigma {sigma:.9g}"
-        case Uniform(low, high):
-            return f"uniform {span(low, high)}"
-        case Triangular(low, mode, high):
-            return f"triangular {span(low, high)} with mode {scale * mode:.9g}{unit}"
-        case Sample(values):
-            mean = scale * float(values.mean())
-            return f"{values.size} values {span(*distribution.reach)} with mean {mean:.9g}{unit}"
-        case Truncated(base, low, high):
-            return f"{_words(base, scale, unit)}, only {span(low, high)}"
-    raise TypeError(distribution)
 
 
 def factors_of(
@@ -105,22 +70,15 @@ def factors_of(
         if factor.entry == other.entry or factor.entry in refused_entries:
             continue
         refused_entries.add(factor.entry)
-        title = f"vary[{other.entry}]"
+        entry, hint = entries[factor.entry], f"vary[{other.entry}] has it already"
+        conflict = KeyRefused("name", "a name of its own", factor.name, hint)
         if target:
-            hint = f"{target} is set by {title} ({entries[other.entry].title}) already"
-            refused = KeyRefused("path", "one entry for each value", list(entries[factor.entry].path), hint)
-        else:
-            refused = KeyRefused("name", "a name of its own", factor.name, f"{title} has it already")
-        problems.append(problem_at(("vary", factor.entry), refused))
+            hint = f"{target} is set by vary[{other.entry}] ({entries[other.entry].title}) already"
+            conflict = KeyRefused("path", "one entry for each value", list(entry.path), hint)
+        problems.append(problem_at(("vary", factor.entry), conflict))
     if problems:
         raise ConfigError(problems)
     return tuple(factors), parameters.changes(columns)
-
-
-def problem_at(place: KeyPath, refused: ValueRefused) -> Problem:
-    """A refusal at its place."""
-    place = (*place, refused.key) if isinstance(refused, KeyRefused) else place
-    return Problem(place, refused.value, refused.expected, refused.hint, None, shown(refused.value))
 
 
 def conflicts(factors: Sequence[Factor]) -> Iterator[tuple[Factor, Factor, str]]:

@@ -10,7 +10,7 @@ import json
 from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -62,8 +62,8 @@ class StudyMetadata(BaseModel):
 
     model_config = ConfigDict(frozen=True)
 
-    content: Literal["samples of a guideload study"] = CONTENT
-    format: Literal[2] = FORMAT
+    content: str = CONTENT
+    format: int = FORMAT
     fingerprint: str = ""
     versions: dict[str, str] = Field(
         default_factory=lambda: {name: version(name) for name in ("guideload", "numpy", "scipy")}
@@ -139,7 +139,8 @@ class StudyMetadata(BaseModel):
                     f"got {self.runs}"
                 )
             return
-        differences = list(_differences(there.as_json(), self.as_json()))
+        one, other = there.as_json(), self.as_json()
+        differences = list(_different("", _decisive(one, other), _decisive(other, one)))
         first = "; ".join(differences[:3]) or "values of the given cases or of a sample"
         more = f"; and {len(differences) - 3} more" if len(differences) > 3 else ""
         raise ArgumentError(
@@ -162,36 +163,23 @@ def read_json(folder: Path) -> dict[str, Any] | None:
     return values
 
 
-def _differences(there: dict[str, Any], here: dict[str, Any]) -> Iterator[str]:
-    """What keeps a study from being resumed as another, in words; what may differ is left out."""
-    for key in ("seed", "sampling", "sensitivity", "exponent"):
-        yield from _different(key, there.get(key), here.get(key))
-    if here["sampling"] == there["sampling"] == "latin hypercube":
-        yield from _different("runs", there["runs"], here["runs"])
-    for key in ("distribution", "targets"):
-        yield from _different("", *(_of_parameters(one, key) for one in (there, here)))
-    correlations = (
-        {f"correlation of {pair}": value for pair, value in one["correlations"].items()}
-        for one in (there, here)
+def _decisive(values: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
+    """What must be the same for a study to be resumed as another, by its words in a message."""
+    keys = ["seed", "sampling", "sensitivity", "exponent"]
+    if values["sampling"] == other["sampling"] == "latin hypercube":
+        keys.append("runs")
+    parameters = values["parameters"]
+    sets = {f"{one['name']} sets": one["targets"] for one in parameters if one["targets"] != [one["name"]]}
+    only = [column for column in values["columns"] if column not in other["columns"]]
+    return (
+        {key: values.get(key) for key in keys}
+        | {one["name"]: one["distribution"] for one in parameters}
+        | {name: listed(targets) for name, targets in sets.items()}
+        | {f"correlation of {pair}": value for pair, value in values["correlations"].items()}
+        | {"machine": values["machine"], "motion": f"{values['motion']} ({values['motion_digest'][:8]})"}
+        | {key: values[key] for key in ("method", "rtol", "versions")}
+        | ({"recorded columns": f"also {listed(only)}"} if only else {})
     )
-    yield from _different("", *correlations)
-    yield from _different("machine", there["machine"], here["machine"])
-    if there["motion_digest"] != here["motion_digest"]:
-        yield f"the motion: that of {there['motion']} there, another of {here['motion']} here"
-    for key in ("method", "rtol", "versions"):
-        yield from _different(key, there[key], here[key])
-    for where, one, other in (("there", there, here), ("here", here, there)):
-        if only := [column for column in one["columns"] if column not in other["columns"]]:
-            yield f"recorded columns: {listed(only)} only {where}"
-
-
-def _of_parameters(metadata: dict[str, Any], key: str) -> dict[str, Any]:
-    """The distribution of each parameter, or what it sets where its name does not say so."""
-    if key == "distribution":
-        return {one["name"]: one[key] for one in metadata["parameters"]}
-    return {
-        f"{one['name']} sets": listed(one[key]) for one in metadata["parameters"] if one[key] != [one["name"]]
-    }
 
 
 def _different(key: str, there: Any, here: Any) -> Iterator[str]:

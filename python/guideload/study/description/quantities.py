@@ -18,9 +18,10 @@ from pydantic import Field, PlainValidator
 
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel, number
-from guideload.base.errors import ConfigError, Problem, ValueRefused, shown
+from guideload.base.errors import ConfigError, Problem, ValueRefused
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.study.description.refusals import problem_at, refused_at
 
 if TYPE_CHECKING:
     from guideload.study.description.metadata import StudyMetadata
@@ -79,11 +80,6 @@ class Quantity:
         """Its unit, "" if it has none."""
         return unit_of(self.name)
 
-    @property
-    def limit_key(self) -> str:
-        """Its key in the table [limits]: its name without the unit."""
-        return re.sub(r"_(Nm|N|km)$", "", self.name)
-
     def exceeds(self, values: Array, limit: float) -> NDArray[np.bool_]:
         """Whether values are on the wrong side of a limit; limit NaN: whether contact is lost."""
         bound = 0.5 if np.isnan(limit) else limit
@@ -138,10 +134,11 @@ def _catalogue() -> dict[str, Quantity]:
 
 
 QUANTITIES = _catalogue()
+# By their keys in the table [limits]: the names without the unit.
 LIMITS = {
-    one.limit_key: one
-    for one in QUANTITIES.values()
-    if one.name != CONTACT and one.name.startswith(("peak_", "rms_", "mean_", LIFE))
+    re.sub(r"_(Nm|N|km)$", "", name): quantity
+    for name, quantity in QUANTITIES.items()
+    if name.startswith(("peak_", "rms_", "mean_", LIFE))
 }
 
 
@@ -162,13 +159,7 @@ def measures_of(
         missing["drive"] = "x is free, so the drive's force is that of a link"
     for i, load in enumerate(loads or ()):
         if load in missing:
-            raise ConfigError(
-                [
-                    Problem(
-                        ("quantities", i), load, "a quantity of this scene", missing[load], None, shown(load)
-                    )
-                ]
-            )
+            raise refused_at(("quantities", i), "a quantity of this scene", load, missing[load])
     recorded = [load for load in loads or USUAL if load not in missing]
     statistics_of = {"load": ("mean",), "contact": ("lost",)}
     columns = {
@@ -199,9 +190,8 @@ def limits_of(
                 raise ValueRefused("a known limit", value, f"known are {', '.join(LIMITS)}")
             quantity = LIMITS[key]
             if quantity.name == LIFE and life is None:
-                raise ValueRefused(
-                    "no limit on a life without [life]", value, "add [life] with rating and base"
-                )
+                hint = "add [life] with rating and base"
+                raise ValueRefused("no limit on a life without [life]", value, hint)
             limit = number(value, "m" if quantity.name == LIFE else quantity.unit, above=0.0)
             if not recorded.issuperset(quantity.sources):
                 names = " and ".join(column_of(*source) for source in quantity.sources)
@@ -209,8 +199,7 @@ def limits_of(
                 raise ValueRefused("a limit on a recorded quantity", value, hint)
             limits[quantity.name] = 1e-3 * limit if quantity.name == LIFE else limit
         except ValueRefused as refused:
-            place = ("limits", key)
-            problems.append(Problem(place, value, refused.expected, refused.hint, None, shown(value)))
+            problems.append(problem_at(("limits", key), refused))
     if problems:
         raise ConfigError(problems)
     return limits

@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import Field, InstanceOf, model_validator
 from scipy.stats import qmc
 
-from guideload.base.errors import ABSENT, ConfigError, Problem, shown
+from guideload.base.errors import ABSENT, ConfigError, Problem
 from guideload.base.toml import located
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
@@ -21,6 +21,7 @@ from guideload.study.description.options import StudyFile, StudyOptions, read_st
 from guideload.study.description.parameters import Parameters
 from guideload.study.description.plan import Plan
 from guideload.study.description.quantities import limits_of, measures_of
+from guideload.study.description.refusals import refused_at
 from guideload.study.description.varied_parameter import SampleSpec
 from guideload.study.sampling.design import Design
 
@@ -107,12 +108,12 @@ class Study(StudyOptions):
         histories = self.histories
         histories = tuple(range(min(histories, runs))) if isinstance(histories, int) else histories
         if histories and histories[-1] >= runs:
-            raise _refused("histories", histories[-1], f"indices below {runs}, the number of runs")
+            raise refused_at(("histories",), f"indices below {runs}, the number of runs", histories[-1])
         measures, columns = measures_of(self.machine, self.motion, self.quantities, self.statistics)
         if self.life is not None and not any(load == "load" for load, _, _ in measures):
             no_velocity = self.motion.velocity is None
             hint = "the motion has no velocity" if no_velocity else 'add "load" to quantities'
-            raise _refused("life", self.life.model_dump(), "a mean load to count the life from", hint)
+            raise refused_at(("life",), "a mean load to count the life from", self.life.model_dump(), hint)
         return Plan(
             machine=self.machine,
             motion=self.motion,
@@ -137,9 +138,8 @@ class Study(StudyOptions):
                 value = getattr(self, key)
                 if value:
                     hint = "cases are run as they are, in order: keep one of them"
-                    raise _refused(
-                        key, value if isinstance(value, int) else len(value), f"no {key} beside cases", hint
-                    )
+                    value = value if isinstance(value, int) else len(value)
+                    raise refused_at((key,), f"no {key} beside cases", value, hint)
             return
         for key, hint in (("samples", "samples = 10_000"), ("vary", "a [[vary]] table, or cases")):
             if not getattr(self, key):
@@ -149,12 +149,8 @@ class Study(StudyOptions):
     def _require_possible_design(self, factors: int, correlated: bool) -> None:
         if self.sensitivity and correlated:
             hint = "a Sobol index is a share of the variance, which correlated factors have in common"
-            raise _refused("sensitivity", True, "false where factors are correlated", hint)
+            raise refused_at(("sensitivity",), "false where factors are correlated", True, hint)
         most = qmc.Sobol.MAXDIM // (2 if self.sensitivity else 1)
         if self.sampling == "sobol" and factors > most:
             hint = f'these entries have {factors}; "random" takes any number'
-            raise _refused("sampling", self.sampling, f'at most {most} factors with "sobol"', hint)
-
-
-def _refused(key: str, value: object, expected: str, hint: str = "") -> ConfigError:
-    return ConfigError([Problem((key,), value, expected, hint, None, shown(value))])
+            raise refused_at(("sampling",), f'at most {most} factors with "sobol"', self.sampling, hint)

@@ -18,18 +18,10 @@ from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel, number
 from guideload.base.errors import ValueRefused
 from guideload.base.units import quantity
+from guideload.study.description.refusals import KeyRefused
 from guideload.study.description.tables import numbers_of
-from guideload.study.sampling.distributions import (
-    Distribution,
-    Form,
-    Lognormal,
-    Marginal,
-    Normal,
-    Sample,
-    Triangular,
-    Truncated,
-    Uniform,
-)
+from guideload.study.sampling import distributions
+from guideload.study.sampling.distributions import Distribution, Form, Marginal
 from guideload.traces.format.files import load_table
 from guideload.traces.format.table import listed
 
@@ -40,19 +32,12 @@ OF_EACH = {
     "rail": ("rails or carriages", ("rails.*.", "rails[*].")),
     "link": ("links", ("links.*.", "links[*].")),
 }
+NAMES = "one of normal, lognormal, uniform, triangular, sample"
 LEAST_PROBABILITY = 1e-6  # of a distribution within at_least and at_most: rounding spoils the draws of less
 PERCENT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*%\s*")
 BOUNDS = ("at_least", "at_most")
 LOCATIONS = ("mean", "median", "mode", "low")  # values of the parameter
 WIDTHS = ("sigma", "plus_minus")  # differences of values
-
-
-class KeyRefused(ValueRefused):
-    """The value of a key was refused when the varied parameter was applied to a machine."""
-
-    def __init__(self, key: str, expected: str, value: object, hint: str = "") -> None:
-        super().__init__(expected, value, hint)
-        self.key = key
 
 
 class Amount(NamedTuple):
@@ -74,6 +59,11 @@ def _amount(value: object) -> object:
     return value
 
 
+def _listed(value: object) -> object:
+    """A list of a single text or of an array."""
+    return [value] if isinstance(value, str) else value.tolist() if isinstance(value, np.ndarray) else value
+
+
 def _coefficient(value: object) -> float:
     result = quantity(value, "1")
     if not -1.0 < result < 1.0:
@@ -91,17 +81,18 @@ def _sigma_of_logarithm(value: object) -> float:
         raise ValueRefused(refused.expected, value, hint) from None
 
 
+Numbers = Mapping[str | int, float]  # amounts as numbers
 Coefficient = Annotated[float, PlainValidator(_coefficient)]
 Given = Annotated[float | str | None, BeforeValidator(_amount)]
 Required = Annotated[float | str, BeforeValidator(_amount)]
 
 
 class VariedParameter(ConfigModel):
-    """What varies (`path`), how many draws there are (`each`), and their distribution, in one class per distribution."""
+    """What varies (`path`), how many draws there are (`each`), and the bounds of their distribution."""
 
     KEYS: ClassVar[tuple[str, ...]]  # of the distribution's amounts, beside the bounds
-    path: Annotated[tuple[str, ...], BeforeValidator(lambda one: (one,) if isinstance(one, str) else one)] = (
-        Field(min_length=1, description='one or several, e.g. "body.mass" or "carriages.*.stiffness_y"')
+    path: Annotated[tuple[str, ...], BeforeValidator(_listed)] = Field(
+        min_length=1, description='one or several, e.g. "body.mass" or "carriages.*.stiffness_y"'
     )
     name: str | None = Field(default=None, min_length=1, description="its name in tables; else its path")
     each: Each | None = Field(
@@ -144,91 +135,83 @@ class VariedParameter(ConfigModel):
         to the machine, a shift where only a width is given, and one value for all where a location is given.
         Raises KeyRefused.
         """
-        given = {key: getattr(self, key) for key in (*self.KEYS, *BOUNDS)}
-        amounts = {key: _read(key, value, unit) for key, value in given.items() if value is not None}
-        values = self._values(unit)
-        kinds = {amount.relative for amount in (*amounts.values(), *values)}
-        located = bool(values) or not amounts.keys().isdisjoint(LOCATIONS)
+        amounts = self._amounts(unit)
+        kinds = {amount.relative for amount in amounts.values()}
         if False not in kinds:  # all in percent, or left to the machine
             if not any(own):
                 expected = "a machine's value other than 0, or values with a unit"
                 raise KeyRefused("path", expected, 0.0, "0 has no percent")
-            drawn = self._bounded(amounts, values, 1.0)
+            drawn = self._bounded(amounts, 1.0)
             return Marginal(drawn, "value", own[0]) if len(own) == 1 else Marginal(drawn, "factor")
         if len(own) == 1:
-            amounts = {
-                key: amount.absolute(abs(own[0]) if key in WIDTHS else own[0])
-                for key, amount in amounts.items()
-            }
-            return Marginal(
-                self._bounded(amounts, [value.absolute(own[0]) for value in values], own[0]), "value"
-            )
+            bases = {key: abs(own[0]) if key in WIDTHS else own[0] for key in amounts}
+            numbers = {key: amount.absolute(bases[key]) for key, amount in amounts.items()}
+            return Marginal(self._bounded(numbers, own[0]), "value")
+        located = any(key in LOCATIONS or isinstance(key, int) for key in amounts)
         # A mode left out is each machine value's own, and a bound needs a location to count from.
         without_mode = "mode" in self.KEYS and "low" in amounts and "mode" not in amounts
         if True in kinds or without_mode or not (located or amounts.keys() <= set(WIDTHS)):
-            raise KeyRefused(
-                "path",
-                "one place where some amounts are in percent or left to the machine and others have a unit",
-                len(own),
-                'one draw serves all: give all amounts one way, or each its own draw, each = "value"',
+            expected = (
+                "one place where some amounts are in percent or left to the machine and others have a unit"
             )
+            hint = 'one draw serves all: give all amounts one way, or each its own draw, each = "value"'
+            raise KeyRefused("path", expected, len(own), hint)
         form: Form = "value" if located else "shift"
-        return Marginal(self._bounded(amounts, values, 0.0), form)
+        return Marginal(self._bounded(amounts, 0.0), form)
 
-    def _values(self, unit: str) -> list[Amount]:
-        """The measured values, of a sample."""
-        return []
+    def _amounts(self, unit: str) -> dict[str | int, Amount]:
+        """The amounts that are given, by key; measured values by index."""
+        given = {key: getattr(self, key) for key in (*self.KEYS, *BOUNDS)}
+        return {key: _read(key, value, unit) for key, value in given.items() if value is not None}
 
-    def _bounded(self, amounts: Mapping[str, Amount], values: Sequence[Amount], own: float) -> Distribution:
+    def _bounded(self, amounts: Mapping[str | int, Amount], own: float) -> Distribution:
         """The distribution within its bounds; `own`: the location where none is given."""
         numbers = {key: amount.number for key, amount in amounts.items()}
         low, high = numbers.get("at_least", -math.inf), numbers.get("at_most", math.inf)
         if not low < high:
             raise KeyRefused("at_least", "at_least < at_most", self.at_least)
-        return self._truncated(self._distribution(numbers, values, own), low, high)
+        return self._truncated(self._distribution(numbers, own), low, high)
 
-    def _distribution(self, numbers: Mapping[str, float], values: Sequence[Amount], own: float) -> Any:
+    def _distribution(self, numbers: Numbers, own: float) -> Any:
         """The distribution without its bounds."""
         raise NotImplementedError
 
     def _truncated(self, base: Any, low: float, high: float) -> Distribution:
-        if (low, high) == (-math.inf, math.inf):
-            return base  # type: ignore[no-any-return]
         inside = base.cdf(high) - base.cdf(low)
         if inside < LEAST_PROBABILITY:
             key = "at_most" if self.at_least is None else "at_least"
             hint = f"only {inside:.2g} of the distribution lies there"
             raise KeyRefused(key, "bounds that keep a part of the distribution", getattr(self, key), hint)
-        return Truncated(base, low, high)
+        return base if (low, high) == (-math.inf, math.inf) else distributions.Truncated(base, low, high)
 
 
 class NormalSpec(VariedParameter):
     """A normal distribution."""
 
     KEYS = ("mean", "sigma")
-    distribution: Literal["normal"] = Field(description="its name")
+    distribution: Literal["normal"] = Field(description=NAMES)
     mean: Given = Field(default=None, description="the machine's value if left out")
     sigma: Required = Field(description='standard deviation, e.g. "3 %" or "2 mm"')
 
-    def _distribution(self, numbers: Mapping[str, float], values: Sequence[Amount], own: float) -> Normal:
-        return Normal(numbers.get("mean", own), numbers["sigma"])
+    def _distribution(self, numbers: Numbers, own: float) -> Distribution:
+        return distributions.Normal(numbers.get("mean", own), numbers["sigma"])
 
 
 class LognormalSpec(VariedParameter):
     """A lognormal distribution."""
 
     KEYS = ("median",)  # sigma is a plain number, in no unit of the path and no share of the machine's value
-    distribution: Literal["lognormal"] = Field(description="its name")
+    distribution: Literal["lognormal"] = Field(description=NAMES)
     median: Given = Field(default=None, description="the machine's value if left out")
     sigma: Annotated[float, PlainValidator(_sigma_of_logarithm)] = Field(
         description="standard deviation of the logarithm, e.g. 0.2"
     )
 
-    def _distribution(self, numbers: Mapping[str, float], values: Sequence[Amount], own: float) -> Lognormal:
+    def _distribution(self, numbers: Numbers, own: float) -> Distribution:
         median = numbers.get("median", own)
         if not median > 0.0:
             raise KeyRefused("median", "> 0", median, "a lognormal distribution has no other values")
-        return Lognormal(median, self.sigma)
+        return distributions.Lognormal(median, self.sigma)
 
 
 class _IntervalSpec(VariedParameter):
@@ -244,12 +227,11 @@ class _IntervalSpec(VariedParameter):
     def _complete(self) -> _IntervalSpec:
         given = {key for key in ("low", "high", "plus_minus") if getattr(self, key) is not None}
         if given not in ({"plus_minus"}, {"low", "high"}):
-            raise ValueRefused(
-                "either plus_minus, or low and high", self.model_dump(exclude_unset=True, mode="json")
-            )
+            table = self.model_dump(exclude_unset=True, mode="json")
+            raise ValueRefused("either plus_minus, or low and high", table)
         return self
 
-    def _ends(self, numbers: Mapping[str, float], own: float) -> tuple[float, float]:
+    def _ends(self, numbers: Numbers, own: float) -> tuple[float, float]:
         reach = numbers.get("plus_minus", 0.0)
         low, high = numbers.get("low", own - reach), numbers.get("high", own + reach)
         if not low < high:
@@ -261,17 +243,17 @@ class UniformSpec(_IntervalSpec):
     """A uniform distribution."""
 
     KEYS = ("low", "high", "plus_minus")
-    distribution: Literal["uniform"] = Field(description="its name")
+    distribution: Literal["uniform"] = Field(description=NAMES)
 
-    def _distribution(self, numbers: Mapping[str, float], values: Sequence[Amount], own: float) -> Uniform:
-        return Uniform(*self._ends(numbers, own))
+    def _distribution(self, numbers: Numbers, own: float) -> Distribution:
+        return distributions.Uniform(*self._ends(numbers, own))
 
 
 class TriangularSpec(_IntervalSpec):
     """A triangular distribution."""
 
     KEYS = ("low", "mode", "high", "plus_minus")
-    distribution: Literal["triangular"] = Field(description="its name")
+    distribution: Literal["triangular"] = Field(description=NAMES)
     mode: Given = Field(default=None, description="the most likely value; the machine's value if left out")
 
     @model_validator(mode="after")
@@ -280,24 +262,23 @@ class TriangularSpec(_IntervalSpec):
             raise ValueRefused("no mode beside plus_minus, which is around the machine's value", self.mode)
         return self
 
-    def _distribution(self, numbers: Mapping[str, float], values: Sequence[Amount], own: float) -> Triangular:
+    def _distribution(self, numbers: Numbers, own: float) -> Distribution:
         low, high = self._ends(numbers, own)
         mode = numbers.get("mode", own)
         if not low <= mode <= high:
             hint = "" if "mode" in numbers else "the machine's value is the mode if none is given"
             raise KeyRefused("mode", f"a mode from {low:g} to {high:g}", mode, hint)
-        return Triangular(low, mode, high)
+        return distributions.Triangular(low, mode, high)
 
 
 class SampleSpec(VariedParameter):
     """Measured values, in the study or in a table beside it."""
 
     KEYS = ()
-    distribution: Literal["sample"] = Field(description="its name")
-    values: Annotated[
-        tuple[Given, ...] | None,
-        BeforeValidator(lambda given: given.tolist() if isinstance(given, np.ndarray) else given),
-    ] = Field(default=None, min_length=1, description='measured values, e.g. ["118 N/um", "131 N/um"]')
+    distribution: Literal["sample"] = Field(description=NAMES)
+    values: Annotated[tuple[Given, ...] | None, BeforeValidator(_listed)] = Field(
+        default=None, min_length=1, description='measured values, e.g. ["118 N/um", "131 N/um"]'
+    )
     file: str | None = Field(default=None, description="a table of measured values beside this file")
     column: str | None = Field(
         default=None, description='its column; a header such as "k [N/um]" or "k [%]" gives the unit'
@@ -311,16 +292,17 @@ class SampleSpec(VariedParameter):
             raise ValueRefused("no column without a file", self.column)
         return self
 
+    def _amounts(self, unit: str) -> dict[str | int, Amount]:
+        return super()._amounts(unit) | dict(enumerate(self._values(unit)))
+
     def _values(self, unit: str) -> list[Amount]:
         if self.file is None:
             return [_read("values", value, unit) for value in self.values or ()]
         table = load_table(self.file)
         header = self.column if self.column is not None else table.names[0]
         if header not in table.names or (self.column is None and len(table.names) > 1):
-            key, hint = (
-                ("file" if self.column is None else "column"),
-                f"{table.source} has {listed(table.names)}",
-            )
+            key = "file" if self.column is None else "column"
+            hint = f"{table.source} has {listed(table.names)}"
             raise KeyRefused(key, "the name of a column", self.column, hint)
         try:
             numbers, relative = numbers_of(table, header, unit)
@@ -329,16 +311,16 @@ class SampleSpec(VariedParameter):
             raise KeyRefused("file", refused.expected, refused.value, hint) from None
         return [Amount(number, relative) for number in numbers.tolist()]
 
-    def _distribution(self, numbers: Mapping[str, float], values: Sequence[Amount], own: float) -> Array:
-        return np.sort(np.array([value.number for value in values]))
+    def _distribution(self, numbers: Numbers, own: float) -> Array:
+        return np.sort(np.array([number for key, number in numbers.items() if isinstance(key, int)]))
 
-    def _truncated(self, base: Array, low: float, high: float) -> Sample:
+    def _truncated(self, base: Array, low: float, high: float) -> Distribution:
         inside = base[(base >= low) & (base <= high)]
         if not inside.size:
             key = "values" if self.file is None else "column"
             raise KeyRefused(key, "values within at_least and at_most", getattr(self, key))
         inside.setflags(write=False)
-        return Sample(inside)
+        return distributions.Sample(inside)
 
 
 DistributionSpec = Annotated[

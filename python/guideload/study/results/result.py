@@ -76,12 +76,12 @@ class StudyResult(StudyColumns):
 
     @cached_property
     def _summary(self) -> dict[tuple[str, str], dict[str, float]]:
-        rows = {
-            (name, owner): _described(values)
+        return {
+            (name, owner): row
             for name in summarised(self.metadata)
             for owner, values in self._owned(name)
+            if (row := _described(values))["samples"]
         }
-        return {key: row for key, row in rows.items() if row["samples"]}
 
     def quantiles(
         self, name: str, levels: Sequence[float] = LEVELS, confidence: float = statistics.CONFIDENCE
@@ -113,20 +113,19 @@ class StudyResult(StudyColumns):
 
         limit : in the column's unit, or text with its unit, "7 kN". Raises ValueRefused.
         """
-        return self._probability(name, limit, below=False, confidence=confidence)
+        return self._probability(name, limit, np.greater, confidence)
 
     def probability_below(
         self, name: str, limit: float | str, confidence: float = statistics.CONFIDENCE
     ) -> Estimate:
         """Probability that a column, such as a life, is below a limit."""
-        return self._probability(name, limit, below=True, confidence=confidence)
+        return self._probability(name, limit, np.less, confidence)
 
-    def _probability(self, name: str, limit: float | str, *, below: bool, confidence: float) -> Estimate:
+    def _probability(self, name: str, limit: float | str, compare: Any, confidence: float) -> Estimate:
         values = statistics.known(self.column(name))
         units = {parameter.name: parameter.unit for parameter in self.metadata.parameters}
         unit = units.get(name) or unit_of(name.partition("[")[0]) or "1"
-        bound = to_unit(limit, unit) if isinstance(limit, str) else limit
-        count = np.count_nonzero(values < bound if below else values > bound)
+        count = np.count_nonzero(compare(values, to_unit(limit, unit) if isinstance(limit, str) else limit))
         return Estimate(*map(float, statistics.probability(count, values.size, confidence)))
 
     @cached_property
@@ -235,8 +234,8 @@ class StudyResult(StudyColumns):
         import pandas as pd
 
         names = self.store.columns if columns is None else columns
-        data = {name: self._of_all_runs(name) for name in names}
-        table = pd.DataFrame(data, index=pd.RangeIndex(self.runs, name="sample"))
+        index = pd.RangeIndex(self.runs, name="sample")
+        table = pd.DataFrame({name: self._of_all_runs(name) for name in names}, index=index)
         table["reason"] = [self.reasons.get(i) for i in range(self.runs)] if self.reasons else None
         return table
 
@@ -302,12 +301,9 @@ def _by_quantity_and_carriage(
 
 def _described(values: Array) -> dict[str, float]:
     mean, deviation = statistics.mean_and_deviation(values)
-    row: dict[str, float] = {
-        "samples": statistics.known(values).size,
-        "mean": mean,
-        "standard_deviation": deviation,
-    }
-    for level, value, low, high in zip(LEVELS, *statistics.quantiles(values, LEVELS), strict=True):
-        name = f"q{round(100 * level):02d}"
-        row |= {name: float(value), f"{name}_low": float(low), f"{name}_high": float(high)}
+    samples = statistics.known(values).size
+    row: dict[str, float] = {"samples": samples, "mean": mean, "standard_deviation": deviation}
+    for level, *estimate in zip(LEVELS, *statistics.quantiles(values, LEVELS), strict=True):
+        for end, value in zip(("", "_low", "_high"), estimate, strict=True):
+            row[f"q{round(100 * level):02d}{end}"] = float(value)
     return row

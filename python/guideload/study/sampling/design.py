@@ -12,7 +12,7 @@ from scipy.special import ndtr, ndtri
 
 from guideload.base.arrays import Array
 from guideload.study.sampling.distributions import HIGHEST, LOWEST
-from guideload.study.sampling.sequences import LatinHypercube, Random, Sampling, Sobol, Uniforms
+from guideload.study.sampling.sequences import LatinHypercube, Random, Sampling, Sobol
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Design:
         return self.samples * (self.dimensions + 2 if self.sensitivity else 1)
 
     @cached_property
-    def _sequence(self) -> Uniforms:
+    def _sequence(self) -> Sobol | Random | LatinHypercube:
         columns = 2 * self.dimensions if self.sensitivity else self.dimensions
         if self.sampling == "sobol":
             return Sobol(columns, self.seed)

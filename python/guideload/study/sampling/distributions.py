@@ -155,6 +155,30 @@ def _ends(distribution: Distribution) -> tuple[float, float]:
     return low, high
 
 
+def in_words(distribution: Distribution, scale: float, unit: str) -> str:
+    """`scale` times a distribution, in words."""
+
+    def span(low: float, high: float) -> str:
+        first, last = sorted((scale * low, scale * high))
+        return f"from {first:.9g} to {last:.9g}{unit}"
+
+    match distribution:
+        case Normal(mean, sigma):
+            return f"normal with mean {scale * mean:.9g}{unit} and sigma {abs(scale) * sigma:.9g}{unit}"
+        case Lognormal(median, sigma):
+            return f"lognormal with median {scale * median:.9g}{unit} and sigma {sigma:.9g}"
+        case Uniform(low, high):
+            return f"uniform {span(low, high)}"
+        case Triangular(low, mode, high):
+            return f"triangular {span(low, high)} with mode {scale * mode:.9g}{unit}"
+        case Sample(values):
+            mean = scale * float(values.mean())
+            return f"{values.size} values {span(*distribution.reach)} with mean {mean:.9g}{unit}"
+        case Truncated(base, low, high):
+            return f"{in_words(base, scale, unit)}, only {span(low, high)}"
+    raise TypeError(distribution)
+
+
 @dataclass(frozen=True)
 class Marginal:
     """The distribution of one column of values: `scale` times a value of `distribution`, increasing with u.

@@ -10,7 +10,7 @@ import math
 import threading
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +21,6 @@ from guideload.study.sampling.distributions import HIGHEST, LOWEST
 
 Words = NDArray[np.uint64]
 Sampling = Literal["sobol", "latin hypercube", "random"]
-
-
-class Uniforms(Protocol):
-    """Uniform numbers by index: (dimensions, stop - start), contiguous."""
-
-    def columns(self, start: int, stop: int) -> Array: ...
 
 
 @dataclass(frozen=True)

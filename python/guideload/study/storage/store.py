@@ -74,14 +74,6 @@ class SampleStore(ABC):
         """Store a chunk whose samples are not done yet, completely or not at all. Raises RunError."""
 
     @abstractmethod
-    def reasons(self) -> dict[int, str]:
-        """Why samples failed, by sample."""
-
-    @abstractmethod
-    def tables(self) -> Iterator[pa.Table]:
-        """All chunks, ascending: sample, parameters, measures, reason (null where there is a result)."""
-
-    @abstractmethod
     def histories(self) -> xr.Dataset | None:
         """The stored histories."""
 
@@ -90,8 +82,8 @@ class SampleStore(ABC):
         """Store histories, in place of earlier ones."""
 
     @abstractmethod
-    def _read(self, names: Sequence[str]) -> dict[str, Array]:
-        """Columns, each (runs,)."""
+    def _chunks(self, names: Sequence[str] | None) -> Iterator[tuple[Range, pa.Table]]:
+        """Some columns of each chunk, or all; ascending."""
 
     @property
     def done(self) -> int:
@@ -112,14 +104,32 @@ class SampleStore(ABC):
         """(runs,) one parameter or measure of all samples. Raises ArgumentError for an unknown name."""
         return self._read([self._known(name)])[name]
 
+    def reasons(self) -> dict[int, str]:
+        """Why samples failed, by sample."""
+        return {
+            start + i: reason
+            for (start, _), table in self._chunks(["reason"])
+            if table["reason"].null_count < len(table)
+            for i, reason in enumerate(table["reason"].to_pylist())
+            if reason is not None
+        }
+
+    def tables(self) -> Iterator[pa.Table]:
+        """All chunks, ascending: sample, parameters, measures, reason (null where there is a result)."""
+        return (table.replace_schema_metadata(None) for _, table in self._chunks(None))
+
+    def _read(self, names: Sequence[str]) -> dict[str, Array]:
+        columns = {name: np.full(self.runs, np.nan) for name in names}
+        for (start, stop), table in self._chunks(names):
+            for name, column in columns.items():
+                column[start:stop] = table[name].to_numpy()
+        return columns
+
     def _known(self, name: str) -> str:
         if name not in self.columns:
             near = get_close_matches(name, self.columns) or self.columns
             raise ArgumentError(f"column: expected one of {', '.join(near)}, got {name!r}")
         return name
-
-    def _empty(self, names: Sequence[str]) -> dict[str, Array]:
-        return {name: np.full(self.runs, np.nan) for name in names}
 
     def _schema(self) -> pa.Schema:
         numbers = [pa.field(name, pa.float64(), nullable=False) for name in self.columns]
@@ -140,20 +150,14 @@ class MemoryStore(SampleStore):
 
     def __init__(self, metadata: StudyMetadata) -> None:
         super().__init__(metadata)
-        self._chunks: list[Chunk] = []
+        self._tables: dict[Range, pa.Table] = {}
         self._histories: xr.Dataset | None = None
 
     def ranges(self) -> list[Range]:
-        return sorted((chunk.start, chunk.stop) for chunk in self._chunks)
+        return sorted(self._tables)
 
     def add(self, chunk: Chunk) -> None:
-        self._chunks.append(chunk)
-
-    def reasons(self) -> dict[int, str]:
-        return dict(sorted(item for chunk in self._chunks for item in chunk.failed.items()))
-
-    def tables(self) -> Iterator[pa.Table]:
-        return map(self._table, sorted(self._chunks, key=lambda chunk: chunk.start))
+        self._tables[chunk.start, chunk.stop] = self._table(chunk)
 
     def histories(self) -> xr.Dataset | None:
         return self._histories
@@ -161,15 +165,8 @@ class MemoryStore(SampleStore):
     def add_histories(self, data: xr.Dataset) -> None:
         self._histories = data
 
-    def _read(self, names: Sequence[str]) -> dict[str, Array]:
-        columns = self._empty(names)
-        for name, column in columns.items():
-            at = self.columns.index(name)
-            for chunk in self._chunks:
-                factors = chunk.values.shape[1]
-                source = chunk.values[:, at] if at < factors else chunk.rows[:, at - factors]
-                column[chunk.start : chunk.stop] = source
-        return columns
+    def _chunks(self, names: Sequence[str] | None) -> Iterator[tuple[Range, pa.Table]]:
+        return ((samples, self._tables[samples]) for samples in self.ranges())
 
 
 class FolderStore(SampleStore):
@@ -237,32 +234,13 @@ class FolderStore(SampleStore):
         self._files[samples] = path, parquet.read_metadata(path)
         self._ahead.clear()
 
-    def reasons(self) -> dict[int, str]:
-        reasons: dict[int, str] = {}
-        for (start, _), table in self._of_files(["reason"]):
-            texts = table["reason"]
-            if texts.null_count < len(texts):
-                reasons |= {start + i: text for i, text in enumerate(texts.to_pylist()) if text is not None}
-        return reasons
-
-    def _read(self, names: Sequence[str]) -> dict[str, Array]:
-        columns = self._empty(names)
-        for (start, stop), table in self._of_files(names):
-            for name in names:
-                columns[name][start:stop] = table[name].to_numpy()
-        return columns
-
     def column(self, name: str) -> Array:
         if self._known(name) not in self._ahead:
             at = self.columns.index(name)
             self._ahead = self._read(self.columns[at : at + max(1, READ_AHEAD // max(1, self.runs))])
         return self._ahead[name].copy()
 
-    def tables(self) -> Iterator[pa.Table]:
-        return (table.replace_schema_metadata(None) for _, table in self._of_files(None))
-
-    def _of_files(self, names: Sequence[str] | None) -> Iterator[tuple[Range, pa.Table]]:
-        """Some columns of each chunk, or all."""
+    def _chunks(self, names: Sequence[str] | None) -> Iterator[tuple[Range, pa.Table]]:
         for samples in self.ranges():
             path, metadata = self._files[samples]
             try:
