@@ -288,7 +288,7 @@ def test_a_limit_on_the_life_is_passed_below_it(file: Path, tmp_path: Path) -> N
     limit = '[limits]\nlife = "5000 km"\n[life]\nrating = "20 kN"\nbase = "50 km"\n'
     file.write_text(STUDY.replace('[limits]\npeak_resultant = "0.5 N"\n', limit))
     out = tmp_path / "out"
-    assert guideload("study", file, "-o", out).exit_code == 0
+    assert guideload("study", file, "-o", out, "--no-pictures").exit_code == 0
     result = StudyResult.load(out)
     assert result.metadata.limits == {"life_km": 5000.0}
     row = result.probabilities().loc["life_km", "1a"]

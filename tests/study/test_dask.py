@@ -47,16 +47,3 @@ def test_a_killed_worker_changes_no_bit(client: Any, tmp_path: Path) -> None:
     assert contents(FolderStore.open(tmp_path)) == alone
     client.wait_for_workers(2, timeout=30)
     assert killed[0] not in client.run(os.getpid).values()
-
-
-def test_what_is_left_goes_on_elsewhere(client: Any, tmp_path: Path) -> None:
-    """Begun here, ended on the cluster."""
-
-    def stops(done: int, _: int) -> None:
-        if done >= 300:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run_study(plan(RUNS), tmp_path, progress=stops, chunk=50)
-    result = run_study(plan(RUNS), tmp_path, executor=client.get_executor(), resume=True)
-    assert contents(result.store) == contents(run_study(plan(RUNS)).store)

@@ -144,14 +144,6 @@ def test_failed_samples_are_kept_apart(whole: dict[str, bytes]) -> None:
     assert all(reason == f"no equilibrium at {mass[i]:.3f} kg" for i, reason in failed.items())
 
 
-def test_a_description_runs_as_its_plan_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        "guideload.study.description.plan.Plan.batch", lambda of: HashedBatch(len(of.measures), 6, 4, 0.0)
-    )
-    described = study(64)
-    assert contents(run_study(described).store) == contents(run_study(described.plan()).store)
-
-
 # ---- the course of a run
 
 

@@ -372,16 +372,6 @@ def test_values_are_the_same_in_any_range_and_after_a_pickle(sampling: str) -> N
         plan.values(400, 501)
 
 
-def test_sensitivity_runs_a_saltelli_design() -> None:
-    plan = study(MASS, STIFFNESS, sensitivity=True, samples=16).plan()
-    assert (plan.runs, plan.metadata.sensitivity) == (16 * 7, True)
-    runs = plan.values(0, plan.runs).reshape(16, 7, 5)
-    for j in range(5):
-        mixed = runs[:, 0].copy()
-        mixed[:, j] = runs[:, 1, j]
-        assert np.array_equal(runs[:, 2 + j], mixed)
-
-
 def test_the_fingerprint_is_of_all_that_decides_a_result_and_no_more() -> None:
     base = study(MASS, STIFFNESS).plan().metadata.fingerprint
     same = [dict(samples=128), dict(histories=3), dict(limits={"peak_resultant": 1.0})]

@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import studies
-from scipy import stats
 
 from guideload.base.errors import ArgumentError, ValueRefused
 from guideload.reports.study import study_report
@@ -139,22 +138,6 @@ def test_what_drives_the_peak_follows_from_the_weights() -> None:
     assert plain.driving().index[0] == "body.mass"
     with pytest.raises(ArgumentError, match="sensitivity = true"):
         plain.sensitivity()
-
-
-def test_exceedance_is_that_of_the_known_distribution(result: StudyResult) -> None:
-    limits, (share, low, high) = result.exceedance("peak_resultant_N[1a]")
-    law = studies.law(0, 4, 5)
-    assert np.abs(share - law.sf(limits)).max() < stats.kstwobign.isf(BY_CHANCE) / 20_000**0.5
-    assert np.mean((low <= law.sf(limits)) & (law.sf(limits) <= high)) > 0.8
-
-
-def test_the_order_of_the_samples_does_not_matter() -> None:
-    result = studies.study(999)
-    turned = studies.study(999)
-    order = np.random.default_rng(0).permutation(999)
-    turned.store.data = {name: column[order] for name, column in turned.store.data.items()}
-    pd.testing.assert_frame_equal(result.summary(), turned.summary(), rtol=1e-12)
-    pd.testing.assert_frame_equal(result.driving(), turned.driving(), rtol=1e-12)
 
 
 def test_columns_are_read_when_asked_for_and_once_for_the_summary() -> None:

@@ -17,6 +17,7 @@ from guideload.study.description.quantities import (
     LIFE,
     PEAK,
     QUANTITIES,
+    Quantity,
     capitalised,
     contact_words,
     title_of,
@@ -101,21 +102,19 @@ def answer_lines(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     metadata, stem = result.metadata, result.leading.partition("[")[0]
     if stem in summary.index.unique("quantity"):
         quantity, rows = QUANTITIES[stem], summary.loc[stem]
-        level = 1 if quantity.smallest_is_worst else 99
+        level = "q01" if quantity.smallest_is_worst else "q99"
         rows = rows.loc[[name for name in rows.index if name]] if len(rows) > 1 else rows
-        outermost = rows[f"q{level:02d}"]
-        carriage = str(outermost.idxmin() if quantity.smallest_is_worst else outermost.idxmax())
-        row, unit = rows.loc[carriage], f" {quantity.unit}" if quantity.unit else ""
-        interval = _interval(row[f"q{level:02d}_low"], row[f"q{level:02d}_high"])
-        yield (
-            f"{capitalised(title_of(stem, metadata))}, {level} % quantile: {load_in_table(row[f'q{level:02d}'])}{unit} "
-            f"({interval} at 95 %), {f'carriage {carriage}' if carriage else 'machine'}"
-        )
+        carriage = str((rows[level].idxmin if quantity.smallest_is_worst else rows[level].idxmax)())
+        value, low, high = rows.loc[carriage, [level, f"{level}_low", f"{level}_high"]].tolist()
+        interval, owner = _interval(low, high), f"carriage {carriage}" if carriage else "machine"
+        title = f"{capitalised(title_of(stem, metadata))}, {int(level[1:])} % quantile"
+        yield f"{title}: {_with_unit(value, quantity)} ({interval} at 95 %), {owner}"
     probabilities = result.probabilities()
     for name in probabilities.index.unique("quantity"):
         rows = probabilities.loc[name]
         row = rows.loc[""] if "" in rows.index else rows.iloc[0]
-        yield f"Probability of {_limit_text(name, row['limit'], metadata)}: {_percent(row)}"
+        probability, low, high = (f"{100 * row[key]:.3g}" for key in ("probability", "low", "high"))
+        yield f"Probability of {_limit_text(name, row['limit'], metadata)}: {probability} % ({low} to {high} %)"
     if result.too_few:
         return
     drivers, measure = result.driving(), "total" if metadata.sensitivity else "rank_correlation"
@@ -128,14 +127,13 @@ def cases_answer(result: StudyResult) -> Iterator[str]:
     """The worst of the given cases, and how many exceed a limit."""
     stem = result.leading.partition("[")[0]
     columns = [f"{stem}[{owner}]" if owner else stem for owner in result.owners(stem)]
-    values = np.array([result.column(column) for column in columns])
-    smallest = QUANTITIES[stem].smallest_is_worst
-    index = (np.nanargmin if smallest else np.nanargmax)(values)
-    carriage, case = np.unravel_index(index, values.shape)
-    title = with_owner(columns[int(carriage)], result.metadata)
-    unit = f" {QUANTITIES[stem].unit}" if QUANTITIES[stem].unit else ""
-    worst = "Smallest" if smallest else "Largest"
-    yield f"{worst} of all cases: {title}, {load_in_table(float(values[carriage, case]))}{unit}, case {case}"
+    values, quantity = result.table(columns)[columns], QUANTITIES[stem]
+    worst = values.min() if quantity.smallest_is_worst else values.max()
+    column = str(worst.idxmin() if quantity.smallest_is_worst else worst.idxmax())
+    case = values.index[values[column] == worst[column]][0]
+    words = "Smallest" if quantity.smallest_is_worst else "Largest"
+    figure = f"{with_owner(column, result.metadata)}, {_with_unit(float(worst[column]), quantity)}"
+    yield f"{words} of all cases: {figure}, case {case}"
     exceeded = result.cases()["exceeded"]
     for name, limit in result.limits.items():
         count = exceeded.str.split(", ").map(
@@ -148,7 +146,7 @@ def _limit_text(name: str, limit: float, metadata: StudyMetadata) -> str:
     """What exceeds a limit: "peak resultant above 7000 N"; without a limit "contact lost"."""
     quantity, title = QUANTITIES[name], title_of(name, metadata)
     sign = "below" if quantity.smallest_is_worst else "above"
-    return title if np.isnan(limit) else f"{title} {sign} {load_in_table(limit)} {quantity.unit}"
+    return title if np.isnan(limit) else f"{title} {sign} {_with_unit(limit, quantity)}"
 
 
 # ---- warnings
@@ -298,9 +296,9 @@ def summary_table(rows: pd.DataFrame, smallest_is_worst: bool = False) -> Table:
     )
     for carriage, row in rows.iterrows():
         if carriage or len(rows) != 2:  # the machine's is that of its only carriage
-            values = (float(row[name]) for name in ("mean", "standard_deviation", *quantiles))
-            ends = float(row[f"q{outermost:02d}_low"]), float(row[f"q{outermost:02d}_high"])
-            table.add_row(Text(str(carriage) or "machine"), *map(_cell, values), _interval(*ends))
+            values = (_cell(float(row[name])) for name in ("mean", "standard_deviation", *quantiles))
+            ends = (float(row[f"q{outermost:02d}_{end}"]) for end in ("low", "high"))
+            table.add_row(Text(str(carriage) or "machine"), *values, _interval(*ends))
     return table
 
 
@@ -315,14 +313,10 @@ def probabilities_table(probabilities: pd.DataFrame, metadata: StudyMetadata) ->
         title = _limit_text(name, rows["limit"].iloc[0], metadata)
         for carriage, row in rows.iterrows():
             if carriage or len(rows) != 2:
-                table.add_row(
-                    title,
-                    Text(str(carriage) or ("" if len(rows) == 1 else "any")),
-                    f"{row['count']:.0f}",
-                    f"{row['samples']:.0f}",
-                    f"{100 * row['probability']:.3g}",
-                    f"{100 * row['low']:.3g} to {100 * row['high']:.3g}",
-                )
+                owner = Text(str(carriage) or ("" if len(rows) == 1 else "any"))
+                counts = (f"{row[key]:.0f}" for key in ("count", "samples"))
+                probability, *ends = (f"{100 * row[key]:.3g}" for key in ("probability", "low", "high"))
+                table.add_row(title, owner, *counts, probability, " to ".join(ends))
                 title = ""
     return table
 
@@ -379,9 +373,8 @@ def _interval(low: float, high: float) -> str:
     return f"{_cell(low) or '...'} to {_cell(high) or '...'}"
 
 
-def _percent(row: pd.Series) -> str:
-    ends = f"{100 * row['low']:.3g} to {100 * row['high']:.3g} %"
-    return f"{100 * row['probability']:.3g} % ({ends})"
+def _with_unit(value: float, quantity: Quantity) -> str:
+    return f"{load_in_table(value)} {quantity.unit}".rstrip()
 
 
 def _share(value: float) -> str:

@@ -118,10 +118,10 @@ def _whole_number(name: str, value: int | None, default: int) -> int:
 
 def _samples_done(store: SampleStore) -> str:
     """How many samples are done, and how to resume."""
-    done = f"{store.done} of {store.runs} samples are done"
+    where = "; they are in memory only, as no output folder was given"
     if isinstance(store, FolderStore):
-        return f"{done} and stored in {store.folder}: resume the study (--resume, or resume=True)"
-    return f"{done}; they are in memory only, as no output folder was given"
+        where = f" and stored in {store.folder}: resume the study (--resume, or resume=True)"
+    return f"{store.done} of {store.runs} samples are done{where}"
 
 
 class _Counter:

@@ -22,7 +22,7 @@ from guideload.motion.motion import Motion
 from guideload.simulation.simulation import Method
 from guideload.study.description.correlation import Correlation
 from guideload.study.description.quantities import STATISTICS, Life, Recorded, Statistic
-from guideload.study.description.varied_parameter import DistributionSpec, SampleSpec
+from guideload.study.description.varied_parameter import DistributionSpec, SampleSpec, optional
 from guideload.study.sampling.sequences import Sampling, Sobol
 from guideload.traces.reading import motion_from_trace, read_trace
 
@@ -63,44 +63,29 @@ Positive = Annotated[float, PlainValidator(partial(number, unit="1", above=0.0))
 class TraceOptions(ConfigModel):
     """How the trace is read, as by the options of `guideload run`; what is left out is taken from its header."""
 
-    column: StrictStr | None = Field(default=None, description="column of the measured motion")
-    unit: NumberOrText | None = Field(
-        default=None, description='of that column, e.g. "rpm"; for counts the travel of one'
+    column: StrictStr | None = optional("column of the measured motion")
+    unit: NumberOrText | None = optional('of that column, e.g. "rpm"; for counts the travel of one')
+    kind: StrictStr | None = optional("position, counts, velocity or motor_speed")
+    time: StrictStr | None = optional("column of the time stamps")
+    rate: NumberOrText | None = optional("samples per second, in place of a time column")
+    clock: StrictStr | None = optional("kind of the time stamps: uniform, ticks, jitter or on_change")
+    quantum: NumberOrText | None = optional('step of the value, e.g. "5e-8 m"')
+    counter_bits: Annotated[int, PlainValidator(partial(_integer, least=0, most=62))] | None = optional(
+        "width of a counter of counts that overflows, 0 for none"
     )
-    kind: StrictStr | None = Field(default=None, description="position, counts, velocity or motor_speed")
-    time: StrictStr | None = Field(default=None, description="column of the time stamps")
-    rate: NumberOrText | None = Field(
-        default=None, description="samples per second, in place of a time column"
+    hold: Positive | None = optional(
+        "rows that repeat each value, in a log faster than its signal; 1 uses all"
     )
-    clock: StrictStr | None = Field(
-        default=None, description="kind of the time stamps: uniform, ticks, jitter or on_change"
+    date_order: StrictStr | None = optional('of dates such as 03/04/2024: "dmy" or "mdy"')
+    max_speed: NumberOrText | None = optional('greatest speed of the axis, e.g. "2 m/s"')
+    allow_gaps: StrictBool | None = optional("whether long steps in time are accepted")
+    repair: StrictStr | None = optional(
+        'damage to leave out: "all", or some of "empty,doubled,clock,outliers,stuck"'
     )
-    quantum: NumberOrText | None = Field(default=None, description='step of the value, e.g. "5e-8 m"')
-    counter_bits: Annotated[int, PlainValidator(partial(_integer, least=0, most=62))] | None = Field(
-        default=None, description="width of a counter of counts that overflows, 0 for none"
-    )
-    hold: Positive | None = Field(
-        default=None, description="rows that repeat each value, in a log faster than its signal; 1 uses all"
-    )
-    date_order: StrictStr | None = Field(
-        default=None, description='of dates such as 03/04/2024: "dmy" or "mdy"'
-    )
-    max_speed: NumberOrText | None = Field(
-        default=None, description='greatest speed of the axis, e.g. "2 m/s"'
-    )
-    allow_gaps: StrictBool | None = Field(default=None, description="whether long steps in time are accepted")
-    repair: StrictStr | None = Field(
-        default=None,
-        description='damage to leave out: "all", or some of "empty,doubled,clock,outliers,stuck"',
-    )
-    cross_check: StrictBool | None = Field(
-        default=None, description="whether position is compared with velocity"
-    )
-    smoothing: StrictStr | None = Field(
-        default=None, description="auto; for comparison spline, savitzky_golay or differences"
-    )
-    window: Annotated[float, PlainValidator(partial(number, unit="s", above=0.0))] | None = Field(
-        default=None, description="of savitzky_golay, in s"
+    cross_check: StrictBool | None = optional("whether position is compared with velocity")
+    smoothing: StrictStr | None = optional("auto; for comparison spline, savitzky_golay or differences")
+    window: Annotated[float, PlainValidator(partial(number, unit="s", above=0.0))] | None = optional(
+        "of savitzky_golay, in s"
     )
 
     def motion(self, trace: Path, machine: Machine) -> Motion:
@@ -113,41 +98,34 @@ class TraceOptions(ConfigModel):
 class StudyOptions(ConfigModel):
     """The options of a study, in a file and in code."""
 
-    samples: Annotated[int, PlainValidator(partial(_integer, least=1, most=2**Sobol.BITS))] | None = Field(
-        default=None, description="number of samples, e.g. 10_000"
+    samples: Annotated[int, PlainValidator(partial(_integer, least=1, most=2**Sobol.BITS))] | None = optional(
+        "number of samples, e.g. 10_000"
     )
     seed: Annotated[int, PlainValidator(partial(_integer, least=0, most=2**63 - 1))] = Field(
         default_factory=lambda: secrets.randbelow(2**32), description="of all draws; drawn if left out"
     )
-    sampling: Sampling = Field(default="sobol", description="sequence of the samples")
-    sensitivity: StrictBool = Field(
-        default=False,
-        description="whether Sobol indices are computed: samples times (factors + 2) runs, a Saltelli design",
+    sampling: Sampling = optional("sequence of the samples", "sobol")
+    sensitivity: StrictBool = optional(
+        "whether Sobol indices are computed: samples times (factors + 2) runs, a Saltelli design", False
     )
-    histories: Annotated[int | tuple[int, ...], PlainValidator(_indices)] = Field(
-        default=0, description="runs whose histories are kept, or the number of first runs"
+    histories: Annotated[int | tuple[int, ...], PlainValidator(_indices)] = optional(
+        "runs whose histories are kept, or the number of first runs", 0
     )
-    quantities: tuple[Recorded, ...] | None = Field(
-        default=None,
-        min_length=1,
-        description="what is recorded of each run; all that is not always 0 if left out",
+    quantities: tuple[Recorded, ...] | None = optional(
+        "what is recorded of each run; all that is not always 0 if left out", min_length=1
     )
-    statistics: tuple[Statistic, ...] = Field(
-        default=STATISTICS, min_length=1, description="of the forces and moments"
+    statistics: tuple[Statistic, ...] = optional("of the forces and moments", STATISTICS, min_length=1)
+    exponent: Annotated[float, PlainValidator(_exponent)] = optional(
+        'of the mean load: 3 for balls, "10/3" for rollers', 3.0
     )
-    exponent: Annotated[float, PlainValidator(_exponent)] = Field(
-        default=3.0, description='of the mean load: 3 for balls, "10/3" for rollers'
+    method: Method = optional("as of `guideload run`", "auto")
+    rtol: Positive = optional("tolerance of the loads, of rk45 and implicit", 1e-6)
+    limits: dict[str, NumberOrText] = optional(
+        'limits whose exceedance is estimated, e.g. peak_resultant = "8 kN"', {}
     )
-    method: Method = Field(default="auto", description="as of `guideload run`")
-    rtol: Positive = Field(default=1e-6, description="tolerance of the loads, of rk45 and implicit")
-    limits: dict[str, NumberOrText] = Field(
-        default={}, description='limits whose exceedance is estimated, e.g. peak_resultant = "8 kN"'
-    )
-    life: Life | None = Field(default=None, description="the table [life]: rating and base")
-    vary: tuple[DistributionSpec, ...] = Field(
-        default=(), description="one [[vary]] table for each varied parameter"
-    )
-    correlation: tuple[Correlation, ...] = Field(default=(), description="one [[correlation]] table each")
+    life: Life | None = optional("the table [life]: rating and base")
+    vary: tuple[DistributionSpec, ...] = optional("one [[vary]] table for each varied parameter", ())
+    correlation: tuple[Correlation, ...] = optional("one [[correlation]] table each", ())
 
 
 class StudyFile(StudyOptions):
@@ -155,12 +133,8 @@ class StudyFile(StudyOptions):
 
     machine: Annotated[StrictStr, Field(min_length=1, description='a machine file, e.g. "machine.toml"')]
     trace: Annotated[StrictStr, Field(min_length=1, description='a measured trace, e.g. "trace.csv"')]
-    reading: TraceOptions = Field(
-        default=TraceOptions(), description="the table [reading]: how the trace is read"
-    )
-    cases: StrictStr | None = Field(
-        default=None, description="a table of given cases in place of [[vary]], its headers are paths"
-    )
+    reading: TraceOptions = optional("the table [reading]: how the trace is read", TraceOptions())
+    cases: StrictStr | None = optional("a table of given cases in place of [[vary]], its headers are paths")
 
     def require_files(self, folder: Path) -> None:
         """Raise ConfigError with all files that are named and do not exist."""

@@ -162,7 +162,7 @@ def measures_of(
             raise refused_at(("quantities", i), "a quantity of this scene", load, missing[load])
     recorded = [load for load in loads or USUAL if load not in missing]
     statistics_of = {"load": ("mean",), "contact": ("lost",)}
-    columns = {
+    columns: dict[str, Measure] = {
         f"{column_of(load, statistic)}[{carriage.name}]": (load, i, statistic)
         for i, carriage in enumerate(machine.carriages)
         for load in recorded

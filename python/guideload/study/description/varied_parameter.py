@@ -81,6 +81,11 @@ def _sigma_of_logarithm(value: object) -> float:
         raise ValueRefused(refused.expected, value, hint) from None
 
 
+def optional(description: str, default: Any = None, **checks: Any) -> Any:
+    """The field of a key that may be left out."""
+    return Field(default=default, description=description, **checks)
+
+
 Numbers = Mapping[str | int, float]  # amounts as numbers
 Coefficient = Annotated[float, PlainValidator(_coefficient)]
 Given = Annotated[float | str | None, BeforeValidator(_amount)]
@@ -94,15 +99,11 @@ class VariedParameter(ConfigModel):
     path: Annotated[tuple[str, ...], BeforeValidator(_listed)] = Field(
         min_length=1, description='one or several, e.g. "body.mass" or "carriages.*.stiffness_y"'
     )
-    name: str | None = Field(default=None, min_length=1, description="its name in tables; else its path")
-    each: Each | None = Field(
-        default=None, description="one draw for each carriage, rail, link or value; one for all if left out"
-    )
-    within: Coefficient | None = Field(
-        default=None, description="correlation of the draws of this entry among each other"
-    )
-    at_least: Given = Field(default=None, description="values below are left out")
-    at_most: Given = Field(default=None, description="values above are left out")
+    name: str | None = optional("its name in tables; else its path", min_length=1)
+    each: Each | None = optional("one draw for each carriage, rail, link or value; one for all if left out")
+    within: Coefficient | None = optional("correlation of the draws of this entry among each other")
+    at_least: Given = optional("values below are left out")
+    at_most: Given = optional("values above are left out")
 
     @model_validator(mode="after")
     def _named(self) -> VariedParameter:
@@ -190,7 +191,7 @@ class NormalSpec(VariedParameter):
 
     KEYS = ("mean", "sigma")
     distribution: Literal["normal"] = Field(description=NAMES)
-    mean: Given = Field(default=None, description="the machine's value if left out")
+    mean: Given = optional("the machine's value if left out")
     sigma: Required = Field(description='standard deviation, e.g. "3 %" or "2 mm"')
 
     def _distribution(self, numbers: Numbers, own: float) -> Distribution:
@@ -202,7 +203,7 @@ class LognormalSpec(VariedParameter):
 
     KEYS = ("median",)  # sigma is a plain number, in no unit of the path and no share of the machine's value
     distribution: Literal["lognormal"] = Field(description=NAMES)
-    median: Given = Field(default=None, description="the machine's value if left out")
+    median: Given = optional("the machine's value if left out")
     sigma: Annotated[float, PlainValidator(_sigma_of_logarithm)] = Field(
         description="standard deviation of the logarithm, e.g. 0.2"
     )
@@ -217,11 +218,9 @@ class LognormalSpec(VariedParameter):
 class _IntervalSpec(VariedParameter):
     """A distribution between two values, or around the machine's value."""
 
-    low: Given = Field(default=None, description='the smallest value, e.g. "90 %" or "1100 kg"')
-    high: Given = Field(default=None, description='the largest value, e.g. "110 %" or "1400 kg"')
-    plus_minus: Given = Field(
-        default=None, description='reach to both sides of the machine\'s value, e.g. "10 %" or "5 cm"'
-    )
+    low: Given = optional('the smallest value, e.g. "90 %" or "1100 kg"')
+    high: Given = optional('the largest value, e.g. "110 %" or "1400 kg"')
+    plus_minus: Given = optional('reach to both sides of the machine\'s value, e.g. "10 %" or "5 cm"')
 
     @model_validator(mode="after")
     def _complete(self) -> _IntervalSpec:
@@ -254,7 +253,7 @@ class TriangularSpec(_IntervalSpec):
 
     KEYS = ("low", "mode", "high", "plus_minus")
     distribution: Literal["triangular"] = Field(description=NAMES)
-    mode: Given = Field(default=None, description="the most likely value; the machine's value if left out")
+    mode: Given = optional("the most likely value; the machine's value if left out")
 
     @model_validator(mode="after")
     def _one_center(self) -> TriangularSpec:
@@ -276,13 +275,11 @@ class SampleSpec(VariedParameter):
 
     KEYS = ()
     distribution: Literal["sample"] = Field(description=NAMES)
-    values: Annotated[tuple[Given, ...] | None, BeforeValidator(_listed)] = Field(
-        default=None, min_length=1, description='measured values, e.g. ["118 N/um", "131 N/um"]'
+    values: Annotated[tuple[Given, ...] | None, BeforeValidator(_listed)] = optional(
+        'measured values, e.g. ["118 N/um", "131 N/um"]', min_length=1
     )
-    file: str | None = Field(default=None, description="a table of measured values beside this file")
-    column: str | None = Field(
-        default=None, description='its column; a header such as "k [N/um]" or "k [%]" gives the unit'
-    )
+    file: str | None = optional("a table of measured values beside this file")
+    column: str | None = optional('its column; a header such as "k [N/um]" or "k [%]" gives the unit')
 
     @model_validator(mode="after")
     def _one_source(self) -> SampleSpec:
