@@ -19,6 +19,7 @@ from guideload.cli.inputs import EXAMPLES
 from guideload.cli.outputs import PICTURE_ENDINGS, PICTURES
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.plots.saving import DOTS_PER_INCH
 from guideload.plots.spectrum import octave_bands
 from guideload.plots.style import LOOK, carriage_look
 from guideload.simulation.result import Result
@@ -336,11 +337,11 @@ def test_a_saved_picture_holds_what_was_drawn(tmp_path: Path) -> None:
     ax.axhspan(0.0, 0.5, color="#ff0000")
     ax.set_ylim(0.0, 1.0)
     pixels = matplotlib.image.imread(plots.save(ax, tmp_path / "a.png"))[..., :3]
-    assert pixels.shape == (plots.DOTS_PER_INCH, 2 * plots.DOTS_PER_INCH, 3)
+    assert pixels.shape == (DOTS_PER_INCH, 2 * DOTS_PER_INCH, 3)
     red = (pixels == (1.0, 0.0, 0.0)).all(axis=2)
     box = ax.get_position()
     assert red.mean() == pytest.approx(0.5 * box.width * box.height, rel=0.03)
-    assert red[plots.DOTS_PER_INCH // 2 :].sum() > 0.9 * red.sum()  # the lower half
+    assert red[DOTS_PER_INCH // 2 :].sum() > 0.9 * red.sum()  # the lower half
 
 
 SIGNATURES = {

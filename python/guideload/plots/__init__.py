@@ -9,11 +9,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from matplotlib.figure import SubFigure
-
 from guideload.plots.drivers import scatter, tornado
 from guideload.plots.loads import load_y, load_z, moments, motor_speed, paper_figures, resultant
 from guideload.plots.machine import equivalent_box, modes, scene
+from guideload.plots.saving import save
 from guideload.plots.spectrum import load_density, spectrum
 from guideload.plots.stability_region import stability
 from guideload.plots.study import band, distributions, exceedance, save_study
@@ -21,8 +20,6 @@ from guideload.plots.trace import encoder
 from guideload.plots.work_precision_diagram import work_precision
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from guideload.simulation.result import Result
 
 __all__ = [
@@ -49,17 +46,6 @@ __all__ = [
     "tornado",
     "work_precision",
 ]
-
-DOTS_PER_INCH = 130
-
-
-def save(ax: Axes, path: str | Path) -> Path:
-    """Save the figure of some axes, in the format of the path's ending; returns the path."""
-    figure = ax.figure
-    while isinstance(figure, SubFigure):
-        figure = figure.figure
-    figure.savefig(path, dpi=DOTS_PER_INCH)
-    return Path(path)
 
 
 def save_all(result: Result, folder: str | Path) -> list[Path]:

@@ -7,19 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from study_standin import plan
+from study_standin import contents, plan
 
 from guideload.study.execution import run_study
-from guideload.study.store import FolderStore, SampleStore
+from guideload.study.storage.store import FolderStore
 
 distributed = pytest.importorskip("distributed", reason="needs the extra: pip install guideload[cluster]")
 
 RUNS = 1000
-
-
-def contents(parts: SampleStore) -> dict[str, bytes]:
-    columns = {name: parts.column(name).tobytes() for name in parts.columns}
-    return {**columns, "reasons": repr(sorted(parts.reasons().items())).encode()}
 
 
 @pytest.fixture(scope="module")
@@ -46,22 +41,9 @@ def test_a_killed_worker_changes_no_bit(client: Any, tmp_path: Path) -> None:
     slow = plan(RUNS, pause=1e-3)
     result = run_study(slow, tmp_path, executor=client.get_executor(), chunk=20, progress=kills)
     assert killed
-    assert result.parts.done == RUNS
-    alone = contents(run_study(plan(RUNS)).parts)
-    assert contents(result.parts) == alone
+    assert result.store.done == RUNS
+    alone = contents(run_study(plan(RUNS)).store)
+    assert contents(result.store) == alone
     assert contents(FolderStore.open(tmp_path)) == alone
     client.wait_for_workers(2, timeout=30)
     assert killed[0] not in client.run(os.getpid).values()
-
-
-def test_what_is_left_goes_on_elsewhere(client: Any, tmp_path: Path) -> None:
-    """Begun here, ended on the cluster."""
-
-    def stops(done: int, _: int) -> None:
-        if done >= 300:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run_study(plan(RUNS), tmp_path, progress=stops, chunk=50)
-    result = run_study(plan(RUNS), tmp_path, executor=client.get_executor(), resume=True)
-    assert contents(result.parts) == contents(run_study(plan(RUNS)).parts)

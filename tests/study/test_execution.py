@@ -18,28 +18,22 @@ import numpy as np
 import pyarrow.parquet as parquet
 import pytest
 import xarray as xr
-from study_standin import EXAMPLES, HashedBatch, StandIn, plan, run_in_child, study
+from study_standin import EXAMPLES, HashedBatch, StandIn, contents, plan, run_in_child, study
 
 from guideload.base.errors import ArgumentError, RunError, SceneError
-from guideload.study import execution as execute
-from guideload.study.execution import StudyInterrupted, run_study, share_of
-from guideload.study.folder import written
-from guideload.study.result import StudyResult
-from guideload.study.store import FolderStore, SampleStore, parts_in
+from guideload.study import execution
+from guideload.study.execution import StudyInterrupted, executor_chunk, run_study
+from guideload.study.results.result import StudyResult
+from guideload.study.storage.folder import open_store
+from guideload.study.storage.store import FolderStore, chunks_in
 
 RUNS = 1000
-
-
-def contents(parts: SampleStore) -> dict[str, bytes]:
-    """Every bit of a study, column by column; the reasons with them."""
-    columns = {name: parts.column(name).tobytes() for name in parts.columns}
-    return {**columns, "reasons": repr(sorted(parts.reasons().items())).encode()}
 
 
 @pytest.fixture(scope="module")
 def whole() -> dict[str, bytes]:
     """The study as it is when nothing comes between."""
-    return contents(run_study(plan(RUNS)).parts)
+    return contents(run_study(plan(RUNS)).store)
 
 
 def processes() -> ProcessPoolExecutor:
@@ -71,7 +65,7 @@ def test_a_file_stands_for_its_study_and_all_else_is_refused(monkeypatch: pytest
         read.append(name)
         return study(20)
 
-    monkeypatch.setattr("guideload.study.study.Study.from_toml", from_toml)
+    monkeypatch.setattr("guideload.study.description.study.Study.from_toml", from_toml)
     assert [run_study(name).runs for name in (file, str(file))] == [20, 20]
     assert read == [file, str(file)]
     for other in (3, None, {"samples": 2}):
@@ -89,40 +83,40 @@ def test_threads_and_chunks_change_no_bit(
     tmp_path: Path, whole: dict[str, bytes], options: dict[str, int]
 ) -> None:
     if options.get("chunk") != 1:
-        assert contents(run_study(plan(RUNS), tmp_path / "out", **options).parts) == whole
+        assert contents(run_study(plan(RUNS), tmp_path / "out", **options).store) == whole
         assert contents(FolderStore.open(tmp_path / "out")) == whole
-    assert contents(run_study(plan(RUNS), **options).parts) == whole
+    assert contents(run_study(plan(RUNS), **options).store) == whole
 
 
 def test_slices_change_no_bit(whole: dict[str, bytes], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(execute, "TURN", 0.0)  # a sample at a time
-    monkeypatch.setattr(execute, "KEEP", 0.001)  # and files of a few
-    assert contents(run_study(plan(200), threads=1).parts) == contents(run_study(plan(200)).parts)
+    monkeypatch.setattr(execution, "SLICE_TIME", 0.0)  # a sample at a time
+    monkeypatch.setattr(execution, "STORE_TIME", 0.001)  # and files of a few
+    assert contents(run_study(plan(200), threads=1).store) == contents(run_study(plan(200)).store)
 
 
 @pytest.mark.parametrize("chunk", [None, 30])
 def test_executors_change_no_bit(
     tmp_path: Path, whole: dict[str, bytes], pool: Executor, chunk: int | None
 ) -> None:
-    assert contents(run_study(plan(RUNS), tmp_path / "out", executor=pool, chunk=chunk).parts) == whole
+    assert contents(run_study(plan(RUNS), tmp_path / "out", executor=pool, chunk=chunk).store) == whole
     with ThreadPoolExecutor(3) as threads:
-        assert contents(run_study(plan(RUNS), executor=threads, chunk=chunk).parts) == whole
+        assert contents(run_study(plan(RUNS), executor=threads, chunk=chunk).store) == whole
 
 
 def test_resuming_changes_no_bit_and_runs_nothing_twice(tmp_path: Path, whole: dict[str, bytes]) -> None:
     out, batch = tmp_path / "out", plan(RUNS).batch()
     run_study(plan(RUNS), out, chunk=100)
-    for path in parts_in(out)[2:9:3]:
+    for path in chunks_in(out)[2:9:3]:
         path.unlink()
-    spoilt = parts_in(out)[0]
+    spoilt = chunks_in(out)[0]
     spoilt.write_bytes(spoilt.read_bytes()[:-7])
     batch.sizes.clear()
     again = run_study(plan(RUNS), out, chunk=64, resume=True)
     assert sum(batch.sizes) == 400
-    assert contents(again.parts) == whole
-    assert list(again.parts.damaged) == [spoilt]
+    assert contents(again.store) == whole
+    assert list(again.store.damaged) == [spoilt]
     batch.sizes.clear()
-    assert contents(run_study(plan(RUNS), out, resume=True).parts) == whole
+    assert contents(run_study(plan(RUNS), out, resume=True).store) == whole
     assert batch.sizes == []
 
 
@@ -132,30 +126,22 @@ def test_more_samples_keep_those_there_are(tmp_path: Path) -> None:
     batch.sizes.clear()
     longer = run_study(plan(RUNS), tmp_path, resume=True)
     assert sum(batch.sizes) == RUNS - 300
-    np.testing.assert_array_equal(longer.parts.column("k[2b]"), plan(RUNS).values(0, RUNS)[:, 4])
+    np.testing.assert_array_equal(longer.store.column("k[2b]"), plan(RUNS).values(0, RUNS)[:, 4])
 
 
 def test_resume_may_begin(tmp_path: Path, whole: dict[str, bytes]) -> None:
-    assert contents(run_study(plan(RUNS), tmp_path / "a" / "b", resume=True).parts) == whole
+    assert contents(run_study(plan(RUNS), tmp_path / "a" / "b", resume=True).store) == whole
 
 
 def test_failed_samples_are_kept_apart(whole: dict[str, bytes]) -> None:
     result = run_study(plan(RUNS))
-    failed = result.parts.reasons()
+    failed = result.store.reasons()
     assert 5 < len(failed) < 50
-    assert result.parts.done == RUNS
+    assert result.store.done == RUNS
     for name in plan(RUNS).columns:
-        assert set(np.flatnonzero(np.isnan(result.parts.column(name)))) == set(failed)
-    mass = result.parts.column("body.mass")
+        assert set(np.flatnonzero(np.isnan(result.store.column(name)))) == set(failed)
+    mass = result.store.column("body.mass")
     assert all(reason == f"no equilibrium at {mass[i]:.3f} kg" for i, reason in failed.items())
-
-
-def test_a_description_runs_as_its_plan_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        "guideload.study.plan.Plan.batch", lambda of: HashedBatch(len(of.measures), 6, 4, 0.0)
-    )
-    described = study(64)
-    assert contents(run_study(described).parts) == contents(run_study(described.plan()).parts)
 
 
 # ---- the course of a run
@@ -172,7 +158,7 @@ def test_progress_counts_every_sample_once(tmp_path: Path, pool: Executor) -> No
         run_study(plan(RUNS), out, executor=executor, chunk=100, progress=progress)
         assert (told[0], told[-1]) == ((0, RUNS), (RUNS, RUNS))
         assert told == sorted(told)
-        parts_in(out)[3].unlink()
+        chunks_in(out)[3].unlink()
         told.clear()
         run_study(plan(RUNS), out, executor=executor, resume=True, progress=progress)
         assert (told[0], told[-1]) == ((RUNS - 100, RUNS), (RUNS, RUNS))
@@ -181,18 +167,18 @@ def test_progress_counts_every_sample_once(tmp_path: Path, pool: Executor) -> No
 def test_slow_samples_run_in_short_turns_and_are_kept_often(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(execute, "TURN", 0.02)
-    monkeypatch.setattr(execute, "KEEP", 0.1)
+    monkeypatch.setattr(execution, "SLICE_TIME", 0.02)
+    monkeypatch.setattr(execution, "STORE_TIME", 0.1)
     slow = plan(300, pause=0.002)
     slow.batch().sizes.clear()
     run_study(slow, tmp_path, threads=1, chunk=300)
     assert sorted(slow.batch().sizes)[-2] <= 20  # the first turn is of 64, as nothing is known yet
-    assert len(parts_in(tmp_path)) >= 4
+    assert len(chunks_in(tmp_path)) >= 4
 
 
 def test_an_executor_gets_many_chunks_that_are_not_large() -> None:
     for runs in (1, 10, 1000, 10**4, 10**6, 10**8):
-        chunk = share_of(runs)
+        chunk = executor_chunk(runs)
         assert 16 <= chunk <= 8192
         assert runs / chunk >= 64 or chunk == 16
 
@@ -239,7 +225,7 @@ def test_an_executor_gets_a_bounded_number_of_chunks(whole: dict[str, bytes]) ->
                 self.there -= 1
 
     with Counting(2) as executor:
-        assert contents(run_study(plan(RUNS), executor=executor, chunk=10, in_flight=5).parts) == whole
+        assert contents(run_study(plan(RUNS), executor=executor, chunk=10, in_flight=5).store) == whole
         assert 1 < executor.most <= 5
 
 
@@ -256,7 +242,7 @@ def test_bad_numbers_are_refused(name: str, value: Any) -> None:
 def test_histories_are_kept_with_labels(tmp_path: Path) -> None:
     asked = [0, 7, 8, *range(20, 80)]
     asked_for = plan(RUNS, histories=asked)
-    in_memory = run_study(asked_for).parts.histories()
+    in_memory = run_study(asked_for).store.histories()
     run_study(asked_for, tmp_path)
     kept = FolderStore.open(tmp_path).histories()
     assert in_memory is not None and kept is not None
@@ -267,7 +253,7 @@ def test_histories_are_kept_with_labels(tmp_path: Path) -> None:
     np.testing.assert_array_equal(kept["force"].sel(sample=20), loads[0, :, :, :3])
     np.testing.assert_array_equal(kept["moment"].sel(sample=20), loads[0, :, :, 3:])
     np.testing.assert_array_equal(kept["value"].sel(sample=20), asked_for.values(20, 21)[0])
-    reasons = run_study(plan(RUNS)).parts.reasons()
+    reasons = run_study(plan(RUNS)).store.reasons()
     assert [reasons.get(i, "") for i in asked] == kept["reason"].values.tolist()
     assert {kept[name].attrs["units"] for name in ("force", "resultant")} == {"N"}
 
@@ -309,14 +295,14 @@ def test_ctrl_c_leaves_a_result(
         run_study(plan(RUNS), out, executor=executor, chunk=50, progress=stops_at(300))
     left = stopped.value.result
     assert isinstance(left, StudyResult)
-    assert 200 <= left.parts.done < RUNS
-    assert f"{left.parts.done} of 1000 samples are done" in str(stopped.value)
-    for start, stop in left.parts.ranges():
-        got = left.parts.column("body.mass")[start:stop]
+    assert 200 <= left.store.done < RUNS
+    assert f"{left.store.done} of 1000 samples are done" in str(stopped.value)
+    for start, stop in left.store.ranges():
+        got = left.store.column("body.mass")[start:stop]
         np.testing.assert_array_equal(got, plan(RUNS).values(start, stop)[:, 0])
     if out is not None:
-        assert f"kept in {out}: resume the study" in str(stopped.value)
-        assert contents(run_study(plan(RUNS), out, executor=executor, resume=True).parts) == whole
+        assert f"stored in {out}: resume the study" in str(stopped.value)
+        assert contents(run_study(plan(RUNS), out, executor=executor, resume=True).store) == whole
 
 
 @pytest.fixture
@@ -337,12 +323,12 @@ def test_a_signal_is_answered_within_a_slow_chunk(tmp_path: Path) -> None:
         run_study(slow, tmp_path, threads=1, chunk=4000)
     timer.join()
     assert time.monotonic() - begun < 2.5  # 4 s is what the chunk takes
-    assert 0 < stopped.value.result.parts.done < 4000
-    (part,) = parts_in(tmp_path)
-    assert part.name == f"part-000000000-{stopped.value.result.parts.done:09d}.parquet"
+    assert 0 < stopped.value.result.store.done < 4000
+    (part,) = chunks_in(tmp_path)
+    assert part.name == f"chunk-000000000-{stopped.value.result.store.done:09d}.parquet"
 
 
-def test_a_full_disk_is_told_and_nothing_half_written(
+def test_a_full_disk_is_told_and_nothing_half_open_store(
     tmp_path: Path, whole: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     write, room = parquet.write_table, 5
@@ -358,10 +344,12 @@ def test_a_full_disk_is_told_and_nothing_half_written(
     out = tmp_path / "out"
     with monkeypatch.context() as patched:
         patched.setattr(parquet, "write_table", writes)
-        with pytest.raises(RunError, match=r"parquet: cannot be written: No space.* 500 of 1000 .* kept in"):
+        with pytest.raises(
+            RunError, match=r"parquet: cannot be written: No space.* 500 of 1000 .* stored in"
+        ):
             run_study(plan(RUNS), out, chunk=100)
     assert len(list((out / "samples").iterdir())) == 5 + 1  # and the lock
-    assert contents(run_study(plan(RUNS), out, resume=True).parts) == whole
+    assert contents(run_study(plan(RUNS), out, resume=True).store) == whole
 
 
 class Child:
@@ -380,7 +368,7 @@ class Child:
         self.process.start()
 
     def wait_for_parts(self, number: int) -> None:
-        while self.process.is_alive() and len(parts_in(self.out)) < number:
+        while self.process.is_alive() and len(chunks_in(self.out)) < number:
             time.sleep(0.001)
 
     def end_workers(self) -> None:
@@ -409,11 +397,11 @@ def test_kill_9_at_any_moment_loses_at_most_what_runs(
         assert not left.damaged
         before = len(left.ranges())
         assert 2 <= before < 20
-        with written(plan(RUNS), out, resume=True):  # though workers of the pool outlive it
+        with open_store(plan(RUNS).metadata, out, resume=True):  # though workers of the pool outlive it
             pass
         child.end_workers()
     result = run_study(plan(RUNS, histories=[1, 2]), out, chunk=50, resume=True)
-    assert contents(result.parts) == whole
+    assert contents(result.store) == whole
     assert not list(out.rglob(".*.draft.*"))
 
 
@@ -423,7 +411,7 @@ def test_kill_9_at_any_moment_loses_at_most_what_runs(
     [
         (1000, [], "study.json"),
         (9000, [1, 2], "histories.nc"),
-        (8000, [], "part-000000000-000000050.parquet"),
+        (8000, [], "chunk-000000000-000000050.parquet"),
     ],
 )
 def test_a_disk_that_takes_no_more_is_told_and_resumes(
@@ -435,9 +423,9 @@ def test_a_disk_that_takes_no_more_is_told_and_resumes(
     assert child.process.exitcode == 0
     said = child.said.recv()
     assert said.startswith("RunError: ") and f"{file}: cannot be written: File too large" in said
-    assert not list(out.rglob(".*.draft.*")) and not parts_in(out)
+    assert not list(out.rglob(".*.draft.*")) and not chunks_in(out)
     result = run_study(plan(RUNS, histories=histories), out, resume=True)
-    assert contents(result.parts) == whole
+    assert contents(result.store) == whole
 
 
 def test_a_killed_worker_of_a_pool_is_told_and_resumes(tmp_path: Path, whole: dict[str, bytes]) -> None:
@@ -450,12 +438,12 @@ def test_a_killed_worker_of_a_pool_is_told_and_resumes(tmp_path: Path, whole: di
                     process.kill()
 
         with pytest.raises(
-            RunError, match=r"lost a worker.* samples are done and kept in .*resume the study"
+            RunError, match=r"lost a worker.* samples are done and stored in .*resume the study"
         ):
             run_study(plan(RUNS, pause=1e-3), out, executor=pool, chunk=50, progress=kills)
     assert 300 <= FolderStore.open(out).done < RUNS
     with processes() as pool:
-        assert contents(run_study(plan(RUNS), out, executor=pool, resume=True).parts) == whole
+        assert contents(run_study(plan(RUNS), out, executor=pool, resume=True).store) == whole
 
 
 def test_an_executor_that_takes_no_work_is_told() -> None:

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.base.errors import ConfigError, Problem, TraceError, ValueRefused, shown
-from guideload.study.distributions import Form
-from guideload.study.factors import Factor, conflicts, require
-from guideload.study.parameters import Change, Parameter, Parameters
-from guideload.study.tables import name_and_unit, numbers_of
+from guideload.base.errors import ConfigError, Problem, TraceError, ValueRefused
+from guideload.study.description.factors import Factor, conflicts, require
+from guideload.study.description.parameters import Change, Parameter, Parameters
+from guideload.study.description.refusals import problem_at
+from guideload.study.description.tables import name_and_unit, numbers_of
+from guideload.study.sampling.distributions import Form
 from guideload.traces.format.files import load_table
 from guideload.traces.format.table import Table
 
@@ -26,7 +27,7 @@ def cases_of(
     """Factors, what they change, and their values (cases, factors), read-only.
 
     A header is a path, with a unit in brackets after a blank where it is not SI: "body.mass [t]"; [%] is of the
-    machine's value. Raises TraceError for the table, ConfigError with all headers and columns that cannot be.
+    machine's value. Raises TraceError for the table, ConfigError with all refused headers and columns.
     """
     table = load_table(source)
     factors: list[Factor] = []
@@ -42,13 +43,10 @@ def cases_of(
         factors.append(factor)
         columns.append((factor.form, group))
         values.append(numbers)
-    for factor, other, what in conflicts(factors):
-        hint = f"column {table.names[other.entry]} sets {what} already"
-        problems.append(
-            _problem(
-                table, table.names[factor.entry], ValueRefused("one column for each value", factor.name, hint)
-            )
-        )
+    for factor, other, target in conflicts(factors):
+        hint = f"column {table.names[other.entry]} sets {target} already"
+        conflict = ValueRefused("one column for each value", factor.name, hint)
+        problems.append(_problem(table, table.names[factor.entry], conflict))
     if problems:
         raise ConfigError(problems)
     if not values or not values[0].size:
@@ -78,4 +76,4 @@ def _factor(
 
 def _problem(table: Table, header: str, refused: ValueRefused) -> Problem:
     hint = f"{refused.hint} (column {header} of {table.source})".strip()
-    return Problem(("cases",), refused.value, refused.expected, hint, None, shown(refused.value))
+    return problem_at(("cases",), ValueRefused(refused.expected, refused.value, hint))

@@ -1,4 +1,4 @@
-"""Distributions: what a uniform number between 0 and 1 becomes."""
+"""Distributions: values by inversion, from uniform numbers between 0 and 1."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from guideload.base.arrays import Array
 
 Form = Literal["value", "factor", "shift"]
 
-# No uniform number is 0 or 1, where a normal distribution is infinite: 8.3 and 8.2 standard deviations off.
+# Bounds of all uniform numbers: at 0 and 1 a normal distribution is infinite, here -8.3 and 8.2 standard deviations.
 LOWEST, HIGHEST = 2.0**-54, 1.0 - 2.0**-53
 
 
 class Distribution(Protocol):
-    """Values from uniform numbers; `reach` are the smallest and the largest value that can be drawn."""
+    """ppf: values from uniform numbers; cdf: its inverse; reach: smallest and largest value that can be drawn."""
 
     def ppf(self, u: Array) -> Array: ...
     def cdf(self, x: float) -> float: ...
@@ -67,7 +67,7 @@ class Lognormal:
 
 @dataclass(frozen=True)
 class Uniform:
-    """All between low and high alike."""
+    """Constant density between low and high."""
 
     low: float
     high: float
@@ -85,7 +85,7 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Triangular:
-    """From low, straight up to the mode, straight down to high."""
+    """Density that rises linearly from low to the mode and falls linearly to high."""
 
     low: float
     mode: float
@@ -111,7 +111,7 @@ class Triangular:
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """Measured values (n,), ascending; each as likely, as if drawn with replacement."""
+    """Measured values (n,), ascending; drawn with replacement, each with probability 1/n."""
 
     values: Array
 
@@ -129,24 +129,24 @@ class Sample:
 
 @dataclass(frozen=True)
 class Truncated:
-    """The part of a distribution within low and high; one of them may be infinite."""
+    """A distribution truncated to low and high, one of which may be infinite."""
 
-    whole: Normal | Lognormal | Uniform | Triangular
+    base: Normal | Lognormal | Uniform | Triangular
     low: float
     high: float
 
     def ppf(self, u: Array) -> Array:
-        below = self.whole.cdf(self.low)
-        inside = below + (self.whole.cdf(self.high) - below) * u
-        return np.clip(self.whole.ppf(np.clip(inside, LOWEST, HIGHEST)), self.low, self.high)
+        below = self.base.cdf(self.low)
+        inside = below + (self.base.cdf(self.high) - below) * u
+        return np.clip(self.base.ppf(np.clip(inside, LOWEST, HIGHEST)), self.low, self.high)
 
     def cdf(self, x: float) -> float:
-        below, upto = self.whole.cdf(self.low), self.whole.cdf(self.high)
-        return min(max((self.whole.cdf(x) - below) / (upto - below), 0.0), 1.0)
+        below, to_high = self.base.cdf(self.low), self.base.cdf(self.high)
+        return min(max((self.base.cdf(x) - below) / (to_high - below), 0.0), 1.0)
 
     @property
     def reach(self) -> tuple[float, float]:
-        low, high = self.whole.reach
+        low, high = self.base.reach
         return max(low, self.low), min(high, self.high)
 
 
@@ -155,12 +155,36 @@ def _ends(distribution: Distribution) -> tuple[float, float]:
     return low, high
 
 
+def in_words(distribution: Distribution, scale: float, unit: str) -> str:
+    """`scale` times a distribution, in words."""
+
+    def span(low: float, high: float) -> str:
+        first, last = sorted((scale * low, scale * high))
+        return f"from {first:.9g} to {last:.9g}{unit}"
+
+    match distribution:
+        case Normal(mean, sigma):
+            return f"normal with mean {scale * mean:.9g}{unit} and sigma {abs(scale) * sigma:.9g}{unit}"
+        case Lognormal(median, sigma):
+            return f"lognormal with median {scale * median:.9g}{unit} and sigma {sigma:.9g}"
+        case Uniform(low, high):
+            return f"uniform {span(low, high)}"
+        case Triangular(low, mode, high):
+            return f"triangular {span(low, high)} with mode {scale * mode:.9g}{unit}"
+        case Sample(values):
+            mean = scale * float(values.mean())
+            return f"{values.size} values {span(*distribution.reach)} with mean {mean:.9g}{unit}"
+        case Truncated(base, low, high):
+            return f"{in_words(base, scale, unit)}, only {span(low, high)}"
+    raise TypeError(distribution)
+
+
 @dataclass(frozen=True)
 class Marginal:
-    """What one column of values is drawn from: `scale` times a value of the distribution, growing with u.
+    """The distribution of one column of values: `scale` times a value of `distribution`, increasing with u.
 
-    form: what a value of the column is to the places it is for: their "value" itself in SI, a "factor" on
-    each one's own value, or a "shift" of it in SI.
+    form: what the column's values are to the parameters that they set: the "value" itself in SI, a "factor" on
+    each parameter's value in the machine, or a "shift" of it in SI.
     """
 
     distribution: Distribution

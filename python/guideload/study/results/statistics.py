@@ -1,9 +1,8 @@
-"""Statistics of a study: pure functions on columns of samples, each with an interval of stated confidence.
+"""Statistics of a study: pure functions on columns of samples, each with a confidence interval.
 
-NaN marks a sample without result; it is left out. Every interval here holds for independent samples. Those of a
-Sobol or Latin hypercube design fill the space more evenly, so that the estimate scatters less than the interval
-says: it is conservative there (for a Latin hypercube the variance of a mean is never more than n/(n - 1) times
-that of n independent samples: Owen 1997).
+NaN marks a sample without result; it is left out. Every interval holds for independent samples. A Sobol or Latin
+hypercube design fills the space more evenly, so that its estimates scatter less and the interval is conservative (for
+a Latin hypercube the variance of a mean is at most n/(n - 1) times that of n independent samples: Owen 1997).
 """
 
 from __future__ import annotations
@@ -20,8 +19,8 @@ from guideload.base.arrays import Array
 from guideload.base.errors import ValueRefused
 
 CONFIDENCE = 0.95
-CURVE = 400  # points of an exceedance curve: more than a picture resolves
-TOO_FEW = "too few samples to tell"
+CURVE = 400  # points of an exceedance curve, more than a picture resolves
+TOO_FEW = "too few samples to estimate what drives it"
 
 
 class Estimates(NamedTuple):
@@ -48,7 +47,7 @@ class Exceedance(NamedTuple):
 
 
 class SobolIndices(NamedTuple):
-    """Shares of the variance, one entry per factor; `rows` (factor,): rows of the design that were of use."""
+    """Shares of the variance, one entry per factor; `rows` (factor,): rows of the design that count."""
 
     first: Estimates
     total: Estimates
@@ -71,13 +70,12 @@ def mean_and_deviation(values: ArrayLike) -> tuple[float, float]:
 
 
 def quantiles(values: ArrayLike, levels: Sequence[float], confidence: float = CONFIDENCE) -> Estimates:
-    """Quantiles with intervals between two order statistics: right for every distribution.
+    """Quantiles with intervals between two order statistics, valid for every distribution.
 
-    The number of samples below a quantile is binomial, so the ranks of the ends follow from it alone. The
-    interval holds the true quantile with at least this confidence for independent samples, and is conservative
-    for Sobol and Latin hypercube designs. Where n samples cannot bound a quantile, its end is infinite: the
-    99 % quantile needs 368 samples for an upper end at 95 %. The quantile itself is interpolated so that its
-    median is unbiased (Hyndman and Fan 1996, definition 8).
+    The number of samples below a quantile is binomial, which gives the ranks of the ends. The interval holds the true
+    quantile with at least this confidence. Where n samples cannot bound a quantile, its end is infinite: the 99 %
+    quantile needs 368 samples for an upper end at 95 %. The quantile itself is interpolated so that its median is
+    unbiased (Hyndman and Fan 1996, definition 8).
 
     levels : (m,) between 0 and 1. Returns three arrays (m,); NaN without samples. Raises ValueRefused.
     """
@@ -102,17 +100,16 @@ def quantiles(values: ArrayLike, levels: Sequence[float], confidence: float = CO
 
 
 def fewest_samples(level: float, confidence: float = CONFIDENCE) -> int:
-    """How many samples bound the quantile of this level on both sides; 368 for 99 %."""
+    """The number of samples that bound the quantile of this level on both sides; 368 for 99 %."""
     tail = (1 - _confidence(confidence)) / 2
     return int(np.ceil(np.log(tail) / np.log(max(level, 1 - level))))
 
 
 def probability(counts: ArrayLike, samples: int, confidence: float = CONFIDENCE) -> Estimates:
-    """Probability of what happened `counts` times in so many samples, with the interval of Clopper and Pearson.
+    """Probability of an event that occurred `counts` times in `samples`, with the interval of Clopper and Pearson.
 
-    Theirs and not Wilson's: it never covers less than it says, which Wilson's does for rare events, and those
-    are what limits are about. None in n still bounds the probability: by about 3.7/n at 95 %. It holds for
-    independent samples and is conservative for Sobol and Latin hypercube designs.
+    It never covers less than its confidence, unlike Wilson's for rare events such as exceeded limits. No event in n
+    samples still bounds the probability: by about 3.7/n at 95 %.
 
     counts : any shape. Returns three arrays of it; NaN and [0, 1] without samples.
     """
@@ -129,8 +126,7 @@ def probability(counts: ArrayLike, samples: int, confidence: float = CONFIDENCE)
 def exceedance(values: ArrayLike, confidence: float = CONFIDENCE) -> Exceedance:
     """The probability that a sample reaches a limit, at limits that are samples: from 1 down to 1/n.
 
-    At most `CURVE` of the samples, closer together towards both ends. The band is that of `probability`, at
-    each limit alone.
+    At most `CURVE` of the samples, denser towards both ends. Intervals as of `probability`, at each limit alone.
     """
     ordered = np.sort(known(values))
     count = ordered.size
@@ -145,37 +141,36 @@ def exceedance(values: ArrayLike, confidence: float = CONFIDENCE) -> Exceedance:
 def sobol_indices(
     first: ArrayLike, second: ArrayLike, mixed: ArrayLike, confidence: float = CONFIDENCE
 ) -> SobolIndices:
-    """First-order and total Sobol indices from a Saltelli design, by the estimators that SciPy uses too.
+    """First-order and total Sobol indices from a Saltelli design, by the estimators of SciPy.
 
-    First order (Saltelli and others 2010): the part of the variance that a factor makes alone; total (Jansen
-    1999): with all that it makes together with others. The factors have to be independent. Intervals are
-    asymptotic (delta method: the scatter of numerator and variance, row by row), right for many independent rows,
-    conservative for Sobol and Latin hypercube designs; an index near zero may come out a little negative.
+    First order (Saltelli et al. 2010): the share of the variance due to a factor alone; total (Jansen 1999): with its
+    interactions. The factors must be independent. Intervals are asymptotic (delta method: the scatter of numerator and
+    variance, row by row), for many independent rows; an estimate near zero may be slightly negative.
 
     first, second : (n,) results of the matrices A and B
     mixed : (n, factor) results of A with one column of B each
-    A row serves a factor if all three of its results are there. NaN where less than two do or nothing varies.
+    A row counts for a factor if all three results exist. NaN with fewer than two rows, or if nothing varies.
     """
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     columns = np.asarray(mixed, dtype=np.float64)
-    beyond = float(norm.ppf((1 + _confidence(confidence)) / 2))
+    score = float(norm.ppf((1 + _confidence(confidence)) / 2))
     indices = np.full((2, 3, columns.shape[1]), np.nan)
     rows = np.zeros(columns.shape[1], dtype=np.intp)
-    for j, whole in enumerate(columns.T):
-        use = ~(np.isnan(a) | np.isnan(b) | np.isnan(whole))
+    for j, column in enumerate(columns.T):
+        use = ~(np.isnan(a) | np.isnan(b) | np.isnan(column))
         rows[j] = np.count_nonzero(use)
         if rows[j] < 2:
             continue
-        # Less their mean: it cancels in theory, and otherwise drowns the small differences in practice.
+        # The mean cancels in theory; it is subtracted because of rounding.
         middle = (a[use].mean() + b[use].mean()) / 2
-        x, y, m = a[use] - middle, b[use] - middle, whole[use] - middle
+        x, y, m = a[use] - middle, b[use] - middle, column[use] - middle
         squares = (x**2 + y**2) / 2
         variance = squares.mean()
         if variance <= (1e-14 * middle) ** 2:  # rounding of a constant
             continue
         for which, products in enumerate((y * (m - x), (x - m) ** 2 / 2)):
             index = products.mean() / variance
-            error = beyond * np.std((products - index * squares) / variance, ddof=1) / np.sqrt(rows[j])
+            error = score * np.std((products - index * squares) / variance, ddof=1) / np.sqrt(rows[j])
             indices[which, :, j] = index, index - error, index + error
     return SobolIndices(Estimates(*indices[0]), Estimates(*indices[1]), rows)
 
@@ -183,7 +178,7 @@ def sobol_indices(
 def rank_correlation(
     factors: Iterable[ArrayLike], values: ArrayLike, confidence: float = CONFIDENCE
 ) -> Estimates:
-    """Spearman's rank correlation of each factor with the values: 1 where they only grow together.
+    """Spearman's rank correlation of each factor with the values: 1 for an increasing function.
 
     Ties share their mean rank. Intervals by Fisher's transform with the variance of Bonett and Wright (2000),
     for independent samples.
@@ -191,7 +186,7 @@ def rank_correlation(
     factors : columns (n,), taken one by one. Returns three arrays (factor,); NaN where either never varies.
     """
     result = np.asarray(values, dtype=np.float64)
-    beyond = float(norm.ppf((1 + _confidence(confidence)) / 2))
+    score = float(norm.ppf((1 + _confidence(confidence)) / 2))
     there = ~np.isnan(result)
     common = _standard_ranks(result[there])
     rows = []
@@ -203,7 +198,7 @@ def rank_correlation(
         value = float(np.clip(ranks @ _standard_ranks(column[use]), -1, 1)) if count else np.nan
         low, high = -1.0, 1.0
         if count > 3 and abs(value) < 1:
-            error = beyond * np.sqrt((1 + value**2 / 2) / (count - 3))
+            error = score * np.sqrt((1 + value**2 / 2) / (count - 3))
             low, high = np.tanh(np.arctanh(value) + np.array([-error, error]))
         elif count > 3:
             low, high = value, value
@@ -212,7 +207,7 @@ def rank_correlation(
 
 
 def _standard_ranks(values: Array) -> Array:
-    """Ranks less their mean, of length 1; NaN where nothing varies."""
+    """Ranks minus their mean, normalised to length 1; NaN where nothing varies."""
     if values.size < 2 or values.min() == values.max():
         return np.full(values.shape, np.nan)
     ranks: Array = rankdata(values) - (values.size + 1) / 2

@@ -1,4 +1,4 @@
-"""Columns of tables beside a study: measured values and given cases, with the unit that the header tells."""
+"""Columns of tables beside a study, measured values and given cases, with the units of their headers."""
 
 from __future__ import annotations
 

@@ -12,8 +12,8 @@ from guideload.machine.components import Carriage, Link, Rail
 from guideload.machine.laws import EXPONENT, Sides
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.study.distributions import Form
-from guideload.study.parameters import Change, Parameter, Parameters
+from guideload.study.description.parameters import Change, Parameter, Parameters
+from guideload.study.sampling.distributions import Form
 
 MOTION = Motion.along_x([0.0, 1.0], [0.0, 0.0])
 INERTIA = ((420.0, 15.0, -8.0), (15.0, 310.0, 22.0), (-8.0, 22.0, 380.0))
@@ -30,10 +30,7 @@ def machine(**changes: Any) -> Machine:
     """Every law somewhere: linear, clear, by side, preloaded, curve; two rails; two extra links."""
     values: dict[str, Any] = {
         "body": {"mass": 1250.0, "center_of_mass": (0.12, -0.65, 0.18), "inertia": INERTIA},
-        "rails": [
-            {"name": "left", "position": (0.05, -0.35)},
-            {"name": "right", "position": (0.06, 0.35)},
-        ],
+        "rails": [{"name": "left", "position": (0.05, -0.35)}, {"name": "right", "position": (0.06, 0.35)}],
         "carriages": [
             carriage("plain", "left", -0.5),
             carriage("clear", "left", 0.5, clearance_y=5e-6, damping_in_contact=True),
