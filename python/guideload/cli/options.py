@@ -88,12 +88,12 @@ def trace_options(command: Any) -> Any:
         click.option(
             "--counter-bits",
             type=click.IntRange(0, 62),
-            help="Width of a counter that wraps around, 0 for none; else detected.",
+            help="Bits of a counter that wraps around, 0 for none; else detected.",
         ),
         click.option(
             "--hold",
             type=POSITIVE,
-            help="Rows that repeat each value, in a log faster than its signal; 1 uses every row; else detected.",
+            help="Rows for which a value is repeated, in a log faster than its signal; 1 uses all rows; else detected.",
         ),
         click.option(
             "--date-order",

@@ -70,7 +70,13 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
 @options.machine_argument
 @options.trace_argument
 @options.folder_option(required=True)
-@click.option("--method", type=click.Choice(METHODS), default="auto", show_default=True)
+@click.option(
+    "--method",
+    type=click.Choice(METHODS),
+    default="auto",
+    show_default=True,
+    help="Integration method; auto takes the cheapest that the machine allows.",
+)
 @options.rtol_option
 @click.option("--step", type=options.POSITIVE, help="Fixed step in seconds, for rk45 and implicit.")
 @options.free_option

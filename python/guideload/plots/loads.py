@@ -16,6 +16,7 @@ from guideload.plots.style import (
     INK,
     axes_or_new,
     carriage_look,
+    legend_above,
     legend_beside,
     look,
     new_figure,
@@ -160,14 +161,7 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
         if lost.any():
             share = percent(float(share_of_time(time, lost[:, None])[0]))
             _mark_lost(ax, time, lost, color, label=f"{contact.words(links)} {share} of the time")
-        ax.legend(
-            loc="lower right",
-            bbox_to_anchor=(1, 1),
-            borderaxespad=0.2,
-            ncols=4,
-            columnspacing=1.2,
-            handlelength=1.4,
-        )
+        legend_above(ax, 4, columnspacing=1.2, handlelength=1.4)
     return ax
 
 

@@ -105,6 +105,11 @@ def legend_beside(ax: Axes, title: str) -> None:
     ax.legend(title=title, loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left")
 
 
+def legend_above(ax: Axes, columns: int, **spacing: Any) -> None:
+    """The legend in one row, above the axes on the right."""
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, ncols=columns, **spacing)
+
+
 def write_instead(ax: Axes, reason: str) -> Axes:
     """Write into axes why they are empty."""
     ax.text(0.5, 0.5, reason, transform=ax.transAxes, ha="center", color=GREY)
