@@ -2,12 +2,11 @@
 
 A trace is one column of a table (position, counts, velocity of the cart, or speed of the motor) and its time
 stamps. Nothing in it is repaired silently: what cannot be used is refused with its rows named, or left out
-where that was asked for.
+where the user chooses it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,22 +14,28 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
-from guideload.base.units import factor
 from guideload.motion.motion import Motion
 from guideload.smoothing.smoothing import Kind, Method, smooth
-from guideload.traces.content import columns
-from guideload.traces.content.samples import fresh_samples, quantum_given, read_samples
+from guideload.traces.content.columns import argument, columns_of
+from guideload.traces.content.samples import quantum_note, read_samples
 from guideload.traces.content.stamps import DATE_ORDERS
 from guideload.traces.format.files import load_table
 from guideload.traces.format.headers import KINDS
-from guideload.traces.format.table import listed
-from guideload.traces.quality import checks
-from guideload.traces.quality.clocks import CLOCKS, clock_of, held, on_grid, still_across
-from guideload.traces.quality.repair import repaired, wanted
+from guideload.traces.options import ReadingOptions
+from guideload.traces.quality.checks import check_gaps, check_jumps, check_order, check_partner
+from guideload.traces.quality.clocks import CLOCKS, apply_clock, clock_of
+from guideload.traces.quality.holds import use_new_values
+from guideload.traces.quality.repair import repair, repairs_of
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from guideload.machine.parts import Drive
     from guideload.traces.format.files import TableLike
+    from guideload.traces.format.table import Table
+
+# Options that are one of a few words.
+WORDS = {"kind": tuple(KINDS), "clock": CLOCKS, "date_order": DATE_ORDERS}
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +45,11 @@ class Trace:
     time   (n,) s, strictly increasing, n >= 8
     value  (n,) m, m/s or rad/s according to kind; read-only like time
     kind   "position" or "velocity" of the cart, or "motor_speed"
-    quantum  step of the value in its unit, 0 if none was found
+    quantum  smallest change of the value in its unit, 0 if none was found
     source, column  where it comes from; notes: what was detected, chosen and repaired
-    clock  kind of the time stamps: "uniform", "ticks", "jitter" or "on_change" (see `trace.clocks`)
+    clock  kind of the time stamps: "uniform", "ticks", "jitter" or "on_change" (see `quality.clocks`)
     tick   step of the clock that made them, s, 0 if none is seen
-    jitter rms of their steps about the usual one, s; rows that are missing do not count
+    jitter rms of their steps about the usual one, s; missing rows do not count
     """
 
     time: Array
@@ -70,24 +75,7 @@ class Trace:
         return f"<Trace of {self.source}, column {self.column}: {self.kind}, {self.time.size} samples>"
 
 
-def read_trace(
-    table: TableLike,
-    *,
-    column: str | None = None,
-    time: str | None = None,
-    kind: str | None = None,
-    unit: str | float | None = None,
-    rate: float | str | None = None,
-    quantum: float | str | None = None,
-    clock: str | None = None,
-    counter_bits: int | None = None,
-    hold: float | None = None,
-    date_order: str | None = None,
-    max_speed: float | str | None = None,
-    allow_gaps: bool = False,
-    cross_check: bool = True,
-    repair: str | Iterable[str] | None = None,
-) -> Trace:
+def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
     """Read and check a trace.
 
     table: path of a CSV (.csv, .txt, any text; TwinCAT Scope exports too), .parquet, .npy or .npz file; or a
@@ -125,98 +113,54 @@ def read_trace(
     Raises TraceError, naming file, column and rows.
     """
     data = load_table(table)
-    choices = (
-        ("kind", kind, tuple(KINDS)),
-        ("clock", clock, CLOCKS),
-        ("date_order", date_order, DATE_ORDERS),
-    )
-    for name, given, known in choices:
-        if given is not None and given not in known:
-            raise TraceError(f'{data.source}: {name}: expected one of {", ".join(known)}, got "{given}"')
-    for asked in (column, time):
-        if asked is not None and asked not in data.columns:
-            raise TraceError(f"{data.source}: no column {asked!r}; there are {listed(data.names)}")
-    damage = wanted(repair)
-    stamped = columns.time_column(data, column, time, rate)
-    notes = list(data.notes)
-    if column is None:
-        column, note = columns.choose_column(data, columns.candidates(data, stamped, kind, unit))
-        notes.append(note)
-    kind, scale = columns.meaning(data, column, kind, unit)
-    if rate is None and stamped is None:
-        stamped = data.clocks.get(column)
-    if counter_bits and kind != "counts":
-        raise TraceError(
-            f"{data.source}: column {column}: counter_bits: expected none, for {kind} is no counter, got "
-            f"{counter_bits}; leave it out, or say kind='counts' (--kind counts)"
-        )
-    partner = columns.partner_of(data, column) if cross_check and kind in ("position", "velocity") else None
-    read = read_samples(
-        data, column, stamped, partner, (kind, scale), rate, counter_bits, "empty" in damage, date_order
-    )
-    is_position = kind in ("position", "counts")
-    kind = "position" if is_position else kind
-    step = read.step if quantum is None else quantum_given(data, kind, quantum)
-    read = fresh_samples(read, hold, step)
-    notes += read.notes
-    limit = None
+    _check_options(data, options)
+    kinds_of_damage = repairs_of(options.get("repair"))
+    draft = read_samples(data, columns_of(data, options), options, "empty" in kinds_of_damage)
+    use_new_values(draft, options.get("hold"))
+    max_speed = options.get("max_speed")
     if max_speed is not None:
-        limit = columns.positive(data, "max_speed", max_speed, "rad/s" if kind == "motor_speed" else "m/s")
-    stamps, kept, done = repaired(
-        read.rows, read.time, read.value, damage, is_position, step, limit, int(read.place[-1]) + 1
-    )
-    notes += done
-    rows, values = read.rows.part(kept), read.value[kept]
-    checks.check_length(rows, values.size)
-    checks.check_order(rows, stamped or "time", stamps)
-    left_out = np.diff(read.place[kept]) > 1
-    found = clock_of(stamps, values, is_position, step, left_out)
-    if stamped is not None:
-        notes.append(found.note)
-    chosen = clock or found.kind
-    open_gaps = found.gaps
-    if chosen == "on_change":
-        open_gaps = open_gaps[~still_across(values, open_gaps, is_position, step)]
-    if open_gaps.size:
-        told = checks.told_gaps(rows, stamps, values, open_gaps, is_position, step)
-        if not (allow_gaps or repair == "all"):
-            raise checks.gaps_refused(rows, stamped or "time", told)
-        notes.append(f"{told}; bridged by the smoothing")
-    if partner is not None and read.partner is not None:
-        other = read.partner[kept] * columns.partner_scale(data, partner, scale)
-        both = (values, other) if is_position else (other, values)
-        notes.append(checks.check_partner(rows, column, partner, stamps, *both))
-    checks.check_jumps(rows, column, stamps, values, kind, limit, step)
-    if np.ptp(values) == 0.0:
-        moves = values[0] != 0.0 and not is_position
-        notes.append("the value never changes: " + ("constant speed" if moves else "no motion"))
-    if chosen == "on_change":
-        gaps = found.gaps[still_across(values, found.gaps, is_position, step)]
-        stamps, values, count = held(stamps, values, gaps, found.step)
-        notes.append(
-            f"log on change: {count} rows put back where the axis stands still, before {rows.rows(gaps)}"
-        )
-    elif clock == "uniform":
-        stamps, distance = on_grid(stamps, np.union1d(found.gaps, np.flatnonzero(left_out) + 1))
-        notes.append(f"stamps put on an even grid, {distance:.3g} s rms from where they were")
-    how = "" if quantum is None else ", as given"
-    of_motor = kind == "motor_speed"
-    shown = f"{step / factor('rpm', 'rad/s'):.3g} rpm" if of_motor else f"{step:.3g} {KINDS[kind]}"
-    notes.append(f"{kind} from column {column}, " + (f"quantum {shown}{how}" if step else "no quantum found"))
-    for array in (stamps, values):
+        unit = "rad/s" if draft.kind == "motor_speed" else "m/s"
+        max_speed = argument(data, "max_speed", max_speed, unit, above=0.0)
+    repair(draft, kinds_of_damage, max_speed)
+    check_order(draft)
+    is_left_out = np.diff(draft.place) > 1
+    clock = clock_of(draft.time, draft.value, draft.is_position, draft.quantum, is_left_out)
+    if draft.columns.time is not None:
+        draft.notes.append(clock.note)
+    clock_kind = options.get("clock") or clock.kind
+    check_gaps(draft, clock, clock_kind, bool(options.get("allow_gaps")) or options.get("repair") == "all")
+    check_partner(draft)
+    check_jumps(draft, max_speed)
+    if np.ptp(draft.value) == 0.0:
+        moves = draft.value[0] != 0.0 and not draft.is_position
+        draft.notes.append("the value never changes: " + ("constant speed" if moves else "no motion"))
+    apply_clock(draft, clock, clock_kind, options.get("clock"))
+    draft.notes.append(quantum_note(draft, is_given=options.get("quantum") is not None))
+    for array in (draft.time, draft.value):
         array.setflags(write=False)
     return Trace(
-        stamps,
-        values,
-        kind,
-        step,
-        data.source,
-        column,
-        tuple(note for note in notes if note),
-        chosen,
-        found.tick,
-        found.jitter * found.step,
+        time=draft.time,
+        value=draft.value,
+        kind=draft.kind,
+        quantum=draft.quantum,
+        source=data.source,
+        column=draft.columns.measured,
+        notes=tuple(note for note in draft.notes if note),
+        clock=clock_kind,
+        tick=clock.tick,
+        jitter=clock.jitter * clock.step,
     )
+
+
+def _check_options(data: Table, options: ReadingOptions) -> None:
+    """Raise for options that do not exist (TypeError), and for words that are not known (TraceError)."""
+    for name, value in options.items():
+        if name not in ReadingOptions.__annotations__:
+            raise TypeError(f"read_trace() got an unexpected keyword argument {name!r}")
+        if value is not None and value not in WORDS.get(name, (value,)):
+            raise TraceError(
+                f'{data.source}: {name}: expected one of {", ".join(WORDS[name])}, got "{value}"'
+            )
 
 
 def motion_from_trace(

@@ -44,6 +44,11 @@ class Table:
     def names(self) -> list[str]:
         return list(self.columns)
 
+    @property
+    def time_names(self) -> list[str]:
+        """Columns whose headers say that they hold time stamps."""
+        return [name for name in self.columns if self.header(name).is_time]
+
     def header(self, name: str) -> Header:
         return Header.of(name, self.units.get(name, ""))
 
