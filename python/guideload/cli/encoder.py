@@ -1,4 +1,4 @@
-"""The command about a trace itself: what was found in it, and a picture."""
+"""The command `guideload encoder`: the report of a trace, and its picture."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ from guideload.cli.shared import (
 def encoder(
     trace_file: Path, machine_file: Path | None, output: Path | None, overwrite: bool, **reading: Any
 ) -> None:
-    """Tell what was found in an encoder trace, and draw it: samples, acceleration with its band, spectrum.
+    """Report on an encoder trace, and draw it: samples, acceleration with its band, spectrum.
 
-    Quantum, kind of time stamps, damage and repairs; what the smoothing chose; and with a machine which of its modes
-    the trace can show.
+    The report gives quantum, kind of time stamps, damage and repairs; what the smoothing chose; and with a machine
+    which of its modes the trace can show.
     """
     from guideload.reports.trace import encoder_report
 
@@ -63,5 +63,8 @@ def encoder(
                 except OSError as error:
                     raise unwritable(output, error) from error
     tell(encoder_report(inspection, encoding=output_encoding()))
-    told = f"guideload encoder {trace_file} ... -o picture.png draws it."
-    tell(told if output is None else f"Wrote {output}.")
+    tell(
+        f"guideload encoder {trace_file} ... -o picture.png draws it."
+        if output is None
+        else f"Wrote {output}."
+    )

@@ -8,12 +8,13 @@ import sys
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 
 import click
 
 from guideload.base.errors import SceneError
 from guideload.cli.outputs import Refused
+from guideload.traces.options import ReadingOptions, SmoothingOptions
 
 if TYPE_CHECKING:
     from guideload.machine.machine import Machine
@@ -52,63 +53,31 @@ class NumberOrText(click.ParamType[float | str]):
             return str(value)
 
 
+# Types of the options of reading, by the types of their values; others are text.
+OPTION_TYPES: dict[frozenset[type], click.ParamType[Any]] = {
+    frozenset((float, str)): NumberOrText(),
+    frozenset((int,)): click.IntRange(0, 62),
+    frozenset((float,)): POSITIVE,
+}
+
+
 def trace_options(command: Any) -> Any:
-    """The options that say how a trace is read; what is left out is taken from its header."""
-    options = [
-        click.option(
-            "--column", help="Column of the measured motion; else the one whose header tells its unit."
-        ),
-        click.option(
-            "--unit", help='Unit of that column, e.g. rpm or mm/s; for counts the travel of one: "5e-8 m".'
-        ),
-        click.option("--kind", help="What it is: position, counts, velocity (of the cart) or motor_speed."),
-        click.option("--time", help="Column of the time stamps; with --rate, of a counter of cycles."),
-        click.option("--rate", type=NumberOrText(), help="Samples per second, in place of a time column."),
-        click.option(
-            "--clock", help="Kind of the time stamps: uniform, ticks, jitter or on_change; else detected."
-        ),
-        click.option(
-            "--quantum", type=NumberOrText(), help='Step of the value, e.g. "5e-8 m"; else detected.'
-        ),
-        click.option(
-            "--counter-bits",
-            type=click.IntRange(0, 62),
-            help="Width of a counter of counts that runs over, 0 for none; else detected.",
-        ),
-        click.option(
-            "--hold",
-            type=POSITIVE,
-            help="Rows in which each value stands, in a log faster than its signal; 1 takes all; else detected.",
-        ),
-        click.option(
-            "--date-order", help="Of dates such as 03/04/2024: dmy or mdy; else from days above 12."
-        ),
-        click.option(
-            "--max-speed", type=NumberOrText(), help='Greatest speed the axis can have, e.g. "2 m/s".'
-        ),
-        click.option(
-            "--allow-gaps", is_flag=True, default=None, help="Accept steps in time far above the usual one."
-        ),
-        click.option(
-            "--repair",
-            help="Damage to leave out: all, or some of empty,doubled,clock,outliers,stuck; else it is refused.",
-        ),
-        click.option(
-            "--no-cross-check",
-            "cross_check",
-            flag_value=False,
-            default=None,
-            help="Do not compare position with velocity where the table has both.",
-        ),
-        click.option(
-            "--smoothing",
-            help="From samples to acceleration: auto, which tells its band; for comparison spline, savitzky_golay or "
-            "differences.",
-        ),
-        click.option("--window", type=POSITIVE, help="Window of savitzky_golay in seconds."),
-    ]
-    for option in reversed(options):
-        command = option(command)
+    """The options that say how a trace is read and smoothed (see `traces.options`)."""
+    hints = get_type_hints(ReadingOptions, include_extras=True)
+    hints |= get_type_hints(SmoothingOptions, include_extras=True)
+    for name, hint in reversed(hints.items()):
+        types, text = get_args(hint.__origin__), f"{hint.__metadata__[0].capitalize()}."
+        option = f"--{name.replace('_', '-')}"
+        if name == "cross_check":
+            text = f"Do not {hint.__metadata__[0]}."
+            made = click.option("--no-cross-check", name, flag_value=False, default=None, help=text)
+        elif bool in types:
+            made = click.option(option, is_flag=True, default=None, help=text)
+        else:
+            is_text = name == "unit"  # a bare number would be metres per count
+            kind = None if is_text else OPTION_TYPES.get(frozenset(types) - {type(None)})
+            made = click.option(option, type=kind, help=text)
+        command = made(command)
     return command
 
 
@@ -147,7 +116,8 @@ def read_inspection(trace_file: Path, machine: Machine | None, **reading: Any) -
 def _split(reading: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """The options of `trace_options` that were given: those of the reading, and those of the smoothing."""
     given = {name: value for name, value in reading.items() if value is not None}
-    return given, {name: given.pop(name) for name in ("smoothing", "window") if name in given}
+    smoothing = {name: given.pop(name) for name in SmoothingOptions.__annotations__ if name in given}
+    return given, smoothing
 
 
 @contextmanager

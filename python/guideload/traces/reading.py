@@ -63,13 +63,11 @@ class Trace:
     tick: float = 0.0
     jitter: float = 0.0
 
-    def samples(self, ratio: float = 1.0) -> tuple[Kind, Array, float]:
-        """What the smoothing takes: position or velocity, (n,) values and quantum, times `ratio`."""
-        return (
-            "position" if self.kind == "position" else "velocity",
-            self.value * ratio,
-            abs(ratio) * self.quantum,
-        )
+    def samples(self, drive: Drive | None = None) -> tuple[Kind, Array, float]:
+        """What the smoothing takes: its kind, values (n,) and quantum; of the cart, if a drive converts motor speed."""
+        kind: Kind = "position" if self.kind == "position" else "velocity"
+        ratio = drive.speed_per_motor_speed if drive and self.kind == "motor_speed" else 1.0
+        return kind, self.value * ratio, abs(ratio) * self.quantum
 
     def __repr__(self) -> str:
         return f"<Trace of {self.source}, column {self.column}: {self.kind}, {self.time.size} samples>"
@@ -168,28 +166,26 @@ def motion_from_trace(
 ) -> Motion:
     """The motion of the cart along x at the trace's time stamps.
 
-    Position is differentiated twice, velocity once, by the one smoothing; velocity is integrated to a
+    Position is differentiated twice, velocity once, by the same smoothing; velocity is integrated to a
     position that starts at 0. Motor speed needs `drive`, the machine's [drive]. smoothing and window: see
     `smoothing.smooth`. Raises TraceError.
     """
-    ratio = 1.0
-    if trace.kind == "motor_speed":
-        if drive is None:
-            raise TraceError(
-                f"{trace.source}: column {trace.column} is a motor speed: the machine needs a [drive] with "
-                "gear_ratio and pinion_diameter or screw_lead to tell the cart's speed from it"
-            )
-        ratio = drive.speed_per_motor_speed
-    kind, value, quantum = trace.samples(ratio)
-    found = smooth(trace.time, value, kind, smoothing, quantum=quantum, window=window)
+    is_motor_speed = trace.kind == "motor_speed"
+    if is_motor_speed and drive is None:
+        raise TraceError(
+            f"{trace.source}: column {trace.column} is a motor speed: the machine needs a [drive] with "
+            "gear_ratio and pinion_diameter or screw_lead to convert it to the cart's speed"
+        )
+    kind, value, quantum = trace.samples(drive)
+    smoothed = smooth(trace.time, value, kind, smoothing, quantum=quantum, window=window)
     return Motion.along_x(
         trace.time,
-        found.acceleration,
-        velocity=found.velocity,
-        position=found.position,
-        motor_speed=trace.value if trace.kind == "motor_speed" else None,
+        smoothed.acceleration,
+        velocity=smoothed.velocity,
+        position=smoothed.position,
+        motor_speed=trace.value if is_motor_speed else None,
         source=f"{trace.source}, column {trace.column}",
-        notes=(*trace.notes, found.note),
-        bandwidth=found.bandwidth,
-        uncertainty=None if found.estimate is None else found.estimate.uncertainty,
+        notes=(*trace.notes, smoothed.note),
+        bandwidth=smoothed.bandwidth,
+        uncertainty=None if smoothed.estimate is None else smoothed.estimate.uncertainty,
     )

@@ -123,7 +123,7 @@ def _dated(table: Table, name: str, date_order: str | None) -> tuple[Array, str]
             filled = np.flatnonzero(~empty)
             midnights = np.diff(nanoseconds[filled], prepend=nanoseconds[filled[:1]]) < -DAY // 2
             nanoseconds[filled] += DAY * np.cumsum(midnights)
-            days = np.count_nonzero(midnights)
+            days = int(midnights.sum())
         else:
             notation = f"date stamps ({notation})"
     first = nanoseconds[np.argmin(empty)] if empty.size else 0

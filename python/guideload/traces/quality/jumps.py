@@ -29,7 +29,7 @@ SPEED_RATIO = 1.5
 # ... or its change of speed is this many times the largest. One sample of a position makes two wild steps; that of a
 # speed is alone, and the changes of a speed are those of the drive.
 CHANGE_RATIO = {"position": 20.0, "speed": 3.0}
-# Up to LONGEST_RUN samples of a speed together, over FAR_ABOVE times all others, are wild, if at most MOST_WILD of all are.
+# Up to LONGEST_RUN samples of a speed together, over FAR_ABOVE times all others, are wild, up to MOST_WILD of all.
 FAR_ABOVE, LONGEST_RUN, MOST_WILD = 20.0, 5, 0.25
 SAME_SPEED = 0.1  # largest range, over the speed, of the four rows around a drop-out
 # The rest of the trace shows that a 0 is a drop-out: nowhere does the speed go and come back by TURN of the speed that
@@ -111,7 +111,7 @@ def _isolated(speed: Array, quantum: float, change_ratio: float, ends: Literal["
     """
     padded = np.pad(speed, 2, mode=ends)
     low, second, third, high = np.sort([padded[i : i + speed.size] for i in (0, 1, 3, 4)], axis=0)
-    median = 0.5 * (second + third)
+    median: Array = 0.5 * (second + third)
     distance = speed - median
     farthest = np.where(distance > 0.0, high - median, median - low)
     isolated: Flags = np.abs(distance) > np.maximum(ISOLATION * farthest, QUANTA * quantum)
@@ -121,7 +121,8 @@ def _isolated(speed: Array, quantum: float, change_ratio: float, ends: Literal["
     calm = ~(isolated[1:] | isolated[:-1])
     largest_change = max(float(change[calm].max(initial=0.0)), quantum)
     is_fast = np.abs(speed) > SPEED_RATIO * top_speed(speed, isolated)
-    return isolated & (is_fast | (np.abs(distance) > change_ratio * largest_change))
+    isolated &= is_fast | (np.abs(distance) > change_ratio * largest_change)
+    return isolated
 
 
 def top_speed(speed: Array, without: Flags) -> float:
