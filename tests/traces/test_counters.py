@@ -30,8 +30,8 @@ def test_unwrapping_undoes_wrapping(bits, signed, turns, start):
     found = unwrap(given)
     assert np.array_equal(found.counts - found.counts[0], true - true[0])
     assert found.counts[0] == given[0]
-    assert found.edges.tolist() == (np.flatnonzero(np.abs(np.diff(given)) > 1 << (bits - 1)) + 1).tolist()
-    assert found.bits == (bits if found.edges.size else 0)
+    assert found.wraps.tolist() == (np.flatnonzero(np.abs(np.diff(given)) > 1 << (bits - 1)) + 1).tolist()
+    assert found.bits == (bits if found.wraps.size else 0)
     assert np.array_equal(unwrap(given, bits).counts, found.counts)
 
 
@@ -69,7 +69,9 @@ def test_a_trace_of_counts_is_that_of_the_travel(signed):
     counts = wrapped(true + 500, 16, signed)
     trace = read_trace({"t_s": TIME, "encoder_counts": counts}, unit="1 um")
     assert np.array_equal(trace.value, plain.value)
-    assert any("16-bit counter ran over 6 times, made continuous, index" in note for note in trace.notes)
+    assert any(
+        "16-bit counter wrapped around 6 times, made continuous, index" in note for note in trace.notes
+    )
     with pytest.raises(TraceError, match="jumps that motion cannot make"):
         read_trace({"t_s": TIME, "encoder_counts": counts}, unit="1 um", counter_bits=0)
     odd = wrapped(true, 14, signed)  # a width that nobody would guess

@@ -12,7 +12,7 @@ from guideload.traces.quality.repair import (
     outliers,
     repaired_clock,
     stuck_samples,
-    wanted,
+    repairs_of,
 )
 from guideload.traces.reading import read_trace
 
@@ -193,8 +193,8 @@ def test_the_command_line_reads_as_the_library_does(tmp_path):
 
 
 def test_the_kinds_are_named_as_they_are():
-    assert wanted("outliers, stuck") == wanted(["stuck", "outliers"]) == {"outliers", "stuck"}
-    assert wanted(None) == frozenset() and wanted("all") == frozenset(REPAIRS)
+    assert repairs_of("outliers, stuck") == repairs_of(["stuck", "outliers"]) == {"outliers", "stuck"}
+    assert repairs_of(None) == frozenset() and repairs_of("all") == frozenset(REPAIRS)
     with pytest.raises(TraceError, match='repair: expected all or some of empty, .*, got "jumps"'):
         read_trace(CLEAN, repair="jumps")
 

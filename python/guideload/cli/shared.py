@@ -66,8 +66,9 @@ def trace_options(command: Any) -> Any:
     hints = get_type_hints(ReadingOptions, include_extras=True)
     hints |= get_type_hints(SmoothingOptions, include_extras=True)
     for name, hint in reversed(hints.items()):
-        types, text = get_args(hint.__origin__), f"{hint.__metadata__[0].capitalize()}."
+        types, (text,) = get_args(hint.__origin__), hint.__metadata__
         option = f"--{name.replace('_', '-')}"
+        text = f"{text[0].upper()}{text[1:]}."
         if name == "cross_check":
             text = f"Do not {hint.__metadata__[0]}."
             made = click.option("--no-cross-check", name, flag_value=False, default=None, help=text)
