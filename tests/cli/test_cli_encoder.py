@@ -58,7 +58,7 @@ def test_the_report_gives_the_estimate_and_nothing_is_written(tmp_path: Path, tr
     before = set(tmp_path.iterdir())
     text = output_of("encoder", trace)
     assert set(tmp_path.iterdir()) == before
-    estimate = Inspection.of(read_trace(trace)).found.estimate
+    estimate = Inspection.of(read_trace(trace)).kinematics.estimate
     assert estimate is not None
     at = np.abs(estimate.acceleration).argmax()
     half = COVER * np.sqrt(estimate.acceleration_variance[at])
@@ -83,13 +83,13 @@ def test_the_report_gives_the_estimate_and_nothing_is_written(tmp_path: Path, tr
 @pytest.mark.parametrize("smoothing", ["auto", "spline", "differences"])
 def test_the_figures_are_those_of_the_motion(smoothing: str) -> None:
     machine = Machine.from_toml(MACHINE)
-    found = Inspection.of(read_trace(TRACE), machine, smoothing=smoothing)
+    inspection = Inspection.of(read_trace(TRACE), machine, smoothing=smoothing)
     motion = motion_from_trace(read_trace(TRACE), machine.drive, smoothing=smoothing)
-    np.testing.assert_array_equal(found.found.acceleration, motion.acceleration[:, 0])
-    np.testing.assert_array_equal(found.found.velocity, motion.velocity[:, 0])
-    assert found.found.bandwidth == motion.bandwidth
-    text = " ".join(encoder_report(found).split())
-    assert ("95 % band" in text) == (found.deviation is not None)
+    np.testing.assert_array_equal(inspection.kinematics.acceleration, motion.acceleration[:, 0])
+    np.testing.assert_array_equal(inspection.kinematics.velocity, motion.velocity[:, 0])
+    assert inspection.kinematics.bandwidth == motion.bandwidth
+    text = " ".join(encoder_report(inspection).split())
+    assert ("95 % band" in text) == (inspection.deviation is not None)
 
 
 def test_a_motor_without_a_machine_is_shown_in_its_own_units() -> None:
@@ -186,28 +186,29 @@ def test_measured_traces(shared_data: Path, tmp_path: Path, file: str, options: 
 # ---- the picture
 
 
-def test_the_picture_shows_what_was_found(trace: Path) -> None:
-    found = Inspection.of(read_trace(trace), Machine.from_toml(MACHINE))
-    samples, rest, acceleration, close, spectrum = plots.encoder(found)
-    np.testing.assert_array_equal(samples.lines[0].get_ydata(), found.value)
-    np.testing.assert_array_equal(samples.lines[1].get_ydata(), found.found.position)
+def test_the_picture_shows_the_samples_and_their_motion(trace: Path) -> None:
+    inspection = Inspection.of(read_trace(trace), Machine.from_toml(MACHINE))
+    smoothed = inspection.kinematics
+    samples, rest, acceleration, close, spectrum = plots.encoder(inspection)
+    np.testing.assert_array_equal(samples.lines[0].get_ydata(), inspection.value)
+    np.testing.assert_array_equal(samples.lines[1].get_ydata(), smoothed.position)
     drawn = {line.get_label(): line for line in acceleration.lines}
-    np.testing.assert_array_equal(drawn["smoothed"].get_ydata(), found.found.acceleration)
-    np.testing.assert_array_equal(drawn["plain differences"].get_ydata(), found.differences)
+    np.testing.assert_array_equal(drawn["smoothed"].get_ydata(), smoothed.acceleration)
+    np.testing.assert_array_equal(drawn["plain differences"].get_ydata(), inspection.differences)
     (band,) = acceleration.collections
     corners = band.get_paths()[0].vertices
-    assert found.deviation is not None
-    high = (found.found.acceleration + COVER * found.deviation).max()
+    assert inspection.deviation is not None
+    high = (smoothed.acceleration + COVER * inspection.deviation).max()
     assert corners[:, 1].max() == pytest.approx(high, rel=1e-12)
     low, top = acceleration.get_ylim()
-    assert low < found.found.acceleration.min() and high < top < 1.5 * high < found.differences.max()
+    assert low < smoothed.acceleration.min() and high < top < 1.5 * high < inspection.differences.max()
     np.testing.assert_allclose(
-        rest.lines[-1].get_ydata(), (found.value - found.smoothed) / QUANTUM, rtol=1e-9
+        rest.lines[-1].get_ydata(), (inspection.value - inspection.smoothed) / QUANTUM, rtol=1e-9
     )
-    assert close.get_xlim()[0] < found.time[np.abs(found.found.acceleration).argmax()] < close.get_xlim()[1]
+    assert close.get_xlim()[0] < inspection.time[inspection.peak] < close.get_xlim()[1]
     marks = {float(line.get_xdata()[0]) for line in spectrum.lines if len(line.get_xdata()) == 2}
-    assert {found.band, *found.resolution.frequency} <= marks
-    assert spectrum.get_xlim()[1] >= found.resolution.frequency.max()
+    assert {inspection.bandwidth, *inspection.resolution.frequency} <= marks
+    assert spectrum.get_xlim()[1] >= inspection.resolution.frequency.max()
 
 
 def test_a_trace_that_stands_still_has_a_picture(tmp_path: Path) -> None:

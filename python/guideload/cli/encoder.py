@@ -48,8 +48,7 @@ def encoder(
     from guideload.reports.trace import encoder_report
 
     if output is not None:
-        inputs = (trace_file,) if machine_file is None else (trace_file, machine_file)
-        require_picture(output, overwrite, *inputs)
+        require_picture(output, overwrite, *filter(None, (trace_file, machine_file)))
     with nullcontext() if output is None else draft_beside(output) as draft:
         machine = None if machine_file is None else read_machine(machine_file)
         with working("reading and smoothing"):
@@ -63,8 +62,5 @@ def encoder(
                 except OSError as error:
                     raise unwritable(output, error) from error
     tell(encoder_report(inspection, encoding=output_encoding()))
-    tell(
-        f"guideload encoder {trace_file} ... -o picture.png draws it."
-        if output is None
-        else f"Wrote {output}."
-    )
+    draw = f"guideload encoder {trace_file} ... -o picture.png draws it."
+    tell(draw if output is None else f"Wrote {output}.")

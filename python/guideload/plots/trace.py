@@ -134,7 +134,7 @@ def _draw_residual(ax: Axes, inspection: Inspection) -> None:
 
 def _draw_acceleration(ax: Axes, inspection: Inspection, samples: slice = slice(None)) -> None:
     """The acceleration at some samples, its band, and behind it plain differences, cut to the band's range."""
-    time, acceleration = inspection.time[samples], inspection.found.acceleration[samples]
+    time, acceleration = inspection.time[samples], inspection.kinematics.acceleration[samples]
     low = high = acceleration
     if inspection.deviation is not None:
         half = COVER * inspection.deviation[samples]
@@ -149,7 +149,7 @@ def _draw_acceleration(ax: Axes, inspection: Inspection, samples: slice = slice(
     _draw(ax, time, acceleration, color=ESTIMATE, linewidth=1.0 if is_all else 1.4, label="smoothed")
     margin = MARGIN * float(high.max() - low.min()) or 1.0
     ax.set_ylim(float(low.min()) - margin, float(high.max()) + margin)
-    unit = _with_superscript(inspection.acceleration_unit)
+    unit = inspection.acceleration_unit.replace("2", "²")
     ax.set_ylabel(f"acceleration [{unit}]")
     if is_all:
         ax.set_title(f"Acceleration: largest {np.abs(acceleration).max():.4g} {unit}{_band_text(inspection)}")
@@ -168,7 +168,7 @@ def _draw_closely(ax: Axes, inspection: Inspection) -> None:
     """The acceleration around its largest value."""
     at = float(inspection.time[inspection.peak])
     half = max(
-        CLOSE_PERIODS / inspection.band, CLOSE_SAMPLES * inspection.step
+        CLOSE_PERIODS / inspection.bandwidth, CLOSE_SAMPLES * inspection.step
     )  # an infinite band counts as 0 s
     start, stop = np.searchsorted(inspection.time, [at - half, at + half])
     _draw_acceleration(ax, inspection, slice(int(start), int(stop)))
@@ -178,7 +178,7 @@ def _draw_closely(ax: Axes, inspection: Inspection) -> None:
 def _draw_spectrum(ax: Axes, inspection: Inspection) -> None:
     lines = (
         (inspection.differences, GREY, 1.0, "plain differences"),
-        (inspection.found.acceleration, ESTIMATE, 1.6, "smoothed"),
+        (inspection.kinematics.acceleration, ESTIMATE, 1.6, "smoothed"),
     )
     amplitudes = []
     for values, color, width, label in lines:
@@ -189,17 +189,17 @@ def _draw_spectrum(ax: Axes, inspection: Inspection) -> None:
     if inspection.modes is not None:
         high = max(high, 1.15 * float(inspection.modes.frequency.max()))
     ax.set(xscale="log", xlabel="frequency [Hz]", xlim=(low, high), title="Spectrum of the acceleration")
-    ax.set_ylabel(f"acceleration [{_with_superscript(inspection.acceleration_unit)}/√Hz]")
+    ax.set_ylabel(f"acceleration [{inspection.acceleration_unit.replace('2', '²')}/√Hz]")
     if top > 0.0:
         bottom = float(np.min(amplitudes, where=np.greater(amplitudes, 0.0), initial=top))
         ax.set(yscale="log", ylim=(max(0.5 * bottom, SMALLEST * top), 3.0 * top))
     ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     ax.xaxis.set_minor_formatter(NullFormatter())
     ax.xaxis.set_minor_locator(LogLocator(subs=range(2, 10)))
-    if low < inspection.band < high:
-        ax.axvspan(inspection.band, high, color=PALE, alpha=0.35, linewidth=0, zorder=0)
-        label = f"sudden changes shown, to {inspection.band:.3g} Hz"
-        ax.axvline(inspection.band, color=BAND_END, linewidth=1.2, label=label)
+    if low < inspection.bandwidth < high:
+        ax.axvspan(inspection.bandwidth, high, color=PALE, alpha=0.35, linewidth=0, zorder=0)
+        label = f"sudden changes shown, to {inspection.bandwidth:.3g} Hz"
+        ax.axvline(inspection.bandwidth, color=BAND_END, linewidth=1.2, label=label)
     if inspection.resolution is not None:
         _mark_modes(ax, inspection)
     ax.legend(loc="best", frameon=True, facecolor="white", edgecolor="none", framealpha=0.9)
@@ -232,7 +232,3 @@ def _mark_modes(ax: Axes, inspection: Inspection) -> None:
 
 def _legend_above(ax: Axes, columns: int) -> None:
     ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.2)
-
-
-def _with_superscript(unit: str) -> str:
-    return unit.replace("2", "²")

@@ -30,11 +30,11 @@ NO_DRIVE = (
 
 def encoder_report(inspection: Inspection, width: int = WIDTH, encoding: str = "utf-8") -> str:
     """What was read from a trace, what the smoothing chose, its largest values, and the modes that it shows."""
-    trace = inspection.trace
+    trace, time, step = inspection.trace, inspection.time, inspection.step
     parts: list[RenderableType] = [
         f"{trace.source}, column {trace.column}",
         *section("Trace"),
-        *_extent_lines(inspection),
+        f"{np.ptp(time):.4g} s, {time.size} samples at {1 / step:.4g} Hz, a sample every {1e3 * step:.4g} ms",
         *trace.notes,
         *section("From samples to acceleration"),
         *_smoothing_lines(inspection),
@@ -78,15 +78,9 @@ def resolution_parts(resolution: TraceResolution) -> list[RenderableType]:
     ]
 
 
-def _extent_lines(inspection: Inspection) -> list[str]:
-    time, step = inspection.time, inspection.step
-    rate = f"{1 / step:.4g} Hz, a sample every {1e3 * step:.4g} ms"
-    return [f"{np.ptp(time):.4g} s, {time.size} samples at {rate}"]
-
-
 def _smoothing_lines(inspection: Inspection) -> list[str]:
     """What the smoothing chose; of a method that estimates no noise its own note."""
-    smoothed, estimate = inspection.found, inspection.found.estimate
+    smoothed, estimate = inspection.kinematics, inspection.kinematics.estimate
     if estimate is None:
         return [smoothed.note.replace("m/s", "rad/s") if inspection.of_motor else smoothed.note]
     if not np.any(smoothed.acceleration):
@@ -117,9 +111,9 @@ def _smoothing_lines(inspection: Inspection) -> list[str]:
 def _largest_lines(inspection: Inspection) -> list[str]:
     """Largest speed and acceleration, with the 95 % band where there is one."""
     unit, at = inspection.acceleration_unit, inspection.peak
-    speed = inspection.unit[1] * float(np.abs(inspection.found.velocity).max())
+    speed = inspection.unit[1] * float(np.abs(inspection.kinematics.velocity).max())
     largest_speed = f"largest speed {speed:.4g} {'rpm' if inspection.of_motor else 'm/s'}"
-    acceleration = float(inspection.found.acceleration[at])
+    acceleration = float(inspection.kinematics.acceleration[at])
     if not acceleration:
         return [f"{largest_speed}, no acceleration"]
     largest = f"largest acceleration {acceleration:.4g} {unit} at {inspection.time[at]:.4g} s"

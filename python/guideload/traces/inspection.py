@@ -26,7 +26,7 @@ class Inspection:
     value    (n,) samples: m or m/s of the cart; rad/s of the motor where there is no [drive] to convert it
     quantum  smallest change of the value, 0 if none is known
     of_motor whether all figures are those of the motor: then accelerations are in rad/s2, not m/s2
-    found    position, velocity and acceleration by the smoothing, in the units of the value
+    kinematics  position, velocity and acceleration by the smoothing, in the units of the value
     """
 
     trace: Trace
@@ -35,7 +35,7 @@ class Inspection:
     value: Array
     quantum: float
     of_motor: bool
-    found: Kinematics
+    kinematics: Kinematics
 
     def __repr__(self) -> str:
         return f"<Inspection of {self.trace!r}>"
@@ -56,8 +56,8 @@ class Inspection:
         drive = None if machine is None else machine.drive
         of_motor = trace.kind == "motor_speed" and drive is None
         kind, value, quantum = trace.samples(drive)
-        found = smooth(trace.time, value, kind, smoothing, quantum=quantum, window=window)
-        return cls(trace, machine, kind, value, quantum, of_motor, found)
+        kinematics = smooth(trace.time, value, kind, smoothing, quantum=quantum, window=window)
+        return cls(trace, machine, kind, value, quantum, of_motor, kinematics)
 
     @property
     def time(self) -> Array:
@@ -72,12 +72,12 @@ class Inspection:
     @property
     def smoothed(self) -> Array:
         """(n,) the samples as smoothed, in their unit."""
-        return self.found.position if self.kind == "position" else self.found.velocity
+        return self.kinematics.position if self.kind == "position" else self.kinematics.velocity
 
     @property
     def deviation(self) -> Array | None:
         """(n,) standard deviation of the acceleration in its unit; None where the smoothing estimates none."""
-        estimate = self.found.estimate
+        estimate = self.kinematics.estimate
         return None if estimate is None else np.sqrt(np.maximum(estimate.acceleration_variance, 0.0))
 
     @cached_property
@@ -86,14 +86,14 @@ class Inspection:
         return smooth(self.time, self.value, self.kind, "differences").acceleration
 
     @property
-    def band(self) -> float:
+    def bandwidth(self) -> float:
         """Bandwidth [Hz] up to which the trace shows accelerations; inf if they are known exactly."""
-        return usable_bandwidth(self.time, self.found.bandwidth)
+        return usable_bandwidth(self.time, self.kinematics.bandwidth)
 
     @property
     def peak(self) -> int:
         """Index of the largest acceleration."""
-        return int(np.abs(self.found.acceleration).argmax())
+        return int(np.abs(self.kinematics.acceleration).argmax())
 
     @cached_property
     def modes(self) -> Modes | None:
@@ -106,7 +106,7 @@ class Inspection:
         if self.machine is None or self.modes is None:
             return None
         return TraceResolution.of(
-            self.machine, self.modes, self.time, self.found.acceleration, self.band, self.step
+            self.machine, self.modes, self.time, self.kinematics.acceleration, self.bandwidth, self.step
         )
 
     @property

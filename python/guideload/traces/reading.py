@@ -79,11 +79,10 @@ def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
     table: path of a CSV (.csv, .txt, any text; TwinCAT Scope exports too), .parquet, .npy or .npz file; or a
         mapping of columns, a data frame, a structured array, or a bare array: (n,) values, or (n, k) with the
         time in column "0", all SI. Separator, decimal sign, names, units and encoding of text are detected.
-    column: name of the column; without it the one whose header tells a unit of a kind below. Of several, the
-        only measured one (words meas, act, actual, ...) if all others are wanted values (ref, cmd, command,
-        ...).
+    column: name of the column; without it the one whose header gives a unit of a kind below. Of several, the
+        only measured one (words meas, act, actual, ...) if all others are commands (ref, cmd, command, ...).
     time: name of the time column; without it the one called t, time, timestamp, Zeit, ... It holds seconds or
-        what its header says, dates (ISO 8601, dd.mm.yyyy hh:mm:ss,fff, mm/dd/yyyy hh:mm:ss.fff AM), times of
+        another unit in its header, dates (ISO 8601, dd.mm.yyyy hh:mm:ss,fff, mm/dd/yyyy hh:mm:ss.fff AM), times of
         day, or with `rate` the cycles of a counter.
     kind: "position" (m), "counts", "velocity" of the cart (m/s) or "motor_speed" (rad/s); without it from the
         unit.
@@ -91,24 +90,24 @@ def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
         "q_m") or a row of units below it. For counts: metres of cart travel per count, a number or a string
         such as "5e-8 m".
     rate: samples per second (Hz), in place of a time column; with `time`, cycles per second of that column.
-    quantum: step of the value, in the kind's SI unit or as a string; without it detected.
+    quantum: smallest change of the value, in the kind's SI unit or as a string; without it detected.
     clock: kind of the time stamps, without it detected. "uniform": even samples, the stamps are put on the
-        even grid that fits them best. "ticks" and "jitter": the stamps are taken as they are. "on_change": rows
-        are missing where the axis stands still; they are put back with the value held.
-    counter_bits: width of a counter of counts that runs over, 0 for one that does not; without it 16, 24 or
-        32 bits are recognised by jumps of nearly the whole range.
-    hold: rows in which each value stands, of a log that is faster than its signal: only those in which it is new
-        are used; 1 takes all rows. Without it detected, unless the motion is too slow (see `trace.holds`).
+        even grid that fits them best. "ticks" and "jitter": the stamps are used as they are. "on_change": rows
+        are missing where the axis stands still; they are put back with the last value.
+    counter_bits: width of a counter of counts that wraps around, 0 for one that does not; without it 16, 24 or
+        32 bits are recognised by jumps of nearly the full range.
+    hold: rows in which each value is repeated, in a log that is faster than its signal: only those in which it is
+        new are used; 1 uses all rows. Without it detected, unless the motion is too slow (see `quality.holds`).
     date_order: "dmy" or "mdy", of dates such as 03/04/2024; without it from days above 12.
     max_speed: greatest speed that the axis can have, in the kind's SI unit or as a string; replaces the
-        automatic test for jumps (see `trace.jumps`).
+        automatic test for jumps (see `quality.jumps`).
     allow_gaps: accept steps in time much longer than the usual one, where samples were dropped.
-    cross_check: compare position with velocity where the table has both of the same axis.
-    repair: damage to leave out, told in the notes with its rows: "all", or some of empty (cells without a
-        number), doubled (samples), clock (stamps that go back), outliers and stuck (values held while the
-        axis moves). "all" accepts gaps as well.
+    cross_check: compare position with velocity where the table has both of the same axis (the default).
+    repair: damage to leave out, with its rows in the notes: "all", or some of empty (cells without a number),
+        doubled (samples), clock (stamps that go back), outliers and stuck (values that repeat while the axis moves).
+        "all" accepts gaps as well.
 
-    Raises TraceError, naming file, column and rows.
+    Raises TraceError, naming file, column and rows; TypeError for an unknown option.
     """
     data = load_table(table)
     _check_options(data, options)

@@ -146,21 +146,21 @@ def decimal_quantum(values: NDArray[Any]) -> float:
     """
     for decimals in range(DECIMALS + 1):
         scaled = values * 10.0**decimals
-        whole = np.round(scaled)
-        if np.abs(whole).max() > 2.0**50:
+        integers = np.round(scaled)
+        if np.abs(integers).max() > 2.0**50:
             return 0.0
         # Doubles next to decimals are off by their own rounding, times the scale.
-        if np.all(np.abs(scaled - whole) <= 4.0 * np.spacing(np.abs(scaled))):
-            return _common_step(whole.astype(np.int64)) / 10.0**decimals
+        if np.all(np.abs(scaled - integers) <= 4.0 * np.spacing(np.abs(scaled))):
+            return _common_step(integers.astype(np.int64)) / 10.0**decimals
     return 0.0
 
 
-def _common_step(whole: NDArray[np.int64]) -> float:
+def _common_step(integers: NDArray[np.int64]) -> float:
     """The greatest number that divides all changes of whole numbers; 0 unless it is the same among small and large."""
-    size = np.abs(whole)
+    size = np.abs(integers)
     middle = np.median(size)
     steps = set()
-    for half in (whole[size <= middle], whole[size >= middle]):
+    for half in (integers[size <= middle], integers[size >= middle]):
         changes = np.diff(half)
         changes = changes[changes != 0]
         steps.add(float(np.gcd.reduce(changes)) if changes.size >= FEWEST_CHANGES else 0.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
 from typing import Any
 
 import numpy as np
@@ -165,7 +166,7 @@ def _read_dates(
             if numeric and not date_order:
                 notation = "all of one day"
             return nanoseconds + offset, empty, f"{notation} with zone" if has_zone else notation
-        wrong = _first_refused(iso, kind)
+        wrong = bisect_left(range(len(iso)), True, key=lambda i: not _casts(iso[: i + 1], kind))
         break
     else:
         wrong = int(np.argmin(empty))
@@ -222,12 +223,3 @@ def _casts(text: Any, kind: Any) -> bool:
     except pa.ArrowInvalid:
         return False
     return True
-
-
-def _first_refused(text: Any, kind: Any) -> int:
-    """Index of the first text that is no stamp, among texts that are not all stamps: by bisection."""
-    low, high = 0, len(text)
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if _casts(text[low:middle], kind) else (low, middle)
-    return low

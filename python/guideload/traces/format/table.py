@@ -64,9 +64,7 @@ class Table:
 
     def is_row_number(self, name: str) -> bool:
         """Whether the column only counts its rows: 0, 1, 2, ... or 1, 2, 3, ..."""
-        import pandas
-
-        numbers = pandas.to_numeric(pandas.Series(self.columns[name]), errors="coerce").to_numpy(float)
+        numbers = self.values(name).astype(float)
         return bool(numbers.size > 1 and numbers[0] in (0.0, 1.0) and np.all(np.diff(numbers) == 1.0))
 
     def is_stamped(self, name: str) -> bool:

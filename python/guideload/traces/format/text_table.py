@@ -256,19 +256,19 @@ def _is_empty(cell: Any) -> bool:
 
 
 def _array(column: Any) -> Any:
-    """A pyarrow column as a NumPy array: numbers stay whole where all are, stamps become datetime64, else text."""
+    """A pyarrow column as a NumPy array: integers stay integers where all are, stamps become datetime64, else text."""
     import pyarrow as pa
 
     kind = column.type
     if pa.types.is_null(kind):
         return np.full(len(column), np.nan)
     if pa.types.is_integer(kind) and column.null_count:
-        whole = column.fill_null(0).to_numpy()
+        integers = column.fill_null(0).to_numpy()
         missing = column.is_null().to_numpy()
-        if int(whole.max()) < 1 << 53:
-            return np.where(missing, np.nan, whole)
+        if int(integers.max()) < 1 << 53:
+            return np.where(missing, np.nan, integers)
         # Only stamps are as large: FILETIME (100 ns since 1601), or ns since 1970.
-        since_1970 = whole if int(whole.max()) > FILETIME_MAX else (whole - FILETIME_1970) * 100
+        since_1970 = integers if int(integers.max()) > FILETIME_MAX else (integers - FILETIME_1970) * 100
         return np.where(missing, np.datetime64("NaT"), since_1970.astype("M8[ns]"))
     if pa.types.is_time(kind):
         column = column.cast(pa.string())

@@ -7,7 +7,6 @@ in their place.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,19 +27,6 @@ EVEN, LONGEST_END = 0.75, 2.5
 # Outliers come back: without the motion, the second jump leaves at most this part of the first.
 COMES_BACK = 0.3
 CAUGHT_UP = 0.5  # largest error, over the travel at the speed around it, of the step after a stuck value
-
-
-@dataclass(frozen=True)
-class ClockRepair:
-    """Stamps that grow: samples left out, and the stamps with the later ones moved on where a clock was set back.
-
-    back: the samples from which on a clock was set back; moved: by how much they were moved, s.
-    """
-
-    left_out: Samples
-    time: Array
-    back: tuple[int, ...]
-    moved: tuple[float, ...]
 
 
 def repairs_of(repair: str | Iterable[str] | None) -> frozenset[str]:
@@ -67,14 +53,13 @@ def repair(draft: TraceDraft, kinds: frozenset[str], max_speed: float | None) ->
     if "doubled" in kinds:
         _leave_out(draft, doubled_samples(draft.time, draft.value), "doubled sample")
     if "clock" in kinds:
-        clock = repaired_clock(draft.time)
-        for sample, shift in zip(clock.back, clock.moved, strict=True):
+        wild, draft.time, moved = repaired_clock(draft.time)
+        for sample, shift in moved.items():
             draft.notes.append(
                 f"repair: the clock was set back before {draft.table.rows([sample])}; that row and all later "
                 f"ones moved by {shift:.6g} s, so that the step there is the usual one"
             )
-        draft.time = clock.time
-        _leave_out(draft, clock.left_out, "sample", " with a wild time stamp")
+        _leave_out(draft, wild, "sample", " with a wild time stamp")
     draft.check_length()
     if np.any(np.diff(draft.time) <= 0.0):
         return  # refused by `checks.check_order`
@@ -128,12 +113,14 @@ def doubled_samples(time: Array, value: Array) -> Samples:
     return np.union1d(order[1:][is_same], np.flatnonzero(np.diff(time) == 0.0) + 1)
 
 
-def repaired_clock(time: Array) -> ClockRepair:
+def repaired_clock(time: Array) -> tuple[Samples, Array, dict[int, float]]:
     """Stamps (n,) s that go back, by their cause.
 
     A few wild stamps, after which the clock goes on as before, are left out with their samples. Otherwise the clock was
     set back: all later stamps move on so that the step there is the usual one. Where more than MOST_LEFT_OUT go back,
     they stay as they are.
+
+    Returns the samples to leave out, the stamps (n,) s, and by sample how much it and all later ones moved on [s].
     """
     steps = np.diff(time)
     usual = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 0.0
@@ -156,7 +143,7 @@ def repaired_clock(time: Array) -> ClockRepair:
     shifted = time.copy()
     for sample, shift in moved.items():
         shifted[sample:] += shift
-    return ClockRepair(np.flatnonzero(is_wild), shifted, tuple(moved), tuple(moved.values()))
+    return np.flatnonzero(is_wild), shifted, moved
 
 
 def _wild_stamps(time: Array, back: int, usual: float) -> slice | None:
