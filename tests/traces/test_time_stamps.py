@@ -14,70 +14,63 @@ COUNT = 400
 TIME = np.round(np.arange(COUNT) * 0.004, 3)
 PLACE = np.round(0.03 * (1.0 - np.cos(5.0 * TIME)), 6)
 MILLI = np.round(TIME * 1e3).astype(np.int64)
-NOON = np.datetime64("2024-01-31T23:59:59.500")  # the day, the month and nearly the day's end
+# From a second before midnight, at the end of a month.
+STAMPS = pd.Timestamp("2024-01-31T23:59:59.500") + pd.to_timedelta(MILLI, unit="ms")
+ISO = "{t:%Y-%m-%d %H:%M:%S}.{ms}"
+GERMAN = "{t:%d.%m.%Y %H:%M:%S},{ms}"
 
 
-def iso(sign: str = " ", point: str = ".", zone: str = "") -> list[str]:
-    return [
-        str(NOON + np.timedelta64(ms, "ms")).replace("T", sign).replace(".", point) + zone for ms in MILLI
-    ]
-
-
-def german(date: str = "{d:02d}.{m:02d}.{y}", point: str = ",") -> list[str]:
-    stamps = pd.DatetimeIndex(iso())
-    return [
-        f"{date.format(d=s.day, m=s.month, y=s.year)} {s:%H:%M:%S}{point}{s.microsecond // 1000:03d}"
-        for s in stamps
-    ]
-
-
-def twelve_hours(date: str) -> list[str]:
-    """Stamps with AM and PM, from just before midnight, or from noon on the last day if there is no date."""
-    stamps = pd.DatetimeIndex(iso()) - pd.Timedelta(0 if date else "12h")
-    return [
-        f"{date.format(d=s.day, m=s.month, y=s.year)}{s:%I:%M:%S}.{s.microsecond // 1000:03d} {s:%p}"
-        for s in stamps
-    ]
+def written(form: str, stamps: pd.DatetimeIndex = STAMPS) -> np.ndarray:
+    """Stamps in a form of time t, day d, month m, year y and milliseconds ms."""
+    parts = (
+        {"t": t, "d": t.day, "m": t.month, "y": t.year, "ms": f"{t.microsecond // 1000:03d}"} for t in stamps
+    )
+    return np.array([form.format(**part) for part in parts], object)
 
 
 @pytest.mark.parametrize(
-    "stamps",
+    "form",
     [
-        iso(),
-        iso("T"),
-        iso("T", ","),
-        iso("T", ".", "Z"),
-        iso(" ", ".", "+01:00"),
-        iso(" ", ",", "-0530"),
-        [stamp.replace("-", "/") for stamp in iso()],
-        german(),
-        german(point="."),
-        german("{d}.{m}.{y}"),
-        german("{d:02d}/{m:02d}/{y}"),
-        german("{m}/{d}/{y}", "."),
-        german("{m:02d}-{d:02d}-{y}"),
-        twelve_hours("{m}/{d}/{y} "),
-        twelve_hours("{y}-{m:02d}-{d:02d} "),
-        twelve_hours(""),
-        [stamp[11:] for stamp in iso()],
-        [stamp[11:] for stamp in iso(point=",")],
-        [stamp.rstrip("0").rstrip(".") for stamp in iso()],
+        ISO,
+        "{t:%Y-%m-%dT%H:%M:%S}.{ms}",
+        "{t:%Y-%m-%dT%H:%M:%S},{ms}",
+        "{t:%Y-%m-%dT%H:%M:%S}.{ms}Z",
+        ISO + "+01:00",
+        "{t:%Y-%m-%d %H:%M:%S},{ms}-0530",
+        "{t:%Y/%m/%d %H:%M:%S}.{ms}",
+        GERMAN,
+        "{t:%d.%m.%Y %H:%M:%S}.{ms}",
+        "{d}.{m}.{y} {t:%H:%M:%S},{ms}",
+        "{t:%d/%m/%Y %H:%M:%S},{ms}",
+        "{m}/{d}/{y} {t:%H:%M:%S}.{ms}",
+        "{t:%m-%d-%Y %H:%M:%S},{ms}",
+        "{m}/{d}/{y} {t:%I:%M:%S}.{ms} {t:%p}",
+        "{t:%Y-%m-%d %I:%M:%S}.{ms} {t:%p}",
+        "{t:%H:%M:%S}.{ms}",
+        "{t:%H:%M:%S},{ms}",
     ],
 )
-def test_date_stamps_of_one_clock_give_the_same_bits(tmp_path, stamps):
-    table = {"time": np.array(stamps, dtype=object), "x_m": PLACE}
-    for source in (table, write_trace(tmp_path, table, sep=";")):
-        trace = read_trace(source)
-        assert np.array_equal(trace.time, TIME) and trace.clock == "uniform"
+def test_date_stamps_of_one_clock_give_the_same_bits(tmp_path, form):
+    stamps = written(form)
+    short = [stamp.rstrip("0").rstrip(".") if form == ISO else stamp for stamp in stamps]
+    for column in (stamps, np.array(short, object)):
+        table = {"time": column, "x_m": PLACE}
+        for source in (table, write_trace(tmp_path, table, sep=";")):
+            trace = read_trace(source)
+            assert np.array_equal(trace.time, TIME) and trace.clock == "uniform"
+
+
+def test_a_clock_of_twelve_hours_passes_noon():
+    stamps = written("{t:%I:%M:%S}.{ms} {t:%p}", STAMPS - pd.Timedelta("12h"))
+    assert np.array_equal(read_trace({"time": stamps, "x_m": PLACE}).time, TIME)
 
 
 def test_stamps_of_data_frames_parquet_and_numpy(tmp_path):
-    stamps = pd.DatetimeIndex(iso())
-    columns = (stamps, stamps.tz_localize("Europe/Berlin"), stamps - stamps[0], stamps.astype("M8[ms]"))
+    columns = (STAMPS, STAMPS.tz_localize("Europe/Berlin"), STAMPS - STAMPS[0], STAMPS.astype("M8[ms]"))
     sources = [pd.DataFrame({"time": column, "x_m": PLACE}) for column in columns]
     sources += [pd.DataFrame({"x_m": PLACE}, index=column) for column in columns]
-    pd.DataFrame({"x_m": PLACE}, index=stamps.tz_localize("UTC")).to_parquet(tmp_path / "a.parquet")
-    np.savez(tmp_path / "a.npz", time=stamps.to_numpy(), x_m=PLACE)
+    pd.DataFrame({"x_m": PLACE}, index=STAMPS.tz_localize("UTC")).to_parquet(tmp_path / "a.parquet")
+    np.savez(tmp_path / "a.npz", time=STAMPS.to_numpy(), x_m=PLACE)
     for source in (*sources, tmp_path / "a.parquet", tmp_path / "a.npz"):
         assert np.array_equal(read_trace(source).time, TIME)
 
@@ -114,7 +107,7 @@ def test_shifting_the_clock_changes_nothing():
         assert np.array_equal(trace.value, first.value)
         assert trace.clock == first.clock == "jitter"
     for days in (0, 59, 3660):
-        moved = NOON + np.timedelta64(days, "D") + MILLI.astype("m8[ms]")
+        moved = STAMPS + pd.Timedelta(days=days)
         assert np.array_equal(read_trace({"time": moved, "x_m": PLACE}).time, TIME)
 
 
@@ -141,7 +134,7 @@ def test_cycles_of_a_counter_with_their_rate(tmp_path):
     ],
 )
 def test_what_is_no_time_stamp_is_refused_with_its_row(tmp_path, wrong, message):
-    table = {"time": german(), "x_m": PLACE}
+    table = {"time": written(GERMAN), "x_m": PLACE}
     path = write_trace(tmp_path, table, {(22, "time"): wrong}, sep=";")
     with pytest.raises(TraceError, match=f"column time: {message}"):
         read_trace(path)
@@ -159,18 +152,18 @@ def test_dates_that_no_calendar_or_clock_shows_are_refused(wrong):
 
 def test_dates_that_may_be_read_in_two_ways_are_not_guessed():
     """Within one day the order changes nothing; across midnight it is asked for."""
-    stamps = pd.DatetimeIndex(iso()) - pd.Timedelta(days=24)  # 7 January to 8 January
-    text = np.array([f"{s.month:02d}/{s.day:02d}/{s:%Y %H:%M:%S.%f}" for s in stamps], object)
+    january = STAMPS - pd.Timedelta(days=24)  # 7 to 8 January
+    text = written("{t:%m/%d/%Y %H:%M:%S}.{ms}", january)
     with pytest.raises(TraceError, match="dates such as 01/07/2024 leave open .*--date-order mdy"):
         read_trace({"time": text, "x_m": PLACE})
-    assert np.array_equal(read_trace({"time": text, "x_m": PLACE}, date_order="mdy").time, TIME)
-    turned = np.array([f"{stamp[3:6]}{stamp[:3]}{stamp[6:]}" for stamp in text], object)
-    assert np.array_equal(read_trace({"time": turned, "x_m": PLACE}, date_order="dmy").time, TIME)
+    for order, form in (("mdy", "{t:%m/%d/%Y %H:%M:%S}.{ms}"), ("dmy", "{t:%d/%m/%Y %H:%M:%S}.{ms}")):
+        trace = read_trace({"time": written(form, january), "x_m": PLACE}, date_order=order)
+        assert np.array_equal(trace.time, TIME)
     first = {"time": text[:100], "x_m": PLACE[:100]}  # all of 7 January, or of 1 July
     for order in (None, "mdy", "dmy"):
         assert np.array_equal(read_trace(first, date_order=order).time, TIME[:100])
     with pytest.raises(TraceError, match='expected a time stamp, got "01/31/2024'):
-        read_trace({"time": np.array(german("{m:02d}/{d:02d}/{y}"), object), "x_m": PLACE}, date_order="dmy")
+        read_trace({"time": written("{t:%m/%d/%Y %H:%M:%S}"), "x_m": PLACE}, date_order="dmy")
     with pytest.raises(TraceError, match='date_order: expected one of dmy, mdy, got "ymd"'):
         read_trace(first, date_order="ymd")
 
@@ -193,8 +186,8 @@ def test_tick_and_jitter_of_the_clock_are_given():
 
 
 def test_a_date_beside_a_time_of_day(tmp_path):
-    days, times = zip(*(stamp.split(" ") for stamp in german()), strict=True)
-    path = write_trace(tmp_path, {"Datum": days, "Uhrzeit": times, "x_m": PLACE}, sep=";")
+    columns = {"Datum": written("{t:%d.%m.%Y}"), "Uhrzeit": written("{t:%H:%M:%S},{ms}"), "x_m": PLACE}
+    path = write_trace(tmp_path, columns, sep=";")
     assert np.array_equal(read_trace(path).time, TIME)
 
 
