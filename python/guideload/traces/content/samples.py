@@ -58,16 +58,9 @@ class TraceDraft:
         self.time, self.value, self.place = self.time[samples], self.value[samples], self.place[samples]
         self.partner = None if self.partner is None else self.partner[samples]
 
-    def check_length(self) -> None:
-        _check_length(self.table, self.time.size)
-
     def refusal(self, reason: str, column: str = "") -> TraceError:
         """The error that refuses the trace, or a column of it."""
         return TraceError(f"{self.table.source}: {f'column {column}: ' if column else ''}{reason}")
-
-    def time_refusal(self, reason: str) -> TraceError:
-        """The error that refuses the time stamps."""
-        return self.refusal(reason, self.columns.time or "time")
 
 
 def read_samples(
@@ -85,7 +78,7 @@ def read_samples(
     if table.clocks:
         repeated = np.concatenate([[False], (np.diff(value) == 0.0) & (np.diff(time) == 0.0)])
         used = np.flatnonzero(~((empty & no_stamp) | repeated))
-    _check_length(table, used.size)
+    check_length(table, used.size)
     bad = (empty | no_stamp)[used]
     if bad.any() and not leave_out_empty:
         column, at_fault = (columns.measured, empty) if empty[used].any() else (str(columns.time), no_stamp)
@@ -96,7 +89,7 @@ def read_samples(
         notes.append(f"repair: {bad.sum()} {noun} without a number left out, {table.rows(used[bad])}")
     place, used = np.flatnonzero(~bad), used[~bad]
     rows, value, time = table.part(used), value[used], time[used]
-    _check_length(rows, used.size)
+    check_length(rows, used.size)
     is_whole = columns.kind == "counts" and bool(np.all(value == np.round(value)))
     if is_whole:
         counter = unwrap(value.astype(np.int64), options.get("counter_bits"))
@@ -167,7 +160,8 @@ def _common_step(integers: NDArray[np.int64]) -> float:
     return steps.pop() if len(steps) == 1 else 0.0
 
 
-def _check_length(table: Table, count: int) -> None:
+def check_length(table: Table, count: int) -> None:
+    """Raise TraceError for fewer than FEWEST_SAMPLES."""
     if count < FEWEST_SAMPLES:
         where = f": {table.rows(range(count))}" if count else ""
         raise TraceError(f"{table.source}: expected at least {FEWEST_SAMPLES} samples, got {count}{where}")

@@ -28,10 +28,11 @@ def check_order(draft: TraceDraft) -> None:
     back = np.flatnonzero(np.diff(time) <= 0.0) + 1
     if back.size:
         at = int(back[0])
-        raise draft.time_refusal(
+        raise draft.refusal(
             f"time does not grow in {draft.table.rows(back)}: "
             f"{float(time[at])!r} s after {float(time[at - 1])!r} s; sort the rows, cut the trace where the "
-            "clock jumps, or have it repaired with repair='doubled,clock' (--repair doubled,clock)"
+            "clock jumps, or have it repaired with repair='doubled,clock' (--repair doubled,clock)",
+            draft.columns.time or "time",
         )
 
 
@@ -50,9 +51,10 @@ def check_gaps(draft: TraceDraft, clock: Clock, kind: str, accept: bool) -> None
         f"{draft.table.rows(gaps)}; the longest is {steps[worst - 1]:.4g} s, before {draft.table.rows([worst])}{still}"
     )
     if not accept:
-        raise draft.time_refusal(
+        raise draft.refusal(
             f"{text}; rows may be missing: cut the trace, or accept them with allow_gaps=True (--allow-gaps); "
-            "for a log that records on change clock='on_change' (--clock on_change)"
+            "for a log that records on change clock='on_change' (--clock on_change)",
+            draft.columns.time or "time",
         )
     draft.notes.append(f"{text}; bridged by the smoothing")
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
-from guideload.traces.content.samples import TraceDraft
+from guideload.traces.content.samples import TraceDraft, check_length
 from guideload.traces.quality.holds import MOTION_QUANTA
 from guideload.traces.quality.jumps import LONGEST_RUN, drop_outs, runs_of, speed_jumps
 
@@ -60,7 +60,7 @@ def repair(draft: TraceDraft, kinds: frozenset[str], max_speed: float | None) ->
                 f"ones moved by {shift:.6g} s, so that the step there is the usual one"
             )
         _leave_out(draft, wild, "sample", " with a wild time stamp")
-    draft.check_length()
+    check_length(draft.table, draft.time.size)
     if np.any(np.diff(draft.time) <= 0.0):
         return  # refused by `checks.check_order`
     if "outliers" in kinds:
