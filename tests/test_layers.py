@@ -20,7 +20,7 @@ PYTHON = (
     "plots",
     "cli",
 )
-TRACES = ("format", "content", "quality", "reading", "inspection")
+TRACES = ("options", "format", "content", "quality", "reading", "inspection")
 
 Imports = dict[str, set[str]]
 

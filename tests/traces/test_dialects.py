@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from trace_files import has_note, same
 
 from guideload.base.errors import TraceError
 from guideload.traces.format.dialects import dialect_of
@@ -44,13 +45,7 @@ def true(tmp_path):
     return read(tmp_path, text_of())
 
 
-def same(one: Trace, other: Trace) -> bool:
-    return np.array_equal(one.time, other.time) and np.array_equal(one.value, other.value)
-
-
 SIGNS = [(sep, ".") for sep in (",", ";", "\t", "|", " ", "; ", ", ")] + [(";", ","), ("\t", ","), ("|", ",")]
-
-
 ENCODINGS = ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "cp1252"]
 
 
@@ -108,9 +103,9 @@ def test_rows_are_counted_as_an_editor_does(tmp_path, true):
         read(tmp_path, "\n".join(lines))
     trace = read(tmp_path, "\n".join([*lines, "", ";;", ""]), repair="empty")
     assert np.array_equal(trace.value, np.delete(true.value, 37))  # a column of text, read as exactly
-    assert any("1 comments left out, row 21" in note for note in trace.notes)
-    assert any("2 empty lines left out, row 31, 126" in note for note in trace.notes)
-    assert any("1 sample without a number left out, row 43" in note for note in trace.notes)
+    assert has_note(trace, "1 comments left out, row 21")
+    assert has_note(trace, "2 empty lines left out, row 31, 126")
+    assert has_note(trace, "1 sample without a number left out, row 43")
 
 
 def test_rows_of_another_length(tmp_path, true):
@@ -125,10 +120,19 @@ def test_rows_of_another_length(tmp_path, true):
     assert same(read(tmp_path, "\n".join([lines[0], *(line + "," for line in lines[1:])])), true)
 
 
-def test_a_sample_that_cannot_be_read_is_not_taken_for_a_row_of_units(tmp_path):
-    lines = text_of().splitlines()
-    lines[1] = "0.0,over,1.0"
-    with pytest.raises(TraceError, match='none in row 2: the first holds "over"'):
+@pytest.mark.parametrize(
+    ("sep", "row", "text", "message"),
+    [
+        (",", 2, "0.0,over,1.0", 'the first holds "over"'),  # no row of units
+        (",", 2, "nan,nan,nan", "the first is empty or nan"),  # not above the samples
+        (";", 61, "0,236;1.234;0", 'the first holds "1.234"; .*groups of digits'),  # 1.234 or 1234
+        (";", 61, "0,236;12:5x;0", 'the first holds "12:5x"; .*cut the trace'),
+    ],
+)
+def test_a_cell_that_cannot_be_read_is_refused_with_its_row(tmp_path, sep, row, text, message):
+    lines = text_of(sep, "," if sep == ";" else ".").splitlines()
+    lines[row - 1] = text
+    with pytest.raises(TraceError, match=f"column x_mm: .* none in row {row}: {message}"):
         read(tmp_path, "\n".join(lines))
 
 
@@ -163,20 +167,6 @@ def test_one_sign_for_columns_and_decimals_is_refused(tmp_path):
         read(tmp_path, text_of(",", ",", ("t_s,x_mm",), (TIME, PLACE)))
 
 
-def test_a_first_row_without_numbers_is_a_sample(tmp_path):
-    lines = text_of().splitlines()
-    with pytest.raises(TraceError, match="column x_mm: .* none in row 2: the first is empty or nan"):
-        read(tmp_path, "\n".join([lines[0], "nan,nan,nan", *lines[2:]]))
-
-
-@pytest.mark.parametrize(("cell", "hint"), [("1.234", "groups of digits"), ("12:5x", "cut the trace")])
-def test_numbers_in_no_known_notation_are_refused(tmp_path, cell, hint):
-    lines = text_of(";", ",").splitlines()
-    lines[60] = f"{lines[60].split(';')[0]};{cell};0"
-    with pytest.raises(TraceError, match=f'in row 61: the first holds "{cell}"; .*{hint}'):
-        read(tmp_path, "\n".join(lines))
-
-
 @pytest.mark.parametrize(
     ("sep", "decimal", "group"),
     [(";", ".", ","), (",", ".", ","), (";", ",", "."), ("\t", ",", "."), ("\t", ".", "'"), ("|", ",", "'")],
@@ -194,12 +184,7 @@ def test_groups_of_digits_are_read_where_they_are_plain(tmp_path, sep, decimal, 
     assert same(read(tmp_path, "\n".join([f"t_s{sep}x_mm", *rows])), first)
 
 
-def test_groups_of_digits_that_may_be_decimals_are_refused(tmp_path):
-    """A point among decimal commas: 1.234 may be 1.234 or 1234."""
-    lines = text_of(";", ",").splitlines()
-    lines[60] = f"{lines[60].split(';')[0]};1.234;0"
-    with pytest.raises(TraceError, match='none in row 61: the first holds "1.234"'):
-        read(tmp_path, "\n".join(lines))
+def test_groups_of_digits_that_may_be_decimals_are_refused():
     table = {"t_s": TIME, "x_mm": np.array([f"{value:.3f}" for value in PLACE], object)}
     table["x_mm"][50] = "1,234"
     with pytest.raises(TraceError, match='none in index 50: the first holds "1,234"; write .* decimal point'):
@@ -219,7 +204,7 @@ def test_groups_in_quotes_are_no_decimal_commas(tmp_path):
 
 
 @pytest.mark.parametrize("unit", ["t", "[t]", "Zeit", "time"])
-def test_a_row_of_units_that_says_time_tells_no_unit(tmp_path, true, unit):
+def test_a_row_of_units_that_says_time_gives_no_unit(tmp_path, true, unit):
     """A t is no tonne where the name says time."""
     assert same(read(tmp_path, text_of(head=("time,x,u", f"{unit},mm,V"))), true)
     assert same(read(tmp_path, text_of(head=(f"t [{unit.strip('[]')}],x_mm,u",))), true)
@@ -241,10 +226,8 @@ def test_an_empty_line_in_a_single_column_is_an_empty_cell(tmp_path):
 
 def test_a_long_standstill_hides_no_decimal_comma(tmp_path):
     """The decimal sign is looked for in the whole text, if the first lines hold whole numbers only."""
-    count = 30_000
-    place = np.concatenate([np.zeros(count, int), np.arange(1, 40)]).astype(object)
-    place[-39:] = [f"{0.5 * value:.1f}" for value in place[-39:]]
-    trace = read(tmp_path, text_of("\t", ",", ("x_mm",), (place,)), rate=100)
+    lines = ["x_mm", *["0"] * 40_000, *(f"{0.5 * value:.1f}".replace(".", ",") for value in range(1, 40))]
+    trace = read(tmp_path, "\n".join(lines), rate=100)
     assert trace.value[-1] == pytest.approx(0.0195)
 
 
@@ -310,10 +293,8 @@ def test_detection_looks_at_lines_only():
     lines = text_of(";", ",", ("t,x,u", "s,mm,V")).splitlines()
     whole = dialect_of(lines)
     assert (whole.separator, whole.decimal, whole.width, whole.first) == (";", ",", 3, 2)
-    assert (whole.names, whole.units) == (
-        ("t", "x", "u"),
-        ("s", "mm", ""),
-    )  # of lengths, times and angles only
+    assert whole.names == ("t", "x", "u")
+    assert whole.units == ("s", "mm", "")  # of lengths, times and angles only
     assert all(dialect_of(lines[:count]) == whole for count in range(4, len(lines), 7))
 
 

@@ -1,4 +1,4 @@
-"""The command about a trace itself: what was found in it, and a picture."""
+"""The command `guideload encoder`: the report of a trace, and its picture."""
 
 from __future__ import annotations
 
@@ -28,15 +28,14 @@ from guideload.cli.terminal import output_encoding, print_text, status
 def encoder(
     trace_file: Path, machine_file: Path | None, output: Path | None, overwrite: bool, **reading: Any
 ) -> None:
-    """Tell what was found in an encoder trace, and draw it: samples, acceleration with its band, spectrum.
+    """Report on an encoder trace, and draw it: samples, acceleration with its band, spectrum.
 
-    Quantum, kind of time stamps, damage and repairs; what the smoothing chose; and with a machine which of its modes
-    the trace can show.
+    The report gives quantum, kind of time stamps, damage and repairs; what the smoothing chose; and with a machine
+    which of its modes the trace can show.
     """
     from guideload.reports.trace import encoder_report
 
-    inputs = (trace_file,) if machine_file is None else (trace_file, machine_file)
-    with picture_draft(output, overwrite, *inputs) as draft:
+    with picture_draft(output, overwrite, *filter(None, (trace_file, machine_file))) as draft:
         machine = None if machine_file is None else read_machine(machine_file)
         with status("reading and smoothing"):
             inspection = read_inspection(trace_file, machine, **reading)
@@ -46,5 +45,5 @@ def encoder(
             with status("drawing the picture"):
                 plots.save(plots.encoder(inspection)[0], draft)
     print_text(encoder_report(inspection, encoding=output_encoding()))
-    told = f"guideload encoder {trace_file} ... -o picture.png draws it."
-    print_text(told if output is None else f"Wrote {output}.")
+    draw = f"guideload encoder {trace_file} ... -o picture.png draws it."
+    print_text(draw if output is None else f"Wrote {output}.")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from guideload.base.errors import SceneError
 from guideload.cli.errors import InputError
+from guideload.traces.options import SmoothingOptions
 
 if TYPE_CHECKING:
     from guideload.machine.machine import Machine
@@ -53,4 +54,4 @@ def read_inspection(trace_file: Path, machine: Machine | None, **options: Any) -
 def _split(options: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """The options that were given: those of the reading, and those of the smoothing."""
     reading = {name: value for name, value in options.items() if value is not None}
-    return reading, {name: reading.pop(name) for name in ("smoothing", "window") if name in reading}
+    return reading, {name: reading.pop(name) for name in SmoothingOptions.__annotations__ if name in reading}

@@ -99,8 +99,7 @@ def stability(
     from guideload.methods.step_stability import stability as step_stability
     from guideload.reports.stability import stability_report
 
-    inputs = (machine_file,) if trace_file is None else (machine_file, trace_file)
-    with picture_draft(output, overwrite, *inputs) as draft:
+    with picture_draft(output, overwrite, *filter(None, (machine_file, trace_file))) as draft:
         with status("reading"):
             machine = read_machine(machine_file, free)
             motion = None if trace_file is None else read_motion(trace_file, machine, **reading)

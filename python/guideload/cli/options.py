@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import click
 
 from guideload.cli.outputs import PICTURE_ENDINGS
+from guideload.traces.options import ReadingOptions, SmoothingOptions
 
 InputFile = click.Path(path_type=Path)
 Folder = click.Path(path_type=Path, file_okay=False)
@@ -41,6 +42,12 @@ class NumberOrText(click.ParamType[float | str]):
 
 
 POSITIVE = Positive()
+# Of the options of reading, by the types of their values; all others are text.
+OPTION_TYPES: dict[frozenset[type], click.ParamType[Any]] = {
+    frozenset((float, str)): NumberOrText(),
+    frozenset((int,)): click.IntRange(0, 62),
+    frozenset((float,)): POSITIVE,
+}
 
 machine_argument = click.argument("machine_file", metavar="MACHINE.TOML", type=InputFile)
 trace_argument = click.argument("trace_file", metavar="TRACE", type=InputFile)
@@ -68,62 +75,18 @@ rtol_option = click.option(
 
 
 def trace_options(command: Any) -> Any:
-    """The options that say how a trace is read; what is not given is taken from its header."""
-    options = [
-        click.option(
-            "--column", help="Column of the measured motion; else the one whose header names its unit."
-        ),
-        click.option(
-            "--unit", help='Unit of that column, e.g. rpm or mm/s; for counts the travel of one: "5e-8 m".'
-        ),
-        click.option("--kind", help="Its quantity: position, counts, velocity (of the cart) or motor_speed."),
-        click.option("--time", help="Column of the time stamps; with --rate, of a counter of cycles."),
-        click.option("--rate", type=NumberOrText(), help="Samples per second, instead of a time column."),
-        click.option(
-            "--clock", help="Kind of the time stamps: uniform, ticks, jitter or on_change; else detected."
-        ),
-        click.option(
-            "--quantum", type=NumberOrText(), help='Smallest step of the value, e.g. "5e-8 m"; else detected.'
-        ),
-        click.option(
-            "--counter-bits",
-            type=click.IntRange(0, 62),
-            help="Bits of a counter that wraps around, 0 for none; else detected.",
-        ),
-        click.option(
-            "--hold",
-            type=POSITIVE,
-            help="Rows for which a value is repeated, in a log faster than its signal; 1 uses all rows; else detected.",
-        ),
-        click.option(
-            "--date-order",
-            help="Order of dates such as 03/04/2024: dmy or mdy; else detected from days above 12.",
-        ),
-        click.option(
-            "--max-speed", type=NumberOrText(), help='Highest speed that the axis can reach, e.g. "2 m/s".'
-        ),
-        click.option(
-            "--allow-gaps", is_flag=True, default=None, help="Accept time steps far above the usual one."
-        ),
-        click.option(
-            "--repair",
-            help="Damage to leave out: all, or some of empty,doubled,clock,outliers,stuck; else such a trace is "
-            "refused.",
-        ),
-        click.option(
-            "--no-cross-check",
-            "cross_check",
-            flag_value=False,
-            default=None,
-            help="Do not compare position with velocity where the table has both.",
-        ),
-        click.option(
-            "--smoothing",
-            help="How acceleration is estimated: auto, with its 95 % band; for comparison spline, savitzky_golay or "
-            "differences.",
-        ),
-        click.option("--window", type=POSITIVE, help="Window of savitzky_golay in seconds."),
-    ]
-    for option in reversed(options):
-        command = option(command)
+    """The options that say how a trace is read and smoothed: those of `traces.options`."""
+    hints = get_type_hints(ReadingOptions, include_extras=True)
+    hints |= get_type_hints(SmoothingOptions, include_extras=True)
+    for name, hint in reversed(hints.items()):
+        types, (text,) = frozenset(get_args(hint.__origin__)) - {type(None)}, hint.__metadata__
+        declaration: dict[str, Any] = {"help": f"{text[0].upper()}{text[1:]}."}
+        if name == "cross_check":
+            declaration = {"help": f"Do not {text}.", "flag_value": False, "default": None}
+        elif bool in types:
+            declaration |= {"is_flag": True, "default": None}
+        elif name != "unit":  # where a bare number is text: the unit of a count
+            declaration["type"] = OPTION_TYPES.get(types)
+        option = "--no-cross-check" if name == "cross_check" else f"--{name.replace('_', '-')}"
+        command = click.option(option, name, **declaration)(command)
     return command
