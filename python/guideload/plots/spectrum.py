@@ -1,7 +1,8 @@
-"""The spectrum of the dynamic loads, with the natural frequencies."""
+"""The spectrum of the dynamic loads, and the axis of frequencies with its modes that all spectra have."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,13 +21,14 @@ from guideload.plots.style import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from numpy.typing import NDArray
 
     from guideload.base.arrays import Array
     from guideload.simulation.result import Result
 
 BANDS_PER_OCTAVE = 12
 DYNAMIC_RANGE = 1e-6  # of the peak: below it rounding noise would fill the picture
-LABEL_HEIGHT = 0.022  # of the width of the frequency axis, that of a label on its side
+LABEL_HEIGHT, LABEL_WIDTH = 0.022, 0.04  # of a label, as parts of the length of the frequency axis
 
 
 def spectrum(result: Result, ax: Axes | None = None) -> Axes:
@@ -54,10 +56,13 @@ def spectrum(result: Result, ax: Axes | None = None) -> Axes:
         if top > 0:
             bottom = max(float(amplitude[amplitude > 0].min()), top * DYNAMIC_RANGE)
             ax.set(yscale="log", ylim=(bottom / 2, top * 2))
-        ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-        ax.xaxis.set_minor_formatter(NullFormatter())
-        ax.xaxis.set_minor_locator(LogLocator(subs=range(2, 10)))
-        _mark_modes(ax, result.modes.frequency)
+        set_frequency_ticks(ax)
+        low, high = ax.get_xlim()
+        natural = np.sort(result.modes.frequency)
+        natural = natural[(natural > low) & (natural < high)]
+        for value in natural:
+            ax.axvline(value, color=PALE, linewidth=1.0, zorder=1)
+        label_modes(ax, natural, lambda group: ", ".join(f"{natural[i]:.3g}" for i in group) + " Hz", 90)
         legend_beside(ax, "carriage")
     return ax
 
@@ -100,18 +105,24 @@ def octave_bands(frequency: Array, density: Array) -> tuple[Array, Array, Array]
     return centers, means, lines * frequency[0]
 
 
-def _mark_modes(ax: Axes, frequencies: Array) -> None:
-    """Thin lines at the natural frequencies, labelled on the upper edge; neighbours share a label."""
+def set_frequency_ticks(ax: Axes) -> None:
+    """Plain numbers at the decades of a logarithmic axis of frequencies, and ticks between them."""
+    ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.xaxis.set_minor_locator(LogLocator(subs=range(2, 10)))
+
+
+def label_modes(
+    ax: Axes, frequencies: Array, text: Callable[[NDArray[np.intp]], str], rotation: float = 0.0
+) -> None:
+    """Label ascending natural frequencies on the upper edge; text: of the indices of neighbours that share a label."""
     low, high = ax.get_xlim()
-    shown = np.sort(frequencies[(frequencies > low) & (frequencies < high)])
-    for frequency in shown:
-        ax.axvline(frequency, color=PALE, linewidth=1.0, zorder=1)
-    gap = LABEL_HEIGHT * np.log(high / low)
-    groups = np.split(shown, np.flatnonzero(np.diff(np.log(shown)) > gap) + 1) if shown.size else []
+    near = (LABEL_HEIGHT if rotation else LABEL_WIDTH) * np.log(high / low)
+    starts = np.flatnonzero(np.diff(np.log(frequencies)) > near) + 1
+    groups = np.split(np.arange(frequencies.size), starts) if frequencies.size else []
+    places = [float(np.exp(np.log(frequencies[group]).mean())) for group in groups]
     edge = ax.secondary_xaxis("top")
     edge.xaxis.set_minor_locator(NullLocator())
-    places = [float(np.exp(np.log(group).mean())) for group in groups]
-    labels = [", ".join(f"{frequency:.3g}" for frequency in group) + " Hz" for group in groups]
-    edge.set_xticks(places, labels, rotation=90)
+    edge.set_xticks(places, [text(group) for group in groups], rotation=rotation)
     edge.tick_params(length=0)
     edge.spines["top"].set_visible(False)

@@ -6,13 +6,12 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
 
 from guideload.audit.checks import uniform
 from guideload.base.arrays import Array
 from guideload.motion.uncertainty import COVER
-from guideload.plots.spectrum import octave_bands
-from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, PALE, look, new_figure
+from guideload.plots.spectrum import label_modes, octave_bands, set_frequency_ticks
+from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, PALE, legend_above, look, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -116,7 +115,7 @@ def _draw_samples(ax: Axes, inspection: Inspection) -> None:
     ax.set_title(
         f"Samples: {time.size} at {1 / inspection.step:.4g} Hz, {STAMPS[inspection.trace.clock]}; quantum {quantum}"
     )
-    _legend_above(ax, 2)
+    legend_above(ax, 2)
 
 
 def _draw_residual(ax: Axes, inspection: Inspection) -> None:
@@ -153,7 +152,7 @@ def _draw_acceleration(ax: Axes, inspection: Inspection, samples: slice = slice(
     ax.set_ylabel(f"acceleration [{unit}]")
     if is_all:
         ax.set_title(f"Acceleration: largest {np.abs(acceleration).max():.4g} {unit}{_band_text(inspection)}")
-        _legend_above(ax, 3)
+        legend_above(ax, 3)
 
 
 def _band_text(inspection: Inspection) -> str:
@@ -193,9 +192,7 @@ def _draw_spectrum(ax: Axes, inspection: Inspection) -> None:
     if top > 0.0:
         bottom = float(np.min(amplitudes, where=np.greater(amplitudes, 0.0), initial=top))
         ax.set(yscale="log", ylim=(max(0.5 * bottom, SMALLEST * top), 3.0 * top))
-    ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    ax.xaxis.set_minor_formatter(NullFormatter())
-    ax.xaxis.set_minor_locator(LogLocator(subs=range(2, 10)))
+    set_frequency_ticks(ax)
     if low < inspection.bandwidth < high:
         ax.axvspan(inspection.bandwidth, high, color=PALE, alpha=0.35, linewidth=0, zorder=0)
         label = f"sudden changes shown, to {inspection.bandwidth:.3g} Hz"
@@ -217,18 +214,4 @@ def _mark_modes(ax: Axes, inspection: Inspection) -> None:
         for frequency in frequencies[is_drawn]:
             ax.axvline(frequency, zorder=1.5, **style)
         ax.plot([], [], label=f"mode, {text}", **style)
-    low, high = ax.get_xlim()
-    gap = 0.04 * np.log(high / low)
-    groups = np.split(np.arange(frequencies.size), np.flatnonzero(np.diff(np.log(frequencies)) > gap) + 1)
-    edge = ax.secondary_xaxis("top")
-    edge.xaxis.set_minor_locator(NullLocator())
-    edge.set_xticks(
-        [float(np.exp(np.log(frequencies[group]).mean())) for group in groups],
-        [", ".join(str(mode + 1) for mode in group) for group in groups],
-    )
-    edge.tick_params(length=0)
-    edge.spines["top"].set_visible(False)
-
-
-def _legend_above(ax: Axes, columns: int) -> None:
-    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.2)
+    label_modes(ax, frequencies, lambda group: ", ".join(str(mode + 1) for mode in group))
