@@ -93,14 +93,13 @@ def test_no_byte_of_a_chunk_changes_unnoticed(folder: Path) -> None:
     path = chunks_in(folder)[0]
     chunks_in(folder)[1].unlink()
     good, before = path.read_bytes(), contents(FolderStore.open(folder))
-    rng = np.random.default_rng(1)
-    found = 0
+    rng, metadata, found = np.random.default_rng(1), plan(300).metadata, 0
     for at in rng.choice(len(good), 200, replace=False):
         spoilt = bytearray(good)
         spoilt[at] ^= 1 << int(rng.integers(8))
         path.write_bytes(spoilt)
         try:
-            there = FolderStore(folder, plan(300).metadata, read_all=True)
+            there = FolderStore(folder, metadata, read_all=True)
         except RunError:  # the fingerprint itself
             found += 1
             continue
