@@ -104,8 +104,8 @@ def answer_lines(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     for name in probabilities.index.unique("quantity"):
         rows = probabilities.loc[name]
         row = rows.loc[""] if "" in rows.index else rows.iloc[0]
-        probability, low, high = (f"{100 * row[key]:.3g}" for key in ("probability", "low", "high"))
-        yield f"Probability of {_limit_text(name, row['limit'], metadata)}: {probability} % ({low} to {high} %)"
+        probability, *ends = (f"{100 * row[key]:.3g}" for key in ("probability", "low", "high"))
+        yield f"Probability of {_limit_text(name, row['limit'], metadata)}: {probability} % ({' to '.join(ends)} %)"
     if result.too_few:
         return
     drivers, measure = result.driving(), "total" if metadata.sensitivity else "rank_correlation"
