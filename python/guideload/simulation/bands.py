@@ -95,7 +95,7 @@ def with_bands(data: xr.Dataset, bands: Bands) -> xr.Dataset:
 def _of_linear(run: Run, left_open: Uncertainty, loads: Array) -> Bands:
     machine = run.machine
     stamps = run.motion.time if left_open.time is None else left_open.time
-    motion = left_open.chain, left_open.derivative, left_open.unit, stamps
+    motion = left_open.model, left_open.derivative, left_open.unit, stamps
     groups = machine.links_of_carriages, machine.carriage_centers
     acceleration, of_loads, sizes, links = load_spread(machine.scene, *motion, run.time, loads, *groups)
     lower = upper = np.full(loads.shape[1], np.nan)
