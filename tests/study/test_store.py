@@ -12,7 +12,6 @@ import pyarrow.parquet as parquet
 import pytest
 from study_standin import contents, plan
 
-from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, RunError
 from guideload.study.description.metadata import FILE, StudyMetadata, read_json
 from guideload.study.description.plan import Plan
@@ -231,18 +230,6 @@ def test_a_folder_that_was_only_begun_is_recognised(tmp_path: Path) -> None:
     assert begun_only(tmp_path)
     (tmp_path / "notes.txt").touch()
     assert not begun_only(tmp_path)
-
-
-def test_a_file_is_written_completely_or_not_at_all(tmp_path: Path) -> None:
-    path = tmp_path / "file"
-    with atomic_write(path) as draft:
-        draft.write_text("first")
-        assert not path.exists()
-    with pytest.raises(KeyboardInterrupt), atomic_write(path) as draft:
-        draft.write_text("second, half")
-        raise KeyboardInterrupt
-    assert path.read_text() == "first"
-    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_two_processes_do_not_write_one_study(folder: Path) -> None:
