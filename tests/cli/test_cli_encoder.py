@@ -15,6 +15,7 @@ from guideload.cli.main import main
 from guideload.motion.uncertainty import COVER
 from guideload.plots.trace import density, thinned
 from guideload.reports.trace import encoder_report
+from guideload.smoothing.estimation import Estimate
 
 MACHINE = str(EXAMPLES / "manipulator.toml")
 TRACE = str(EXAMPLES / "manipulator.csv")
@@ -59,8 +60,8 @@ def test_the_report_gives_the_estimate_and_nothing_is_written(tmp_path: Path, tr
     before = set(tmp_path.iterdir())
     text = output_of("encoder", trace)
     assert set(tmp_path.iterdir()) == before
-    estimate = Inspection.of(read_trace(trace)).kinematics.estimate
-    assert estimate is not None
+    estimate = Inspection.of(read_trace(trace)).kinematics
+    assert isinstance(estimate, Estimate)
     at = np.abs(estimate.acceleration).argmax()
     half = COVER * np.sqrt(estimate.acceleration_variance[at])
     low, high = estimate.acceleration[at] - half, estimate.acceleration[at] + half

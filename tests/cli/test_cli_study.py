@@ -305,8 +305,17 @@ def everything(folder: Path) -> dict[Path, bytes]:
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-@pytest.mark.parametrize("link", ["itself", "hard link", "symbolic link"])
-@pytest.mark.parametrize("read", ["cases", "measured values", "trace", "machine", "study"])
+@pytest.mark.parametrize(
+    ("read", "link"),
+    [
+        ("cases", "itself"),
+        ("measured values", "hard link"),
+        ("trace", "symbolic link"),
+        ("machine", "itself"),
+        ("machine", "hard link"),
+        ("study", "symbolic link"),
+    ],
+)
 def test_what_a_study_reads_is_neither_removed_nor_replaced(
     file: Path, tmp_path: Path, read: str, link: str
 ) -> None:

@@ -151,8 +151,8 @@ def test_all_pictures_are_saved_and_none_is_blank(tmp_path: Path, result: StudyR
     paths = pictures.save_study(result, tmp_path / "new")
     assert [path.stem for path in paths] == ["distributions", "exceedance", "tornado", "scatter", "histories"]
     for path in paths:
-        pixels = imread(path)[..., :3].reshape(-1, 3)
-        assert len(np.unique((255 * pixels).astype(np.uint8), axis=0)) > 20  # more than a frame and its text
+        pixels = imread(path)[::3, ::3, :3].reshape(-1, 3)
+        assert len(set(map(tuple, pixels))) > 20  # more colours than a frame and its text have
 
 
 def test_a_study_without_any_result_says_so(tmp_path: Path) -> None:

@@ -12,7 +12,6 @@ import pyarrow.parquet as parquet
 import pytest
 from study_standin import contents, plan
 
-from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, RunError
 from guideload.study.description.metadata import FILE, StudyMetadata, read_json
 from guideload.study.description.plan import Plan
@@ -93,14 +92,13 @@ def test_no_byte_of_a_chunk_changes_unnoticed(folder: Path) -> None:
     path = chunks_in(folder)[0]
     chunks_in(folder)[1].unlink()
     good, before = path.read_bytes(), contents(FolderStore.open(folder))
-    rng = np.random.default_rng(1)
-    found = 0
+    rng, metadata, found = np.random.default_rng(1), plan(300).metadata, 0
     for at in rng.choice(len(good), 200, replace=False):
         spoilt = bytearray(good)
         spoilt[at] ^= 1 << int(rng.integers(8))
         path.write_bytes(spoilt)
         try:
-            there = FolderStore(folder, plan(300).metadata, read_all=True)
+            there = FolderStore(folder, metadata, read_all=True)
         except RunError:  # the fingerprint itself
             found += 1
             continue
@@ -232,18 +230,6 @@ def test_a_folder_that_was_only_begun_is_recognised(tmp_path: Path) -> None:
     assert begun_only(tmp_path)
     (tmp_path / "notes.txt").touch()
     assert not begun_only(tmp_path)
-
-
-def test_a_file_is_written_completely_or_not_at_all(tmp_path: Path) -> None:
-    path = tmp_path / "file"
-    with atomic_write(path) as draft:
-        draft.write_text("first")
-        assert not path.exists()
-    with pytest.raises(KeyboardInterrupt), atomic_write(path) as draft:
-        draft.write_text("second, half")
-        raise KeyboardInterrupt
-    assert path.read_text() == "first"
-    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_two_processes_do_not_write_one_study(folder: Path) -> None:

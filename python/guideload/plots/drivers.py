@@ -9,9 +9,9 @@ from matplotlib.ticker import MaxNLocator
 
 from guideload.base.numbers import counted
 from guideload.plots.style import GREY, INK, axes_or_new, look, new_figure
-from guideload.study.description.quantities import capitalised, with_owner, with_unit
 from guideload.study.results.result import weaker_parameters
 from guideload.study.results.statistics import TOO_FEW, known
+from guideload.study.results.titles import capitalised, with_owner, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,9 +13,10 @@ from guideload.base.numbers import load_with_unit
 from guideload.plots.drivers import STEPS, nothing, scatter, set_title, short, tornado
 from guideload.plots.saving import save
 from guideload.plots.style import GREY, INK, axes_or_new, carriage_look, look, new_figure
-from guideload.study.description.quantities import LIFE, QUANTITIES, capitalised, title_of, with_unit
+from guideload.study.description.quantities import LIFE, QUANTITIES
 from guideload.study.results import statistics
 from guideload.study.results.statistics import known, quantiles
+from guideload.study.results.titles import capitalised, title_of, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

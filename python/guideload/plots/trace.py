@@ -207,8 +207,8 @@ def _mark_modes(ax: Axes, inspection: Inspection) -> None:
     assert inspection.resolution is not None
     frequencies = inspection.resolution.frequency
     for text, dashes, is_drawn in (
-        ("excited by x", "-", inspection.resolution.taking_part),
-        ("not excited", NOT_EXCITED_DASHES, ~inspection.resolution.taking_part),
+        ("excited by x", "-", inspection.resolution.participating),
+        ("not excited", NOT_EXCITED_DASHES, ~inspection.resolution.participating),
     ):
         style: dict[str, Any] = {"color": INK, "linewidth": 0.9, "linestyle": dashes, "alpha": 0.7}
         for frequency in frequencies[is_drawn]:

@@ -12,20 +12,10 @@ from rich.text import Text
 
 from guideload.base.numbers import load_in_table
 from guideload.reports.elements import WIDTH, heading, new_table, remark, section, to_text
-from guideload.study.description.quantities import (
-    CONTACT,
-    LIFE,
-    PEAK,
-    QUANTITIES,
-    Quantity,
-    capitalised,
-    contact_words,
-    title_of,
-    with_owner,
-    with_unit,
-)
+from guideload.study.description.quantities import CONTACT, LIFE, PEAK, QUANTITIES, Quantity
 from guideload.study.results.result import weaker_parameters
 from guideload.study.results.statistics import TOO_FEW, fewest_samples
+from guideload.study.results.titles import capitalised, contact_words, title_of, with_owner, with_unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -68,7 +58,7 @@ CHOSEN = (
 )
 CONTACT_COUNTS = {
     "contact lost": "an end of the carriage carries nothing",
-    "a row open": "one row of rolling elements is unloaded and the other one carries all, contact is kept",
+    "a row open": "one row of rolling elements is unloaded and the other one carries all, contact remains",
     "contact lost or a row open": "an end of a carriage with clearance carries nothing, or one row of a preloaded "
     "carriage is unloaded and the other one carries all",
 }
@@ -103,9 +93,10 @@ def answer_lines(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     if stem in summary.index.unique("quantity"):
         quantity, rows = QUANTITIES[stem], summary.loc[stem]
         level = "q01" if quantity.smallest_is_worst else "q99"
-        rows = rows.loc[[name for name in rows.index if name]] if len(rows) > 1 else rows
-        carriage = str((rows[level].idxmin if quantity.smallest_is_worst else rows[level].idxmax)())
-        value, low, high = rows.loc[carriage, [level, f"{level}_low", f"{level}_high"]].tolist()
+        owners = [name for name in rows.index if name] or [""]
+        worst = min if quantity.smallest_is_worst else max
+        carriage = str(worst(owners, key=rows[level].to_dict().__getitem__))
+        value, low, high = (float(rows[f"{level}{end}"][carriage]) for end in ("", "_low", "_high"))
         interval, owner = _interval(low, high), f"carriage {carriage}" if carriage else "machine"
         title = f"{capitalised(title_of(stem, metadata))}, {int(level[1:])} % quantile"
         yield f"{title}: {_with_unit(value, quantity)} ({interval} at 95 %), {owner}"
@@ -113,8 +104,8 @@ def answer_lines(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     for name in probabilities.index.unique("quantity"):
         rows = probabilities.loc[name]
         row = rows.loc[""] if "" in rows.index else rows.iloc[0]
-        probability, low, high = (f"{100 * row[key]:.3g}" for key in ("probability", "low", "high"))
-        yield f"Probability of {_limit_text(name, row['limit'], metadata)}: {probability} % ({low} to {high} %)"
+        probability, *ends = (f"{100 * row[key]:.3g}" for key in ("probability", "low", "high"))
+        yield f"Probability of {_limit_text(name, row['limit'], metadata)}: {probability} % ({' to '.join(ends)} %)"
     if result.too_few:
         return
     drivers, measure = result.driving(), "total" if metadata.sensitivity else "rank_correlation"

@@ -9,6 +9,7 @@ from rich.console import RenderableType
 
 from guideload.motion.uncertainty import COVER
 from guideload.reports.elements import WIDTH, new_table, remark, section, to_text
+from guideload.smoothing.estimation import Estimate
 
 if TYPE_CHECKING:
     from guideload.motion.resolution import TraceResolution
@@ -55,19 +56,19 @@ def resolution_report(resolution: TraceResolution, width: int = WIDTH, encoding:
 def resolution_parts(resolution: TraceResolution) -> list[RenderableType]:
     """A row per mode: whether the trace's band contains it, whether x excites it, and what remains of its ringing."""
     parts: list[RenderableType] = section("Modes against the trace's band")
-    if np.isinf(resolution.band):
+    if np.isinf(resolution.bandwidth):
         return [*parts, resolution.text]
     table = new_table("mode", "natural\nHz", "in the\nband", "share of\nresponse %", "ringing\nshown %")
     table.add_column("moves mostly in")
     for mode, frequency in enumerate(resolution.frequency):
-        is_excited = bool(resolution.taking_part[mode])
+        is_excited = bool(resolution.participating[mode])
         table.add_row(
             str(mode + 1),
             f"{float(frequency):.4g}",
-            "yes" if frequency <= resolution.band else "no",
-            f"{100 * float(resolution.excited[mode]):.2g}" if is_excited else "0",
+            "yes" if frequency <= resolution.bandwidth else "no",
+            f"{100 * float(resolution.participation[mode]):.2g}" if is_excited else "0",
             f"{100 * float(resolution.ringing[mode]):.2g}" if is_excited else "",
-            ", ".join(resolution.moves[mode]),
+            ", ".join(resolution.moving[mode]),
         )
     return [
         *parts,
@@ -80,10 +81,10 @@ def resolution_parts(resolution: TraceResolution) -> list[RenderableType]:
 
 def _smoothing_lines(inspection: Inspection) -> list[str]:
     """What the smoothing chose; of a method that estimates no noise its own note."""
-    smoothed, estimate = inspection.kinematics, inspection.kinematics.estimate
-    if estimate is None:
-        return [smoothed.note.replace("m/s", "rad/s") if inspection.of_motor else smoothed.note]
-    if not np.any(smoothed.acceleration):
+    estimate = inspection.kinematics
+    if not isinstance(estimate, Estimate):
+        return [estimate.note.replace("m/s", "rad/s") if inspection.of_motor else estimate.note]
+    if not np.any(estimate.acceleration):
         return [estimate.note]
     unit, factor = inspection.unit
     noise = f"noise {factor * estimate.noise:.3g} {unit} rms before rounding"
@@ -101,7 +102,7 @@ def _smoothing_lines(inspection: Inspection) -> list[str]:
         f"white derivative {estimate.order} of the position, as of {MOVES[estimate.order]}, by likelihood; adapted "
         "along the trace",
         noise,
-        f"sudden changes are followed up to {smoothed.bandwidth:.3g} Hz; half the samples' rate is "
+        f"sudden changes are followed up to {estimate.bandwidth:.3g} Hz; half the samples' rate is "
         f"{0.5 / inspection.step:.4g} Hz",
         jumps,
         *([f"warning: {estimate.warning}"] if estimate.warning else []),

@@ -67,7 +67,7 @@ def run_study(
     progress   called from time to time with the number of samples done and that of the whole study
 
     Raises ArgumentError (an argument, or a folder with another study), RunError (a full disk, a lost executor) and
-    StudyInterrupted (Ctrl-C); samples done until then are kept. For a file also what Study.from_toml raises.
+    StudyInterrupted (Ctrl-C); samples done until then stay. For a file also what Study.from_toml raises.
     """
     from guideload.study.description.plan import Plan
     from guideload.study.description.study import Study

@@ -12,6 +12,7 @@ from guideload.base.units import factor
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.resolution import TraceResolution, usable_bandwidth
+from guideload.smoothing.estimation import Estimate
 from guideload.smoothing.smoothing import Kind, Kinematics, Method, smooth
 from guideload.traces.reading import Trace
 
@@ -77,8 +78,10 @@ class Inspection:
     @property
     def deviation(self) -> Array | None:
         """(n,) standard deviation of the acceleration in its unit; None where the smoothing estimates none."""
-        estimate = self.kinematics.estimate
-        return None if estimate is None else np.sqrt(np.maximum(estimate.acceleration_variance, 0.0))
+        estimate = self.kinematics
+        if not isinstance(estimate, Estimate):
+            return None
+        return np.sqrt(np.maximum(estimate.acceleration_variance, 0.0))
 
     @cached_property
     def differences(self) -> Array:

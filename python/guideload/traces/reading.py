@@ -15,6 +15,7 @@ import numpy as np
 from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
 from guideload.motion.motion import Motion
+from guideload.smoothing.estimation import Estimate
 from guideload.smoothing.smoothing import Kind, Method, smooth
 from guideload.traces.content.columns import argument, columns_of
 from guideload.traces.content.samples import quantum_note, read_samples
@@ -186,5 +187,5 @@ def motion_from_trace(
         source=f"{trace.source}, column {trace.column}",
         notes=(*trace.notes, smoothed.note),
         bandwidth=smoothed.bandwidth,
-        uncertainty=None if smoothed.estimate is None else smoothed.estimate.uncertainty,
+        uncertainty=smoothed.uncertainty if isinstance(smoothed, Estimate) else None,
     )

@@ -109,7 +109,7 @@ class StudyOptions(ConfigModel):
         "whether Sobol indices are computed: samples times (factors + 2) runs, a Saltelli design", False
     )
     histories: Annotated[int | tuple[int, ...], PlainValidator(_indices)] = optional(
-        "runs whose histories are kept, or the number of first runs", 0
+        "runs whose histories are stored, or the number of first runs", 0
     )
     quantities: tuple[Recorded, ...] | None = optional(
         "what is recorded of each run; all that is not always 0 if left out", min_length=1
@@ -170,7 +170,7 @@ def read_study(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath,
 
 
 def with_hint_on_place(error: ConfigError) -> ConfigError:
-    """The same refusal, with a hint where a key of the whole study stands in a table."""
+    """The same refusal, with a hint where a key of the whole study is in a table."""
     hint = "it is a key of the whole study: put it above the first [table]"
     return ConfigError(
         replace(problem, hint=hint)

@@ -35,7 +35,7 @@ class Plan:
     design, cases     the design of the draws, or the given values (runs, factors); the other is None
     measures, columns what is recorded of a run, and the names of these columns
     exponent          of the mean load; method, rtol: as of `simulate`
-    histories         the runs, ascending, whose histories are kept
+    histories         the runs, ascending, whose histories are stored
     limits, life      for the results: by quantity in its unit; rating and base
     """
 

@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +22,6 @@ from guideload.base.errors import ConfigError, Problem, ValueRefused
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.study.description.refusals import problem_at, refused_at
-
-if TYPE_CHECKING:
-    from guideload.study.description.metadata import StudyMetadata
 
 Measure = tuple[str, int, str]  # recorded load, index of the carriage, statistic, see `_core.Batch`
 Recorded = Literal["Fx", "Fy", "Fz", "Mx", "My", "Mz", "resultant", "load", "contact", "drive"]
@@ -142,9 +139,6 @@ LIMITS = {
 }
 
 
-# ---- of a study as described
-
-
 def measures_of(
     machine: Machine, motion: Motion, loads: Sequence[Recorded] | None, statistics: Sequence[Statistic]
 ) -> tuple[tuple[Measure, ...], tuple[str, ...]]:
@@ -203,68 +197,3 @@ def limits_of(
     if problems:
         raise ConfigError(problems)
     return limits
-
-
-# ---- of a study that has run
-
-
-def available(metadata: StudyMetadata) -> tuple[str, ...]:
-    """The quantities that a study has columns for; a life if the study has a rating.
-
-    Recorded columns only where no other quantity is made of them: "max_Fy_N" without "min_Fy_N".
-    """
-    recorded = {(load, statistic) for load, _, statistic in metadata.measures}
-    columns = dict.fromkeys(column.partition("[")[0] for column in metadata.columns)
-    stored = {column_of(load, statistic) for load in UNITS for statistic in STATISTICS if statistic != "rms"}
-    made = [
-        name
-        for name, quantity in QUANTITIES.items()
-        if name not in stored and recorded.issuperset(quantity.sources) and (name != LIFE or metadata.life)
-    ]
-    used = {source for name in made for source in QUANTITIES[name].sources}
-    rest = (name for name in columns if name in stored and not used.issuperset(QUANTITIES[name].sources))
-    return (*made, *rest)
-
-
-def summarised(metadata: StudyMetadata) -> tuple[str, ...]:
-    """The quantities of the summary; all available ones where it would have no loads."""
-    names = available(metadata)
-    in_summary = tuple(name for name in names if QUANTITIES[name].in_summary)
-    return in_summary if set(in_summary) - {CONTACT} else names
-
-
-def contact_words(machine: Machine) -> str:
-    """What `contact_lost` means on a machine: where a carriage is preloaded, that one of its rows is open."""
-    laws = [law for carriage in machine.carriages for law in carriage.laws if law.kind != "linear"]
-    preloaded = [law.kind == "preloaded" for law in laws]
-    if not any(preloaded):
-        return "contact lost"
-    return "a row open" if all(preloaded) else "contact lost or a row open"
-
-
-def title_of(name: str, metadata: StudyMetadata) -> str:
-    """The title of a column: "peak resultant"; that of a column without quantity is its name."""
-    stem = name.partition("[")[0]
-    if stem == CONTACT:
-        return contact_words(metadata.machine)
-    return QUANTITIES[stem].title if stem in QUANTITIES else name
-
-
-def capitalised(title: str) -> str:
-    """A title at the start of a line."""
-    return title[0].upper() + title[1:]
-
-
-def with_unit(name: str, metadata: StudyMetadata) -> str:
-    """The title of a column and its unit: "peak resultant [N]"."""
-    stem = name.partition("[")[0]
-    unit = QUANTITIES[stem].unit if stem in QUANTITIES else ""
-    return title_of(name, metadata) + (f" [{unit}]" if unit else "")
-
-
-def with_owner(name: str, metadata: StudyMetadata) -> str:
-    """The title of a column and its carriage: "the peak resultant of 1a", or "... of the machine"."""
-    stem, _, carriage = name.partition("[")
-    if stem not in QUANTITIES:
-        return name
-    return f"the {title_of(stem, metadata)} of {carriage.removesuffix(']') or 'the machine'}"

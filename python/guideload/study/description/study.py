@@ -76,7 +76,7 @@ class Study(StudyOptions):
 
     @model_validator(mode="after")
     def _possible(self) -> Study:
-        _ = self.machine.scene, self._plan  # made once, and kept
+        _ = self.machine.scene, self._plan  # computed once, and cached
         return self
 
     @property

@@ -14,7 +14,7 @@ HEADER = re.compile(r"\s*(?P<name>.*\S)\s+\[(?P<unit>[^\[\]]*)\]\s*")
 
 
 def name_and_unit(header: str) -> tuple[str, str]:
-    """ "body.mass" and "t" of "body.mass [t]": the unit stands in brackets after a blank; "" if there is none."""
+    """ "body.mass" and "t" of "body.mass [t]": the unit is in brackets after a blank; "" if there is none."""
     match = HEADER.fullmatch(header)
     return (match["name"], match["unit"]) if match else (header.strip(), "")
 

@@ -12,7 +12,15 @@ import numpy as np
 from guideload.base.arrays import Array
 from guideload.base.errors import ValueRefused
 from guideload.study.description.metadata import StudyMetadata
-from guideload.study.description.quantities import CONTACT, LIFE, PEAK, QUANTITIES, available, summarised
+from guideload.study.description.quantities import (
+    CONTACT,
+    LIFE,
+    PEAK,
+    QUANTITIES,
+    STATISTICS,
+    UNITS,
+    column_of,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -142,3 +150,28 @@ class StudyColumns:
             yield from (f"{name}[{owner}]" for owner in self.owners(name) if owner)
             if QUANTITIES[name].worse is not None:
                 yield name
+
+
+def available(metadata: StudyMetadata) -> tuple[str, ...]:
+    """The quantities that a study has columns for; a life if the study has a rating.
+
+    Recorded columns only where no other quantity is made of them: "max_Fy_N" without "min_Fy_N".
+    """
+    recorded = {(load, statistic) for load, _, statistic in metadata.measures}
+    columns = dict.fromkeys(column.partition("[")[0] for column in metadata.columns)
+    stored = {column_of(load, statistic) for load in UNITS for statistic in STATISTICS if statistic != "rms"}
+    made = [
+        name
+        for name, quantity in QUANTITIES.items()
+        if name not in stored and recorded.issuperset(quantity.sources) and (name != LIFE or metadata.life)
+    ]
+    used = {source for name in made for source in QUANTITIES[name].sources}
+    rest = (name for name in columns if name in stored and not used.issuperset(QUANTITIES[name].sources))
+    return (*made, *rest)
+
+
+def summarised(metadata: StudyMetadata) -> tuple[str, ...]:
+    """The quantities of the summary; all available ones where it would have no loads."""
+    names = available(metadata)
+    in_summary = tuple(name for name in names if QUANTITIES[name].in_summary)
+    return in_summary if set(in_summary) - {CONTACT} else names

@@ -17,10 +17,11 @@ from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, ValueRefused, shown
 from guideload.base.units import quantity as to_unit
 from guideload.study.description.metadata import StudyMetadata
-from guideload.study.description.quantities import CONTACT, LIFE, QUANTITIES, summarised, title_of, unit_of
+from guideload.study.description.quantities import CONTACT, LIFE, QUANTITIES, unit_of
 from guideload.study.results import statistics
-from guideload.study.results.columns import StudyColumns
+from guideload.study.results.columns import StudyColumns, summarised
 from guideload.study.results.statistics import Estimate, Exceedance
+from guideload.study.results.titles import title_of
 
 if TYPE_CHECKING:
     import pandas as pd
