@@ -1,5 +1,6 @@
 """Reading of traces: what is understood, what is refused with its rows, and the motion that comes out."""
 
+import inspect
 import subprocess
 import sys
 from pathlib import Path
@@ -62,7 +63,9 @@ def test_every_form_gives_the_same_trace(tmp_path):
 
 
 def test_options_are_named_as_they_are_described():
-    for name in ReadingOptions.__annotations__:
+    names = list(ReadingOptions.__annotations__)
+    assert list(inspect.signature(read_trace).parameters) == ["table", *names]
+    for name in names:
         assert f"    {name}: " in str(read_trace.__doc__)
         assert same(read_trace(TABLE, **{name: None}), read_trace(TABLE))
     with pytest.raises(TypeError, match="unexpected keyword argument 'colum'"):

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Annotated, Literal, TypedDict
+from collections.abc import Callable, Iterable
+from inspect import Parameter, signature
+from typing import Annotated, Any, Literal, TypedDict, TypeVar, cast, get_type_hints
 
 Number = float | str  # in SI, or as text with its unit
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class ReadingOptions(TypedDict, total=False):
@@ -38,3 +40,15 @@ class SmoothingOptions(TypedDict, total=False):
         "from samples to acceleration: auto, with a 95 % band; for comparison spline, savitzky_golay or differences",
     ]
     window: Annotated[float | None, "window of savitzky_golay in seconds"]
+
+
+def with_reading_options(function: Function) -> Function:
+    """Decorator: `**options` are listed one by one where the signature is shown, as in `help`."""
+    plain = signature(function)
+    listed = [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=hint)
+        for name, hint in get_type_hints(ReadingOptions).items()
+    ]
+    positional = [one for one in plain.parameters.values() if one.kind is not Parameter.VAR_KEYWORD]
+    cast(Any, function).__signature__ = plain.replace(parameters=[*positional, *listed])
+    return function

@@ -22,7 +22,7 @@ from guideload.traces.content.samples import quantum_note, read_samples
 from guideload.traces.content.stamps import DATE_ORDERS
 from guideload.traces.format.files import load_table
 from guideload.traces.format.headers import KINDS
-from guideload.traces.options import ReadingOptions
+from guideload.traces.options import ReadingOptions, with_reading_options
 from guideload.traces.quality.checks import check_gaps, check_jumps, check_order, check_partner
 from guideload.traces.quality.clocks import CLOCKS, apply_clock, clock_of
 from guideload.traces.quality.holds import use_new_values
@@ -74,6 +74,7 @@ class Trace:
         return f"<Trace of {self.source}, column {self.column}: {self.kind}, {self.time.size} samples>"
 
 
+@with_reading_options
 def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
     """Read and check a trace.
 

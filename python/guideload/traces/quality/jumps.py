@@ -21,7 +21,8 @@ from guideload.base.arrays import Array
 Flags = NDArray[np.bool_]
 
 # An isolated speed is this many times as far from the median of its four neighbours as the farthest of them on the same
-# side: a speed that motion reaches is approached by its samples.
+# side: a speed that motion reaches is approached by its samples. (Hampel's identifier, with the median deviation in
+# place of the farthest neighbour, would refuse slow and held positions: among rests that deviation is 0.)
 ISOLATION = 5.0
 QUANTA = 10.0  # smallest jump: slow motion is single quanta among zeros
 # A jump goes beyond the rest of the trace as well: its speed is this many times the top speed ...
