@@ -1,7 +1,8 @@
-"""Studies whose distributions are known: peaks that are sums of independent normal factors, without any core."""
+"""Studies whose distributions are known: peaks that are sums of independent normal factors, without the core."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -9,19 +10,20 @@ import xarray as xr
 from scipy import stats
 
 from guideload.machine.machine import Machine
-from guideload.study.metadata import StudyMetadata, Varied
-from guideload.study.result import StudyResult
+from guideload.study.description.metadata import ParameterMetadata, StudyMetadata
+from guideload.study.description.quantities import Life, column_of
+from guideload.study.results.result import StudyResult
 
 
 @dataclass
 class Columns:
-    """Samples in memory, as a study's parts give them."""
+    """Samples in memory, as a sample store has them."""
 
     data: dict[str, np.ndarray]
     failed: dict[int, str] = field(default_factory=dict)
-    kept: xr.Dataset | None = None
+    stored: xr.Dataset | None = None
     done: int = 0
-    read: list[str] = field(default_factory=list)  # columns that were asked for
+    read: list[str] = field(default_factory=list)  # columns that were requested
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -35,19 +37,19 @@ class Columns:
         return dict(self.failed)
 
     def histories(self) -> xr.Dataset | None:
-        return self.kept
+        return self.stored
 
     def tables(self) -> Iterator[pa.Table]:
         runs = len(next(iter(self.data.values())))
         reasons = pa.array([self.failed.get(i) for i in range(runs)], pa.string())
-        whole = pa.table({"sample": np.arange(runs), **self.data, "reason": reasons})
-        yield whole.slice(0, runs // 2)
-        yield whole.slice(runs // 2)
+        table = pa.table({"sample": np.arange(runs), **self.data, "reason": reasons})
+        yield table.slice(0, runs // 2)
+        yield table.slice(runs // 2)
 
 
-def machine(carriages: int) -> Machine:
-    """A machine with so many carriages on two rails."""
-    spring = dict(length=0.12, stiffness_y=1.2e8, stiffness_z=1.2e8, damping_y=1e5, damping_z=1e5)
+def machine(carriages: int, **keys: Any) -> Machine:
+    """A machine with this number of carriages on two rails; keys: of the carriages."""
+    spring = dict(length=0.12, stiffness_y=1.2e8, stiffness_z=1.2e8, damping_y=1e5, damping_z=1e5) | keys
     return Machine(
         name="Gantry",
         body=dict(mass=1250, center_of_mass=[0.1, -0.6, 0.2], inertia=np.diag([420, 310, 380]).tolist()),
@@ -72,8 +74,7 @@ def level(carriages: int) -> np.ndarray:
 
 def law(carriage: int, carriages: int, factors: int) -> stats.rv_continuous:
     """The distribution of the peak resultant of a carriage."""
-    spread = np.linalg.norm(weights(carriages, factors)[carriage])
-    return stats.norm(level(carriages)[carriage], spread)
+    return stats.norm(level(carriages)[carriage], np.linalg.norm(weights(carriages, factors)[carriage]))
 
 
 def study(
@@ -86,109 +87,99 @@ def study(
     failed: dict[int, str] | None = None,
     finished: int | None = None,
     limits: dict[str, float] | None = None,
-    rating: float | None = 27.1e3,
     histories: int = 0,
 ) -> StudyResult:
-    """A study of so many samples (rows, of a Saltelli design)."""
+    """A study with this number of samples (rows, of a Saltelli design). Loads are multiples of the peaks."""
     draws = np.random.default_rng(seed).standard_normal((samples, 2 * factors))
     values = draws[:, :factors]
     if sensitivity:
-        blocks = [values, draws[:, factors:]]
+        blocks = [values, draws[:, factors:], *(values.copy() for _ in range(factors))]
         for j in range(factors):
-            blocks.append(values.copy())
-            blocks[-1][:, j] = draws[:, factors + j]
+            blocks[2 + j][:, j] = draws[:, factors + j]
         values = np.stack(blocks, axis=1).reshape(-1, factors)
-    runs = len(values)
     peaks = level(carriages) + values @ weights(carriages, factors).T
-    described, columns, results = [], [], []
-    labels = [carriage.name for carriage in machine(carriages).carriages]
-    for i, label in enumerate(labels):
-        of_one = {
-            ("resultant", "max"): peaks[:, i],
-            ("Fy", "min"): -0.9 * peaks[:, i],
-            ("Fy", "max"): 0.1 * peaks[:, i],
-            ("Fz", "min"): -0.1 * peaks[:, i],
-            ("Fz", "max"): 0.3 * peaks[:, i],
-            ("load", "mean"): 0.8 * peaks[:, i],
-            ("contact", "lost"): (peaks[:, i] < 5000).astype(float),
-        }
-        for (quantity, statistic), column in of_one.items():
-            described.append((quantity, i, statistic))
-            name = {"load": "mean_load_N", "contact": "contact_lost"}.get(
-                quantity, f"{statistic}_{quantity}_N"
-            )
-            columns.append(f"{name}[{label}]")
-            results.append(column)
-    for statistic, factor in (("min", -0.5), ("max", 0.2)):
-        described.append(("drive", 0, statistic))
-        columns.append(f"{statistic}_drive_N")
-        results.append(factor * peaks.mean(axis=1))
-    varied = [Varied("body.mass", "kg", ("body.mass",))]
-    varied += [Varied(f"k[{i}]", "1", (f"carriages[{i}].stiffness_y",)) for i in range(1, factors)]
-    table = np.array(results).T
-    table[list(failed or {})] = np.nan
-    data = {one.name: column.copy() for one, column in zip(varied, values.T, strict=True)}
-    data |= dict(zip(columns, table.T.copy(), strict=True))
-    finished = runs if finished is None else finished
-    for column in data.values():
+    gantry = machine(carriages)
+    shares = {("resultant", "max"): 1.0, ("Fy", "min"): -0.9, ("Fy", "max"): 0.1, ("Fz", "min"): -0.1}
+    shares |= {("Fz", "max"): 0.3, ("load", "mean"): 0.8, ("contact", "lost"): 1.0}
+    results = {
+        (load, i, statistic): (share * peaks[:, i] if load != "contact" else (peaks[:, i] < 5000) * 1.0)
+        for i in range(carriages)
+        for (load, statistic), share in shares.items()
+    }
+    results |= {("drive", 0, "min"): -0.5 * peaks.mean(axis=1), ("drive", 0, "max"): 0.2 * peaks.mean(axis=1)}
+    names = [
+        column_of(load, statistic) + (f"[{gantry.carriages[i].name}]" if load != "drive" else "")
+        for load, i, statistic in results
+    ]
+    parameters = [ParameterMetadata(name="body.mass", unit="kg", targets=("body.mass",))] + [
+        ParameterMetadata(name=f"k[{i}]", unit="1", targets=(f"carriages[{i}].stiffness_y",))
+        for i in range(1, factors)
+    ]
+    data = {one.name: column.copy() for one, column in zip(parameters, values.T, strict=True)}
+    data |= dict(zip(names, results.values(), strict=True))
+    finished = len(values) if finished is None else finished
+    for name, column in data.items():
         column[finished:] = np.nan
-    studied = StudyMetadata(
-        machine=machine(carriages),
+        if name in names:
+            column[list(failed or {})] = np.nan
+    metadata = StudyMetadata(
+        machine=gantry,
         motion="cycle.csv",
         duration=7.061,
         instants=7062,
         sampling="random",
         seed=seed,
-        runs=runs,
+        runs=len(values),
         sensitivity=sensitivity,
-        varied=tuple(varied),
-        measures=tuple(described),
-        columns=tuple(columns),
+        parameters=parameters,
+        measures=list(results),
+        columns=names,
         exponent=3.0,
-        limits={} if limits is None else limits,
-        rating=rating,
-        life_base=None if rating is None else 50e3,
+        limits=limits or {},
+        life=Life(rating=27.1e3, base=50e3),
     )
-    kept = _histories(labels, min(histories, samples), peaks) if histories else None
-    return StudyResult(Columns(data, failed or {}, kept, finished), studied)
+    labels = [carriage.name for carriage in gantry.carriages]
+    stored = _histories(labels, min(histories, samples), peaks) if histories else None
+    return StudyResult(Columns(data, failed or {}, stored, finished), metadata)
 
 
 def _histories(labels: list[str], count: int, peaks: np.ndarray) -> xr.Dataset:
     """Loads that ring after two pushes, as high as the sample's peak."""
     time = np.linspace(0, 7.061, 1500)
     shape = 0.7 + 0.3 * np.sin(0.9 * time) * np.exp(-((time - 2) % 3)) * np.cos(20 * time)
-    size = np.zeros((count + 1, len(labels), 6))
-    size[:, :, 1] = -0.9 * np.vstack([peaks[:count], level(len(labels))])
-    size[:, :, 2] = 0.3 * np.vstack([peaks[:count], level(len(labels))])
-    load = size[:, None] * shape[:, None, None]
-    resultant = np.hypot(load[..., 1], load[..., 2])
+    size = np.vstack([peaks[:count], level(len(labels))])[:, None] * shape[:, None]
     dims = ("sample", "time", "carriage")
     return xr.Dataset(
-        {
-            "force": ((*dims, "axis"), load[:-1, ..., :3]),
-            "resultant": (dims, resultant[:-1]),
-            "nominal_resultant": (dims[1:], resultant[-1]),
-        },
-        coords={"sample": np.arange(count), "time": time, "carriage": labels, "axis": list("xyz")},
+        {"resultant": (dims, size[:-1]), "nominal_resultant": (dims[1:], size[-1])},
+        coords={"sample": np.arange(count), "time": time, "carriage": labels},
     )
 
 
-def keeping(result: StudyResult, kept: Iterable[tuple[str, str]]) -> StudyResult:
-    """The study as if it had kept only these quantities and statistics."""
-    pairs = zip(result.studied.measures, result.studied.columns, strict=True)
-    measures, columns = zip(*((m, column) for m, column in pairs if (m[0], m[2]) in kept), strict=True)
-    return StudyResult(result.parts, replace(result.studied, measures=measures, columns=columns))
+def changed(result: StudyResult, **changes: Any) -> StudyResult:
+    """The study with other metadata."""
+    return StudyResult(result.store, result.metadata.model_copy(update=changes))
+
+
+def recording(result: StudyResult, recorded: Iterable[tuple[str, str]], **changes: Any) -> StudyResult:
+    """The study as if it had recorded these loads and statistics only; the values are those of the peak resultant."""
+    carriages = result.metadata.carriages
+    measures, columns = [], []
+    for load, statistic in recorded:
+        for i, label in enumerate(carriages if load != "drive" else [""]):
+            measures.append((load, i, statistic))
+            columns.append(column_of(load, statistic) + (f"[{label}]" if label else ""))
+    known = result.store.data
+    data = {column: known.get(column, known[f"max_resultant_N[{carriages[0]}]"]) for column in columns}
+    store = replace(result.store, data={**known, **data})
+    return changed(StudyResult(store, result.metadata), measures=measures, columns=columns, **changes)
 
 
 def chosen(result: StudyResult) -> StudyResult:
     """The study as if its cases had been given."""
-    return StudyResult(result.parts, replace(result.studied, sampling="cases", seed=None))
+    return changed(result, sampling="cases", seed=None)
 
 
 def preloaded(result: StudyResult) -> StudyResult:
     """The study as if all carriages of its machine were preloaded."""
-    machine = result.studied.machine
     keys = dict(preload_y=5e3, preload_z=5e3, rolling="ball")
-    carriages = [{**one.model_dump(exclude_none=True), **keys} for one in machine.carriages]
-    described = Machine(**{**machine.model_dump(exclude_none=True), "carriages": carriages})
-    return StudyResult(result.parts, replace(result.studied, machine=described))
+    return changed(result, machine=machine(len(result.metadata.carriages), **keys))

@@ -20,12 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.errors import GuideloadError
-from guideload.cli.main import EXAMPLES
+from guideload.cli.inputs import EXAMPLES
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.study.description.plan import Plan
+from guideload.study.description.study import Study
 from guideload.study.execution import run_study
-from guideload.study.plan import Plan
-from guideload.study.study import Study
+from guideload.study.storage.store import SampleStore
 
 Array = NDArray[np.float64]
 
@@ -90,12 +91,16 @@ class StandIn(Plan):
     def values(self, start: int, stop: int) -> Array:
         assert 0 <= start <= stop <= self.runs
         samples = np.arange(start, stop, dtype=np.uint64)
-        columns = mixed(np.arange(len(self.factors), dtype=np.uint64) + np.uint64(self.seed or 0))
+        columns = mixed(np.arange(len(self.factors), dtype=np.uint64) + np.uint64(self.metadata.seed or 0))
         return fractions(mixed(samples[:, None] ^ columns)) + 0.5
 
     def batch(self) -> Any:
         return _batch(
-            len(self.measures), self.motion.time.size, len(self.machine.carriages), self.pause, self.seed
+            len(self.measures),
+            self.motion.time.size,
+            len(self.machine.carriages),
+            self.pause,
+            self.metadata.seed,
         )
 
 
@@ -154,3 +159,9 @@ def run_in_child(
             run_study(slow, out, chunk=50, resume=True, executor=executor)
     except GuideloadError as error:
         said.send(f"{type(error).__name__}: {error}")
+
+
+def contents(store: SampleStore) -> dict[str, bytes]:
+    """Every bit of a study, column by column; the reasons with them."""
+    columns = {name: store.column(name).tobytes() for name in store.columns}
+    return {**columns, "reasons": repr(sorted(store.reasons().items())).encode()}

@@ -20,7 +20,8 @@ PYTHON = (
     "plots",
     "cli",
 )
-TRACES = ("format", "content", "quality", "reading", "inspection")
+TRACES = ("options", "format", "content", "quality", "reading", "inspection")
+STUDY = ("sampling", "description", "storage", "results", "histories", "execution")
 
 Imports = dict[str, set[str]]
 
@@ -79,6 +80,11 @@ def test_python_packages_import_one_way() -> None:
 def test_the_reading_of_traces_imports_one_way() -> None:
     traces = {a: b for a, b in python_imports().items() if a.startswith("guideload.traces.")}
     assert not backwards(traces, TRACES, 2)
+
+
+def test_studies_import_one_way() -> None:
+    study = {a: b for a, b in python_imports().items() if a.startswith("guideload.study.")}
+    assert not backwards(study, STUDY, 2)
 
 
 def test_no_python_files_import_each_other_in_a_circle() -> None:

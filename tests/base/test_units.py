@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from guideload.base import units
 from guideload.base.errors import GuideloadError, ValueRefused
-from guideload.base.units import DIMENSIONS, factor, quantity
+from guideload.base.units import COMMON, DIMENSIONS, factor, quantity
 
 
 @pytest.mark.parametrize(
@@ -115,3 +116,20 @@ def test_refusals(value: object, unit: str, words: list[str]) -> None:
 def test_factor_refuses_other_dimensions() -> None:
     with pytest.raises(ValueRefused, match="a speed in m/s.*is an angular speed"):
         factor("rpm", "m/s")
+
+
+def test_common_ratios_and_refusals_are_those_of_pint(monkeypatch: pytest.MonkeyPatch) -> None:
+    def outcomes() -> list[float | str]:
+        units._ratio.cache_clear()
+        found: list[float | str] = []
+        for unit in COMMON:
+            for target in COMMON:
+                try:
+                    found.append(factor(unit, target))
+                except ValueRefused as error:
+                    found.append(str(error))
+        return found
+
+    table = outcomes()
+    monkeypatch.setattr(units, "COMMON", {})
+    assert table == outcomes()

@@ -55,7 +55,7 @@ from peers.roster import LSIM, RK45, RTOL, found_peers
 from reference import cart, cycle, noisy
 
 from guideload import Machine, Motion, peak_loads, simulate
-from guideload.simulation.result import Peaks
+from guideload.simulation.peaks import Peaks
 from guideload.simulation.simulation import Method
 
 TURNS, CALLS = 15, 5

@@ -1,4 +1,4 @@
-"""`guideload encoder`, its report and its picture: what they tell is what was found, and nothing is written unasked."""
+"""`guideload encoder`, its report and its picture: they show the trace and its motion; no file is written unasked."""
 
 import subprocess
 import sys
@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from trace_files import write_trace
 
 from guideload import Inspection, Machine, motion_from_trace, plots, read_trace
-from guideload.cli.main import EXAMPLES, main
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.main import main
 from guideload.motion.uncertainty import COVER
 from guideload.plots.trace import density, thinned
 from guideload.reports.trace import encoder_report
@@ -20,6 +22,7 @@ TRACE = str(EXAMPLES / "manipulator.csv")
 QUANTUM = 1e-5  # m
 PUSH = 2.2  # m/s2
 RADIANS_PER_SECOND = np.pi / 30  # of a turn per minute
+TIME = np.arange(1200) * 1e-3
 
 
 def moved(time: np.ndarray) -> np.ndarray:
@@ -28,25 +31,22 @@ def moved(time: np.ndarray) -> np.ndarray:
     return sum(0.5 * PUSH * sign * np.maximum(time - start, 0.0) ** 2 for start, sign in pushes)
 
 
-def written(folder: Path, time: np.ndarray, position: np.ndarray, name: str = "trace.csv") -> Path:
-    path = folder / name
-    rows = (f"{t:.4f},{x:.5f}\n" for t, x in zip(time, position, strict=True))
-    path.write_text("time_s,position_m\n" + "".join(rows), encoding="utf-8")
-    return path
+def write_position(folder: Path, time: np.ndarray, position: np.ndarray) -> Path:
+    """Positions [m] rounded to 10 um."""
+    return write_trace(folder, {"time_s": np.round(time, 4), "position_m": np.round(position, 5)})
 
 
 @pytest.fixture
 def trace(tmp_path: Path) -> Path:
-    """1.2 s of positions at 1 kHz, rounded to 10 um."""
-    time = np.arange(1200) * 1e-3
-    return written(tmp_path, time, np.round(moved(time) / QUANTUM) * QUANTUM)
+    """1.2 s of positions at 1 kHz."""
+    return write_position(tmp_path, TIME, moved(TIME))
 
 
 def guideload(*arguments: object) -> Result:
     return CliRunner().invoke(main, [str(argument) for argument in arguments], catch_exceptions=False)
 
 
-def told(*arguments: object) -> str:
+def output_of(*arguments: object) -> str:
     """The text of a call that succeeds, in one line."""
     ended = guideload(*arguments)
     assert ended.exit_code == 0 and ended.stderr == "", ended.output
@@ -56,11 +56,11 @@ def told(*arguments: object) -> str:
 # ---- the command
 
 
-def test_what_was_found_is_told_and_nothing_is_written(tmp_path: Path, trace: Path) -> None:
+def test_the_report_gives_the_estimate_and_nothing_is_written(tmp_path: Path, trace: Path) -> None:
     before = set(tmp_path.iterdir())
-    text = told("encoder", trace)
+    text = output_of("encoder", trace)
     assert set(tmp_path.iterdir()) == before
-    estimate = Inspection.of(read_trace(trace)).found
+    estimate = Inspection.of(read_trace(trace)).kinematics
     assert isinstance(estimate, Estimate)
     at = np.abs(estimate.acceleration).argmax()
     half = COVER * np.sqrt(estimate.acceleration_variance[at])
@@ -85,72 +85,71 @@ def test_what_was_found_is_told_and_nothing_is_written(tmp_path: Path, trace: Pa
 @pytest.mark.parametrize("smoothing", ["auto", "spline", "differences"])
 def test_the_figures_are_those_of_the_motion(smoothing: str) -> None:
     machine = Machine.from_toml(MACHINE)
-    found = Inspection.of(read_trace(TRACE), machine, smoothing=smoothing)
+    inspection = Inspection.of(read_trace(TRACE), machine, smoothing=smoothing)
     motion = motion_from_trace(read_trace(TRACE), machine.drive, smoothing=smoothing)
-    np.testing.assert_array_equal(found.found.acceleration, motion.acceleration[:, 0])
-    np.testing.assert_array_equal(found.found.velocity, motion.velocity[:, 0])
-    assert found.found.bandwidth == motion.bandwidth
-    text = " ".join(encoder_report(found).split())
-    assert ("95 % band" in text) == (found.deviation is not None)
+    np.testing.assert_array_equal(inspection.kinematics.acceleration, motion.acceleration[:, 0])
+    np.testing.assert_array_equal(inspection.kinematics.velocity, motion.velocity[:, 0])
+    assert inspection.kinematics.bandwidth == motion.bandwidth
+    text = " ".join(encoder_report(inspection).split())
+    assert ("95 % band" in text) == (inspection.deviation is not None)
 
 
 def test_a_motor_without_a_machine_is_shown_in_its_own_units() -> None:
-    text = told("encoder", TRACE)
+    text = output_of("encoder", TRACE)
     drive = Machine.from_toml(MACHINE).drive
     assert drive is not None
     top = np.abs(motion_from_trace(read_trace(TRACE), drive).velocity).max()
     assert f"largest speed {top / drive.speed_per_motor_speed / RADIANS_PER_SECOND:.4g} rpm" in text
     assert "rad/s2" in text and "m/s2" not in text and " m/s " not in text
     assert "quantum 0.1 rpm" in text  # the last digit of the file
-    with_machine = told("encoder", TRACE, "--machine", MACHINE)
+    with_machine = output_of("encoder", TRACE, "--machine", MACHINE)
     assert f"largest speed {top:.4g} m/s" in with_machine and "Modes against the trace's band" in with_machine
 
 
 def test_a_machine_without_a_drive_is_no_reason_to_fail(tmp_path: Path) -> None:
     bare = tmp_path / "bare.toml"
-    text = Path(MACHINE).read_text(encoding="utf-8")
-    start, stop = text.index("[drive]"), text.index("[", text.index("[drive]") + 1)
-    bare.write_text(text[:start] + text[stop:], encoding="utf-8")
-    told_of = told("encoder", TRACE, "--machine", bare, "-o", tmp_path / "a.png")
-    assert "no [drive]" in told_of and "rad/s2" in told_of and "Modes against" not in told_of
+    machine = Path(MACHINE).read_text(encoding="utf-8")
+    start, stop = machine.index("[drive]"), machine.index("[", machine.index("[drive]") + 1)
+    bare.write_text(machine[:start] + machine[stop:], encoding="utf-8")
+    text = output_of("encoder", TRACE, "--machine", bare, "-o", tmp_path / "a.png")
+    assert "no [drive]" in text and "rad/s2" in text and "Modes against" not in text
 
 
 def test_ten_hertz_cannot_carry_what_the_modes_answer(tmp_path: Path) -> None:
     """In `encoder`, in `check`, and in the report of a run."""
     time = np.arange(0, 12) * 0.1
-    slow = written(tmp_path, time, moved(time))
+    slow = write_position(tmp_path, time, moved(time))
     texts = [
-        told("encoder", slow, "--machine", MACHINE),
-        told("check", MACHINE, slow),
-        told("run", MACHINE, slow, "-o", tmp_path / "out", "--no-pictures"),
+        output_of("encoder", slow, "--machine", MACHINE),
+        output_of("check", MACHINE, slow),
+        output_of("run", MACHINE, slow, "-o", tmp_path / "out", "--no-pictures"),
     ]
     for text in texts:
         assert "which makes mode" in text and "an upper bound" in text
-    for text in (told("encoder", TRACE, "--machine", MACHINE), told("check", MACHINE, TRACE)):
+    for text in (output_of("encoder", TRACE, "--machine", MACHINE), output_of("check", MACHINE, TRACE)):
         assert "which makes mode" not in text and "modes that x excites" in text
 
 
 def test_a_trace_that_is_too_noisy_is_warned_of_as_a_run_does(tmp_path: Path) -> None:
-    time = np.arange(1200) * 1e-3
-    noisy = written(tmp_path, time, moved(time) + 0.02 * np.random.default_rng(1).normal(size=time.size))
-    for text in (told("encoder", noisy), told("check", MACHINE, noisy)):
+    noisy = write_position(
+        tmp_path, TIME, moved(TIME) + 0.02 * np.random.default_rng(1).normal(size=TIME.size)
+    )
+    for text in (output_of("encoder", noisy), output_of("check", MACHINE, noisy)):
         assert "warning: that noise is" in text and "the acceleration is cut" in text
 
 
 def test_damage_is_refused_with_its_rows_and_the_way_out(tmp_path: Path) -> None:
-    time = np.arange(1200) * 1e-3
-    position = moved(time)
+    position = moved(TIME)
     position[700] += 0.2
-    path = written(tmp_path, time, position)
+    path = write_position(tmp_path, TIME, position)
     ended = guideload("encoder", path, "-o", tmp_path / "a.png")
     assert ended.exit_code == 2 and ended.stdout == "" and not (tmp_path / "a.png").exists()
     assert "702" in ended.stderr and "--repair outliers" in ended.stderr
-    assert "702" in told("encoder", path, "--repair", "outliers")
+    assert "702" in output_of("encoder", path, "--repair", "outliers")
 
 
-@pytest.mark.parametrize("ending", [".png", ".svg"])
-def test_the_picture_is_written_where_it_is_asked(tmp_path: Path, trace: Path, ending: str) -> None:
-    picture = tmp_path / f"a{ending}"
+def test_the_picture_is_written_where_it_is_asked(tmp_path: Path, trace: Path) -> None:
+    picture = tmp_path / "a.svg"
     assert f"Wrote {picture}" in "".join(guideload("encoder", trace, "-o", picture).stdout.split("\n"))
     assert picture.stat().st_size > 10_000
     again = guideload("encoder", trace, "-o", picture)
@@ -167,64 +166,61 @@ def test_a_picture_never_takes_the_place_of_the_trace(tmp_path: Path, trace: Pat
 
 
 def test_text_alone_loads_no_matplotlib(trace: Path) -> None:
-    code = f"""
-import sys
-from guideload.cli.main import main
-main(['encoder', {str(trace)!r}], standalone_mode=False)
-assert 'matplotlib' not in sys.modules
-"""
+    call = f"main(['encoder', {str(trace)!r}], standalone_mode=False)"
+    code = f"import sys; from guideload.cli.main import main; {call}; assert 'matplotlib' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
 @pytest.mark.parametrize(
-    ("file", "options"),
+    ("file", "options", "is_slow"),
     [
-        ("emps_bangbang_1kHz.csv", ("--column", "q_meas_m")),
-        (
-            "michigan_cnc_experiment_01.csv",
-            ("--column", "X1_ActualVelocity", "--unit", "mm/s", "--rate", "10"),
-        ),
+        ("emps_bangbang_1kHz.csv", "--column q_meas_m", False),
+        ("michigan_cnc_experiment_01.csv", "--column X1_ActualVelocity --unit mm/s --rate 10", True),
     ],
 )
-def test_measured_traces(shared_data: Path, tmp_path: Path, file: str, options: tuple[str, ...]) -> None:
-    text = told(
-        "encoder", shared_data / file, *options, "--machine", MACHINE, "-o", tmp_path / "a.png", "--overwrite"
-    )
-    assert ("which makes mode" in text) == ("--rate" in options)  # 10 Hz; the other has 1 kHz
+def test_measured_traces(shared_data: Path, tmp_path: Path, file: str, options: str, is_slow: bool) -> None:
+    picture = tmp_path / "a.png"
+    text = output_of("encoder", shared_data / file, *options.split(), "--machine", MACHINE, "-o", picture)
+    assert ("which makes mode" in text) == is_slow
+    assert picture.stat().st_size > 10_000
 
 
 # ---- the picture
 
 
-def test_the_picture_shows_what_was_found(trace: Path) -> None:
-    found = Inspection.of(read_trace(trace), Machine.from_toml(MACHINE))
-    samples, rest, acceleration, close, spectrum = plots.encoder(found)
-    np.testing.assert_array_equal(samples.lines[0].get_ydata(), found.value)
-    np.testing.assert_array_equal(samples.lines[1].get_ydata(), found.found.position)
+def test_the_picture_shows_the_samples_and_their_motion(trace: Path) -> None:
+    inspection = Inspection.of(read_trace(trace), Machine.from_toml(MACHINE))
+    smoothed = inspection.kinematics
+    samples, rest, acceleration, close, spectrum = plots.encoder(inspection)
+    np.testing.assert_array_equal(samples.lines[0].get_ydata(), inspection.value)
+    np.testing.assert_array_equal(samples.lines[1].get_ydata(), smoothed.position)
     drawn = {line.get_label(): line for line in acceleration.lines}
-    np.testing.assert_array_equal(drawn["smoothed"].get_ydata(), found.found.acceleration)
-    np.testing.assert_array_equal(drawn["plain differences"].get_ydata(), found.differences)
+    np.testing.assert_array_equal(drawn["smoothed"].get_ydata(), smoothed.acceleration)
+    np.testing.assert_array_equal(drawn["plain differences"].get_ydata(), inspection.differences)
     (band,) = acceleration.collections
     corners = band.get_paths()[0].vertices
-    assert found.deviation is not None
-    high = (found.found.acceleration + COVER * found.deviation).max()
+    assert inspection.deviation is not None
+    high = (smoothed.acceleration + COVER * inspection.deviation).max()
     assert corners[:, 1].max() == pytest.approx(high, rel=1e-12)
     low, top = acceleration.get_ylim()
-    assert low < found.found.acceleration.min() and high < top < 1.5 * high < found.differences.max()
+    assert low < smoothed.acceleration.min() and high < top < 1.5 * high < inspection.differences.max()
     np.testing.assert_allclose(
-        rest.lines[-1].get_ydata(), (found.value - found.smoothed) / QUANTUM, rtol=1e-9
+        rest.lines[-1].get_ydata(), (inspection.value - inspection.smoothed) / QUANTUM, rtol=1e-9
     )
-    assert close.get_xlim()[0] < found.time[np.abs(found.found.acceleration).argmax()] < close.get_xlim()[1]
+    assert close.get_xlim()[0] < inspection.time[inspection.peak] < close.get_xlim()[1]
     marks = {float(line.get_xdata()[0]) for line in spectrum.lines if len(line.get_xdata()) == 2}
-    assert {found.band, *found.resolution.frequency} <= marks
-    assert spectrum.get_xlim()[1] >= found.resolution.frequency.max()
+    assert {inspection.bandwidth, *inspection.resolution.frequency} <= marks
+    assert spectrum.get_xlim()[1] >= inspection.resolution.frequency.max()
 
 
 def test_a_trace_that_stands_still_has_a_picture(tmp_path: Path) -> None:
-    time = np.arange(100) * 0.01
-    found = Inspection.of(read_trace(written(tmp_path, time, 0 * time)), Machine.from_toml(MACHINE))
-    plots.save(plots.encoder(found)[0], tmp_path / "a.png")
-    assert "no acceleration" in encoder_report(found)
+    inspection = Inspection.of(
+        read_trace(write_position(tmp_path, TIME, 0 * TIME)), Machine.from_toml(MACHINE)
+    )
+    axes = plots.encoder(inspection)
+    plots.save(axes[0], tmp_path / "a.png")
+    assert not np.any(axes[0].lines[1].get_ydata()) and axes[4].get_yscale() == "linear"
+    assert "no acceleration" in encoder_report(inspection)
 
 
 def test_columns_keep_the_smallest_and_the_largest() -> None:
@@ -244,7 +240,7 @@ def test_density_of_white_noise_is_its_variance_over_the_band() -> None:
     assert power[high].mean() == pytest.approx(2.0 * step * 9.0, rel=0.1)
 
 
-def test_density_tells_a_tone_where_it_is() -> None:
+def test_density_shows_a_tone_where_it_is() -> None:
     time = np.arange(4000) * 1e-3
     frequency, power = density(time, np.sin(2 * np.pi * 40.0 * time))
     assert frequency[power.argmax()] == pytest.approx(40.0, rel=0.06)

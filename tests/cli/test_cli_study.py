@@ -13,12 +13,14 @@ import pytest
 from click.testing import CliRunner, Result
 from study_standin import HashedBatch
 
-from guideload.cli.main import EXAMPLES, main
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.main import main
 from guideload.cli.outputs import MANIFEST, STUDY_PICTURES
-from guideload.study import execution as execute
-from guideload.study.result import StudyResult
-from guideload.study.store import FolderStore, parts_in
-from guideload.study.study import Study
+from guideload.study import execution
+from guideload.study.description.quantities import Life
+from guideload.study.description.study import Study
+from guideload.study.results.result import StudyResult
+from guideload.study.storage.store import FolderStore, chunks_in
 
 STUDY = """\
 machine = "machine.toml"
@@ -49,9 +51,9 @@ def core(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def batch(plan: Any) -> HashedBatch:
         new = HashedBatch(len(plan.measures), plan.motion.time.size, len(plan.machine.carriages), 0.0)
-        return batches.setdefault(plan.fingerprint(), new)
+        return batches.setdefault(plan.metadata.fingerprint, new)
 
-    monkeypatch.setattr("guideload.study.plan.Plan.batch", batch)
+    monkeypatch.setattr("guideload.study.description.plan.Plan.batch", batch)
 
 
 @pytest.fixture
@@ -90,14 +92,14 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 def stops_at(monkeypatch: pytest.MonkeyPatch, samples: int) -> None:
     """Ctrl-C when so many samples are done."""
-    told = execute._Told.__call__
+    told = execution._Counter.add
 
     def tells(self: Any, more: int) -> None:
         told(self, more)
         if self.done >= samples:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(execute._Told, "__call__", tells)
+    monkeypatch.setattr(execution._Counter, "add", tells)
 
 
 def test_study_writes_samples_report_and_pictures(file: Path, tmp_path: Path) -> None:
@@ -159,10 +161,10 @@ def test_ctrl_c_reports_what_is_done_and_tells_how_to_go_on(
     assert ended.exit_code == 130
     done = StudyResult.load(out).finished
     assert 64 <= done < 200
-    assert f"Interrupted: {done} of 200 runs are done. To go on: guideload study " in ended.stderr
+    assert f"Interrupted: {done} of 200 runs are done. To resume: guideload study " in ended.stderr
     assert (out / "report.txt").read_text(encoding="utf-8").strip() in ended.stdout
     assert set(STUDY_PICTURES) < names(out)
-    again = shlex.split(ended.stderr.partition("To go on: guideload ")[2])
+    again = shlex.split(ended.stderr.partition("To resume: guideload ")[2])
     assert guideload(*again).exit_code == 0
     assert contents(out) == contents(whole)
     assert set(STUDY_PICTURES) < names(out)
@@ -177,13 +179,14 @@ def test_ctrl_c_before_the_first_sample(file: Path, tmp_path: Path, monkeypatch:
     assert guideload("study", file, "-o", tmp_path / "out", "--resume", "--no-pictures").exit_code == 0
     with monkeypatch.context() as patched:
         patched.setattr(
-            "guideload.study.study.Study.from_toml", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt)
+            "guideload.study.description.study.Study.from_toml",
+            lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt),
         )
         ended = guideload("study", file, "-o", tmp_path / "other")
         assert (ended.exit_code, ended.stderr) == (130, "Interrupted.\n")
         ended = guideload("study", file, "-o", tmp_path / "out", "--resume")
         again = shlex.join(["guideload", "study", str(file), "-o", str(tmp_path / "out"), "--resume"])
-        assert (ended.exit_code, ended.stderr) == (130, f"Interrupted. To go on: {again}\n")
+        assert (ended.exit_code, ended.stderr) == (130, f"Interrupted. To resume: {again}\n")
 
 
 def test_a_seed_that_was_drawn_is_recorded_and_found_again(
@@ -195,7 +198,7 @@ def test_a_seed_that_was_drawn_is_recorded_and_found_again(
         stops_at(patched, 100)
         assert guideload(*run, tmp_path / "a").exit_code == 130
     assert guideload(*run, tmp_path / "a", "--resume").exit_code == 0
-    seed = json.loads((tmp_path / "a" / "study.json").read_text(encoding="utf-8"))["studied"]["seed"]
+    seed = json.loads((tmp_path / "a" / "study.json").read_text(encoding="utf-8"))["seed"]
     assert guideload(*run, tmp_path / "b", "--seed", seed).exit_code == 0
     assert contents(tmp_path / "a") == contents(tmp_path / "b")
 
@@ -204,7 +207,7 @@ def test_resume_repairs_and_says_so(file: Path, tmp_path: Path) -> None:
     run = ("study", file, "--no-pictures", "-o", tmp_path / "out")
     assert guideload(*run, "--resume").exit_code == 0  # nothing there yet
     before = contents(tmp_path / "out")
-    (part,) = parts_in(tmp_path / "out")
+    (part,) = chunks_in(tmp_path / "out")
     part.write_bytes(part.read_bytes()[:-50])
     ended = guideload(*run, "--resume")
     assert ended.exit_code == 0
@@ -216,31 +219,31 @@ def test_another_study_is_not_mixed_in(file: Path, tmp_path: Path) -> None:
     run = ("study", file, "--no-pictures", "-o", tmp_path / "out")
     assert guideload(*run).exit_code == 0
     before = contents(tmp_path / "out")
-    assert "--resume goes on with it, --overwrite replaces it" in refused(*run)
+    assert "--resume resumes it, --overwrite replaces it" in refused(*run)
     assert "seed: 1 there, 2 here" in refused(*run, "--resume", "--seed", 2)
     assert "study of 200 runs" in refused(*run, "--resume", "--samples", 20)
     assert "give one" in refused(*run, "--resume", "--overwrite")
     assert contents(tmp_path / "out") == before
     assert guideload(*run, "--resume", "--samples", 256).exit_code == 0
     assert guideload(*run, "--overwrite", "--seed", 2).exit_code == 0
-    assert StudyResult.load(tmp_path / "out").studied.seed == 2
+    assert StudyResult.load(tmp_path / "out").metadata.seed == 2
 
 
 def test_changed_limits_and_life_take_effect_when_a_study_goes_on(file: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run = ("study", file, "--no-pictures", "-o", out)
     assert guideload(*run).exit_code == 0
-    before, studied = contents(out), StudyResult.load(out).studied
-    assert (studied.limits, studied.rating) == ({"peak_resultant": 0.5}, None)
+    before, metadata = contents(out), StudyResult.load(out).metadata
+    assert (metadata.limits, metadata.life) == ({"peak_resultant_N": 0.5}, None)
     life = '[life]\nrating = "20 kN"\nbase = "50 km"\n'
     file.write_text(STUDY.replace('"0.5 N"', '"0.25 N"').replace("[[vary]]", life + "[[vary]]", 1))
     assert guideload(*run, "--resume").exit_code == 0
-    studied = StudyResult.load(out).studied
-    assert (studied.limits, studied.rating, studied.life_base) == ({"peak_resultant": 0.25}, 20e3, 50e3)
+    metadata = StudyResult.load(out).metadata
+    assert (metadata.limits, metadata.life) == ({"peak_resultant_N": 0.25}, Life(rating=20e3, base=50e3))
     file.write_text(STUDY.replace('[limits]\npeak_resultant = "0.5 N"\n', ""))  # and when they are gone
     assert guideload(*run, "--resume").exit_code == 0
-    studied = StudyResult.load(out).studied
-    assert (studied.limits, studied.rating, studied.life_base) == ({}, None, None)
+    metadata = StudyResult.load(out).metadata
+    assert (metadata.limits, metadata.life) == ({}, None)
     assert contents(out) == before
 
 
@@ -268,7 +271,7 @@ def test_a_refused_resume_tells_what_differs_in_words_and_no_more(file: Path, tm
         *run, "--resume"
     )
     file.write_text(STUDY.replace('["resultant", "load"]', '["resultant"]'))
-    assert "What differs: what is kept: mean_load_N[1a], " in refused(*run, "--resume")
+    assert "What differs: recorded columns: also mean_load_N[1a], " in refused(*run, "--resume")
     file.write_text(STUDY.replace("stiffness_y", "damping_y"))
     told = refused(*run, "--resume")
     assert "k[1a]: lognormal with median" in told
@@ -285,9 +288,9 @@ def test_a_limit_on_the_life_is_passed_below_it(file: Path, tmp_path: Path) -> N
     limit = '[limits]\nlife = "5000 km"\n[life]\nrating = "20 kN"\nbase = "50 km"\n'
     file.write_text(STUDY.replace('[limits]\npeak_resultant = "0.5 N"\n', limit))
     out = tmp_path / "out"
-    assert guideload("study", file, "-o", out).exit_code == 0
+    assert guideload("study", file, "-o", out, "--no-pictures").exit_code == 0
     result = StudyResult.load(out)
-    assert result.limits() == {"life_km": 5000.0}
+    assert result.metadata.limits == {"life_km": 5000.0}
     row = result.probabilities().loc["life_km", "1a"]
     life = 50.0 * (20e3 / result.column("mean_load_N[1a]")) ** 3
     assert row["count"] == np.count_nonzero(life < 5000.0)
@@ -302,16 +305,25 @@ def everything(folder: Path) -> dict[Path, bytes]:
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-@pytest.mark.parametrize("link", ["itself", "hard link", "symbolic link"])
-@pytest.mark.parametrize("read", ["cases", "measured values", "trace", "machine", "study"])
+@pytest.mark.parametrize(
+    ("read", "link"),
+    [
+        ("cases", "itself"),
+        ("measured values", "hard link"),
+        ("trace", "symbolic link"),
+        ("machine", "itself"),
+        ("machine", "hard link"),
+        ("study", "symbolic link"),
+    ],
+)
 def test_what_a_study_reads_is_neither_removed_nor_replaced(
     file: Path, tmp_path: Path, read: str, link: str
 ) -> None:
     out = tmp_path / "out"
     run = ("study", file, "--no-pictures", "-o", out)
     assert guideload(*run).exit_code == 0
-    (part,) = parts_in(out)
-    # SampleStore are removed by their name alone, so one may be of a study that was put together by hand.
+    (part,) = chunks_in(out)
+    # Chunks are removed by their name alone, so one may be of a study that was put together by hand.
     taken = part if read in ("cases", "measured values", "trace") else out / "report.txt"
     if read == "cases":
         pq.write_table(pa.table({"body.mass": [1000.0, 1100.0]}), part)
@@ -354,7 +366,7 @@ def test_files_that_are_not_ours_stay(file: Path, tmp_path: Path) -> None:
     assert "report.txt was not written by an earlier run" in refused("study", file, "-o", out, "--overwrite")
     (out / "report.txt").rename(out / "notes.txt")
     (out / "study.json").write_text("{}")
-    assert "study.json: expected the manifest" in refused("study", file, "-o", out, "--overwrite")
+    assert "study.json: expected the metadata" in refused("study", file, "-o", out, "--overwrite")
     (out / "study.json").unlink()
     assert guideload("study", file, "-o", out, "--overwrite", "--no-pictures").exit_code == 0
     assert guideload("study", file, "-o", out, "--overwrite", "--no-pictures").exit_code == 0

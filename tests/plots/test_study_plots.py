@@ -1,6 +1,5 @@
 """The pictures of a study show the figures of its result, at every size, and leave the process as it was."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import matplotlib
@@ -9,16 +8,17 @@ import pytest
 import studies
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import imread
 
+from guideload.base.numbers import load_with_unit
 from guideload.plots import study as pictures
 from guideload.plots.drivers import BARS
-from guideload.plots.style import load_text
-from guideload.study.result import StudyResult
+from guideload.study.results.result import StudyResult
 
 
 @pytest.fixture(scope="module")
 def result() -> StudyResult:
-    return studies.study(3000, limits={"peak_resultant": 8000.0, "life": 4e6}, histories=100)
+    return studies.study(3000, limits={"peak_resultant_N": 8000.0, "life_km": 4000.0}, histories=100)
 
 
 def labels(ax: Axes) -> list[str]:
@@ -31,15 +31,15 @@ def texts(ax: Axes) -> str:
 
 def test_distributions_mark_the_quantiles_of_every_carriage(result: StudyResult) -> None:
     ax = pictures.distributions(result)
-    assert [label.get_text() for label in ax.get_yticklabels()] == list(result.studied.carriages)
-    for row, carriage in enumerate(result.studied.carriages):
+    assert [label.get_text() for label in ax.get_yticklabels()] == list(result.metadata.carriages)
+    for row, carriage in enumerate(result.metadata.carriages):
         found = result.quantiles(f"peak_resultant_N[{carriage}]", (0.05, 0.5, 0.95, 0.99))["value"]
         bar, middle, last = ax.lines[3 * row : 3 * row + 3]
         np.testing.assert_allclose(bar.get_xdata(), found.iloc[[0, 2]])
         assert middle.get_xdata()[0] == found[0.5] and last.get_xdata()[0] == found[0.99]
         assert set(bar.get_ydata()) == {row}
     assert ax.get_xlabel() == "peak resultant [N]" and "3000 samples" in ax.get_title(loc="left")
-    assert f"limit {load_text(8000)}" in texts(ax)
+    assert f"limit {load_with_unit(8000)}" in texts(ax)
 
 
 def test_few_samples_are_drawn_one_by_one() -> None:
@@ -50,9 +50,9 @@ def test_few_samples_are_drawn_one_by_one() -> None:
 
 def test_exceedance_is_that_of_the_result_with_its_band(result: StudyResult) -> None:
     ax = pictures.exceedance(result)
-    assert labels(ax) == [*result.studied.carriages, "machine (any)"] and ax.get_yscale() == "log"
+    assert labels(ax) == [*result.metadata.carriages, "machine (any)"] and ax.get_yscale() == "log"
     columns = [
-        *(f"peak_resultant_N[{carriage}]" for carriage in result.studied.carriages),
+        *(f"peak_resultant_N[{carriage}]" for carriage in result.metadata.carriages),
         "peak_resultant_N",
     ]
     for column, line in zip(columns, ax.lines, strict=False):
@@ -72,7 +72,7 @@ def test_a_life_is_shown_by_what_does_not_reach_it(result: StudyResult) -> None:
 
 
 def test_a_limit_far_beyond_leaves_the_samples_their_room() -> None:
-    far = studies.study(300, 2, limits={"peak_resultant": 1e6})
+    far = studies.study(300, 2, limits={"peak_resultant_N": 1e6})
     for draw in (pictures.distributions, pictures.exceedance):
         ax = draw(far)
         assert ax.get_xlim()[1] < 2e4 and "→" in texts(ax)
@@ -118,7 +118,7 @@ def test_band_holds_the_histories_and_the_machine_as_described(result: StudyResu
     )
     with pytest.raises(ValueError, match="no carriage 'x': the study has '1a', '2a'"):
         pictures.band(result, "x")
-    with pytest.raises(ValueError, match="no histories were kept"):
+    with pytest.raises(ValueError, match="no histories were stored"):
         pictures.band(studies.study(30), "1a")
 
 
@@ -126,19 +126,38 @@ def test_band_holds_the_histories_and_the_machine_as_described(result: StudyResu
     ("samples", "carriages", "factors", "sensitivity"),
     [(1, 1, 1, False), (10, 8, 40, True), (300, 4, 12, False), (100_000, 1, 2, False)],
 )
-def test_every_size_of_study_is_drawn(
-    tmp_path: Path, samples: int, carriages: int, factors: int, sensitivity: bool
+def test_at_every_size_the_pictures_hold_their_carriages_and_parameters(
+    samples: int, carriages: int, factors: int, sensitivity: bool
 ) -> None:
     result = studies.study(samples, carriages, factors, sensitivity=sensitivity, histories=3)
+    too_few = samples == 1
+    rows, curves = pictures.distributions(result), pictures.exceedance(result)
+    assert len(rows.get_yticks()) == carriages
+    assert len(curves.lines) == carriages + (carriages > 1)
+    few = result.column("peak_resultant_N").size <= pictures.FEW
+    dots = sum(line.get_xdata().size for line in rows.lines if line.get_markersize() == 4)
+    assert dots == (carriages * result.column("peak_resultant_N").size if few else 0)
+    assert len(rows.patches) == (0 if few else carriages)
+    bars = pictures.tornado(result).patches
+    assert len(bars) == (0 if too_few else min(factors, BARS) * (1 + sensitivity))
+    assert len(pictures.scatter(result)) == min(factors, 6)
+    for ax in (rows, curves):
+        ax.figure.draw_without_rendering()
+        drawn, page = ax.get_tightbbox(), ax.figure.bbox
+        assert page.y0 <= drawn.y0 and drawn.y1 <= page.y1 and page.x0 <= drawn.x0  # nothing is cut off
+
+
+def test_all_pictures_are_saved_and_none_is_blank(tmp_path: Path, result: StudyResult) -> None:
     paths = pictures.save_study(result, tmp_path / "new")
-    names = ["distributions", "exceedance", "tornado", "scatter", "histories"]
-    assert [path.stem for path in paths] == names
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)
+    assert [path.stem for path in paths] == ["distributions", "exceedance", "tornado", "scatter", "histories"]
+    for path in paths:
+        pixels = imread(path)[::3, ::3, :3].reshape(-1, 3)
+        assert len(set(map(tuple, pixels))) > 20  # more colours than a frame and its text have
 
 
 def test_a_study_without_any_result_says_so(tmp_path: Path) -> None:
     nothing = studies.study(
-        5, failed=dict.fromkeys(range(5), "no equilibrium"), limits={"peak_resultant": 1.0}
+        5, failed=dict.fromkeys(range(5), "no equilibrium"), limits={"peak_resultant_N": 1.0}
     )
     for ax in (pictures.distributions(nothing), pictures.exceedance(nothing), pictures.tornado(nothing)):
         assert "no sample has a result" in texts(ax)
@@ -161,23 +180,20 @@ def test_axes_given_are_drawn_on_and_the_process_is_left_alone(result: StudyResu
         pictures.distributions(result, "peak")
 
 
-def test_without_peaks_another_figure_is_drawn(tmp_path: Path) -> None:
-    """A measure as it is stored, where no figure is made of what a study kept."""
-    result = studies.study(50, 2)
-    for quantity, count in (("load", 4), ("contact", 4), ("Fy", 4)):
-        kept = [
-            (measure, column)
-            for measure, column in zip(result.studied.measures, result.studied.columns, strict=True)
-            if measure[0] == quantity and measure[2] != "min"
-        ]
-        measures, columns = zip(*kept, strict=True)
-        studied = replace(result.studied, measures=measures, columns=columns, rating=None)
-        paths = pictures.save_study(StudyResult(result.parts, studied), tmp_path / quantity)
-        assert len(paths) == count
+@pytest.mark.parametrize(
+    ("recorded", "name"),
+    [(("load", "mean"), "mean load"), (("contact", "lost"), "contact lost"), (("Fy", "max"), "largest Fy")],
+)
+def test_without_peaks_another_quantity_is_drawn(recorded: tuple[str, str], name: str) -> None:
+    result = studies.recording(studies.study(50, 2), [recorded], life=None)
+    for draw in (pictures.distributions, pictures.exceedance):
+        assert draw(result).get_xlabel().partition(" [")[0] == name
+    assert pictures.tornado(result).get_title(loc="left").startswith(f"What drives the {name} of the machine")
+    assert pictures.scatter(result)[0].get_ylabel().partition(" [")[0] == name
 
 
 def test_few_samples_and_chosen_cases_have_no_drivers_drawn(tmp_path: Path) -> None:
-    assert texts(pictures.tornado(studies.study(1))) == "too few samples to tell"
+    assert texts(pictures.tornado(studies.study(1))) == "too few samples to estimate what drives it"
     given = studies.chosen(studies.study(30))
     names = {path.stem for path in pictures.save_study(given, tmp_path)}
     assert names == {"distributions", "scatter"}
@@ -194,5 +210,5 @@ def test_lives_are_on_a_log_axis(result: StudyResult) -> None:
     for draw in (pictures.distributions, pictures.exceedance):
         assert draw(result, "life_km").get_xscale() == "log"
         assert draw(result).get_xscale() == "linear"
-        low = draw(studies.study(100, limits={"life": 1e4}), "life_km")  # far below all lives
+        low = draw(studies.study(100, limits={"life_km": 10.0}), "life_km")  # far below all lives
         assert low.get_xlim()[0] > 100 and "← limit" in texts(low)

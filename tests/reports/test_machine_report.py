@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from guideload.cli.main import EXAMPLES, main
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.main import main
 from guideload.machine.components import Carriage, Link
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes

@@ -7,12 +7,13 @@ import pytest
 
 from guideload import plots
 from guideload.base.errors import ArgumentError
-from guideload.cli.main import EXAMPLES
+from guideload.base.numbers import load_in_table
+from guideload.cli.inputs import EXAMPLES
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.motion import Motion
 from guideload.reports import result as report
-from guideload.reports.elements import WIDTH, number
+from guideload.reports.elements import WIDTH
 from guideload.reports.machine import machine_report, modes_report
 from guideload.simulation.result import Result
 from guideload.simulation.simulation import simulate
@@ -109,7 +110,7 @@ def test_a_single_instant_is_reported_and_none_is_refused(
     text = one_line(report.result_report(one))
     assert "a single instant, 0.25 s largest acceleration 2.2 m/s2" in text
     at = int(np.flatnonzero(TIME == 0.25)[0])
-    assert row(text.replace(" 1b ", "\n1b "), "1b")[1] == number(
+    assert row(text.replace(" 1b ", "\n1b "), "1b")[1] == load_in_table(
         float(result.data["resultant"].values[at, 1])
     )
     assert len(plots.save_all(one, tmp_path)) == 6
@@ -201,7 +202,7 @@ def test_names_are_text_and_not_markup(machine: Machine) -> None:
     [(12258.31, "12258"), (-441.3, "-441"), (8.25, "8.2"), (-0.04, "0.0"), (1e-15, "0.0"), (-99.94, "-99.9")],
 )
 def test_numbers_of_the_tables(value: float, text: str) -> None:
-    assert number(value) == text
+    assert load_in_table(value) == text
 
 
 def test_lines_fit_the_width(result: Result) -> None:

@@ -6,9 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from guideload.base.config import ConfigModel
 from guideload.base.errors import ConfigError
-from guideload.study.distribution_spec import DistributionSpec, KeyRefused
-from guideload.study.distributions import (
+from guideload.study.description.refusals import KeyRefused
+from guideload.study.description.varied_parameter import DistributionSpec, VariedParameter
+from guideload.study.sampling.distributions import (
     HIGHEST,
     LOWEST,
     Distribution,
@@ -94,8 +96,16 @@ def test_values_depend_on_their_own_number_alone() -> None:
 # ---- descriptions
 
 
+class Described(ConfigModel):
+    vary: tuple[DistributionSpec, ...]
+
+
+def described(**keys: Any) -> VariedParameter:
+    return Described(vary=[{"path": "body.mass"} | keys]).vary[0]
+
+
 def marginal(unit: str = "N/m", own: tuple[float, ...] = (200.0,), **keys: Any) -> Marginal:
-    return DistributionSpec(**keys).marginal(unit, own)
+    return described(**keys).marginal(unit, own)
 
 
 def test_one_place_gets_its_value_and_several_a_factor_a_shift_or_one_value() -> None:
@@ -167,9 +177,19 @@ def test_measured_values_come_from_a_list_or_a_table_in_their_unit(tmp_path: Any
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        (dict(distribution="gauss"), "distribution: .*'normal'|\"normal\""),
-        (dict(distribution="normal"), "expected sigma"),
-        (dict(distribution="normal", sigma=1, low=1), 'low: expected no low with distribution = "normal"'),
+        (
+            dict(distribution="gauss"),
+            r'vary\[0\].distribution: expected one of "normal", .*"sample", got "gauss"',
+        ),
+        (dict(mean=1), r"vary\[0\].distribution: expected .*, got nothing; add the key"),
+        (
+            dict(distribution="normal"),
+            r"vary\[0\].sigma: expected standard deviation, .*, got nothing; add the key",
+        ),
+        (
+            dict(distribution="normal", sigma=1, low=1),
+            r"vary\[0\].low: expected a known key, got 1; keys known here: .*, mean, sigma",
+        ),
         (dict(distribution="uniform", low=1), "expected either plus_minus, or low and high"),
         (dict(distribution="uniform", low=1, high=2, plus_minus=1), "expected either plus_minus, or low and"),
         (dict(distribution="triangular", mode=1, plus_minus=1), "expected no mode beside plus_minus"),
@@ -177,12 +197,13 @@ def test_measured_values_come_from_a_list_or_a_table_in_their_unit(tmp_path: Any
         (dict(distribution="sample", values=[1], column="k"), "expected no column without a file"),
         (dict(distribution="sample", values=[]), "values: expected at least one entry"),
         (dict(distribution="uniform", plus_minus=[1]), "plus_minus: expected a number, or text with a unit"),
+        (dict(distribution="lognormal", sigma="2 N/m"), r"vary\[0\].sigma: .*a plain number"),
         (dict(distribution="uniform", plus_minus=1, width=2), "width: expected a known key"),
     ],
 )
-def test_descriptions_that_say_nothing_are_refused(keys: dict[str, Any], words: str) -> None:
+def test_incomplete_and_unknown_keys_are_refused(keys: dict[str, Any], words: str) -> None:
     with pytest.raises(ConfigError, match=words):
-        DistributionSpec(**keys)
+        described(**keys)
 
 
 @pytest.mark.parametrize(
@@ -193,7 +214,6 @@ def test_descriptions_that_say_nothing_are_refused(keys: dict[str, Any], words: 
         ("low", dict(distribution="uniform", low="-10 %", high="+10 %"), "without a sign.*plus_minus"),
         ("plus_minus", dict(distribution="uniform", plus_minus="0 %"), "> 0"),
         ("sigma", dict(distribution="normal", sigma=-1), "> 0"),
-        ("sigma", dict(distribution="lognormal", sigma="2 N/m"), "a plain number"),
         ("median", dict(distribution="lognormal", median=-2, sigma=0.1), "> 0"),
         (
             "mode",

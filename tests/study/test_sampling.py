@@ -10,7 +10,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from guideload.study.sampling import Copula, Design, LatinHypercube, Random, Sampling, Sobol, cholesky
+from guideload.study.sampling.design import Copula, Design, cholesky
+from guideload.study.sampling.sequences import LatinHypercube, Random, Sampling, Sobol
 
 SAMPLINGS: list[Sampling] = ["sobol", "latin hypercube", "random"]
 THREE = [[1.0, 0.5, -0.3], [0.5, 1.0, 0.2], [-0.3, 0.2, 1.0]]
@@ -44,19 +45,7 @@ def test_a_sample_has_the_same_bits_whatever_was_asked(sampling: Sampling, sensi
     design = Design(sampling, 7, 300, 5, sensitivity, correlated)
     whole = design.uniforms(0, design.runs)
     assert whole.shape == (5, design.runs)
-    jumps = [
-        (0, 1),
-        (1, 2),
-        (5, 6),
-        (0, 3),
-        (290, 300),
-        (4, 4),
-        (0, 0),
-        (17, 200),
-        (200, 217),
-        (299, 300),
-        (3, 8),
-    ]
+    jumps = ((0, 1), (5, 6), (0, 3), (290, 300), (4, 4), (17, 200), (200, 217), (299, 300), (3, 8))
     for start, stop in jumps:
         assert same(design.uniforms(start, stop), whole[:, start:stop]), (start, stop)
     for chunk in (1, 7, 64):

@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 from guideload.base.errors import ValueRefused
-from guideload.study.statistics import (
+from guideload.study.results.statistics import (
     exceedance,
     fewest_samples,
     known,
@@ -20,12 +20,11 @@ from guideload.study.statistics import (
 )
 
 LEVELS = (0.05, 0.5, 0.95, 0.99)
-SEEDS = 2000
 # The tests below fail by chance with this probability each, were their seeds not fixed.
 BY_CHANCE = 1e-4
 
 
-def fewest(coverage: float, trials: int = SEEDS) -> int:
+def fewest(coverage: float, trials: int) -> int:
     """Fewest intervals of so many that hold the truth, if they cover it with this probability."""
     return int(stats.binom.ppf(BY_CHANCE, trials, coverage))
 
@@ -43,9 +42,9 @@ def test_quantile_intervals_cover_at_least_what_they_say(count: int, law: stats.
     """Nominal for every distribution; and never much more than the steps of the order statistics ask for."""
     truth = law.ppf(LEVELS)
     held = np.zeros(len(LEVELS), dtype=int)
-    trials = SEEDS if count < 5000 else 400
-    for seed in range(trials):
-        _, low, high = quantiles(law.rvs(size=count, random_state=seed), LEVELS)
+    trials = 1000 if count < 5000 else 400
+    for values in law.rvs(size=(trials, count), random_state=0):
+        _, low, high = quantiles(values, LEVELS)
         held += (low <= truth) & (truth <= high)
     assert (held >= fewest(0.95, trials)).all()
     if count == 5000:  # where the binomial's steps are small, it is not wider than it has to be
@@ -85,11 +84,9 @@ def test_a_linear_gaussian_case_has_its_known_distribution() -> None:
 def test_quantiles_are_unbiased_in_the_median() -> None:
     """Hyndman and Fan's reason for their definition 8: as often too high as too low, even of 10 samples."""
     truth = stats.norm.ppf(0.9)
-    above = sum(
-        quantiles(stats.norm.rvs(size=10, random_state=seed), [0.9]).values[0] > truth
-        for seed in range(SEEDS)
-    )
-    assert 0.45 * SEEDS < above < 0.55 * SEEDS
+    drawn = stats.norm.rvs(size=(1000, 10), random_state=0)
+    above = sum(quantiles(values, [0.9]).values[0] > truth for values in drawn)
+    assert 450 < above < 550  # 3.2 standard deviations of a fair coin
 
 
 def test_the_99_percent_quantile_needs_368_samples_to_be_bounded() -> None:

@@ -1,7 +1,8 @@
-"""Counters that run over: unwrapping is the inverse of wrapping, and does nothing to what did not wrap."""
+"""Counters that wrap around: unwrapping is the inverse of wrapping, and does nothing to what did not wrap."""
 
 import numpy as np
 import pytest
+from trace_files import has_note
 
 from guideload.base.errors import TraceError
 from guideload.traces.content.counters import unwrap
@@ -30,12 +31,12 @@ def test_unwrapping_undoes_wrapping(bits, signed, turns, start):
     found = unwrap(given)
     assert np.array_equal(found.counts - found.counts[0], true - true[0])
     assert found.counts[0] == given[0]
-    assert found.edges.tolist() == (np.flatnonzero(np.abs(np.diff(given)) > 1 << (bits - 1)) + 1).tolist()
-    assert found.bits == (bits if found.edges.size else 0)
+    assert found.wraps.tolist() == (np.flatnonzero(np.abs(np.diff(given)) > 1 << (bits - 1)) + 1).tolist()
+    assert found.bits == (bits if found.wraps.size else 0)
     assert np.array_equal(unwrap(given, bits).counts, found.counts)
 
 
-def test_what_did_not_run_over_stays():
+def test_what_did_not_wrap_stays():
     rng = np.random.default_rng(2)
     for counts in (travel(16, 0.9), travel(40, 0.9), rng.integers(0, 50_000, 1000), np.zeros(9, np.int64)):
         assert np.array_equal(unwrap(counts).counts, counts) and unwrap(counts).bits == 0
@@ -69,7 +70,7 @@ def test_a_trace_of_counts_is_that_of_the_travel(signed):
     counts = wrapped(true + 500, 16, signed)
     trace = read_trace({"t_s": TIME, "encoder_counts": counts}, unit="1 um")
     assert np.array_equal(trace.value, plain.value)
-    assert any("16-bit counter ran over 6 times, made continuous, index" in note for note in trace.notes)
+    assert has_note(trace, "16-bit counter wrapped around 6 times, made continuous, index")
     with pytest.raises(TraceError, match="jumps that motion cannot make"):
         read_trace({"t_s": TIME, "encoder_counts": counts}, unit="1 um", counter_bits=0)
     odd = wrapped(true, 14, signed)  # a width that nobody would guess

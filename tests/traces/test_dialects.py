@@ -1,12 +1,11 @@
 """Text tables: however one table is written, the same bits are read; what stands in no table is told."""
 
-import itertools
 import time
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from trace_files import has_note, same
 
 from guideload.base.errors import TraceError
 from guideload.traces.format.dialects import dialect_of
@@ -33,52 +32,59 @@ def text_of(
     return end.join(rows) + end
 
 
-def read(tmp_path: Path, text: str | bytes, **choice) -> Trace:
-    path = tmp_path / "trace.csv"
-    path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_trace(path, **choice)
+@pytest.fixture
+def read(tmp_path):
+    """Read a text from a file."""
+
+    def read_text(text: str | bytes, **choice) -> Trace:
+        path = tmp_path / "trace.csv"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return read_trace(path, **choice)
+
+    return read_text
 
 
 @pytest.fixture
-def true(tmp_path):
-    return read(tmp_path, text_of())
-
-
-def same(one: Trace, other: Trace) -> bool:
-    return np.array_equal(one.time, other.time) and np.array_equal(one.value, other.value)
+def true(read):
+    return read(text_of())
 
 
 SIGNS = [(sep, ".") for sep in (",", ";", "\t", "|", " ", "; ", ", ")] + [(";", ","), ("\t", ","), ("|", ",")]
-
-
+HEADS = [
+    ("t_s,x_mm,u_V",),
+    ("t,x,u", "s,mm,V"),
+    ("t,x,u", "[s],[mm],[V]"),
+    ("time,position,voltage", "(sec),(mm),(V)"),
+    ("# logger 7", "t [s],x (mm),µ"),
+    ("# t_s,x_mm,u_V",),
+    ("Zeit / s,Weg / mm,U",),
+]
 ENCODINGS = ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "cp1252"]
 
 
-@pytest.mark.parametrize(("encoding", "end"), [*zip(ENCODINGS, ["\n", "\r\n", "\r"] * 2, strict=True)])
-def test_any_dialect_of_one_table_reads_to_the_same_bits(tmp_path, true, encoding, end):
-    heads = (
-        ("t_s,x_mm,u_V",),
-        ("t,x,u", "s,mm,V"),
-        ("t,x,u", "[s],[mm],[V]"),
-        ("time,position,voltage", "(sec),(mm),(V)"),
-        ("# logger 7", "t [s],x (mm),µ"),
-        ("# t_s,x_mm,u_V",),
-        ("Zeit / s,Weg / mm,U",),
-    )
-    for (sep, decimal), head in itertools.product(SIGNS, heads):
+@pytest.mark.parametrize("head", HEADS)
+def test_any_dialect_of_one_table_reads_to_the_same_bits(read, true, head):
+    for sep, decimal in SIGNS:
         if sep == " " and (" / " in head[0] or " [" in head[-1]):
-            continue  # a blank cannot stand both in a name and between names
-        trace = read(tmp_path, text_of(sep, decimal, head, end=end).encode(encoding))
-        assert same(trace, true), (sep, decimal, head, trace.notes)
+            continue  # a blank cannot be both in a name and between names
+        trace = read(text_of(sep, decimal, head))
+        assert same(trace, true), (sep, decimal, trace.notes)
         assert ("decimal comma" in trace.notes) == (decimal == ",")
 
 
-def test_exact_decimals_are_read_as_python_reads_them(tmp_path):
+@pytest.mark.parametrize("encoding", ENCODINGS)
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_any_encoding_and_line_end_reads_to_the_same_bits(read, true, encoding, end):
+    for sep, decimal in ((",", "."), (";", ","), (" ", ".")):
+        assert same(read(text_of(sep, decimal, ("µ_x", "t_s,x_mm,u_V"), end=end).encode(encoding)), true)
+
+
+def test_exact_decimals_are_read_as_python_reads_them(read):
     rng = np.random.default_rng(5)
     values = rng.normal(size=COUNT) * 10.0 ** rng.integers(-9, 3, COUNT)
     for decimal in ".,":
         text = text_of(";", decimal, ("t_s,x_m",), (TIME, [repr(float(value)) for value in values]))
-        assert np.array_equal(read(tmp_path, text, max_speed=1e12).value, values)
+        assert np.array_equal(read(text, max_speed=1e12).value, values)
 
 
 @pytest.mark.parametrize(
@@ -93,43 +99,50 @@ def test_exact_decimals_are_read_as_python_reads_them(tmp_path):
         ('t_s,"x\n[mm]",u_V',),
     ],
 )
-def test_rows_around_the_names(tmp_path, true, head):
+def test_rows_around_the_names(read, true, head):
     for sep, decimal in ((",", "."), (";", ",")):
-        assert same(read(tmp_path, text_of(sep, decimal, head)), true)
+        assert same(read(text_of(sep, decimal, head)), true)
 
 
-def test_rows_are_counted_as_an_editor_does(tmp_path, true):
+def test_rows_are_counted_as_an_editor_does(read, true):
     """However much stands above the samples, between and below them."""
     lines = text_of(";", ",", ("# made by hand", "t,x,u", "s,mm,V")).splitlines()
     lines[40] = lines[40].replace(lines[40].split(";")[1], "over")
     lines.insert(20, "# a remark; of two parts")
     lines.insert(30, "")
     with pytest.raises(TraceError, match='column x: .* none in row 43: the first holds "over"'):
-        read(tmp_path, "\n".join(lines))
-    trace = read(tmp_path, "\n".join([*lines, "", ";;", ""]), repair="empty")
+        read("\n".join(lines))
+    trace = read("\n".join([*lines, "", ";;", ""]), repair="empty")
     assert np.array_equal(trace.value, np.delete(true.value, 37))  # a column of text, read as exactly
-    assert any("1 comments left out, row 21" in note for note in trace.notes)
-    assert any("2 empty lines left out, row 31, 126" in note for note in trace.notes)
-    assert any("1 sample without a number left out, row 43" in note for note in trace.notes)
+    assert has_note(trace, "1 comments left out, row 21")
+    assert has_note(trace, "2 empty lines left out, row 31, 126")
+    assert has_note(trace, "1 sample without a number left out, row 43")
 
 
-def test_rows_of_another_length(tmp_path, true):
+def test_rows_of_another_length(read, true):
     lines = text_of().splitlines()
     short = [*lines[:50], lines[50].rsplit(",", 1)[0], *lines[51:]]
-    assert same(read(tmp_path, "\n".join(short)), true)  # the last column is not used
-    with pytest.raises(
-        TraceError, match="expected 3 cells in a row, got more in line 51, 61; where .* comma"
-    ):
-        read(tmp_path, "\n".join(line + ",5" if i in (50, 60) else line for i, line in enumerate(lines)))
-    assert same(read(tmp_path, "\n".join(line + "," for line in lines)), true)
-    assert same(read(tmp_path, "\n".join([lines[0], *(line + "," for line in lines[1:])])), true)
+    assert same(read("\n".join(short)), true)  # the last column is not used
+    with pytest.raises(TraceError, match="3 cells in a row, got more in line 51, 61; where .* comma"):
+        read("\n".join(line + ",5" if i in (50, 60) else line for i, line in enumerate(lines)))
+    assert same(read("\n".join(line + "," for line in lines)), true)
+    assert same(read("\n".join([lines[0], *(line + "," for line in lines[1:])])), true)
 
 
-def test_a_sample_that_cannot_be_read_is_not_taken_for_a_row_of_units(tmp_path):
-    lines = text_of().splitlines()
-    lines[1] = "0.0,over,1.0"
-    with pytest.raises(TraceError, match='none in row 2: the first holds "over"'):
-        read(tmp_path, "\n".join(lines))
+@pytest.mark.parametrize(
+    ("sep", "row", "text", "message"),
+    [
+        (",", 2, "0.0,over,1.0", 'the first holds "over"'),  # no row of units
+        (",", 2, "nan,nan,nan", "the first is empty or nan"),  # not above the samples
+        (";", 61, "0,236;1.234;0", 'the first holds "1.234"; .*groups of digits'),  # 1.234 or 1234
+        (";", 61, "0,236;12:5x;0", 'the first holds "12:5x"; .*cut the trace'),
+    ],
+)
+def test_a_cell_that_cannot_be_read_is_refused_with_its_row(read, sep, row, text, message):
+    lines = text_of(sep, "," if sep == ";" else ".").splitlines()
+    lines[row - 1] = text
+    with pytest.raises(TraceError, match=f"column x_mm: .* none in row {row}: {message}"):
+        read("\n".join(lines))
 
 
 @pytest.mark.parametrize(
@@ -145,43 +158,27 @@ def test_a_sample_that_cannot_be_read_is_not_taken_for_a_row_of_units(tmp_path):
         ("\n0.1", "\r0.1"),
     ],
 )
-def test_oddities_of_writers(tmp_path, true, old, new):
-    assert same(read(tmp_path, text_of().replace(old, new)), true)
+def test_oddities_of_writers(read, true, old, new):
+    assert same(read(text_of().replace(old, new)), true)
 
 
-def test_quoted_numbers(tmp_path, true):
+def test_quoted_numbers(read, true):
     for decimal in ".,":
         lines = text_of("|", decimal).splitlines()
         text = "\n".join(",".join(f'"{cell}"' for cell in line.split("|")) for line in lines)
-        assert same(read(tmp_path, text), true)
+        assert same(read(text), true)
 
 
-def test_one_sign_for_columns_and_decimals_is_refused(tmp_path):
-    with pytest.raises(
-        TraceError, match="half as many names; .* decimal comma, the separator must be another"
-    ):
-        read(tmp_path, text_of(",", ",", ("t_s,x_mm",), (TIME, PLACE)))
-
-
-def test_a_first_row_without_numbers_is_a_sample(tmp_path):
-    lines = text_of().splitlines()
-    with pytest.raises(TraceError, match="column x_mm: .* none in row 2: the first is empty or nan"):
-        read(tmp_path, "\n".join([lines[0], "nan,nan,nan", *lines[2:]]))
-
-
-@pytest.mark.parametrize(("cell", "hint"), [("1.234", "groups of digits"), ("12:5x", "cut the trace")])
-def test_numbers_in_no_known_notation_are_refused(tmp_path, cell, hint):
-    lines = text_of(";", ",").splitlines()
-    lines[60] = f"{lines[60].split(';')[0]};{cell};0"
-    with pytest.raises(TraceError, match=f'in row 61: the first holds "{cell}"; .*{hint}'):
-        read(tmp_path, "\n".join(lines))
+def test_one_sign_for_columns_and_decimals_is_refused(read):
+    with pytest.raises(TraceError, match="half as many names; .* the separator must be another"):
+        read(text_of(",", ",", ("t_s,x_mm",), (TIME, PLACE)))
 
 
 @pytest.mark.parametrize(
     ("sep", "decimal", "group"),
     [(";", ".", ","), (",", ".", ","), (";", ",", "."), ("\t", ",", "."), ("\t", ".", "'"), ("|", ",", "'")],
 )
-def test_groups_of_digits_are_read_where_they_are_plain(tmp_path, sep, decimal, group):
+def test_groups_of_digits_are_read_where_they_are_plain(read, sep, decimal, group):
     """As the same numbers without groups; cells of a column with both signs tell which is which."""
     large = 100.0 * PLACE
     signs = str.maketrans({",": group, ".": decimal})
@@ -190,81 +187,70 @@ def test_groups_of_digits_are_read_where_they_are_plain(tmp_path, sep, decimal, 
     quoted = [f'"{cell}"' if sep == "," else cell for cell in cells]
     rows = [f"{time}".replace(".", decimal) + sep + cell for time, cell in zip(TIME, quoted, strict=True)]
     plain = [f"{time},{value:.2f}" for time, value in zip(TIME, large, strict=True)]
-    first = read(tmp_path, "\n".join(["t_s,x_mm", *plain]))
-    assert same(read(tmp_path, "\n".join([f"t_s{sep}x_mm", *rows])), first)
+    first = read("\n".join(["t_s,x_mm", *plain]))
+    assert same(read("\n".join([f"t_s{sep}x_mm", *rows])), first)
 
 
-def test_groups_of_digits_that_may_be_decimals_are_refused(tmp_path):
-    """A point among decimal commas: 1.234 may be 1.234 or 1234."""
-    lines = text_of(";", ",").splitlines()
-    lines[60] = f"{lines[60].split(';')[0]};1.234;0"
-    with pytest.raises(TraceError, match='none in row 61: the first holds "1.234"'):
-        read(tmp_path, "\n".join(lines))
+def test_groups_of_digits_that_may_be_decimals_are_refused():
     table = {"t_s": TIME, "x_mm": np.array([f"{value:.3f}" for value in PLACE], object)}
     table["x_mm"][50] = "1,234"
     with pytest.raises(TraceError, match='none in index 50: the first holds "1,234"; write .* decimal point'):
         read_trace(table)
 
 
-def test_groups_in_quotes_are_no_decimal_commas(tmp_path):
+def test_groups_in_quotes_are_no_decimal_commas(read):
     """Quoted cells among commas: all of three digits after the comma may be thousands; any other tells decimals."""
     rows = [f'{4 * i},"{1234 + i:,}"' for i in range(COUNT)]
-    with pytest.raises(
-        TraceError, match='cells such as "1,234" may have groups of digits or a decimal comma'
-    ):
-        read(tmp_path, "\n".join(["t_ms,x_mm", *rows]))
+    with pytest.raises(TraceError, match='such as "1,234" may have groups of digits or a decimal comma'):
+        read("\n".join(["t_ms,x_mm", *rows]))
     decimals = [f'{4 * i},"{(994 + i) // 1000},{(994 + i) % 1000:03d}"' for i in range(COUNT)]
-    trace = read(tmp_path, "\n".join(["t_ms,x_mm", *decimals]))
+    trace = read("\n".join(["t_ms,x_mm", *decimals]))
     assert trace.value[-1] == pytest.approx((994 + COUNT - 1) * 1e-6)
 
 
 @pytest.mark.parametrize("unit", ["t", "[t]", "Zeit", "time"])
-def test_a_row_of_units_that_says_time_tells_no_unit(tmp_path, true, unit):
+def test_a_row_of_units_that_says_time_gives_no_unit(read, true, unit):
     """A t is no tonne where the name says time."""
-    assert same(read(tmp_path, text_of(head=("time,x,u", f"{unit},mm,V"))), true)
-    assert same(read(tmp_path, text_of(head=(f"t [{unit.strip('[]')}],x_mm,u",))), true)
+    assert same(read(text_of(head=("time,x,u", f"{unit},mm,V"))), true)
+    assert same(read(text_of(head=(f"t [{unit.strip('[]')}],x_mm,u",))), true)
 
 
-def test_an_empty_line_in_a_single_column_is_an_empty_cell(tmp_path):
+def test_an_empty_line_in_a_single_column_is_an_empty_cell(read):
     """The samples after it keep their time; line ends that were doubled are no cells."""
     lines = text_of(head=("x_mm",), columns=(PLACE,)).splitlines()
-    first = read(tmp_path, "\n".join(lines), rate=250)
+    first = read("\n".join(lines), rate=250)
     lines[50] = ""
     with pytest.raises(TraceError, match="column x_mm: .* none in row 51"):
-        read(tmp_path, "\n".join(lines), rate=250)
-    trace = read(tmp_path, "\n".join(lines), rate=250, repair="empty")
+        read("\n".join(lines), rate=250)
+    trace = read("\n".join(lines), rate=250, repair="empty")
     assert np.array_equal(trace.time, np.delete(first.time, 49))
-    assert same(
-        read(tmp_path, "\n\n".join(text_of(head=("x_mm",), columns=(PLACE,)).split()), rate=250), first
-    )
+    assert same(read("\n\n".join(text_of(head=("x_mm",), columns=(PLACE,)).split()), rate=250), first)
 
 
-def test_a_long_standstill_hides_no_decimal_comma(tmp_path):
+def test_a_long_standstill_hides_no_decimal_comma(read):
     """The decimal sign is looked for in the whole text, if the first lines hold whole numbers only."""
-    count = 30_000
-    place = np.concatenate([np.zeros(count, int), np.arange(1, 40)]).astype(object)
-    place[-39:] = [f"{0.5 * value:.1f}" for value in place[-39:]]
-    trace = read(tmp_path, text_of("\t", ",", ("x_mm",), (place,)), rate=100)
+    lines = ["x_mm", *["0"] * 40_000, *(f"{0.5 * value:.1f}".replace(".", ",") for value in range(1, 40))]
+    trace = read("\n".join(lines), rate=100)
     assert trace.value[-1] == pytest.approx(0.0195)
 
 
-def test_much_above_the_samples(tmp_path, true):
+def test_much_above_the_samples(read, true):
     for remark in ("no number", "number 7", "a,number,7"):
-        assert same(read(tmp_path, "\n".join([*[remark] * 1500, "", text_of()])), true)
+        assert same(read("\n".join([*[remark] * 1500, "", text_of()])), true)
 
 
-def test_few_rows_below_much_else(tmp_path):
+def test_few_rows_below_much_else(read):
     """Blanks in names and dates make as many columns of each: the tab is the separator all the same."""
     stamps = [f"22.11.2024 11:59:{i:02d}.000" for i in range(20)]
     rows = [f"{stamp}\t{place}" for stamp, place in zip(stamps, PLACE, strict=False)]
-    trace = read(tmp_path, "\n".join(["# logger", "Device 7", "time\tpos [mm]", *rows]))
+    trace = read("\n".join(["# logger", "Device 7", "time\tpos [mm]", *rows]))
     assert np.array_equal(trace.time, np.arange(20.0)) and trace.column == "pos [mm]"
 
 
-def test_one_column_with_a_rate(tmp_path, true):
+def test_one_column_with_a_rate(read, true):
     for decimal in ".,":
         for head in (("x_mm",), ("x", "mm")):
-            trace = read(tmp_path, text_of(",", decimal, head, (PLACE,)), rate=250)
+            trace = read(text_of(",", decimal, head, (PLACE,)), rate=250)
             assert np.array_equal(trace.value, true.value)
             assert trace.time == pytest.approx(TIME, abs=1e-12)
 
@@ -298,11 +284,11 @@ def test_units_in_their_spellings(name, words, unit):
     assert Header.of(name) == Header(words, unit)
 
 
-def test_a_unit_may_be_given_in_any_spelling(tmp_path):
+def test_a_unit_may_be_given_in_any_spelling(read):
     text = text_of(head=("t_s,motor,u_V",))
-    first = read(tmp_path, text, column="motor", unit="rpm")
+    first = read(text, column="motor", unit="rpm")
     for unit in ("RPM", "U/min", "1/min", "rev/min"):
-        assert np.array_equal(read(tmp_path, text, column="motor", unit=unit).value, first.value)
+        assert np.array_equal(read(text, column="motor", unit=unit).value, first.value)
 
 
 def test_detection_looks_at_lines_only():
@@ -310,10 +296,8 @@ def test_detection_looks_at_lines_only():
     lines = text_of(";", ",", ("t,x,u", "s,mm,V")).splitlines()
     whole = dialect_of(lines)
     assert (whole.separator, whole.decimal, whole.width, whole.first) == (";", ",", 3, 2)
-    assert (whole.names, whole.units) == (
-        ("t", "x", "u"),
-        ("s", "mm", ""),
-    )  # of lengths, times and angles only
+    assert whole.names == ("t", "x", "u")
+    assert whole.units == ("s", "mm", "")  # of lengths, times and angles only
     assert all(dialect_of(lines[:count]) == whole for count in range(4, len(lines), 7))
 
 
@@ -356,37 +340,37 @@ def scope_text(
 @pytest.mark.parametrize(("sep", "decimal"), [("\t", ","), ("\t", "."), (";", ","), (";", "."), (",", ".")])
 @pytest.mark.parametrize("one_clock", [False, True])
 @pytest.mark.parametrize("full_stamp", [False, True])
-def test_twincat_scope_exports(tmp_path, true, sep, decimal, one_clock, full_stamp):
+def test_twincat_scope_exports(read, true, sep, decimal, one_clock, full_stamp):
     text = scope_text(sep, decimal, one_clock, full_stamp, "\r\n")
-    trace = read(tmp_path, text)
+    trace = read(text)
     assert trace.column == "Axis 1.ActPos" and "TwinCAT Scope export" in trace.notes
     assert same(trace, true)
-    slow = read(tmp_path, text, column="Slow", unit="mm")
+    slow = read(text, column="Slow", unit="mm")
     assert np.array_equal(slow.time, np.arange(COUNT // 2) * 8 / 1000)
     assert slow.value == pytest.approx(np.arange(COUNT // 2) * 1e-3, rel=1e-15)
 
 
-def test_twincat_scope_filled_with_the_previous_value(tmp_path, true):
+def test_twincat_scope_filled_with_the_previous_value(read, true):
     """A slow channel may stand twice with the same stamp, to fill the table: those are no samples."""
     rows = scope_text("\t", ".").splitlines()[:-1]
     head, samples = rows[:12], [row.split("\t") for row in rows[12:]]
     slow = [row[4:] for row in samples[: COUNT // 2]]
     filled = ["\t".join([*row[:4], *slow[i // 2]]) for i, row in enumerate(samples)]
-    trace = read(tmp_path, "\n".join([*head, *filled]), column="Slow", unit="mm")
+    trace = read("\n".join([*head, *filled]), column="Slow", unit="mm")
     assert trace.value == pytest.approx(np.arange(COUNT // 2) * 1e-3, rel=1e-15)
 
 
-def test_twincat_scope_without_time_columns(tmp_path, true):
+def test_twincat_scope_without_time_columns(read, true):
     rows = scope_text("\t", ".").splitlines()[:-1]
     samples = ["\t".join(row.split("\t")[1:4:2]) for row in rows[12:]]
     head = ["\t".join(row.split("\t")[:4]) if i > 3 else row for i, row in enumerate(rows[:12])]
-    trace = read(tmp_path, "\n".join([*head, *samples]), column="Axis 1.ActPos")
+    trace = read("\n".join([*head, *samples]), column="Axis 1.ActPos")
     assert np.array_equal(trace.value, true.value) and trace.time == pytest.approx(true.time, abs=1e-12)
 
 
-def test_twincat_scope_with_blanks_is_refused(tmp_path):
+def test_twincat_scope_with_blanks_is_refused(read):
     with pytest.raises(TraceError, match="Scope export with a blank .* tab or semicolon"):
-        read(tmp_path, scope_text(" ", "."))
+        read(scope_text(" ", "."))
 
 
 def test_reading_takes_a_second_for_a_million_rows(tmp_path):

@@ -4,7 +4,9 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
+from trace_files import has_note
 
 from guideload.base.errors import TraceError
 from guideload.traces.quality.jumps import drop_outs, speed_jumps
@@ -85,7 +87,7 @@ def test_drop_outs_in_long_moves_are_refused_and_left_out(rate):
     assert np.array_equal(trace.value, np.delete(speed, spots))
 
 
-def test_a_stop_where_others_are_as_short_is_told_and_kept():
+def test_a_stop_where_others_are_as_short_is_noted_and_kept():
     """Short moves at 10 Hz: a 0 in one row may be a stop."""
     time = np.arange(200) / 10.0
     speed = 0.3 * ((np.arange(200) % 8) < 5) * ((np.arange(200) // 40) % 2)
@@ -94,7 +96,7 @@ def test_a_stop_where_others_are_as_short_is_told_and_kept():
     for repair in (None, "all"):
         trace = read_trace({"t_s": time, "v_m_s": speed}, quantum=1e-4, repair=repair)
         assert np.array_equal(trace.value, speed)
-        assert any("0 between rows of one speed, index" in note and "60" in note for note in trace.notes)
+        assert has_note(trace, "0 between rows of one speed, index", "60")
 
 
 def test_findings_turn_and_scale_with_the_motion():
@@ -109,13 +111,14 @@ def test_findings_turn_and_scale_with_the_motion():
 
 
 def test_real_motion_at_10_hz_is_no_jump(shared_data: Path):
-    """Corners of a milling path stop an axis for less than a row: told where the row holds a plain 0."""
+    """Corners of a milling path stop an axis for less than a row: noted where the row holds a plain 0."""
     file = shared_data / "michigan_cnc_experiment_01.csv"
-    for axis in "XYZS":
-        for which in ("Actual", "Command"):
-            read_trace(file, column=f"{axis}1_{which}Velocity", unit="mm/s", rate=10, cross_check=False)
+    table = pd.read_csv(file)
+    for column in (f"{axis}1_{which}Velocity" for axis in "XYZS" for which in ("Actual", "Command")):
+        trace = read_trace(table, column=column, unit="mm/s", rate=10, cross_check=False)
+        assert trace.value == pytest.approx(table[column].to_numpy() * 1e-3)
     corners = read_trace(file, column="X1_CommandVelocity", unit="mm/s", rate=10, repair="all")
-    assert any("3 samples are 0 between rows of one speed, rows" in note for note in corners.notes)
+    assert has_note(corners, "3 samples are 0 between rows of one speed, rows")
     actual = read_trace(file, column="X1_ActualVelocity", unit="mm/s", rate=10)
     for spot in (100, 500, 900):
         wild = actual.value.copy()

@@ -1,18 +1,20 @@
-"""Damage put into clean traces: found at its rows, never mended unasked, and nothing else touched."""
+"""Damage put into clean traces: found at its rows, repaired only by choice, and nothing else touched."""
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from trace_files import has_note, write_trace
 
 from guideload.base.errors import TraceError
-from guideload.cli.main import EXAMPLES, main
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.main import main
 from guideload.traces.quality.repair import (
     REPAIRS,
     doubled_samples,
     outliers,
     repaired_clock,
+    repairs_of,
     stuck_samples,
-    wanted,
 )
 from guideload.traces.reading import read_trace
 
@@ -29,7 +31,7 @@ def without(samples) -> dict[str, np.ndarray]:
 
 
 def agrees(columns, expected, **choice) -> tuple[str, ...]:
-    """Reading the damaged columns gives exactly the expected ones; the notes, which tell what was done."""
+    """Reading the damaged columns gives exactly the expected ones; returns the notes."""
     trace = read_trace(columns, **choice)
     assert np.array_equal(trace.time, expected["t_s"])
     assert np.array_equal(trace.value, expected["x_m"])
@@ -38,13 +40,11 @@ def agrees(columns, expected, **choice) -> tuple[str, ...]:
 
 @pytest.mark.parametrize("kind", [*REPAIRS, "all"])
 def test_a_clean_trace_stays_as_it_is(kind):
-    notes = agrees(CLEAN, CLEAN, repair=kind)
-    assert not any("repair" in note for note in notes)
-    rng = np.random.default_rng(1)
-    jitter = TIME + rng.uniform(-2e-4, 2e-4, COUNT)
-    for columns in ({"t_s": jitter, "x_m": PLACE}, {"t_s": TIME, "v_m_s": SPEED}):
-        trace = read_trace(columns, repair=kind)
-        assert trace.time.size == COUNT and not any("repair" in note for note in trace.notes)
+    jitter = TIME + np.random.default_rng(1).uniform(-2e-4, 2e-4, COUNT)
+    for time, name, values in ((TIME, "x_m", PLACE), (jitter, "x_m", PLACE), (TIME, "v_m_s", SPEED)):
+        trace = read_trace({"t_s": time, name: values}, repair=kind)
+        assert np.array_equal(trace.time, time) and np.array_equal(trace.value, values)
+        assert not has_note(trace, "repair")
 
 
 @pytest.mark.parametrize("size", [0.01, -0.3, 25.0])
@@ -95,8 +95,8 @@ def test_wild_stamps_are_left_out(wrong):
 def test_a_clock_that_was_set_back_goes_on(back):
     time = np.where(np.arange(COUNT) >= 300, TIME - back, TIME)
     notes = agrees({"t_s": time, "x_m": PLACE}, CLEAN, repair="clock")
-    told = [note for note in notes if "the clock was set back before index 300" in note]
-    assert len(told) == 1 and f"moved by {back:g} s" in told[0]
+    (note,) = [note for note in notes if "the clock was set back before index 300" in note]
+    assert f"moved by {back:g} s" in note
 
 
 def test_cells_without_a_number_are_left_out():
@@ -121,7 +121,7 @@ def test_rows_left_out_at_a_standstill_are_not_put_back():
     assert even.time == pytest.approx(trace.time, abs=1e-12)
 
 
-def test_stuck_values_are_told_and_left_out_if_asked():
+def test_stuck_values_are_noted_and_left_out_if_chosen():
     place = PLACE.copy()
     stuck = [*range(101, 104), *range(250, 258)]
     place[101:104], place[250:258] = place[100], place[249]
@@ -153,17 +153,7 @@ def test_all_damage_at_once():
     dropped = {name: np.delete(values, [500, 501]) for name, values in columns.items()}
     with pytest.raises(TraceError, match="1 gaps in time .* before index 500; .*allow_gaps"):
         read_trace(dropped, repair=REPAIRS)
-    trace = read_trace(dropped, repair="all")
-    assert any("1 gaps in time" in note and "bridged" in note for note in trace.notes)
-
-
-def test_rows_of_a_file_are_named(tmp_path):
-    place = PLACE.copy()
-    place[100] += 2.0
-    rows = [f"{t!r};{x!r}" for t, x in zip(TIME.tolist(), place.tolist(), strict=True)]
-    path = tmp_path / "trace.csv"
-    path.write_text("\n".join(["# logger", "t;x", "s;m", *rows[:50], "", *rows[50:]]))
-    assert any("1 outlier left out, row 105" in note for note in read_trace(path, repair="all").notes)
+    assert has_note(read_trace(dropped, repair="all"), "1 gaps in time", "bridged")
 
 
 def test_too_much_damage_is_refused():
@@ -177,26 +167,26 @@ def test_too_much_damage_is_refused():
 
 
 def test_the_command_line_reads_as_the_library_does(tmp_path):
-    place = PLACE.copy()
-    place[100] += 2.0
-    rows = [f"{t!r},{x!r}" for t, x in zip(TIME.tolist(), place.tolist(), strict=True)]
-    path = tmp_path / "trace.csv"
-    path.write_text("\n".join(["t_s,x_m", *rows]))
+    """Rows of a file are named as an editor counts them."""
+    path = write_trace(tmp_path, CLEAN, {(102, "x_m"): "2.5"})
     call = ["check", str(EXAMPLES / "manipulator.toml"), str(path)]
     refused = CliRunner().invoke(main, call)
-    assert refused.exit_code == 2 and "--repair outliers" in refused.output
-    options = ["--repair", "outliers", "--clock", "jitter", "--quantum", "2 um", "--counter-bits", "0"]
-    told = CliRunner().invoke(main, [*call, *options])
-    assert told.exit_code == 0, told.output
-    text = " ".join(told.output.split())
-    assert "repair: 1 outlier left out, row 102" in text and "quantum 2e-06 m, as given" in text
+    assert (
+        refused.exit_code == 2 and "rows 102, 103" in refused.output and "--repair outliers" in refused.output
+    )
+    choice = {"repair": "outliers", "clock": "jitter", "quantum": "2 um", "allow_gaps": True}
+    options = [f"--{name.replace('_', '-')}={value}" for name, value in choice.items() if value is not True]
+    report = CliRunner().invoke(main, [*call, *options, "--allow-gaps", "--no-cross-check"])
+    assert report.exit_code == 0, report.output
+    text = " ".join(report.output.split())
+    notes = read_trace(path, **choice, cross_check=False).notes
+    assert "repair: 1 outlier left out, row 102" in notes
+    assert all(note in text for note in notes)
 
 
 def test_the_kinds_are_named_as_they_are():
-    assert wanted("outliers, stuck") == wanted(["stuck", "outliers"]) == {"outliers", "stuck"}
-    assert wanted(None) == frozenset() and wanted("all") == frozenset(REPAIRS)
-    with pytest.raises(TraceError, match='repair: expected all or some of empty, .*, got "jumps"'):
-        read_trace(CLEAN, repair="jumps")
+    assert repairs_of("outliers, stuck") == repairs_of(["stuck", "outliers"]) == {"outliers", "stuck"}
+    assert repairs_of(None) == frozenset() and repairs_of("all") == frozenset(REPAIRS)
 
 
 def test_findings_move_with_the_samples():
@@ -207,7 +197,7 @@ def test_findings_move_with_the_samples():
     time[60] -= 2.0
     for shift, scale in ((0.0, 1.0), (64.0, 4.0), (-1024.0, 0.25)):
         moved, stamps = scale * place + shift, scale * time + shift
-        assert repaired_clock(stamps).left_out.tolist() == [60]
+        assert repaired_clock(stamps)[0].tolist() == [60]
         assert doubled_samples(stamps, moved).size == 0
         assert outliers(scale * TIME + shift, moved, True, 1e-6 * scale, None).tolist() == [180]
         assert stuck_samples(scale * TIME + shift, moved, 1e-6 * scale).tolist() == [300, 301, 302, 303]

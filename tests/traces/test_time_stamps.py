@@ -1,10 +1,9 @@
 """Time stamps: any notation of one clock gives the same seconds; their kind is found on made clocks."""
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
+from trace_files import has_note, write_trace
 
 from guideload.base.errors import TraceError
 from guideload.traces.content.samples import decimal_quantum
@@ -15,84 +14,65 @@ COUNT = 400
 TIME = np.round(np.arange(COUNT) * 0.004, 3)
 PLACE = np.round(0.03 * (1.0 - np.cos(5.0 * TIME)), 6)
 MILLI = np.round(TIME * 1e3).astype(np.int64)
-NOON = np.datetime64("2024-01-31T23:59:59.500")  # the day, the month and nearly the day's end
+# From a second before midnight, at the end of a month.
+STAMPS = pd.Timestamp("2024-01-31T23:59:59.500") + pd.to_timedelta(MILLI, unit="ms")
+ISO = "{t:%Y-%m-%d %H:%M:%S}.{ms}"
+GERMAN = "{t:%d.%m.%Y %H:%M:%S},{ms}"
 
 
-def iso(sign: str = " ", point: str = ".", zone: str = "") -> list[str]:
-    return [
-        str(NOON + np.timedelta64(ms, "ms")).replace("T", sign).replace(".", point) + zone for ms in MILLI
-    ]
-
-
-def german(date: str = "{d:02d}.{m:02d}.{y}", point: str = ",") -> list[str]:
-    stamps = pd.DatetimeIndex(iso())
-    return [
-        f"{date.format(d=s.day, m=s.month, y=s.year)} {s:%H:%M:%S}{point}{s.microsecond // 1000:03d}"
-        for s in stamps
-    ]
-
-
-def twelve_hours(date: str) -> list[str]:
-    """Stamps with AM and PM, from just before midnight, or from noon on the last day if there is no date."""
-    stamps = pd.DatetimeIndex(iso()) - pd.Timedelta(0 if date else "12h")
-    return [
-        f"{date.format(d=s.day, m=s.month, y=s.year)}{s:%I:%M:%S}.{s.microsecond // 1000:03d} {s:%p}"
-        for s in stamps
-    ]
-
-
-def file_of(tmp_path: Path, stamps, name: str = "time", sep: str = ";") -> Path:
-    rows = [f"{stamp}{sep}{place}" for stamp, place in zip(stamps, PLACE, strict=True)]
-    path = tmp_path / "trace.csv"
-    path.write_text("\n".join([f"{name}{sep}x_m", *rows]), encoding="utf-8")
-    return path
+def written(form: str, stamps: pd.DatetimeIndex = STAMPS) -> np.ndarray:
+    """Stamps in a form of time t, day d, month m, year y and milliseconds ms."""
+    parts = (
+        {"t": t, "d": t.day, "m": t.month, "y": t.year, "ms": f"{t.microsecond // 1000:03d}"} for t in stamps
+    )
+    return np.array([form.format(**part) for part in parts], object)
 
 
 @pytest.mark.parametrize(
-    "stamps",
+    "form",
     [
-        iso(),
-        iso("T"),
-        iso("T", ","),
-        iso("T", ".", "Z"),
-        iso(" ", ".", "+01:00"),
-        iso(" ", ",", "-0530"),
-        [stamp.replace("-", "/") for stamp in iso()],
-        german(),
-        german(point="."),
-        german("{d}.{m}.{y}"),
-        german("{d:02d}/{m:02d}/{y}"),
-        german("{m}/{d}/{y}", "."),
-        german("{m:02d}-{d:02d}-{y}"),
-        twelve_hours("{m}/{d}/{y} "),
-        twelve_hours("{y}-{m:02d}-{d:02d} "),
-        twelve_hours(""),
-        [stamp[11:] for stamp in iso()],
-        [stamp[11:] for stamp in iso(point=",")],
-        [stamp.rstrip("0").rstrip(".") for stamp in iso()],
+        ISO,
+        "{t:%Y-%m-%dT%H:%M:%S}.{ms}",
+        "{t:%Y-%m-%dT%H:%M:%S},{ms}",
+        "{t:%Y-%m-%dT%H:%M:%S}.{ms}Z",
+        ISO + "+01:00",
+        "{t:%Y-%m-%d %H:%M:%S},{ms}-0530",
+        "{t:%Y/%m/%d %H:%M:%S}.{ms}",
+        GERMAN,
+        "{t:%d.%m.%Y %H:%M:%S}.{ms}",
+        "{d}.{m}.{y} {t:%H:%M:%S},{ms}",
+        "{t:%d/%m/%Y %H:%M:%S},{ms}",
+        "{m}/{d}/{y} {t:%H:%M:%S}.{ms}",
+        "{t:%m-%d-%Y %H:%M:%S},{ms}",
+        "{m}/{d}/{y} {t:%I:%M:%S}.{ms} {t:%p}",
+        "{t:%Y-%m-%d %I:%M:%S}.{ms} {t:%p}",
+        "{t:%H:%M:%S}.{ms}",
+        "{t:%H:%M:%S},{ms}",
     ],
 )
-def test_date_stamps_of_one_clock_give_the_same_bits(tmp_path, stamps):
-    trace = read_trace(file_of(tmp_path, stamps))
-    assert np.array_equal(trace.time, TIME)
-    assert trace.clock == "uniform"
-    table = {"time": np.array(stamps, dtype=object), "x_m": PLACE}
-    assert np.array_equal(read_trace(table).time, TIME)
+def test_date_stamps_of_one_clock_give_the_same_bits(tmp_path, form):
+    stamps = written(form)
+    short = [stamp.rstrip("0").rstrip(".") if form == ISO else stamp for stamp in stamps]
+    for column in (stamps, np.array(short, object)):
+        table = {"time": column, "x_m": PLACE}
+        for source in (table, write_trace(tmp_path, table, sep=";")):
+            trace = read_trace(source)
+            assert np.array_equal(trace.time, TIME) and trace.clock == "uniform"
 
 
-def test_stamps_of_data_frames():
-    stamps = pd.DatetimeIndex(iso())
-    for column in (stamps, stamps.tz_localize("Europe/Berlin"), stamps - stamps[0], stamps.astype("M8[ms]")):
-        assert np.array_equal(read_trace(pd.DataFrame({"time": column, "x_m": PLACE})).time, TIME)
-        assert np.array_equal(read_trace(pd.DataFrame({"x_m": PLACE}, index=column)).time, TIME)
+def test_a_clock_of_twelve_hours_passes_noon():
+    stamps = written("{t:%I:%M:%S}.{ms} {t:%p}", STAMPS - pd.Timedelta("12h"))
+    assert np.array_equal(read_trace({"time": stamps, "x_m": PLACE}).time, TIME)
 
 
-def test_parquet_and_numpy_keep_stamps(tmp_path):
-    stamps = pd.DatetimeIndex(iso())
-    pd.DataFrame({"x_m": PLACE}, index=stamps.tz_localize("UTC")).to_parquet(tmp_path / "a.parquet")
-    np.savez(tmp_path / "a.npz", time=stamps.to_numpy(), x_m=PLACE)
-    for name in ("a.parquet", "a.npz"):
-        assert np.array_equal(read_trace(tmp_path / name).time, TIME)
+def test_stamps_of_data_frames_parquet_and_numpy(tmp_path):
+    columns = (STAMPS, STAMPS.tz_localize("Europe/Berlin"), STAMPS - STAMPS[0], STAMPS.astype("M8[ms]"))
+    sources = [pd.DataFrame({"time": column, "x_m": PLACE}) for column in columns]
+    sources += [pd.DataFrame({"x_m": PLACE}, index=column) for column in columns]
+    pd.DataFrame({"x_m": PLACE}, index=STAMPS.tz_localize("UTC")).to_parquet(tmp_path / "a.parquet")
+    np.savez(tmp_path / "a.npz", time=STAMPS.to_numpy(), x_m=PLACE)
+    for source in (*sources, tmp_path / "a.parquet", tmp_path / "a.npz"):
+        assert np.array_equal(read_trace(source).time, TIME)
 
 
 @pytest.mark.parametrize(
@@ -110,7 +90,8 @@ def test_parquet_and_numpy_keep_stamps(tmp_path):
     ],
 )
 def test_numbers_of_one_clock_give_the_same_bits(tmp_path, name, stamps):
-    for source in (file_of(tmp_path, stamps, name), {name: stamps, "x_m": PLACE}):
+    table = {name: stamps, "x_m": PLACE}
+    for source in (table, write_trace(tmp_path, table)):
         trace = read_trace(source)
         assert np.array_equal(trace.time - trace.time[0], TIME)
 
@@ -126,7 +107,7 @@ def test_shifting_the_clock_changes_nothing():
         assert np.array_equal(trace.value, first.value)
         assert trace.clock == first.clock == "jitter"
     for days in (0, 59, 3660):
-        moved = NOON + np.timedelta64(days, "D") + MILLI.astype("m8[ms]")
+        moved = STAMPS + pd.Timedelta(days=days)
         assert np.array_equal(read_trace({"time": moved, "x_m": PLACE}).time, TIME)
 
 
@@ -144,42 +125,50 @@ def test_cycles_of_a_counter_with_their_rate(tmp_path):
         read_trace({"time_ticks": cycles, "x_m": PLACE})
 
 
-def test_what_is_no_time_stamp_is_refused_with_its_row(tmp_path):
-    for wrong, told in (("31.02.2024 00:00:00,000", "31.02.2024"), ("later", "later")):
-        stamps = german()
-        stamps[20] = wrong
-        with pytest.raises(TraceError, match=f'column time: expected a time stamp, got "{told}.*in row 22'):
-            read_trace(file_of(tmp_path, stamps))
-    for wrong in ("1/31/24 1:00:00", "1/31/2024 13:00:00 PM", "1/31/2024 0:00:00 AM", "31/31/2024 1:00:00"):
-        with pytest.raises(TraceError, match=f'got "{wrong}" in index 0; write ISO 8601'):
-            read_trace({"time": np.array([wrong] * 9, object), "x_m": PLACE[:9]})
-    stamps = iso()
-    stamps[20] = ""
-    with pytest.raises(TraceError, match="column time: .* none in row 22"):
-        read_trace(file_of(tmp_path, stamps))
-    trace = read_trace(file_of(tmp_path, stamps), repair="empty")
-    assert np.array_equal(trace.time, np.delete(TIME, 20))
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ("31.02.2024 00:00:00,000", 'expected a time stamp, got "31.02.2024.*in row 22'),
+        ("later", 'expected a time stamp, got "later" in row 22'),
+        ("", ".* none in row 22"),
+    ],
+)
+def test_what_is_no_time_stamp_is_refused_with_its_row(tmp_path, wrong, message):
+    table = {"time": written(GERMAN), "x_m": PLACE}
+    path = write_trace(tmp_path, table, {(22, "time"): wrong}, sep=";")
+    with pytest.raises(TraceError, match=f"column time: {message}"):
+        read_trace(path)
+    path = write_trace(tmp_path, table, {(22, "time"): ""}, sep=";")
+    assert np.array_equal(read_trace(path, repair="empty").time, np.delete(TIME, 20))
+
+
+@pytest.mark.parametrize(
+    "wrong", ["1/31/24 1:00:00", "1/31/2024 13:00:00 PM", "1/31/2024 0:00:00 AM", "31/31/2024 1:00:00"]
+)
+def test_dates_that_no_calendar_or_clock_shows_are_refused(wrong):
+    with pytest.raises(TraceError, match=f'got "{wrong}" in index 0; write ISO 8601'):
+        read_trace({"time": np.array([wrong] * 9, object), "x_m": PLACE[:9]})
 
 
 def test_dates_that_may_be_read_in_two_ways_are_not_guessed():
     """Within one day the order changes nothing; across midnight it is asked for."""
-    stamps = pd.DatetimeIndex(iso()) - pd.Timedelta(days=24)  # 7 January to 8 January
-    text = np.array([f"{s.month:02d}/{s.day:02d}/{s:%Y %H:%M:%S.%f}" for s in stamps], object)
+    january = STAMPS - pd.Timedelta(days=24)  # 7 to 8 January
+    text = written("{t:%m/%d/%Y %H:%M:%S}.{ms}", january)
     with pytest.raises(TraceError, match="dates such as 01/07/2024 leave open .*--date-order mdy"):
         read_trace({"time": text, "x_m": PLACE})
-    assert np.array_equal(read_trace({"time": text, "x_m": PLACE}, date_order="mdy").time, TIME)
-    turned = np.array([f"{stamp[3:6]}{stamp[:3]}{stamp[6:]}" for stamp in text], object)
-    assert np.array_equal(read_trace({"time": turned, "x_m": PLACE}, date_order="dmy").time, TIME)
+    for order, form in (("mdy", "{t:%m/%d/%Y %H:%M:%S}.{ms}"), ("dmy", "{t:%d/%m/%Y %H:%M:%S}.{ms}")):
+        trace = read_trace({"time": written(form, january), "x_m": PLACE}, date_order=order)
+        assert np.array_equal(trace.time, TIME)
     first = {"time": text[:100], "x_m": PLACE[:100]}  # all of 7 January, or of 1 July
     for order in (None, "mdy", "dmy"):
         assert np.array_equal(read_trace(first, date_order=order).time, TIME[:100])
     with pytest.raises(TraceError, match='expected a time stamp, got "01/31/2024'):
-        read_trace({"time": np.array(german("{m:02d}/{d:02d}/{y}"), object), "x_m": PLACE}, date_order="dmy")
+        read_trace({"time": written("{t:%m/%d/%Y %H:%M:%S}"), "x_m": PLACE}, date_order="dmy")
     with pytest.raises(TraceError, match='date_order: expected one of dmy, mdy, got "ymd"'):
         read_trace(first, date_order="ymd")
 
 
-def test_tick_and_jitter_of_the_clock_are_told():
+def test_tick_and_jitter_of_the_clock_are_given():
     rng = np.random.default_rng(2)
     even = np.arange(3000) / 700.0
     place = np.sin(even)
@@ -196,33 +185,28 @@ def test_tick_and_jitter_of_the_clock_are_told():
     assert uniform.tick == 0.0 and uniform.jitter < 1e-12
 
 
-def test_a_day_beside_a_time_of_day(tmp_path):
-    rows = [f"{stamp[:10]};{stamp[11:]};{place}" for stamp, place in zip(german(), PLACE, strict=True)]
-    path = tmp_path / "trace.csv"
-    path.write_text("\n".join(["Datum;Uhrzeit;x_m", *rows]))
+def test_a_date_beside_a_time_of_day(tmp_path):
+    columns = {"Datum": written("{t:%d.%m.%Y}"), "Uhrzeit": written("{t:%H:%M:%S},{ms}"), "x_m": PLACE}
+    path = write_trace(tmp_path, columns, sep=";")
     assert np.array_equal(read_trace(path).time, TIME)
 
 
-def made_clock(kind: str, rng: np.random.Generator) -> np.ndarray:
-    even = np.arange(3000) / 700.0
-    return {
-        "uniform": even + rng.normal(0.0, 2e-8, even.size),
-        "ticks": np.round(even, 4),
-        "jitter": even + rng.uniform(-1.5e-4, 1.5e-4, even.size),
-    }[kind]
-
-
-@pytest.mark.parametrize("kind", ["uniform", "ticks", "jitter"])
+@pytest.mark.parametrize(
+    ("kind", "stamps"),
+    [
+        ("uniform", lambda even, rng: even + rng.normal(0.0, 2e-8, even.size)),
+        ("ticks", lambda even, rng: np.round(even, 4)),
+        ("jitter", lambda even, rng: even + rng.uniform(-1.5e-4, 1.5e-4, even.size)),
+    ],
+)
 @pytest.mark.parametrize("seed", range(5))
-def test_the_kind_of_made_clocks_is_found(kind, seed):
-    time = made_clock(kind, np.random.default_rng(seed))
-    place = np.sin(time)
+def test_the_kind_of_made_clocks_is_found(kind, stamps, seed):
+    time = stamps(np.arange(3000) / 700.0, np.random.default_rng(seed))
     for scale, shift in ((1.0, 0.0), (4.0, 100.0)):
-        found = clock_of(scale * time + shift, place, True, 0.0)
-        assert found.kind == kind and found.gaps.size == 0
-        assert found.step == pytest.approx(scale / 700.0, rel=0.05)
-        if kind == "ticks":
-            assert found.tick == pytest.approx(scale * 1e-4, rel=1e-6)
+        clock = clock_of(scale * time + shift, np.sin(time), True, 0.0)
+        assert clock.kind == kind and clock.gaps.size == 0
+        assert clock.step == pytest.approx(scale / 700.0, rel=0.05)
+        assert kind != "ticks" or clock.tick == pytest.approx(scale * 1e-4, rel=1e-6)
 
 
 def on_change(quantum: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -238,7 +222,7 @@ def test_a_log_on_change_is_that_of_all_rows(quantum):
     time, place, kept = on_change(quantum)
     trace = read_trace({"t_s": time[kept], "x_m": place[kept]})
     assert trace.clock == "on_change"
-    assert any("rows put back where the axis stands still" in note for note in trace.notes)
+    assert has_note(trace, "rows put back where the axis stands still")
     row = np.round(trace.time * 1e3).astype(int)
     assert trace.time == pytest.approx(time[row], abs=1e-9)
     assert np.array_equal(trace.value, place[row])  # what was put back is what was left out
@@ -300,17 +284,15 @@ def test_an_even_grid_is_found_under_jitter():
     gap = np.array([700])
     assert np.abs(on_grid(stamps[lost], gap)[0] - even[lost]).max() < 4.0 * 2.0 * 1e-4 / np.sqrt(even.size)
     trace = read_trace({"t_s": stamps, "x_m": np.sin(even)}, clock="uniform")
-    assert np.ptp(np.diff(trace.time)) < 1e-12 and any("even grid" in note for note in trace.notes)
+    assert np.ptp(np.diff(trace.time)) < 1e-12 and has_note(trace, "even grid")
 
 
 def test_quantum_and_clock_can_be_set():
     trace = read_trace({"t_s": TIME, "x_m": PLACE}, quantum="2 um", clock="jitter")
     assert (trace.quantum, trace.clock) == (2e-6, "jitter")
     assert read_trace({"t_s": TIME, "x_m": PLACE}).quantum == pytest.approx(1e-6)
-    with pytest.raises(TraceError, match="quantum: expected >= 0 m, got -1"):
-        read_trace({"t_s": TIME, "x_m": PLACE}, quantum=-1.0)
-    with pytest.raises(TraceError, match='clock: expected one of uniform, ticks, jitter, on_change, got "x"'):
-        read_trace({"t_s": TIME, "x_m": PLACE}, clock="x")
+    even = read_trace({"t_s": TIME, "x_m": PLACE}, clock="on_change")  # no row is missing
+    assert np.array_equal(even.time, TIME) and has_note(even, "0 rows put back")
 
 
 @pytest.mark.parametrize("quantum", [1e-6, 5e-7, 8.4e-5, 1e-3])
@@ -323,8 +305,3 @@ def test_the_step_of_decimals_is_found_in_fast_motion(quantum):
     assert read_trace({"t_s": TIME, "x_m": np.sin(TIME)}).quantum == 0.0
     digits = np.array([float(f"{value:.3g}") for value in 80.0 * (1.5 + np.sin(5.0 * TIME))])
     assert decimal_quantum(digits) == 0.0  # 0.1 below 100, 1 above
-
-
-def test_the_clock_of_emps_is_uniform(shared_data: Path):
-    trace = read_trace(shared_data / "emps_bangbang_1kHz.csv")
-    assert trace.clock == "uniform" and any("time stamps: uniform" in note for note in trace.notes)

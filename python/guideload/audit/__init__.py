@@ -1,4 +1,4 @@
-"""The audit of a result: whether the model suits the scene, and what its numbers are worth."""
+"""The audit of a result: figures and warnings that judge its model, samples and method."""
 
 from guideload.audit.audit import Audit
 

@@ -1,54 +1,55 @@
-"""The audit of a result: whether the model was no more than the scene needs, and no less."""
+"""The audit of a result: figures and warnings on its model, samples, excitation and energy."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from guideload.audit import checks
-from guideload.audit.checks import ROLLERS, Below, Contact, Histories, Rotation, Sampling
+from guideload.audit.checks import ROLLERS, Contact, Rotation, Sampling, SimplerModels
 from guideload.audit.energy import Energy, energy
+from guideload.audit.histories import Histories
+from guideload.base.numbers import counted, first_names, load_in_sentence, percent
+from guideload.base.quantities import Quantities
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
 from guideload.motion.resolution import TraceResolution
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-# Limits from which on something is warned of.
+# Limits above which there is a warning.
 LARGE_ROTATION = 1e-2  # rad: the loads are then wrong by about as much
 LARGE_SECOND_ORDER = 0.01  # of the largest link load
 SENSITIVE = 1e-3  # of the largest link load, for a change of the motion by `checks.NUDGE`
 UNBALANCED = 0.01  # of the energy turned over
-# First acceleration, of the largest, from which on a motion has begun under way; smoothed standstill stays below.
+FEWEST_PER_PERIOD = 2.0  # samples per period of the highest mode
+# First acceleration, of the largest, above which a motion does not start at rest; smoothed standstill stays below.
 UNDER_WAY = 0.2
-# Peaks by a simpler model that differ less than this make it enough: catalogues' own figures are no better.
+# Peaks of a simpler model that differ less than this make it enough: catalogues are not more accurate.
 ENOUGH = 0.03
-ENOUGH_DYNAMIC = 0.1  # and whose dynamic part differs by less than this
+ENOUGH_DYNAMIC = 0.1  # and its dynamic part must differ by less than this
+MENTIONED = 1e-3  # relative errors below this are not in the audit's lines
 
-LABEL = 12  # signs before the text of a line
+LABEL = 12  # width of the label of a line
 
 
 @dataclass(frozen=True, eq=False)
 class Audit:
-    """What a result is worth: figures, and warnings where one of them asks for a change.
+    """Figures that judge a result, and warnings where one of them asks for a change.
 
-    rung          of the model: linear, piecewise linear or smooth nonlinear
-    reason        which links made it so
-    method        that solved it
-    rotation      largest rotation, and what small rotations neglect
-    contact       where contact was lost, and the preload that would keep it
-    sampling      samples against modes and the excitation's band
-    information   the band of the trace against the modes, and what it hides; None where the instants do not hold the
-                  whole motion
-    below         peaks by the simpler models: would the rung below have done?
-    sensitivity   change of the loads by a change of the motion by 1e-9; see `checks.sensitivity`
-    energy        balance of the energy; None where the instants hide jumps of the excitation
-    free_at_rest  for each motion that the body is free to make within its clearance at rest, the dofs of L in it
-    warnings      each with its figure and what to change; what spoils more of the result comes first
+    model_level     linear, piecewise linear or smooth nonlinear
+    reason          which links need that level
+    method          that solved it
+    rotation        largest rotation, and the second-order terms left out
+    contact         where contact was lost, and the preload that would prevent it
+    sampling        steps of the samples beside the modes and the excitation's bandwidth
+    resolution      bandwidth of the trace beside the modes, and what it may hide; None where the instants do not hold
+                    the whole motion
+    simpler_models  peaks by simpler models, and the dynamic factor
+    sensitivity     change of the loads by a change of the motion by 1e-9; see `checks.sensitivity`
+    energy          energy balance; None where the instants hide jumps of the excitation
+    free_at_rest    for each motion that the body is free to make within its clearance at rest, the dofs of L in it
+    warnings        each with its figure and a way out, the gravest first
     """
 
     model_level: str
@@ -58,21 +59,21 @@ class Audit:
     contact: Contact
     sampling: Sampling
     resolution: TraceResolution | None
-    below: Below
+    simpler_models: SimplerModels
     sensitivity: float | None
     energy: Energy | None
     free_at_rest: tuple[tuple[str, ...], ...]
     warnings: tuple[str, ...]
 
     @classmethod
-    def of(cls, machine: Machine, data: xr.Dataset, modes: Modes) -> Audit:
-        """The audit of a result's machine, labelled arrays and modes."""
+    def of(cls, machine: Machine, data: Quantities, modes: Modes) -> Audit:
+        """The audit of a result with these quantities, from its machine and the machine's modes."""
         histories = Histories(machine, data)
         rotation, contact = checks.rotation(histories), checks.contact(histories)
         sampling, balance = checks.sampling(histories, modes), energy(histories)
         sensitivity = checks.sensitivity(histories)
-        information = checks.resolution(histories, modes)
-        hidden = () if information is None else tuple(information.warnings())
+        resolution = checks.resolution(histories, modes)
+        hidden = () if resolution is None else tuple(resolution.warnings())
         coarse = hidden or tuple(_sampling_warnings(sampling))
         motions = free_at_rest(machine)
         return cls(
@@ -82,8 +83,8 @@ class Audit:
             rotation=rotation,
             contact=contact,
             sampling=sampling,
-            resolution=information,
-            below=checks.below(histories),
+            resolution=resolution,
+            simpler_models=checks.simpler_models(histories),
             sensitivity=sensitivity,
             energy=balance,
             free_at_rest=motions,
@@ -99,99 +100,97 @@ class Audit:
         )
 
     @property
+    def verdict(self) -> str:
+        """How many warnings there are, as a sentence."""
+        return f"{counted(len(self.warnings), 'warning')}:" if self.warnings else "No warnings."
+
+    @property
     def lines(self) -> tuple[str, ...]:
-        """The audit in words, a line per figure, each with a label of `LABEL` signs in front."""
-        told = (
-            ("model", f"{self.model_level}, by {self.method}: {self.reason}"),
-            ("rotation", self._of_rotation()),
-            ("contact", self._of_contact()),
-            ("sampling", self._of_sampling()),
-            ("excitation", self._of_excitation()),
-            ("band", self._of_information()),
-            *(("linear", text) for text in self._of_linear()),
-            ("static", self._of_static()),
-            ("energy", self._of_energy()),
-            ("warnings", f"{len(self.warnings)}, under the peaks" if self.warnings else "none"),
+        """The figures that matter for this result, a sentence each, after a label of width `LABEL`."""
+        sentences = (
+            ("model", f"{self.model_level}, solved by method {self.method}: {self.reason}"),
+            *self._rotation_line(),
+            *self._contact_lines(),
+            *self._sampling_line(),
+            ("excitation", self._excitation_text()),
+            ("trace", "unknown: the reported instants do not hold the whole motion")
+            if self.resolution is None
+            else ("trace", self.resolution.text),
+            *self._linear_line(),
+            ("static", self._static_text()),
+            *self._energy_line(),
         )
-        return tuple(f"{label:<{LABEL}}{text}" for label, text in told)
+        return tuple(f"{label:<{LABEL}}{text}" for label, text in sentences)
 
     def __str__(self) -> str:
-        return "\n".join([*self.lines, *self.warnings])
+        return "\n".join([self.verdict, *self.warnings, *self.lines])
 
-    def _of_rotation(self) -> str:
-        found = self.rotation
-        neglected = f"second order left out: {found.second_order:.1g} of the load"
-        return f"{found.largest:.2g} rad at {found.time:.3f} s; {neglected}"
+    def _rotation_line(self) -> Iterator[tuple[str, str]]:
+        largest, time, second_order = self.rotation.largest, self.rotation.time, self.rotation.second_order
+        if second_order >= MENTIONED:
+            turn = f"the body turns by up to {largest:.2g} rad, at {time:.3f} s"
+            yield "rotation", f"{turn}; second-order terms left out: {percent(second_order)} of the load"
 
-    def _of_contact(self) -> str:
-        found = self.contact
-        if self.model_level == "linear":
-            sides = len(found.changing_sign)
-            text = f"linear links never part; {sides} {'changes' if sides == 1 else 'change'} sides"
-        else:
-            text = self._of_parting()
-            if found.never:
-                text += f"; never touching: {named(found.never)}"
-        if not found.preload_needed.size:
-            return text
-        row, column = np.unravel_index(int(found.preload_needed.argmax()), found.preload_needed.shape)
-        balls = float(found.preload_needed[row, column])
-        place = f"{self.below.names[row]} in {'yz'[column]}"
-        return f"{text}; preload to keep all rows loaded: {_load(balls)}, rollers {_load(ROLLERS * balls)} ({place})"
+    def _contact_lines(self) -> Iterator[tuple[str, str]]:
+        """Links that lose contact or change sides, and the preload that would prevent it."""
+        contact = self.contact
+        parted = contact.share > 0.0
+        if parted.any():
+            words = contact.words(np.arange(parted.size))
+            share = f"for up to {percent(contact.share.max())} of the time"
+            yield "contact", f"{words} in {int(parted.sum())} of {parted.size} links, {share}"
+        if contact.never_touching:
+            yield "contact", f"never touching: {first_names(contact.never_touching)}"
+        sides = len(contact.changing_sign)
+        if contact.preload_needed.size and (sides or parted.any()):
+            row, column = np.unravel_index(int(contact.preload_needed.argmax()), contact.preload_needed.shape)
+            balls = float(contact.preload_needed[row, column])
+            place = f"{self.simpler_models.names[row]} in {'yz'[column]}"
+            changes = f"{sides} {'link changes' if sides == 1 else 'links change'} between push and pull; "
+            needed = f"{load_in_sentence(balls)} on balls or {load_in_sentence(ROLLERS * balls)} on rollers ({place})"
+            yield "preload", f"{changes if sides else ''}to keep all rows loaded it takes {needed}"
 
-    def _of_parting(self) -> str:
-        """Links that lose contact and preloaded ones that open a row, and for how long at most."""
-        found = self.contact
-        parted = found.share > 0
-        text = f"{found.changes} changes; " if self.model_level == "piecewise linear" else ""
-        kinds = ((~found.preloaded, "lose contact"), (found.preloaded, "open a row"))
-        told = [
-            f"{int(parted[kind].sum())} of {int(kind.sum())} links {what}"
-            for kind, what in kinds
-            if kind.any()
-        ]
-        longest = f", for up to {percent(found.share.max())} of the time" if parted.any() else ""
-        return f"{text}{', '.join(told)}{longest}"
+    def _sampling_line(self) -> Iterator[tuple[str, str]]:
+        """Samples so far apart that a peak of the highest mode between two of them reads too low."""
+        count, highest = self.sampling.per_period, self.sampling.highest
+        if count is None:
+            yield "sampling", "a single instant is reported: peaks at other instants are unknown"
+            return
+        low = 1.0 - np.cos(np.pi / max(count, FEWEST_PER_PERIOD))
+        if low > ENOUGH:
+            per_period = f"{count:.3g} samples per period of the highest mode, {highest:.3g} Hz"
+            yield "sampling", f"{per_period}: peaks of its vibration may be missed by up to {percent(low)}"
 
-    def _of_sampling(self) -> str:
-        found = self.sampling
-        if found.per_period is None:
-            return "a single instant"
-        return f"{found.per_period:.3g} samples per period of the highest mode, {found.highest:.3g} Hz"
+    def _excitation_text(self) -> str:
+        sampling = self.sampling
+        modes = f"the modes are at {sampling.lowest:.3g} to {sampling.highest:.3g} Hz"
+        if sampling.band is None:
+            return f"none at the reported instants; {modes}"
+        return f"{percent(checks.POWER_SHARE)} of its power is below {sampling.band:.3g} Hz; {modes}"
 
-    def _of_excitation(self) -> str:
-        found = self.sampling
-        modes = f"modes {found.lowest:.3g} to {found.highest:.3g} Hz"
-        if found.band is None:
-            return f"none to be seen at the reported instants; {modes}"
-        return f"{percent(checks.POWER_SHARE)} of its power below {found.band:.3g} Hz; {modes}"
-
-    def _of_information(self) -> str:
-        if self.resolution is None:
-            return "not to be told: the reported instants do not hold the whole motion"
-        return self.resolution.text
-
-    def _of_linear(self) -> Iterator[str]:
-        if self.below.linear is not None:
-            off, name = self.below.deviation(self.below.linear)
+    def _linear_line(self) -> Iterator[tuple[str, str]]:
+        if self.simpler_models.linear is not None:
+            off, name = self.simpler_models.deviation(self.simpler_models.linear)
             verdict = "do" if abs(off) <= ENOUGH else "not do"
-            yield f"nominal linear links would {verdict}: peaks {_off(off, name)}"
+            yield "linear", f"nominal linear links would {verdict}: their peaks are {_off(off, name)}"
 
-    def _of_static(self) -> str:
-        off, name = self.below.deviation(self.below.quasi_static)
-        dynamic, whose = self.below.dynamic_deviation
+    def _static_text(self) -> str:
+        simpler = self.simpler_models
+        off, name = simpler.deviation(simpler.quasi_static)
+        dynamic, link = simpler.dynamic_deviation
         verdict = "do" if abs(off) <= ENOUGH and abs(dynamic) <= ENOUGH_DYNAMIC else "not do"
-        nominal = "" if self.model_level == "linear" else ", nominal stiffness,"
-        peaks = f"peaks {_off(off, name)}, dynamic part {_off(dynamic, whose)}"
-        return f"a static calculation with m a{nominal} would {verdict}: {peaks}"
+        factor = simpler.dynamic_factor[simpler.names.index(name)]
+        nominal = "" if self.model_level == "linear" else " and nominal stiffness"
+        peaks = f"peaks are {factor:.2f} times the quasi-static ones ({name})"
+        dynamic_part = f"the quasi-static dynamic part is {_off(dynamic, link)}"
+        return f"statics with m a{nominal} would {verdict}: {peaks}, {dynamic_part}"
 
-    def _of_energy(self) -> str:
-        found = self.energy
-        if found is None:
-            return "not to be told: the excitation jumps, which the reported instants do not show"
-        if not found.turned_over:
-            return "none is turned over"
-        return f"balances to {found.residual:.1g} of the {found.turned_over:.3g} J turned over"
+    def _energy_line(self) -> Iterator[tuple[str, str]]:
+        if self.energy is None:
+            yield "energy", "balance unknown: the excitation jumps between the reported instants"
+        elif self.energy.residual >= MENTIONED:
+            turned_over = f"{self.energy.turned_over:.3g} J turned over"
+            yield "energy", f"{percent(self.energy.residual)} of the {turned_over} does not balance"
 
 
 def free_at_rest(machine: Machine) -> tuple[tuple[str, ...], ...]:
@@ -200,52 +199,52 @@ def free_at_rest(machine: Machine) -> tuple[tuple[str, ...], ...]:
 
 
 def rest_notes(motions: tuple[tuple[str, ...], ...]) -> list[str]:
-    """What a body that is free at rest in these motions, as of `free_at_rest`, starts from."""
+    """A note on where a body starts that is free at rest in these motions, as from `free_at_rest`."""
     if not motions:
         return []
-    told = ", and in ".join(" with ".join(dofs) for dofs in motions)
+    dofs = ", and in ".join(" with ".join(motion) for motion in motions)
     return [
-        f"Note: at rest the body is free within its clearance in {told}: it starts where very weak springs would "
+        f"Note: at rest the body is free within its clearance in {dofs}: it starts where very weak springs would "
         "centre it. Preload, or a process force in the motion, makes the start definite."
     ]
 
 
-def _reason(of: Histories) -> str:
-    """Which links made the model what it is."""
-    if of.linear:
+def _reason(histories: Histories) -> str:
+    """Which links need the level of the model."""
+    if histories.linear:
         return "every link is linear"
     kinds: dict[str, list[str]] = {}
-    for name, law in zip(of.links.names, of.links.laws, strict=True):
+    for name, law in zip(histories.links.names, histories.links.laws, strict=True):
         if law.kind == "sided":
             kinds.setdefault("clearance" if law.edges[-1] > 0 else "unequal sides", []).append(name)
         elif law.kind != "linear":
             kinds.setdefault("preload" if law.kind == "preloaded" else law.kind, []).append(name)
-    return "; ".join(f"{kind} in {named(names)}" for kind, names in kinds.items())
+    return "; ".join(f"{kind} in {first_names(names)}" for kind, names in kinds.items())
 
 
-def _rotation_warnings(found: Rotation) -> Iterator[str]:
-    if found.largest > LARGE_ROTATION or found.second_order > LARGE_SECOND_ORDER:
+def _rotation_warnings(rotation: Rotation) -> Iterator[str]:
+    if rotation.largest > LARGE_ROTATION or rotation.second_order > LARGE_SECOND_ORDER:
         yield (
-            f"Note: the body turns by {found.largest:.2g} rad at {found.time:.3f} s; the model takes rotations as "
-            f"small, which leaves out about {percent(found.second_order)} of the load. Stiffer or wider guides "
+            f"Note: the body turns by {rotation.largest:.2g} rad at {rotation.time:.3f} s; the model takes rotations "
+            f"as small, which leaves out about {percent(rotation.second_order)} of the load. Stiffer or wider guides "
             "turn less; is stiffness in N/m?"
         )
 
 
-def _start_warnings(of: Histories, modes: Modes) -> Iterator[str]:
-    """What a motion that begins under way does to the peaks: the run starts at rest, as by a sudden start.
+def _start_warnings(histories: Histories, modes: Modes) -> Iterator[str]:
+    """The effect of a motion that does not start at rest: the run does, so the loads are those of a sudden start.
 
-    The time until that has died away is 3 / (zeta omega) of the slowest mode: 5 % of it is left then.
+    After 3 / (zeta omega) of the slowest mode 5 % of that is left.
     """
-    size = np.linalg.norm(of.cart_acceleration, axis=1)
-    if size[0] <= UNDER_WAY * size.max() or not of.rests_at_first:
+    size = np.linalg.norm(histories.cart_acceleration, axis=1)
+    if size[0] <= UNDER_WAY * size.max() or not histories.starts_at_rest:
         return
     slowest = float(-np.real(modes.eigenvalues).max())
-    until = float(of.time[0]) + 3.0 / slowest if slowest > 0 else np.inf
-    first = of.time[checks.peak_instants(of)].min(axis=1)
-    names = [carriage.name for carriage in of.machine.carriages]
+    until = float(histories.time[0]) + 3.0 / slowest if slowest > 0 else np.inf
+    first = histories.time[checks.peak_instants(histories.data)].min(axis=1)
+    names = [carriage.name for carriage in histories.machine.carriages]
     early = [name for name, time in zip(names, first, strict=True) if time < until]
-    if until < of.time[-1]:
+    if until < histories.time[-1]:
         period = f"until {until:.3g} s"
         way_out = "record from standstill, or read the peaks after that"
     else:
@@ -258,74 +257,59 @@ def _start_warnings(of: Histories, modes: Modes) -> Iterator[str]:
     )
 
 
-def _sampling_warnings(found: Sampling) -> Iterator[str]:
-    if found.step is not None and found.step * found.highest > 0.5:
+def _sampling_warnings(sampling: Sampling) -> Iterator[str]:
+    if sampling.per_period is not None and sampling.per_period < FEWEST_PER_PERIOD:
         yield (
-            f"Note: a sample every {1e3 * found.step:.3g} ms is coarser than half a period of the highest mode, "
-            f"{found.highest:.3g} Hz: peaks between the samples are missed. Take a faster trace, or in Python report "
-            "at finer instants: simulate(machine, motion, times=...)."
+            f"Note: a sample every {1e3 / (sampling.per_period * sampling.highest):.3g} ms is coarser than half a "
+            f"period of the highest mode, {sampling.highest:.3g} Hz: peaks between the samples are missed. Take a "
+            "faster trace, or in Python report at finer instants: simulate(machine, motion, times=...)."
         )
 
 
-def _energy_warnings(found: Energy | None, coarse: bool) -> Iterator[str]:
-    """Where the energy does not balance. Coarse samples are blamed once, the solver only where they are not to blame.
+def _energy_warnings(energy: Energy | None, coarse: bool) -> Iterator[str]:
+    """Where the energy does not balance: the solver, unless the samples are too coarse, which is said only once.
 
-    Where samples are too coarse the two quadratures are about as far apart as the residual is large, at the least.
+    Samples are too coarse where the two quadratures differ by a tenth of the residual or more.
     """
-    if found is None or found.residual <= UNBALANCED:
+    if energy is None or energy.residual <= UNBALANCED:
         return
-    told = f"Note: {percent(found.residual)} of the energy turned over, {found.turned_over:.3g} J, does not balance"
-    if found.resolution < 0.1 * found.residual:
-        yield f"{told}: the solution is not accurate. Lower rtol, or take a smaller step or another method."
+    share = (
+        f"{percent(energy.residual)} of the energy turned over, {energy.turned_over:.3g} J, does not balance"
+    )
+    if energy.resolution < 0.1 * energy.residual:
+        way_out = "Lower rtol, or take a smaller step or another method."
+        yield f"Note: {share}: the solution is not accurate. {way_out}"
     elif not coarse:
-        yield f"{told}: the samples are too coarse to tell. Report at finer instants: simulate(..., times=...)."
+        way_out = "Report at finer instants: simulate(..., times=...)."
+        yield f"Note: {share}: the samples are too coarse to judge the solution. {way_out}"
 
 
-def _sensitivity_warnings(found: float | None) -> Iterator[str]:
-    if found is not None and found > SENSITIVE:
+def _sensitivity_warnings(sensitivity: float | None) -> Iterator[str]:
+    if sensitivity is not None and sensitivity > SENSITIVE:
         yield (
             f"Note: impacts multiply small differences here: a motion larger by {checks.NUDGE:.0e} of it changes loads "
-            f"by up to {percent(found)} of the largest. No method tells their course, and peaks may change as "
-            "much. Damping that always acts (no damping_in_contact), more damping or less play settle it."
+            f"by up to {percent(sensitivity)} of the largest. No method predicts the course of such impacts, and peaks "
+            "may change as much. Damping that always acts (no damping_in_contact), more damping or less clearance "
+            "makes them definite."
         )
 
 
-def _contact_warnings(of: Histories, found: Contact) -> Iterator[str]:
-    """Preloaded contacts of which a row opens. Clearance is expected to."""
-    more: dict[str, float] = {}  # preload that would keep the rows loaded, over the one that is there
-    elastic = of.of("link_load_elastic", "link")
-    for i, (name, law) in enumerate(zip(of.links.names, of.links.laws, strict=True)):
-        if law.kind == "preloaded" and found.lost[:, i].any():
-            more[name] = float(np.abs(elastic[:, i]).max() / law.force(law.edges[-1:])[0])
-    if more:
-        longest = max(found.share[of.links.names.index(name)] for name in more)
-        yield (
-            f"Note: {named(list(more))} {_open(len(more))} for up to {percent(longest)} of the time: half of "
-            f"its balls or rollers carry nothing then. {max(more.values()):.3g} times the preload would keep all rows "
-            "loaded."
-        )
-
-
-def _open(links: int) -> str:
-    return "has a row open" if links == 1 else "have a row open"
-
-
-def percent(part: float) -> str:
-    """A part with two digits, as `3.1 %`; zero where it is rounding."""
-    return f"{float(f'{100 * part:.2g}') if part > 1e-9 else 0:g} %"
-
-
-def named(names: Sequence[str], most: int = 2) -> str:
-    """The first names, and how many more there are."""
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more
-
-
-def _load(value: float) -> str:
-    return f"{value:.3g} N" if value < 1e3 else f"{1e-3 * value:.3g} kN"
+def _contact_warnings(histories: Histories, contact: Contact) -> Iterator[str]:
+    """Preloaded contacts of which a row opens. Contacts with clearance are expected to part."""
+    names, laws = histories.links.names, histories.links.laws
+    opened = np.flatnonzero(contact.preloaded & contact.lost.any(axis=0))
+    if not opened.size:
+        return
+    largest = np.abs(histories.data["link_load_elastic"][:, opened]).max(axis=0)
+    opening = [law.force(law.edges[-1:])[0] for law in (laws[i] for i in opened)]
+    which = f"{first_names([names[i] for i in opened])} {'has' if opened.size == 1 else 'have'} a row open"
+    yield (
+        f"Note: {which} for up to {percent(contact.share[opened].max())} of the time: half of its balls or rollers "
+        f"carry nothing then. {(largest / opening).max():.3g} times the preload would keep all rows loaded."
+    )
 
 
 def _off(off: float, name: str) -> str:
     if percent(abs(off)) == "0 %":
-        return "unchanged"
-    return f"{percent(abs(off))} {'low' if off < 0 else 'high'} ({name})"
+        return "the same"
+    return f"{percent(abs(off))} too {'low' if off < 0 else 'high'} ({name})"

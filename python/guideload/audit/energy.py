@@ -1,4 +1,4 @@
-"""The energy of a run: what was stored, fed in and dissipated must agree, whatever method solved it."""
+"""The energy balance of a run: stored, fed in and dissipated energy must agree, whatever method solved it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from guideload.audit.checks import Histories
+from guideload.audit.histories import Histories
 from guideload.base.arrays import Array
 
 
@@ -15,8 +15,8 @@ class Energy:
     """Balance of the energy in the carriage frame.
 
     turned_over  J, fed in and taken out by the excitation, and dissipated
-    residual     largest distance of the energy from what came and went, relative to that turned over
-    resolution   the same of what the instants leave open: two orders of the quadrature apart
+    residual     largest distance of the stored energy from the energy fed in less dissipated, over that turned over
+    resolution   error of the quadrature between the instants, over that turned over: two orders compared
     """
 
     turned_over: float
@@ -24,7 +24,7 @@ class Energy:
     resolution: float
 
 
-def energy(of: Histories) -> Energy | None:
+def energy(histories: Histories) -> Energy | None:
     """Energy balance over the reported instants; None where these hide jumps of the excitation.
 
     Energy: q'.M q' / 2 + sum of U_i(delta_i) - Q.q; input power: q'.(E - M_u a); dissipated: sum of b_i delta_i'^2.
@@ -33,33 +33,36 @@ def energy(of: Histories) -> Energy | None:
     resolution is the distance from the quadrature with first derivatives only (order 4), and what dampers took that
     begin or end between two instants.
     """
-    if of.hidden_jumps:
+    if histories.hidden_jumps:
         return None
-    stored = 0.5 * _dot(of.velocity @ of.mass, of.velocity) - of.position @ of.weight + _elastic_energy(of)
-    drag, drag_rate, elastic_rate = _link_forces(of)
-    free = np.ix_(of.free, of.free)
+    velocity, acceleration, excitation = histories.velocity, histories.acceleration, histories.excitation
+    kinetic = 0.5 * _dot(velocity @ histories.mass, velocity)
+    stored = kinetic - histories.position @ histories.weight + _elastic_energy(histories)
+    drag, drag_rate, elastic_rate = _link_forces(histories)
+    free = np.ix_(histories.free, histories.free)
     inverse = np.zeros((6, 6))
-    inverse[free] = np.linalg.inv(of.mass[free])
-    own_jerk = -(drag_rate + elastic_rate) @ inverse  # without that of the changing excitation
-    steps = np.diff(of.time)
+    inverse[free] = np.linalg.inv(histories.mass[free])
+    jerk = -(drag_rate + elastic_rate) @ inverse  # without that from the change of the excitation
+    steps = np.diff(histories.time)
     inside = steps > 0
     width = np.where(inside, steps, 1.0)[:, None]
-    slope = np.where(inside[:, None], np.diff(of.excitation, axis=0) / width, 0.0)
+    slope = np.where(inside[:, None], np.diff(excitation, axis=0) / width, 0.0)
 
-    fed, lost, through = _dot(of.velocity, of.excitation), _dot(of.velocity, drag), of.excitation - 2.0 * drag
+    fed, lost = _dot(velocity, excitation), _dot(velocity, drag)
+    through = excitation - 2.0 * drag
     trapezoid = steps * _ends(fed - lost).sum(axis=0) / 2.0
-    left, right = _ends(_dot(of.acceleration, through)) + _dot(_ends(of.velocity), slope)
+    left, right = _ends(_dot(acceleration, through)) + _dot(_ends(velocity), slope)
     first = steps**2 * (left - right)
-    own_second = _dot(own_jerk, through) - 2.0 * _dot(drag_rate, of.acceleration)
-    by_slope = _dot(_ends(through @ inverse + 2.0 * of.acceleration), slope)
-    second = steps**3 * (_ends(own_second) + by_slope).sum(axis=0)
+    by_state = _dot(jerk, through) - 2.0 * _dot(drag_rate, acceleration)
+    by_slope = _dot(_ends(through @ inverse + 2.0 * acceleration), slope)
+    second = steps**3 * (_ends(by_state) + by_slope).sum(axis=0)
     sixth, fourth = trapezoid + first / 10.0 + second / 120.0, trapezoid + first / 12.0
 
     turned_over = float(steps @ _ends(np.abs(fed) + lost).sum(axis=0)) / 2.0
     if turned_over <= 1e-12 * float(np.abs(stored).max()):  # nothing moves but rounding
         return Energy(0.0, 0.0, 0.0)
     residual = np.abs(np.diff(stored).cumsum() - sixth.cumsum()).max()
-    resolution = np.abs((sixth - fourth).cumsum()).max() + _unseen(of, steps)
+    resolution = np.abs((sixth - fourth).cumsum()).max() + _unseen(histories, steps)
     return Energy(turned_over, float(residual) / turned_over, float(resolution) / turned_over)
 
 
@@ -68,46 +71,47 @@ def _ends(values: Array) -> Array:
     return np.stack([values[:-1], values[1:]])
 
 
-def _link_forces(of: Histories) -> tuple[Array, Array, Array]:
+def _link_forces(histories: Histories) -> tuple[Array, Array, Array]:
     """(time, 6) force and moment about L of the dampers, its derivative, and that of the elastic force.
 
     A link's damping and tangent stiffness are those at its deflection.
     """
-    links, rows = of.links, of.rows
-    if of.linear:
+    links, rows = histories.links, histories.rows
+    if histories.linear:
         damping = (rows.T * links.damping) @ rows
-        return of.velocity @ damping, of.acceleration @ damping, of.velocity @ of.stiffness
-    active = _active_damping(of)
-    tangent = np.empty_like(of.deflection)
+        elastic_rate = histories.velocity @ histories.stiffness
+        return histories.velocity @ damping, histories.acceleration @ damping, elastic_rate
+    active = _active_damping(histories)
+    tangent = np.empty_like(histories.deflection)
     for i, law in enumerate(links.laws):
-        tangent[:, i] = law.tangent(np.ascontiguousarray(of.deflection[:, i]))
-    rate, second = of.velocity @ rows.T, of.acceleration @ rows.T
+        tangent[:, i] = law.tangent(np.ascontiguousarray(histories.deflection[:, i]))
+    rate, second = histories.velocity @ rows.T, histories.acceleration @ rows.T
     return (active * rate) @ rows, (active * second) @ rows, (tangent * rate) @ rows
 
 
-def _active_damping(of: Histories) -> Array:
+def _active_damping(histories: Histories) -> Array:
     """(time, link) N s/m, that of every link at its deflection."""
-    links = of.links
-    active = np.broadcast_to(links.damping, of.deflection.shape).copy()
+    links = histories.links
+    active = np.broadcast_to(links.damping, histories.deflection.shape).copy()
     for i in np.flatnonzero(links.damping_in_contact):
-        active[np.abs(of.deflection[:, i]) <= links.laws[i].edges[-1], i] = 0.0
+        active[np.abs(histories.deflection[:, i]) <= links.laws[i].edges[-1], i] = 0.0
     return active
 
 
-def _unseen(of: Histories, steps: Array) -> float:
+def _unseen(histories: Histories, steps: Array) -> float:
     """J, what dampers that begin or end between two instants may have taken more or less than the quadrature has."""
-    if not of.links.damping_in_contact.any():
+    if not histories.links.damping_in_contact.any():
         return 0.0
-    fastest = _ends((of.velocity @ of.rows.T) ** 2).max(axis=0)
-    return 0.5 * float(steps @ (np.abs(np.diff(_active_damping(of), axis=0)) * fastest).sum(axis=1))
+    fastest = _ends((histories.velocity @ histories.rows.T) ** 2).max(axis=0)
+    return 0.5 * float(steps @ (np.abs(np.diff(_active_damping(histories), axis=0)) * fastest).sum(axis=1))
 
 
-def _elastic_energy(of: Histories) -> Array:
+def _elastic_energy(histories: Histories) -> Array:
     """(time,) J, of all links."""
-    if of.linear:
-        return 0.5 * _dot(of.position @ of.stiffness, of.position)
-    total = np.zeros(of.time.size)
-    for law, deflection in zip(of.links.laws, of.deflection.T, strict=True):
+    if histories.linear:
+        return 0.5 * _dot(histories.position @ histories.stiffness, histories.position)
+    total = np.zeros(histories.time.size)
+    for law, deflection in zip(histories.links.laws, histories.deflection.T, strict=True):
         total += law.energy(np.ascontiguousarray(deflection))
     return total
 

@@ -69,6 +69,7 @@ EXPECTED = {
     "string_type": "text in quotes",
     "string_too_short": "a name",
     "model_type": "a table of keys and values",
+    "model_attributes_type": "a table of keys and values",
     "tuple_type": "a list",
     "bool_type": "true or false",
     "too_short": "at least one entry",
@@ -78,7 +79,9 @@ EXPECTED = {
 def _problem(item: ErrorDetails, model: type[BaseModel]) -> Problem:
     """An error of pydantic in guideload's words."""
     path, value, kind, context = item["loc"], item["input"], item["type"], item.get("ctx", {})
-    holder, field = _field(model, path)
+    if kind.startswith("union_tag"):  # the key that selects the model of a union is missing or unknown
+        path = (*path, context["discriminator"].strip("'"))
+    path, holder, field = _field(model, path)
     expected = EXPECTED.get(kind, item["msg"])
     hint = (field.description if field else None) or ""
     written = shown(value)
@@ -87,13 +90,18 @@ def _problem(item: ErrorDetails, model: type[BaseModel]) -> Problem:
         expected, hint = refused.expected, refused.hint or hint
     elif kind == "literal_error":
         expected = str(context["expected"]).replace("'", '"')
-    elif kind == "missing":
+    elif kind in ("missing", "union_tag_not_found"):
         value, expected, hint, written = None, hint, f'add the key "{path[-1]}"', ABSENT
     elif kind == "extra_forbidden":
         keys = list(holder.model_fields)
         near = _nearest(str(path[-1]), keys)
         expected = "a known key"
         hint = f"did you mean {' or '.join(near)}?" if near else f"keys known here: {', '.join(keys)}"
+    elif kind == "union_tag_invalid":
+        value, tags = value[path[-1]], context["expected_tags"].replace("'", "")
+        near = _nearest(str(value), tags.split(", "))
+        expected, written = "one of " + ", ".join(f'"{tag}"' for tag in tags.split(", ")), shown(value)
+        hint = f"did you mean {' or '.join(near)}?" if near else hint
     return Problem(path, value, expected, hint, None, written)
 
 
@@ -103,21 +111,29 @@ def _nearest(word: str, known: list[str]) -> list[str]:
     return [f'"{near}"' for near in sorted(likeness) if likeness[near] == max(likeness.values())]
 
 
-def _field(model: type[BaseModel], path: KeyPath) -> tuple[type[BaseModel], FieldInfo | None]:
-    """The field that `path` leads to or into, and the model that has it."""
+def _field(model: type[BaseModel], path: KeyPath) -> tuple[KeyPath, type[BaseModel], FieldInfo | None]:
+    """The path without the tags of unions, the model of its last key, and the field of that key."""
     field: FieldInfo | None = None
-    keys = [part for part in path if isinstance(part, str)]
-    for i, key in enumerate(keys):
-        field = model.model_fields.get(key)
-        inner = _model_in(field.annotation) if field else None
-        if i < len(keys) - 1 and inner:
-            model = inner
-    return model, field
+    models: dict[str, type[BaseModel]] = {}
+    plain: list[str | int] = []
+    for key in path:
+        if isinstance(key, str) and key in models and len(models) > 1:
+            models = {key: models[key]}  # the tag by which pydantic says which model of a union it is
+            continue
+        plain.append(key)
+        if isinstance(key, str):
+            model = next(iter(models.values()), model)
+            field = model.model_fields.get(key)
+            models = _models_in(field.annotation) if field else {}
+    return tuple(plain), model, field
 
 
-def _model_in(annotation: Any) -> type[BaseModel] | None:
-    """The model inside an annotation such as `tuple[Carriage, ...]` or `Drive | None`."""
-    inner = get_args(annotation)
-    if not inner:
-        return annotation if isinstance(annotation, type) and issubclass(annotation, BaseModel) else None
-    return next(filter(None, map(_model_in, inner)), None)
+def _models_in(annotation: Any) -> dict[str, type[BaseModel]]:
+    """The models inside an annotation such as `tuple[Carriage, ...]` or `Drive | None`, by their tags in a union."""
+    if inner := get_args(annotation):
+        return {tag: model for argument in inner for tag, model in _models_in(argument).items()}
+    if not (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
+        return {}
+    literals = [get_args(field.annotation) for field in annotation.model_fields.values()]
+    tags = [literal[0] for literal in literals if len(literal) == 1 and isinstance(literal[0], str)]
+    return {tags[0] if tags else annotation.__name__: annotation}

@@ -1,6 +1,7 @@
 """Conversion of units to SI: a value is an SI number or a string such as "350 N/um".
 
-Only the units below are known: pint's own list costs 0.17 s at every start, this one 0.01 s. Angle is a
+Only the units below are known: pint's own list costs 0.17 s at every start, this one 0.01 s, and pint itself, which
+takes 0.1 s to import, is loaded for units that `COMMON` does not have. Angle is a
 dimension of its own, so that rpm and Hz, or rad/s and 1/s, cannot be mistaken for each other. All factors are
 exact fractions and are rounded once: "85 mm" is the double 0.085.
 """
@@ -13,11 +14,12 @@ from difflib import get_close_matches
 from fractions import Fraction
 from functools import lru_cache
 from numbers import Real
-from typing import Any
-
-import pint
+from typing import TYPE_CHECKING, Any
 
 from guideload.base.errors import ValueRefused
+
+if TYPE_CHECKING:
+    import pint
 
 DEFINITIONS = """
 nano- = 1e-9 = n-
@@ -48,8 +50,6 @@ inch = 0.0254 * meter = in
 foot = 0.3048 * meter = ft
 standard_gravity = 9.80665 * meter / second ** 2 = g_0
 """
-REGISTRY: pint.UnitRegistry[Any] = pint.UnitRegistry(DEFINITIONS.strip().splitlines(), non_int_type=Fraction)
-
 # Names of dimensions in errors; others are shown as powers of the base dimensions.
 DIMENSIONS = {
     "1": "a plain number",
@@ -66,6 +66,19 @@ DIMENSIONS = {
     "m/s^2": "an acceleration",
     "rad/s": "an angular speed",
     "1/s": "a frequency",
+}
+# SI unit and ratio to it, of the units that most files have; tests compare them with pint's.
+COMMON = {unit: (unit, Fraction(1)) for unit in DIMENSIONS} | {
+    "mm": ("m", Fraction(1, 1000)),
+    "um": ("m", Fraction(1, 10**6)),
+    "kN": ("N", Fraction(1000)),
+    "N/um": ("N/m", Fraction(10**6)),
+    "N/mm": ("N/m", Fraction(1000)),
+    "kN/mm": ("N/m", Fraction(10**6)),
+    "kN s/m": ("N s/m", Fraction(1000)),
+    "ms": ("s", Fraction(1, 1000)),
+    "mm/s": ("m/s", Fraction(1, 1000)),
+    "rpm": ("rad/s", Fraction("6.28318530717958647693") / 60),
 }
 
 # At most three digits of exponent: no double needs more, and fractions of a million digits take minutes.
@@ -119,22 +132,37 @@ def factor(unit: str, target: str) -> float:
 
 @lru_cache(maxsize=256)
 def _ratio(unit: str, target: str) -> Fraction:
+    if unit in COMMON and target in COMMON:
+        (si, ratio), (target_si, target_ratio) = COMMON[unit], COMMON[target]
+        if si == target_si:
+            return ratio / target_ratio
+        if (si, target_si) != ("1/s", "rad/s"):
+            raise ValueRefused(_name(target), unit, f'"{unit}" is {DIMENSIONS[si]}')
     source, goal = _parsed(unit), _parsed(target)
     if source.dimensionality != goal.dimensionality:
         if goal == _parsed("rad/s") and _plain(unit).replace(" ", "") in ("1/min", "min^-1"):
             source = _parsed("rpm")
         else:
             raise ValueRefused(_name(target), unit, _mismatch(unit, source, goal))
-    return Fraction(REGISTRY.convert(Fraction(1), source, goal))
+    return Fraction(_registry().convert(Fraction(1), source, goal))
+
+
+@lru_cache(maxsize=1)
+def _registry() -> pint.UnitRegistry[Any]:
+    import pint
+
+    return pint.UnitRegistry(DEFINITIONS.strip().splitlines(), non_int_type=Fraction)
 
 
 def _parsed(unit: str) -> pint.Unit:
     plain = _plain(unit)
     if not UNIT.fullmatch(plain):
         raise ValueRefused("a unit", unit, f'"{unit}" is no unit; write it like N/um, N s/m or kg m^2')
+    from pint import UndefinedUnitError
+
     try:
-        return REGISTRY.parse_units("" if plain == "1" else plain)
-    except pint.UndefinedUnitError as error:
+        return _registry().parse_units("" if plain == "1" else plain)
+    except UndefinedUnitError as error:
         unknown = str(error.unit_names[0] if isinstance(error.unit_names, tuple) else error.unit_names)
         near = get_close_matches(unknown, _symbols(), n=1, cutoff=0.5) or [
             name for name in _symbols() if name.lower() == unknown.lower()
@@ -161,7 +189,9 @@ def _mismatch(unit: str, source: pint.Unit, goal: pint.Unit) -> str:
 
 
 def _name(unit: str) -> str:
-    return "a plain number" if unit == "1" else f"{_dimension(_parsed(unit))} in {unit}"
+    if unit == "1":
+        return DIMENSIONS[unit]
+    return f"{DIMENSIONS.get(unit) or _dimension(_parsed(unit))} in {unit}"
 
 
 def _dimension(unit: pint.Unit) -> str:

@@ -53,7 +53,7 @@ def file_schema(kind: Literal["machine", "study"]) -> dict[str, Any]:
     if kind == "machine":
         from guideload.machine.machine import Machine as model
     else:
-        from guideload.study.study import StudyFile as model
+        from guideload.study.description.options import StudyFile as model
     schema = model.model_json_schema(schema_generator=FileSchema)
     _add_units(schema)
     return {"$schema": DIALECT, **schema}

@@ -1,46 +1,45 @@
-"""The command `guideload study`: the loads of many machines that differ as real ones do."""
+"""The command `guideload study`: a Monte Carlo study, resumed, replaced or begun."""
 
 from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from guideload.cli.errors import InputError
+from guideload.cli.options import InputFile, folder_option, no_pictures_option
 from guideload.cli.outputs import (
     STUDY,
-    Refused,
+    atomic_output,
     require_free,
     require_unread,
     unwritable,
     write_manifest,
-    written_whole,
 )
-from guideload.cli.shared import Folder, InputFile, output_encoding, tell, working
+from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
+    from guideload.study.description.study import Study
     from guideload.study.execution import Progress
-    from guideload.study.result import StudyResult
-    from guideload.study.study import Study
+    from guideload.study.results.result import StudyResult
 
 INTERRUPTED = 130  # the exit code of a program that Ctrl-C ended
 
 
 @click.command()
 @click.argument("study_file", metavar="STUDY.TOML", type=InputFile)
-@click.option("-o", "--output", type=Folder, required=True, help="Folder to write.")
-@click.option("--resume", is_flag=True, help="Go on with the study in the folder, if one was begun there.")
+@folder_option(required=True)
+@click.option("--resume", is_flag=True, help="Resume the study in the folder, if one was begun there.")
 @click.option("--overwrite", is_flag=True, help="Replace the study in the folder.")
-@click.option("--samples", type=click.IntRange(min=1), help="How many are drawn, instead of the file's.")
+@click.option("--samples", type=click.IntRange(min=1), help="Number of samples, instead of the file's.")
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of all draws, instead of the file's.")
-@click.option(
-    "--threads", type=click.IntRange(min=1), help="Threads to run on; as many as there are cores if left out."
-)
-@click.option("--no-pictures", is_flag=True, help="Write the numbers only.")
+@click.option("--threads", type=click.IntRange(min=1), help="Threads; the number of cores if left out.")
+@no_pictures_option
 def study(
     study_file: Path,
     output: Path,
@@ -51,89 +50,85 @@ def study(
     threads: int | None,
     no_pictures: bool,
 ) -> None:
-    """Run a study: the distribution of the loads where the parameters of a machine scatter.
+    """Run a Monte Carlo study: the distribution of the loads where the parameters of a machine vary.
 
-    Samples are written as they are done. Ctrl-C leaves a result of those, and --resume goes on, also after a
-    crash: nothing that was written is lost, and the end is the same to the last bit.
+    Samples are written as they are done. Ctrl-C reports those, and --resume runs the others, also after a crash: no
+    written sample is lost, and the result is the same to the last bit.
     """
     from guideload.study.execution import StudyInterrupted, run_study
 
     if resume and overwrite:
-        raise click.UsageError("--resume keeps what is in the folder and --overwrite replaces it: give one")
-    again = _command(study_file, output, samples, seed, threads, no_pictures)
-    may_go_on = resume
+        raise click.UsageError("--resume keeps the study in the folder and --overwrite replaces it: give one")
+    options = {"--samples": samples, "--seed": seed, "--threads": threads}
+    again = _resuming_command(study_file, output, options, no_pictures)
+    may_resume, interrupted = resume, ""
     try:
-        with working("reading"):
+        with status("reading"):
             described = _read(study_file, output if resume else None, samples, seed)
         _require_folder(output, resume, overwrite, described.inputs)
-        may_go_on = True
+        may_resume = True
         try:
             with _bar() as progress:
                 result = run_study(described, output, threads=threads, resume=resume, progress=progress)
-            left = ""
-        except StudyInterrupted as interrupted:
-            result = interrupted.result
-            left = f"Interrupted: {result.finished} of {result.runs} runs are done. To go on: {again}"
-        for path, reason in result.parts.damaged.items():
+        except StudyInterrupted as error:
+            result = error.result
+            interrupted = f"Interrupted: {result.finished} of {result.runs} runs are done. To resume: {again}"
+        for path, reason in result.store.damaged.items():
             click.echo(f"{path} was damaged ({reason}): its samples were run again.", err=True)
         if result.finished:
             _write(result, output, not no_pictures)
             from guideload.reports.study import study_report
 
-            tell(study_report(result, encoding=output_encoding()))
-            tell(f"Wrote {output}.")
+            print_text(study_report(result, encoding=output_encoding()))
+            print_text(f"Wrote {output}.")
     except KeyboardInterrupt:  # before the first sample, or once more while the report was made
-        left = f"Interrupted. To go on: {again}" if may_go_on else "Interrupted."
-    if left:
-        click.echo(left, err=True)
+        interrupted = f"Interrupted. To resume: {again}" if may_resume else "Interrupted."
+    if interrupted:
+        click.echo(interrupted, err=True)
         sys.exit(INTERRUPTED)
 
 
-def _command(
-    study_file: Path,
-    output: Path,
-    samples: int | None,
-    seed: int | None,
-    threads: int | None,
-    no_pictures: bool,
+def _resuming_command(
+    study_file: Path, output: Path, options: Mapping[str, int | None], no_pictures: bool
 ) -> str:
-    """The command that goes on with a study."""
-    given = {"--samples": samples, "--seed": seed, "--threads": threads}
-    options = [text for name, value in given.items() if value is not None for text in (name, str(value))]
-    pictures = ["--no-pictures"] if no_pictures else []
-    return shlex.join(
-        ["guideload", "study", str(study_file), "-o", str(output), *options, *pictures, "--resume"]
-    )
+    words = ["guideload", "study", str(study_file), "-o", str(output)]
+    words += [word for name, value in options.items() if value is not None for word in (name, str(value))]
+    return shlex.join([*words, *(["--no-pictures"] if no_pictures else []), "--resume"])
 
 
 def _read(study_file: Path, resumed: Path | None, samples: int | None, seed: int | None) -> Study:
-    """The study of a file, with what the command line gives; where nothing tells the seed, that of the folder."""
-    from guideload.study import manifest
-    from guideload.study.study import Study, read_study
+    """The study of a file, with the options of the command line; without a seed in either, that of the folder."""
+    from guideload.study.description.metadata import StudyMetadata, read_json
+    from guideload.study.description.options import read_study
+    from guideload.study.description.study import Study
 
-    if seed is None and resumed is not None and "seed" not in read_study(study_file)[0]:
-        there = manifest.read(resumed)
-        seed = None if there is None else there["studied"]["seed"]
+    if (
+        seed is None
+        and resumed is not None
+        and "seed" not in read_study(study_file)[0]
+        and read_json(resumed)
+    ):
+        seed = StudyMetadata.read(resumed).seed
     return Study.from_toml(study_file, samples=samples, seed=seed)
 
 
 def _require_folder(output: Path, resume: bool, overwrite: bool, inputs: tuple[Path, ...]) -> None:
-    """Before anything runs: the folder is new or empty, or holds a study that may go on, or be replaced.
+    """Raise InputError unless the folder is new or empty, or holds a study that may be resumed or replaced.
 
-    One that is to be replaced is removed here, unless that would take a file of `inputs`.
+    A study to be replaced is removed here, unless one of its files is in `inputs`.
     """
-    from guideload.study import manifest
-    from guideload.study.folder import begun_only, files_of, remove
+    from guideload.study.description.metadata import read_json
+    from guideload.study.storage.folder import begun_only, files_of, remove
 
-    if manifest.read(output) is None:
+    if read_json(output) is None:
         if not (resume and begun_only(output)):
             require_free(output, {"": {*STUDY}}, overwrite, inputs)
     elif resume or overwrite:
         require_free(output, {"": {*STUDY}}, True, inputs)
         require_unread(files_of(output), inputs)
     else:
-        raise Refused(
-            f"{output} holds a study: --resume goes on with it, --overwrite replaces it; or give another folder"
+        raise InputError(
+            f"{output} holds a study: --resume resumes it, --overwrite replaces it; or give another folder"
         )
     if overwrite:
         remove(output)
@@ -145,7 +140,7 @@ def _require_folder(output: Path, resume: bool, overwrite: bool, inputs: tuple[P
 
 @contextmanager
 def _bar() -> Iterator[Progress | None]:
-    """A bar with rate and time left, on a terminal only and apart from the output."""
+    """A progress bar with rate and remaining time on standard error, if that is a terminal."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -163,37 +158,35 @@ def _bar() -> Iterator[Progress | None]:
     class Rate(ProgressColumn):
         def render(self, task: Task) -> Text:
             speed = task.finished_speed or task.speed
-            return Text("" if speed is None else f"{speed:,.0f} scenes/s")
+            return Text("" if speed is None else f"{speed:,.0f} samples/s")
 
     columns = (BarColumn(), MofNCompleteColumn(), Rate(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=None)
 
         def progress(done: int, runs: int) -> None:
-            if bar.tasks[0].total is None:
-                bar.reset(
-                    task, total=runs, completed=done
-                )  # so that runs of before do not count for the rate
+            if bar.tasks[0].total is None:  # earlier samples do not count for the rate
+                bar.reset(task, total=runs, completed=done)
             bar.update(task, completed=done)
 
         yield progress
 
 
 def _write(result: StudyResult, output: Path, pictures: bool) -> None:
-    """Summary, report and pictures of what is done, beside the samples."""
+    """Write summary, report and pictures of the samples that are done."""
     from guideload.reports.study import study_report
 
     try:
-        with written_whole(output) as folder:
-            with working("writing the summary"):
+        with atomic_output(output) as folder:
+            with status("writing the summary"):
                 result.to_json(folder / "summary.json")
                 (folder / "report.txt").write_text(study_report(result), encoding="utf-8")
             if pictures:
-                with working("drawing the pictures"):
+                with status("drawing the pictures"):
                     from guideload.plots.study import save_study
 
                     save_study(result, folder)
             write_manifest(folder)
     except OSError as error:
         reason = f"{output}: the report cannot be written: {error.strerror or error}"
-        raise click.ClickException(f"{reason}; the samples are kept, --resume writes it") from error
+        raise click.ClickException(f"{reason}; the samples are stored, --resume writes it") from error

@@ -1,4 +1,4 @@
-"""Pictures of what drives a study: the parameters by strength, and a quantity over each of them."""
+"""Pictures of what drives a quantity of a study: its parameters by strength, and the quantity over each of them."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
+from guideload.base.numbers import counted
 from guideload.plots.style import GREY, INK, axes_or_new, look, new_figure
-from guideload.reports.study import TOO_FEW
-from guideload.study.quantities import described, with_unit
-from guideload.study.statistics import known
+from guideload.study.results.result import weaker_parameters
+from guideload.study.results.statistics import TOO_FEW, known
+from guideload.study.results.titles import capitalised, with_owner, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from numpy.typing import NDArray
 
-    from guideload.study.result import StudyResult
+    from guideload.base.arrays import Array
+    from guideload.study.results.result import StudyResult
 
-    Array = NDArray[np.float64]
 
 BARS = 16  # parameters of a tornado
 PANELS = 6  # parameters of a scatter
 POINTS = 3000  # of a scatter, the first samples
 TREND = 120  # samples from which on a scatter has its median drawn
-NAME = 26  # signs of a name beside an axis
+NAME = 26  # characters of a name beside an axis
 STEPS = (1, 2, 2.5, 5, 10)  # of the ticks
 
 
@@ -34,54 +34,43 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
     Total Sobol indices, with the first order as a darker part, if the design gives them; else rank correlations.
     """
     name = name or result.leading
-    rows = result.driving(name)
-    shown, rest = rows.iloc[:BARS], rows.iloc[BARS:]
-    main = "total" if result.studied.sensitivity else "rank_correlation"
+    rows, values = result.driving(name), known(result.column(name))
+    shown, sensitivity = rows.iloc[:BARS], result.metadata.sensitivity
+    main, *ends = ("total", "total_low", "total_high") if sensitivity else ("rank_correlation", "low", "high")
     with look():
         ax = axes_or_new(ax, 7.6, 1.7 + 0.27 * len(shown))
-        set_title(
-            ax, result, f"What drives {described(name, result.studied)}", known(result.column(name)).size
-        )
-        values = shown[main].to_numpy(dtype=np.float64)
-        if not known(result.column(name)).size:
+        set_title(ax, result, f"What drives {with_owner(name, result.metadata)}", values.size)
+        if not values.size:
             return nothing(ax)
-        if result.too_few or not np.isfinite(values).any():
+        strength, low, high = (shown[key].to_numpy(dtype=np.float64) for key in (main, *ends))
+        if result.too_few or not np.isfinite(strength).any():
             return nothing(ax, TOO_FEW if result.too_few else "nothing varies")
         places = np.arange(len(shown))
-        ends = ("total_low", "total_high") if result.studied.sensitivity else ("low", "high")
-        low, high = (shown[end].to_numpy(dtype=np.float64) for end in ends)
-        if result.studied.sensitivity:
+        if sensitivity:
             first = np.clip(shown["first_order"].to_numpy(dtype=np.float64), 0, None)
-            ax.barh(places, values, 0.68, color="#9ecae6", label="total")
+            ax.barh(places, strength, 0.68, color="#9ecae6", label="total")
             ax.barh(places, first, 0.34, color="#0072B2", label="first order, alone")
             ax.set_xlim(0, max(1.0, 1.04 * float(np.nanmax(high))))
             ax.set_xlabel("Sobol index: share of the variance")
             ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         else:
-            colors = np.where(values >= 0, "#0072B2", "#D55E00")
-            ax.barh(places, values, 0.68, color=colors.tolist())
+            colors = np.where(strength >= 0, "#0072B2", "#D55E00")
+            ax.barh(places, strength, 0.68, color=colors.tolist())
             reach = min(1.0, 1.15 * float(np.nanmax(np.abs([low, high]))))
             ax.set_xlim(-reach, reach)
             ax.set_xlabel("rank correlation: below 0 it falls as the parameter grows")
             ax.axvline(0, color=GREY, linewidth=0.8)
-        spread = np.clip([values - low, high - values], 0, None)
-        ax.errorbar(values, places, xerr=spread, fmt="none", ecolor=INK, elinewidth=0.9, capsize=2, zorder=4)
+        errors = np.clip([strength - low, high - strength], 0, None)
+        ax.errorbar(
+            strength, places, xerr=errors, fmt="none", ecolor=INK, elinewidth=0.9, capsize=2, zorder=4
+        )
         ax.set_yticks(places, [short(str(one)) for one in shown.index])
         ax.set_ylim(len(shown) - 0.4, -0.6)
         ax.yaxis.grid(False)
         ax.tick_params(axis="y", length=0)
-        if len(rest):
-            largest = rest[main].abs().max()
-            beyond = "which do not vary" if np.isnan(largest) else f"none beyond {largest:.2f}"
-            text = f"and {len(rest)} more, {beyond}"
+        for text in weaker_parameters(rows, BARS):
             ax.annotate(
-                text,
-                (1, 1),
-                (0, 3),
-                xycoords="axes fraction",
-                textcoords="offset points",
-                ha="right",
-                color=GREY,
+                text, (1, 1), (0, 3), "axes fraction", textcoords="offset points", ha="right", color=GREY
             )
     return ax
 
@@ -93,21 +82,20 @@ def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | Non
     """
     name = name or result.leading
     drivers = result.driving(name).index
-    given = PANELS if axes is None else len(axes)
-    chosen = [str(one) for one in drivers[:given]]
-    units = {one.name: one.unit for one in result.studied.varied}
+    names = [str(one) for one in drivers[: PANELS if axes is None else len(axes)]]
+    units = {one.name: one.unit for one in result.metadata.parameters}
     with look():
         if axes is None:
-            across = min(len(chosen), 3)
-            down = -(-len(chosen) // across)
+            across = min(len(names), 3)
+            down = -(-len(names) // across)
             figure = new_figure(max(3.4 * across, 5.0), 0.8 + 2.6 * down)
             grid = figure.add_gridspec(down, across)
-            axes = [figure.add_subplot(grid[i // across, i % across]) for i in range(len(chosen))]
-            told = described(name, result.studied)
-            title = f"{told[0].upper()}{told[1:]}" if result.studied.chosen else f"What drives {told}"
-            figure.suptitle(f"{title}: {result.studied.machine.name}", parse_math=False)
+            axes = [figure.add_subplot(grid[i // across, i % across]) for i in range(len(names))]
+            words = with_owner(name, result.metadata)
+            title = capitalised(words) if result.metadata.chosen else f"What drives {words}"
+            figure.suptitle(f"{title}: {result.metadata.machine.name}", parse_math=False)
         values = result.column(name)[:POINTS]
-        for i, (ax, one) in enumerate(zip(axes, chosen, strict=False)):
+        for i, (ax, one) in enumerate(zip(axes, names, strict=False)):
             column = result.column(one)[:POINTS]
             there = ~(np.isnan(column) | np.isnan(values))
             if not there.any():
@@ -118,7 +106,7 @@ def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | Non
             _trend(ax, x, y)
             unit = "of its value" if units[one] == "1" else units[one]
             ax.set_xlabel(f"{short(one)} [{unit}]", parse_math=False)
-            ax.set_ylabel(with_unit(name, result.studied) if i % 3 == 0 else "")
+            ax.set_ylabel(with_unit(name, result.metadata) if i % 3 == 0 else "")
             ax.xaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
             ax.margins(x=0.04)
     return axes
@@ -134,17 +122,16 @@ def _trend(ax: Axes, x: Array, y: Array) -> None:
 
 
 def short(name: str) -> str:
-    """A name cut in its middle to what fits beside an axis."""
+    """A name beside an axis, its middle left out if it is long."""
     return name if len(name) <= NAME else f"{name[: NAME // 2 - 1]}…{name[-NAME // 2 :]}"
 
 
 def nothing(ax: Axes, why: str = "no sample has a result") -> Axes:
-    """Axes that say why they are empty."""
+    """The axes with the reason why they are empty."""
     ax.text(0.5, 0.5, why, transform=ax.transAxes, ha="center", color=GREY)
     return ax
 
 
 def set_title(ax: Axes, result: StudyResult, title: str, samples: int) -> None:
     """A title above the machine and the number of samples that are drawn."""
-    count = "1 sample" if samples == 1 else f"{samples} samples"
-    ax.set_title(f"{title}\n{result.studied.machine.name}: {count}", parse_math=False)
+    ax.set_title(f"{title}\n{result.metadata.machine.name}: {counted(samples, 'sample')}", parse_math=False)

@@ -1,4 +1,4 @@
-"""Pictures of a study: distributions, exceedance, what drives the peak, the band of the histories kept."""
+"""Pictures of a study: distributions, exceedance, the band of the histories; and all of them as files."""
 
 from __future__ import annotations
 
@@ -9,108 +9,107 @@ import numpy as np
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
+from guideload.base.numbers import load_with_unit
 from guideload.plots.drivers import STEPS, nothing, scatter, set_title, short, tornado
-from guideload.plots.style import GREY, INK, axes_or_new, carriage_look, load_text, look, new_figure
-from guideload.study.quantities import LIFE, known_quantity, titled, unit_of, with_unit
-from guideload.study.statistics import known, quantiles
+from guideload.plots.saving import save
+from guideload.plots.style import GREY, INK, axes_or_new, carriage_look, look, new_figure
+from guideload.study.description.quantities import LIFE, QUANTITIES
+from guideload.study.results import statistics
+from guideload.study.results.statistics import known, quantiles
+from guideload.study.results.titles import capitalised, title_of, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.lines import Line2D
-    from numpy.typing import NDArray
 
-    from guideload.study.result import StudyResult
+    from guideload.base.arrays import Array
+    from guideload.study.results.result import StudyResult
 
-    Array = NDArray[np.float64]
-
-FEW = 60  # samples up to which each is drawn as a dot: a shape of fewer would be one of chance
+FEW = 60  # samples up to which each is drawn as a dot: a density of fewer would be random
 LINES = 20  # histories up to which each is drawn
 LEVELS = (0.05, 0.5, 0.95)
-OUTER = 0.01  # of the samples beyond the last mark, on the side that matters
-SEEN = 0.995  # of the lives, and the probability that they are not reached: beyond, a long tail fills the picture
+OUTER = 0.01  # of the samples beyond the last mark, on the worst side
+SHOWN = 0.995  # of the lives: the rest is a long tail that would fill the picture
 
 
 def distributions(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
-    """How a quantity scatters, a row per carriage: its density, 5 % to 95 %, the median and the 99 % quantile.
+    """The distribution of a quantity, a row per carriage: density, 5 % to 95 %, median and 99 % quantile.
 
-    Of few samples every one is a dot instead, and of chosen cases nothing but the dots. For a life the
-    outermost mark is the 1 % quantile.
+    Few samples are drawn as dots instead, and given cases as dots only. For a life the outermost mark is the 1 %
+    quantile.
     """
     name = name or result.leading
     names = _of_carriages(result, name)
+    smallest, chosen = QUANTITIES[name].smallest_is_worst, result.metadata.chosen
     with look():
         ax = axes_or_new(ax, 8.0, 1.6 + 0.62 * len(names))
         columns = [known(result.column(column)) for column in names]
-        what = "the cases" if result.studied.chosen else "distribution"
-        set_title(
-            ax,
-            result,
-            f"{titled(name, result.studied)}: {what}",
-            max(values.size for values in columns),
-        )
-        outer = OUTER if known_quantity(name).smallest_is_worst else 1 - OUTER
+        most = max(values.size for values in columns)
+        title = capitalised(title_of(name, result.metadata))
+        set_title(ax, result, f"{title}: {'the cases' if chosen else 'distribution'}", most)
         for row, values in enumerate(columns):
             color = carriage_look(row).color
-            if result.studied.chosen:
-                ax.plot(values, np.full(values.size, row), "o", color=color, markersize=4, alpha=0.6)
-                continue
-            if values.size > FEW:
-                _shape(ax, values, row, color, log=name == LIFE)
+            if chosen or 0 < values.size <= FEW:
+                places = np.full(values.size, row if chosen else row - 0.22)
+                ax.plot(values, places, "o", color=color, markersize=4, alpha=0.6)
             elif values.size:
-                ax.plot(values, np.full(values.size, row - 0.22), "o", color=color, markersize=4, alpha=0.6)
-            if values.size:
-                low, middle, high, last = quantiles(values, (*LEVELS, outer)).values
-                ax.plot([low, high], [row, row], color=color, linewidth=3.2, solid_capstyle="butt", zorder=3)
-                ax.plot(middle, row, "o", color="white", markeredgecolor=color, markersize=6, zorder=4)
-                if values.size > FEW:
-                    ax.plot(last, row, "|", color=color, markersize=11, markeredgewidth=1.8, zorder=4)
-        if not any(values.size for values in columns):
+                _density(ax, values, row, color, log=name == LIFE)
+            if values.size and not chosen:
+                _mark_quantiles(ax, values, row, color, OUTER if smallest else 1 - OUTER)
+        if not most:
             return nothing(ax)
         ax.set_yticks(range(len(names)), [_label(column) for column in names])
-        ax.set(ylim=(len(names) - 0.55, -0.85), xlabel=with_unit(name, result.studied))
+        ax.set(ylim=(len(names) - 0.55, -0.85), xlabel=with_unit(name, result.metadata))
         ax.yaxis.grid(False)
         ax.tick_params(axis="y", length=0)
         _scale(ax, name)
         ax.margins(x=0.03)
-        if known_quantity(name).smallest_is_worst:
-            ax.set_xlim(right=1.03 * max(np.quantile(values, SEEN) for values in columns if values.size))
+        if smallest:
+            ax.set_xlim(right=1.03 * max(np.quantile(values, SHOWN) for values in columns if values.size))
         _mark_limit(ax, result, name)
-        if result.studied.chosen:
-            return ax
-        side = "1 %" if known_quantity(name).smallest_is_worst else "99 %"
-        marks = [
-            ax.plot([], [], color=GREY, linewidth=3.2, label="5 % to 95 %")[0],
-            ax.plot([], [], "o", color="white", markeredgecolor=GREY, markersize=6, label="median")[0],
-        ]
-        if max(values.size for values in columns) > FEW:
-            marks += ax.plot([], [], "|", color=GREY, markersize=11, markeredgewidth=1.8, label=side)
-        _legend_below_title(ax, marks)
+        if not chosen:
+            marks = [
+                ax.plot([], [], color=GREY, linewidth=3.2, label="5 % to 95 %")[0],
+                ax.plot([], [], "o", color="white", markeredgecolor=GREY, markersize=6, label="median")[0],
+            ]
+            if most > FEW:
+                side = "1 %" if smallest else "99 %"
+                marks += ax.plot([], [], "|", color=GREY, markersize=11, markeredgewidth=1.8, label=side)
+            ax.legend(handles=marks, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
     return ax
 
 
-def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
-    """Probability that a quantity is passed, on a log scale, per carriage, with its band of 95 %.
+def _mark_quantiles(ax: Axes, values: Array, row: int, color: str, outer: float) -> None:
+    low, middle, high, last = quantiles(values, (*LEVELS, outer)).values
+    ax.plot([low, high], [row, row], color=color, linewidth=3.2, solid_capstyle="butt", zorder=3)
+    ax.plot(middle, row, "o", color="white", markeredgecolor=color, markersize=6, zorder=4)
+    if values.size > FEW:
+        ax.plot(last, row, "|", color=color, markersize=11, markeredgewidth=1.8, zorder=4)
 
-    For a life: that it is not reached. The ink line is the machine: any of its carriages.
+
+def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
+    """Probability that a quantity exceeds a limit, on a log scale, per carriage, with intervals of 95 %.
+
+    For a life: that the limit is not reached. The black line is the machine: any of its carriages.
     """
     name = name or result.leading
     names = _of_carriages(result, name)
-    smallest = known_quantity(name).smallest_is_worst
+    smallest, worse = QUANTITIES[name].smallest_is_worst, QUANTITIES[name].worse
     with look():
         ax = axes_or_new(ax, 8.4, 4.6)
-        title = f"{titled(name, result.studied)}: probability that it is {'not reached' if smallest else 'passed'}"
+        title = capitalised(title_of(name, result.metadata))
+        title += f": probability that a limit is {'not reached' if smallest else 'exceeded'}"
         set_title(ax, result, title, known(result.column(names[0])).size)
         smallest_probability, longest = 1.0, 0.0
-        shown = [
-            *enumerate(names),
-            *([(-1, name)] if len(names) > 1 and known_quantity(name).has_worst else []),
-        ]
-        for index, column in shown:
-            limits, share, low, high = _exceedance(result, column, smallest)
+        machine = [(-1, name)] if len(names) > 1 and worse is not None else []
+        for index, column in [*enumerate(names), *machine]:
+            sign = -1.0 if smallest else 1.0
+            limits, (share, low, high) = statistics.exceedance(sign * result.column(column))
+            finite = np.isfinite(limits)  # an infinite life has no place in the picture
+            limits, share, low, high = sign * limits[finite], share[finite], low[finite], high[finite]
             if not limits.size:
                 continue
             smallest_probability = min(smallest_probability, float(share.min()))
-            longest = max(longest, float(limits[share <= SEEN].max(initial=0.0)))
+            longest = max(longest, float(limits[share <= SHOWN].max(initial=0.0)))
             color, dash = (INK, "-") if index < 0 else carriage_look(index)
             width = 1.0 if index < 0 else 1.3 + 1.0 * (1 - (index + 1) / len(names))
             order = 4 if index < 0 else 3
@@ -120,7 +119,9 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
         if not ax.lines:
             return nothing(ax)
         bottom = 10.0 ** np.floor(np.log10(smallest_probability) - 0.3)
-        ax.set(yscale="log", ylim=(bottom, 1.0), xlabel=with_unit(name, result.studied), ylabel="probability")
+        ax.set(
+            yscale="log", ylim=(bottom, 1.0), xlabel=with_unit(name, result.metadata), ylabel="probability"
+        )
         ax.yaxis.set_major_locator(LogLocator(numticks=12))
         ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
         ax.yaxis.set_minor_locator(LogLocator(subs=tuple(range(2, 10)), numticks=12))
@@ -131,22 +132,25 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
             ax.set_xlim(right=longest)
         _mark_limit(ax, result, name, up=0.0)
         ax.legend(
-            title="carriage, and 95 % band", loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left"
+            title="carriage, and 95 % interval",
+            loc="center left",
+            bbox_to_anchor=(1.0, 0.5),
+            alignment="left",
         )
     return ax
 
 
 def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
-    """Resultant load of a carriage over time: the band of the histories kept, and the machine as described.
+    """Resultant load of a carriage over time: the band of the stored histories, and the machine as described.
 
-    Of few histories each is a line. Raises ValueError if no histories were kept or there is no such carriage.
+    Few histories are drawn as lines. Raises ValueError without histories, or for an unknown carriage.
     """
-    names = result.studied.carriages
+    names = result.metadata.carriages
     if carriage not in names:
         raise ValueError(f"no carriage {carriage!r}: the study has {', '.join(map(repr, names))}")
     data = result.histories
     if data is None or not data.sizes["sample"]:
-        raise ValueError("no histories were kept: set histories in the study, e.g. histories = 100")
+        raise ValueError("no histories were stored: set histories in the study, e.g. histories = 100")
     color = carriage_look(names.index(carriage)).color
     resultant = data["resultant"].sel(carriage=carriage).transpose("sample", "time").values
     resultant = resultant[~np.isnan(resultant).any(axis=1)]
@@ -158,8 +162,8 @@ def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
             return nothing(ax)
         if len(resultant) > LINES:
             low, middle, high = np.quantile(resultant, LEVELS, axis=0)
-            whole = resultant.min(axis=0), resultant.max(axis=0)
-            ax.fill_between(time, *whole, color=color, alpha=0.15, linewidth=0, label="all")
+            extremes = resultant.min(axis=0), resultant.max(axis=0)
+            ax.fill_between(time, *extremes, color=color, alpha=0.15, linewidth=0, label="all")
             ax.fill_between(time, low, high, color=color, alpha=0.3, linewidth=0, label="5 % to 95 %")
             ax.plot(time, middle, color=color, linewidth=1.3, label="median")
         else:
@@ -179,24 +183,21 @@ def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
 def save_study(result: StudyResult, folder: str | Path) -> list[Path]:
     """Save the pictures of a study as PNG in `folder`, made when missing; returns their paths.
 
-    Distributions, exceedance, what drives the peak resultant, scatter; and a band for each carriage if histories
-    were kept. Of chosen cases no exceedance and no tornado. Another figure stands for the peak resultant where that
-    was not kept.
+    Distributions, exceedance, what drives the main quantity, scatter; and a band for each carriage if histories were
+    stored. Of given cases no exceedance and no tornado.
     """
-    from guideload.plots import save
-
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    paths = []
-    if result.leading in result.quantities:
-        paths.append(save(distributions(result), folder / "distributions.png"))
-    if result.leading in result.quantities and not result.studied.chosen:
-        paths.append(save(exceedance(result), folder / "exceedance.png"))
-    if not result.studied.chosen:
-        paths.append(save(tornado(result), folder / "tornado.png"))
+    chosen, is_quantity = result.metadata.chosen, result.leading in result.quantities
+    pictures = [
+        *([(distributions, "distributions.png")] if is_quantity else []),
+        *([(exceedance, "exceedance.png")] if is_quantity and not chosen else []),
+        *([] if chosen else [(tornado, "tornado.png")]),
+    ]
+    paths = [save(draw(result), folder / file) for draw, file in pictures]
     paths.append(save(scatter(result)[0], folder / "scatter.png"))
     if result.histories is not None and result.histories.sizes["sample"]:
-        carriages = result.studied.carriages
+        carriages = result.metadata.carriages
         with look():
             figure = new_figure(9.0, 0.4 + 2.9 * len(carriages))
             sheet = figure.subplots(len(carriages), 1, squeeze=False)[:, 0]
@@ -211,10 +212,10 @@ def save_study(result: StudyResult, folder: str | Path) -> list[Path]:
     return paths
 
 
-def _shape(ax: Axes, values: Array, row: int, color: str, log: bool) -> None:
-    """The density as a hill above the row, as high as all others; bins by Freedman and Diaconis.
+def _density(ax: Axes, values: Array, row: int, color: str, log: bool) -> None:
+    """A histogram above the row, scaled to the same height in each; bins by Freedman and Diaconis.
 
-    log: of the logarithms, for an axis that shows them.
+    log: of the logarithms, for a log axis.
     """
     if log:
         values = np.log10(values[values > 0])
@@ -230,7 +231,7 @@ def _shape(ax: Axes, values: Array, row: int, color: str, log: bool) -> None:
 
 
 def _scale(ax: Axes, name: str) -> None:
-    """Lives on a log axis: they go with a power of the load, and spread over decades."""
+    """A log axis for lives, which spread over decades; else a linear one."""
     if name != LIFE:
         ax.xaxis.set_major_locator(MaxNLocator(8, steps=STEPS))
         return
@@ -240,29 +241,17 @@ def _scale(ax: Axes, name: str) -> None:
     ax.xaxis.set_minor_formatter(NullFormatter())
 
 
-def _exceedance(result: StudyResult, column: str, smallest: bool) -> tuple[Array, Array, Array, Array]:
-    if not smallest:
-        limits, (share, low, high) = result.exceedance(column)
-        return limits, share, low, high
-    from guideload.study.statistics import exceedance as of_values
-
-    # A life of infinity has no place in the picture.
-    limits, (share, low, high) = of_values(-result.column(column))
-    there = np.isfinite(limits)
-    return -limits[there], share[there], low[there], high[there]
-
-
 def _mark_limit(ax: Axes, result: StudyResult, name: str, up: float = 1.0) -> None:
-    """A line at the limit; one far beyond all samples is told of at the edge, and leaves them their room.
+    """A line at the limit; a limit far from all samples is named at the edge instead.
 
-    up: part of the axes' height at which it is named, 0 or 1.
+    up: fraction of the axes' height at which it is named, 0 or 1.
     """
-    limit = result.limits().get(name)
+    limit = result.metadata.limits.get(name)
     if limit is None:
         return
     log = ax.get_xscale() == "log"
     low, high, place = np.log10([*ax.get_xlim(), limit]) if log else (*ax.get_xlim(), limit)
-    text, at = f"limit {load_text(limit, unit_of(name))}", place
+    text, at = f"limit {load_with_unit(limit, QUANTITIES[name].unit)}", place
     if low - (high - low) <= place <= high + (high - low):
         ax.axvline(limit, color=INK, linewidth=1.0, linestyle=(0, (5, 3)), zorder=3.5)
         low, high = min(low, place - 0.05 * (high - place)), max(high, place + 0.05 * (place - low))
@@ -286,17 +275,11 @@ def _mark_limit(ax: Axes, result: StudyResult, name: str, up: float = 1.0) -> No
     )
 
 
-def _legend_below_title(ax: Axes, marks: list[Line2D]) -> None:
-    ax.legend(handles=marks, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
-
-
 def _of_carriages(result: StudyResult, name: str) -> list[str]:
-    """The columns of a quantity: of each carriage, or its only one. Raises ValueError if there is no such."""
+    """The columns of a quantity: of each carriage, or its only one. Raises ValueError for an unknown quantity."""
     if name not in result.quantities:
         raise ValueError(f"no quantity {name!r}: the study has {', '.join(map(repr, result.quantities))}")
-    if known_quantity(name).of_machine:
-        return [name]
-    return [f"{name}[{carriage}]" for carriage in result.studied.carriages]
+    return [f"{name}[{owner}]" if owner else name for owner in result.owners(name)]
 
 
 def _label(column: str) -> str:

@@ -1,4 +1,4 @@
-"""What reports are made of: headings, tables that fit a terminal and a file, remarks; and their text."""
+"""Elements of reports: headings, tables, remarks, numbers; and their text for a terminal or a file."""
 
 from __future__ import annotations
 
@@ -23,8 +23,13 @@ WIDTH = 80
 
 def heading(machine: Machine) -> list[RenderableType]:
     """The machine's name, its free and its held dofs."""
+    return [machine.name, dofs_line(machine)]
+
+
+def dofs_line(machine: Machine) -> str:
+    """The free and the held dofs of a machine."""
     held = [dof for dof in DOFS if dof not in machine.free]
-    return [machine.name, f"free {', '.join(machine.free)}; held {', '.join(held) or 'none'}"]
+    return f"free {', '.join(machine.free)}; held {', '.join(held) or 'none'}"
 
 
 def section(title: str) -> list[RenderableType]:
@@ -46,14 +51,8 @@ def remark(*lines: str) -> list[RenderableType]:
     return [Padding(line, (0, 0, 1, 0)) for line in lines]
 
 
-def number(value: float) -> str:
-    """A load for a table: whole newtons from 100 N up, one decimal below, rounding noise as 0.0."""
-    text = f"{value:.{0 if abs(value) >= 100 else 1}f}"
-    return text.removeprefix("-") if float(text) == 0 else text
-
-
 def to_text(parts: Iterable[RenderableType], width: int = WIDTH, encoding: str = "utf-8") -> str:
-    """What rich makes of the parts, without colours; signs that the encoding lacks are replaced."""
+    """The parts as rich prints them, without colours; characters that the encoding lacks are replaced."""
     buffer = io.BytesIO()
     file = io.TextIOWrapper(buffer, encoding=encoding, errors="replace", newline="\n")
     console = Console(file=file, width=width, highlight=False, markup=False, emoji=False, color_system=None)

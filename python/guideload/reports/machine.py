@@ -1,4 +1,4 @@
-"""A machine as text: what was understood of it, its laws, its static loads and its natural modes."""
+"""Reports of a machine: its state at rest, its laws, its static loads and its natural modes."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from guideload.audit.audit import free_at_rest, named, rest_notes
+from guideload.audit.audit import free_at_rest, rest_notes
+from guideload.base.numbers import counted, first_names, load_in_table
 from guideload.machine.modes import Modes, moving_dofs
-from guideload.reports.elements import WIDTH, heading, new_table, number, remark, section, to_text
+from guideload.reports.elements import WIDTH, dofs_line, new_table, remark, section, to_text
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,8 +22,8 @@ if TYPE_CHECKING:
     from guideload.machine.components import Carriage, Link
     from guideload.machine.machine import Machine
 
-# Guides carry machines at tens to hundreds of Hz, damped by some percent, with play of some micrometres. What lies
-# beyond these limits is a slip of units: N/mm read as N/m lowers the frequencies 32 times.
+# Guides carry machines at tens to hundreds of Hz, damped by some percent, with some micrometres of clearance. Values
+# beyond these limits come from a mistaken unit: N/mm read as N/m lowers the frequencies 32 times.
 SLOWEST_MODE = 1.0  # Hz
 LARGEST_DAMPING = 2.0  # of critical
 LARGEST_CLEARANCE = 1e-3  # m
@@ -34,46 +35,58 @@ NOMINAL = (
 
 
 def machine_report(machine: Machine, width: int = WIDTH, encoding: str = "utf-8") -> str:
-    """What was understood of a machine, and its static loads."""
-    body = machine.body
+    """A machine as it was understood: its state at rest, warnings, body, carriages and links, static loads."""
+    body, modes = machine.body, Modes.of(machine)
+    loose = free_at_rest(machine)
+    state = "free within its clearance" if loose else "supported in every free dof"
+    notes = [*rest_notes(loose), *open_notes(machine), *unit_notes(machine, modes)]
     weight = body.mass * float(np.linalg.norm(machine.gravity))
     principal = np.linalg.eigvalsh(body.central_inertia())
     parts: list[RenderableType] = [
-        *heading(machine),
+        *remark(f"{machine.name}: {machine.model_level}. At rest: {state}. {modes_range(modes)}", *notes),
+        dofs_line(machine),
         *section("Body and drive"),
-        f"mass {body.mass:g} kg, weight {number(weight)} N",
+        f"mass {body.mass:g} kg, weight {load_in_table(weight)} N",
         f"centre of mass {_millimetres(body.center_of_mass)} from L",
         f"principal moments of inertia about it {', '.join(f'{j:.4g}' for j in principal)} kg m2",
     ]
     if machine.drive is not None:
         per_turn = 2e3 * np.pi * machine.drive.speed_per_motor_speed
         parts.append(f"drive: the cart moves {per_turn:.4g} mm per turn of the motor")
-    links = len(machine.link_table().names)
-    own = f", {len(machine.links)} of them extra: {', '.join(link.name for link in machine.links)}"
-    parts += [*section(f"Carriages and links ({links} links{own if machine.links else ''})")]
-    parts += carriage_tables(machine)
+    count = f"{len(machine.link_table().names)} links"
+    if machine.links:
+        count += f", {len(machine.links)} of them extra: {', '.join(link.name for link in machine.links)}"
+    parts += [*section(f"Carriages and links ({count})"), *carriage_tables(machine)]
     if machine.links:
         parts.append(links_table(machine))
-    loose = free_at_rest(machine)
-    parts += section(f"At rest: {'free within its clearance' if loose else 'supported in every free dof'}")
-    notes = [*rest_notes(loose), *open_notes(machine), *unit_notes(machine, Modes.of(machine))]
-    parts += [static_table(machine), *remark(STATIC_DEFINITIONS, *notes), *weight_lines(machine)]
-    return to_text(parts, width, encoding)
+    if machine.carriages:
+        parts += [*section("Static loads"), static_table(machine), *remark(STATIC_DEFINITIONS)]
+    return to_text([*parts, *weight_lines(machine)], width, encoding)
 
 
 def modes_report(machine: Machine, modes: Modes, width: int = WIDTH, encoding: str = "utf-8") -> str:
-    """The natural modes of a machine."""
-    notes = remark(*nominal_lines(machine, "frequencies"), *unit_notes(machine, modes))
-    return to_text([*heading(machine), modes_table(machine, modes), *notes], width, encoding)
+    """The natural modes of a machine: range of their frequencies and damping, warnings, a row per mode."""
+    first = f"{machine.name}: {modes_range(modes)}"
+    notes = remark(first, *unit_notes(machine, modes), *nominal_lines(machine, "frequencies"))
+    return to_text([*notes, dofs_line(machine), modes_table(machine, modes)], width, encoding)
+
+
+def modes_range(modes: Modes) -> str:
+    """The range of natural frequencies and damping ratios, as a sentence."""
+    if not modes.frequency.size:
+        return "No natural modes."
+    ends = ((values.min(), values.max()) for values in (modes.frequency, 100.0 * modes.damping_ratio))
+    frequencies, ratios = (f"{low:.3g} to {high:.3g}" for low, high in ends)
+    return f"{counted(modes.frequency.size, 'natural mode')} at {frequencies} Hz, damped by {ratios} %."
 
 
 def carriage_tables(machine: Machine) -> list[RenderableType]:
-    """A row per carriage: place, stiffness, damping, rail; and where laws are not linear what they are."""
+    """A row per carriage: place, stiffness, damping, rail; and the laws that are not linear in a second table."""
     table = new_table("carriage", "x\nmm", "y\nmm", "z\nmm", "length\nmm", "ky\nN/um", "kz\nN/um")
     for title in ("by\nkN s/m", "bz\nkN s/m"):
         table.add_column(title, justify="right", no_wrap=True)
     table.add_column("rail", overflow="fold")
-    bent: dict[tuple[str, str], list[str]] = {}  # axes and law, and the carriages that have it
+    carriages_of: dict[tuple[str, str], list[str]] = {}  # by axes and law, of laws that are not linear
     for carriage, center in zip(machine.carriages, machine.carriage_centers, strict=True):
         table.add_row(
             Text(carriage.name),
@@ -92,15 +105,15 @@ def carriage_tables(machine: Machine) -> list[RenderableType]:
         ]
         for text in dict.fromkeys(text for _, text in laws):
             axes = ", ".join(axis for axis, same in laws if same == text)
-            bent.setdefault((axes, text), []).append(carriage.name)
-    if not bent:
+            carriages_of.setdefault((axes, text), []).append(carriage.name)
+    if not carriages_of:
         return [table]
-    below = new_table("carriage")
-    below.add_column("along")
-    below.add_column("law of the whole carriage", overflow="fold")
-    for (axes, text), names in bent.items():
-        below.add_row(Text(", ".join(names)), axes, text)
-    return [table, NOMINAL, below]
+    laws_table = new_table("carriage")
+    laws_table.add_column("along")
+    laws_table.add_column("law of the whole carriage", overflow="fold")
+    for (axes, text), names in carriages_of.items():
+        laws_table.add_row(Text(", ".join(names)), axes, text)
+    return [table, NOMINAL, laws_table]
 
 
 def links_table(machine: Machine) -> Table:
@@ -123,24 +136,24 @@ def law_text(part: Carriage | Link, law: Law, axis: str = "") -> str:
         opens = float(law.force(law.edges[-1:])[0])
         return (
             f"{1e-6 * law.stiffness:g} N/um at no load, preload {getattr(part, 'preload' + suffix):g} N, "
-            f"{part.rolling}s; one row opens at {number(opens)} N, {1e6 * law.edges[-1]:.3g} um"
+            f"{part.rolling}s; one row opens at {load_in_table(opens)} N, {1e6 * law.edges[-1]:.3g} um"
         )
     curve = getattr(part, "curve" + suffix)
     if curve is not None:
         points = ", ".join(f"{1e6 * deflection:.4g} um {force:.6g} N" for deflection, force in curve)
         return f"curve through {points}{'; the same mirrored' if curve[0] == (0.0, 0.0) else ''}"
     clearance, stiffness = getattr(part, "clearance" + suffix), getattr(part, "stiffness" + suffix)
-    play = f"{1e6 * clearance:g} um of play to either side, then " if clearance else ""
+    gap = f"{1e6 * clearance:g} um of clearance to either side, then " if clearance else ""
     pause = ", damping only there" if part.damping_in_contact and clearance else ""
     if isinstance(stiffness, float):
-        return f"{play}{1e-6 * stiffness:g} N/um{pause}"
+        return f"{gap}{1e-6 * stiffness:g} N/um{pause}"
     forwards, backwards = (f"towards +{axis}", f"towards -{axis}") if axis else ("along it", "against it")
     positive, negative = 1e-6 * stiffness.positive, 1e-6 * stiffness.negative
-    return f"{play}{positive:g} N/um {forwards}, {negative:g} N/um {backwards}{pause}"
+    return f"{gap}{positive:g} N/um {forwards}, {negative:g} N/um {backwards}{pause}"
 
 
 def nominal_lines(machine: Machine, what: str) -> list[str]:
-    """What eigenvalues or frequencies mean where links are not linear; nothing where all are."""
+    """The stiffness that eigenvalues or frequencies are computed with where links are not linear."""
     if machine.model_level == "linear":
         return []
     return [
@@ -151,7 +164,7 @@ def nominal_lines(machine: Machine, what: str) -> list[str]:
 
 
 def open_notes(machine: Machine) -> list[str]:
-    """Preloaded links that stand on one row already at rest."""
+    """A note on preloaded links of which a row is open already at rest."""
     laws, names = machine.link_table().laws, machine.link_table().names
     loads = np.abs(machine.scene.static_link_loads())
     ratios = {
@@ -163,13 +176,13 @@ def open_notes(machine: Machine) -> list[str]:
     if not opened:
         return []
     return [
-        f"Note: at rest {named(opened)} {'has' if len(opened) == 1 else 'have'} a row open: half of the balls or "
+        f"Note: at rest {first_names(opened)} {'has' if len(opened) == 1 else 'have'} a row open: half of the balls or "
         f"rollers carry nothing. {max(ratios.values()):.3g} times the preload would keep all rows loaded at rest."
     ]
 
 
 def unit_notes(machine: Machine, modes: Modes) -> list[str]:
-    """A warning where the modes or the play are those of no machine on guides: mostly a unit taken for another."""
+    """Warnings where modes or clearance are those of no machine on guides, mostly because of a mistaken unit."""
     odd, notes = [], []
     if modes.frequency.size and modes.frequency.min() < SLOWEST_MODE:
         odd.append(f"the lowest mode is at {modes.frequency.min():.3g} Hz")
@@ -180,13 +193,12 @@ def unit_notes(machine: Machine, modes: Modes) -> list[str]:
             f"Note: {' and '.join(odd)}: are stiffness and damping in N/m and N s/m? Plain numbers are SI; "
             'others need their unit, as in "350 N/um".'
         )
-    play = max(
-        (float(law.edges[-1]) for law in machine.link_table().laws if law.kind == "sided"), default=0.0
-    )
-    if play > LARGEST_CLEARANCE:
+    sided = (float(law.edges[-1]) for law in machine.link_table().laws if law.kind == "sided")
+    clearance = max(sided, default=0.0)
+    if clearance > LARGEST_CLEARANCE:
         notes.append(
-            f"Note: a clearance is {1e3 * play:.4g} mm to either side: is it in m? Plain numbers are SI; others need "
-            'their unit, as in "5 um".'
+            f"Note: a clearance is {1e3 * clearance:.4g} mm to either side: is it in m? Plain numbers are SI; others "
+            'need their unit, as in "5 um".'
         )
     return notes
 
@@ -195,7 +207,7 @@ def static_table(machine: Machine) -> Table:
     """A row per carriage: its load and moment in static equilibrium, signed."""
     table = new_table("carriage", "Fy\nN", "Fz\nN", "Mx\nN m", "My\nN m", "Mz\nN m")
     for carriage, load in zip(machine.carriages, _static_loads(machine), strict=True):
-        table.add_row(Text(carriage.name), *(number(float(part)) for part in load[1:]))
+        table.add_row(Text(carriage.name), *(load_in_table(float(part)) for part in load[1:]))
     return table
 
 
@@ -212,15 +224,15 @@ def modes_table(machine: Machine, modes: Modes) -> Table:
 
 
 def weight_lines(machine: Machine) -> list[RenderableType]:
-    """A warning for every held direction in which the constraint at L, and not the guides, carries weight."""
+    """A note for every held direction in which the constraint at L, and not the guides, carries weight."""
     reaction, loads = machine.scene.static_reaction(), _static_loads(machine)
     lines = []
     for index, axis in enumerate("xyz"):
         weight = machine.body.mass * machine.gravity[index]
         if axis in machine.free or axis == "x" or weight == 0:
             continue
-        held = number(float(reaction[index]))
-        carried = number(float(loads[:, index].sum()))
+        held = load_in_table(float(reaction[index]))
+        carried = load_in_table(float(loads[:, index].sum()))
         lines.append(
             f"Note: {axis} of L is held, so the constraint at L carries the weight: {held} N at rest. "
             f"The carriages' static loads along {axis} add up to {carried} N: they carry only its moment. "

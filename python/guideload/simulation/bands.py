@@ -1,167 +1,147 @@
-"""What a trace leaves open about the loads: standard deviations of the histories, and bands of the peaks.
+"""Credible bands: what the uncertainty of a motion's acceleration means for the loads and their peaks.
 
-The acceleration deviates from its estimate as `Uncertainty` has it. A linear scene carries the covariance of that to
-the loads exactly; the peaks are those of draws, each the estimate plus a deviation. Through any other scene draws
-are run one by one.
+The acceleration deviates from its estimate as its `Uncertainty` says. Through a linear scene the covariance of the
+loads follows exactly, and the bands of the peaks from Monte Carlo samples of the motion, each the estimate plus a
+deviation. Through any other scene the samples are run one by one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from guideload._core import Solution, draw_peaks, load_spread
 from guideload.base.arrays import Array
 from guideload.base.cores import cores
+from guideload.base.quantities import Quantities, quantities
 from guideload.motion.uncertainty import COVER, TAIL, Uncertainty
 from guideload.simulation.run import Run
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from guideload.simulation.dataset import Variable
-
-SEED = 1  # of all draws
-DRAWS = 200  # of the peaks of a linear scene
-FARTHEST = 6.0  # standard deviations that no draw of some hundred goes beyond
-# Through a scene that is not linear: most and fewest draws, how many are held at a time, and steps of all draws that
-# take some seconds.
-MOST_RUNS, FEWEST_RUNS, HELD = 40, 8, 8
+SEED = 1  # of all samples
+LINEAR_SAMPLES = 200  # of the motion, for the peaks through a linear scene
+FARTHEST = 6.0  # standard deviations that no sample of some hundred exceeds
+# Through a scene that is not linear: limits of the number of samples, how many are in memory at a time, and the steps
+# of all samples together that take some seconds.
+MOST_SAMPLES, FEWEST_SAMPLES, IN_MEMORY = 40, 8, 8
 STEPS = {"exact": 4_000_000, "rk45": 4_000_000, "implicit": 1_000_000}
 
 
 @dataclass(frozen=True, eq=False)
-class Bands:
-    """Standard deviations at m instants, and the 95 % band of each carriage's peak.
+class CredibleBands:
+    """Standard deviations at m instants, and the 95 % credible band of each carriage's peak.
 
     acceleration  (m,) m/s2, of the cart along x
     loads         (m, carriage, 6) force [N] and moment about the carriage centre [N m]
-    sizes         (m, carriage, 2) resultant of Fy and Fz [N], and magnitude of the moment [N m]
+    resultants    (m, carriage, 2) resultant of Fy and Fz [N], and magnitude of the moment [N m]
     links         (m, link) N, of the loads along the links
     lower, upper  (carriage,) N, of the largest resultant over the instants; nan if there is none
-    method        how all this was obtained, in words
-    draws         number of motions drawn
+    method        how all this was computed, in words
+    samples       number of Monte Carlo samples of the motion
     """
 
     acceleration: Array
     loads: Array
-    sizes: Array
+    resultants: Array
     links: Array
     lower: Array
     upper: Array
     method: str
-    draws: int
+    samples: int
 
 
-def bands_of(run: Run, carriage_loads: Array) -> Bands | None:
-    """The bands of a run, of which the caller has the loads (time, carriage, 6); None if its motion is certain."""
+def bands_of(run: Run, carriage_loads: Array) -> CredibleBands | None:
+    """The credible bands of a run with these loads (time, carriage, 6); None if its motion is certain."""
     if run.motion.uncertainty is None:
         return None
     if run.machine.scene.model_level == "linear":
-        return _of_linear(run, run.motion.uncertainty, np.ascontiguousarray(carriage_loads))
-    return _of_draws(run, run.motion.uncertainty, carriage_loads)
+        return _through_linear_scene(run, run.motion.uncertainty, np.ascontiguousarray(carriage_loads))
+    return _by_samples(run, run.motion.uncertainty, carriage_loads)
 
 
-def with_bands(data: xr.Dataset, bands: Bands) -> xr.Dataset:
-    """The labelled arrays of a run and its bands."""
-    from guideload.simulation.dataset import (
-        labelled,  # xarray takes longer to import than the bands to compute
-    )
-
-    along_x = np.zeros((data.sizes["time"], 3))
+def with_bands(data: Quantities, bands: CredibleBands) -> Quantities:
+    """The quantities of a run and its credible bands."""
+    along_x = np.zeros((data["time"].size, 3))
     along_x[:, 0] = bands.acceleration
-    of_carriages, of_one = ("time", "carriage", "axis"), ("time", "carriage")
-    text = "standard deviation, by what the trace leaves open, of the"
-    peak = "end of the 95 % band of the largest resultant of the carriage"
-    variables: tuple[Variable, ...] = (
-        ("force_sd", of_carriages, bands.loads[:, :, :3], "N", f"{text} load of the carriage"),
-        ("moment_sd", of_carriages, bands.loads[:, :, 3:], "N m", f"{text} moment about the carriage centre"),
-        ("resultant_sd", of_one, bands.sizes[:, :, 0], "N", f"{text} resultant load in y and z"),
-        ("moment_magnitude_sd", of_one, bands.sizes[:, :, 1], "N m", f"{text} magnitude of the moment"),
-        ("link_load_sd", ("time", "link"), bands.links, "N", f"{text} load along the link"),
-        ("cart_acceleration_sd", ("time", "axis"), along_x, "m/s2", f"{text} acceleration of the cart"),
-        ("peak_resultant_lower", ("carriage",), bands.lower, "N", f"lower {peak}"),
-        ("peak_resultant_upper", ("carriage",), bands.upper, "N", f"upper {peak}"),
+    vectors, scalars = ("time", "carriage", "axis"), ("time", "carriage")
+    forces, moments = bands.loads[:, :, :3], bands.loads[:, :, 3:]
+    resultants, magnitudes = bands.resultants[:, :, 0], bands.resultants[:, :, 1]
+    sd = "standard deviation, from the uncertainty of the motion, of the"
+    peak = "end of the 95 % credible band of the largest resultant of the carriage"
+    added = quantities(
+        [
+            ("force_sd", vectors, forces, "N", f"{sd} load of the carriage"),
+            ("moment_sd", vectors, moments, "N m", f"{sd} moment about the carriage centre"),
+            ("resultant_sd", scalars, resultants, "N", f"{sd} resultant load in y and z"),
+            ("moment_magnitude_sd", scalars, magnitudes, "N m", f"{sd} magnitude of the moment"),
+            ("link_load_sd", ("time", "link"), bands.links, "N", f"{sd} load along the link"),
+            ("cart_acceleration_sd", ("time", "axis"), along_x, "m/s2", f"{sd} acceleration of the cart"),
+            ("peak_resultant_lower", ("carriage",), bands.lower, "N", f"lower {peak}"),
+            ("peak_resultant_upper", ("carriage",), bands.upper, "N", f"upper {peak}"),
+        ]
     )
-    data = data.assign(labelled(variables))
-    data.attrs |= {"band_method": bands.method, "band_draws": bands.draws, "band_seed": SEED}
-    return data
+    attributes = {"band_method": bands.method, "band_samples": bands.samples, "band_seed": SEED}
+    return Quantities(data.variables | added, data.attrs | attributes)
 
 
-def _of_linear(run: Run, left_open: Uncertainty, loads: Array) -> Bands:
+def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBands:
     machine = run.machine
-    stamps = run.motion.time if left_open.time is None else left_open.time
-    motion = left_open.model, left_open.derivative, left_open.unit, stamps
+    stamps = run.motion.time if uncertainty.time is None else uncertainty.time
+    motion = uncertainty.model, uncertainty.derivative, uncertainty.unit, stamps
     groups = machine.links_of_carriages, machine.carriage_centers
-    acceleration, of_loads, sizes, links = load_spread(machine.scene, *motion, run.time, loads, *groups)
+    acceleration, of_loads, resultants, links = load_spread(machine.scene, *motion, run.time, loads, *groups)
     lower = upper = np.full(loads.shape[1], np.nan)
     if run.time.size:
         resultant = np.hypot(loads[:, :, 1], loads[:, :, 2])
         reach = FARTHEST * np.hypot(of_loads[:, :, 1], of_loads[:, :, 2])
         can_be_peak = resultant + reach >= np.max(resultant - reach, axis=0)
         peaks = draw_peaks(
-            machine.scene, *motion, run.time, loads, can_be_peak, *groups, DRAWS, SEED, cores()
+            machine.scene, *motion, run.time, loads, can_be_peak, *groups, LINEAR_SAMPLES, SEED, cores()
         )
         lower, upper = np.quantile(peaks, (TAIL, 1.0 - TAIL), axis=1)
     method = (
         "covariance of the estimated acceleration, carried through the linear scene exactly, resultants to first "
-        f"order; peaks: 2.5 and 97.5 % quantiles over {DRAWS} drawn motions"
+        f"order; peaks: 2.5 and 97.5 % quantiles of {LINEAR_SAMPLES} Monte Carlo samples of the motion"
     )
-    return Bands(acceleration, of_loads, sizes, links, lower, upper, method, DRAWS)
+    return CredibleBands(acceleration, of_loads, resultants, links, lower, upper, method, LINEAR_SAMPLES)
 
 
-def _of_draws(run: Run, left_open: Uncertainty, loads: Array) -> Bands:
+def _by_samples(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBands:
     steps = run.solution.steps + run.solution.rejected
-    count = int(np.clip(STEPS[run.method] // max(steps, 1), FEWEST_RUNS, MOST_RUNS))
-    nominal = _Histories.of(run, run.solution, loads)
-    squares = [np.zeros_like(part) for part in nominal.parts]
+    count = int(np.clip(STEPS[run.method] // max(steps, 1), FEWEST_SAMPLES, MOST_SAMPLES))
+    estimates = _histories(run.solution, loads)
+    squares = [np.zeros_like(estimate) for estimate in estimates]
     peaks = np.full((count, loads.shape[1]), np.nan)
-    for i, drawn in enumerate(_drawn(run, left_open, count)):
-        for square, part, estimate in zip(squares, drawn.parts, nominal.parts, strict=True):
-            square += (part - estimate) ** 2
+    for i, histories in enumerate(_sampled_histories(run, uncertainty, count)):
+        for square, history, estimate in zip(squares, histories, estimates, strict=True):
+            square += (history - estimate) ** 2
         if run.time.size:
-            peaks[i] = drawn.sizes[:, :, 0].max(axis=0)
-    acceleration, of_loads, sizes, links = (np.sqrt(square / count) for square in squares)
-    middle, spread = peaks.mean(axis=0), COVER * peaks.std(axis=0, ddof=1)
+            peaks[i] = histories[2][:, :, 0].max(axis=0)
+    acceleration, of_loads, resultants, links = (np.sqrt(square / count) for square in squares)
+    mean, half = peaks.mean(axis=0), COVER * peaks.std(axis=0, ddof=1)
     method = (
-        f"{count} drawn motions run through the scene, which is {run.machine.scene.model_level}: rms distance from "
-        f"the loads of the estimate; peaks: mean of the draws' peaks -+ {COVER} of their standard deviations"
+        f"{count} Monte Carlo samples of the motion run through the scene, which is {run.machine.scene.model_level}: "
+        f"rms distance from the loads of the estimate; peaks: mean over the samples -+ {COVER} standard deviations"
     )
-    return Bands(
-        acceleration, of_loads, sizes, links, np.maximum(middle - spread, 0.0), middle + spread, method, count
-    )
+    lower, upper = np.maximum(mean - half, 0.0), mean + half
+    return CredibleBands(acceleration, of_loads, resultants, links, lower, upper, method, count)
 
 
-@dataclass(frozen=True, eq=False)
-class _Histories:
-    """What bands are given of, of one motion."""
-
-    acceleration: Array
-    loads: Array
-    sizes: Array
-    links: Array
-
-    @classmethod
-    def of(cls, run: Run, solution: Solution, loads: Array) -> _Histories:
-        sizes = np.stack(
-            [np.hypot(loads[:, :, 1], loads[:, :, 2]), np.linalg.norm(loads[:, :, 3:], axis=2)], axis=2
-        )
-        return cls(solution.inputs()[:, 0], loads, sizes, solution.link_loads("total"))
-
-    @property
-    def parts(self) -> tuple[Array, Array, Array, Array]:
-        return self.acceleration, self.loads, self.sizes, self.links
+def _histories(solution: Solution, loads: Array) -> tuple[Array, Array, Array, Array]:
+    """The histories of one motion that have bands: `acceleration`, `loads`, `resultants` and `links`."""
+    resultant, magnitude = np.hypot(loads[:, :, 1], loads[:, :, 2]), np.linalg.norm(loads[:, :, 3:], axis=2)
+    resultants = np.stack([resultant, magnitude], axis=2)
+    return solution.inputs()[:, 0], loads, resultants, solution.link_loads("total")
 
 
-def _drawn(run: Run, left_open: Uncertainty, count: int) -> Iterator[_Histories]:
-    """The histories of drawn motions, one after the other."""
+def _sampled_histories(
+    run: Run, uncertainty: Uncertainty, count: int
+) -> Iterator[tuple[Array, Array, Array, Array]]:
+    """The histories of one sampled motion after the other."""
     machine, motion = run.machine, run.motion
     instants = None if run.time is motion.time else run.time
-    for deviation in _deviations(motion.time, left_open, count):
+    for deviation in _deviations(motion.time, uncertainty, count):
         acceleration = motion.acceleration.copy()
         acceleration[:, 0] += deviation
         solution = machine.scene.solve(
@@ -174,12 +154,12 @@ def _drawn(run: Run, left_open: Uncertainty, count: int) -> Iterator[_Histories]
             times=instants,
         )
         loads = solution.group_loads(machine.links_of_carriages, machine.carriage_centers, "total")
-        yield _Histories.of(run, solution, loads)
+        yield _histories(solution, loads)
 
 
-def _deviations(time: NDArray[np.float64], left_open: Uncertainty, count: int) -> Iterator[Array]:
-    """(n,) m/s2 at the stamps of a motion, drawn some at a time, for long traces are large."""
+def _deviations(time: Array, uncertainty: Uncertainty, count: int) -> Iterator[Array]:
+    """(n,) m/s2, deviations at the stamps of a motion; long ones need much memory, so only some at a time."""
     rng = np.random.default_rng(SEED)
-    for first in range(0, count, HELD):
-        for drawn in left_open.draws(min(HELD, count - first), rng):
-            yield drawn if left_open.time is None else np.interp(time, left_open.time, drawn)
+    for first in range(0, count, IN_MEMORY):
+        for drawn in uncertainty.draws(min(IN_MEMORY, count - first), rng):
+            yield drawn if uncertainty.time is None else np.interp(time, uncertainty.time, drawn)

@@ -1,4 +1,4 @@
-"""Results as files, and back: netCDF whole, Parquet and CSV with a column per quantity and label."""
+"""A result as a file and back: netCDF, or Parquet and CSV with a column per history and label."""
 
 from __future__ import annotations
 
@@ -7,53 +7,53 @@ from collections.abc import Iterable
 from itertools import product
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5netcdf
-import h5py
 import numpy as np
-import pyarrow as pa
-import xarray as xr
 
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import GuideloadError, TraceError, ValueRefused
+from guideload.base.quantities import Quantities, Quantity
 from guideload.machine.machine import Machine
 
+if TYPE_CHECKING:
+    import pyarrow as pa
+    import xarray as xr
+
 KEY = b"guideload"  # of the metadata in a Parquet file
+NEEDED = {"force", "moment", "resultant", "static_force", "static_moment"}  # by every result
 
 
-def write_netcdf(data: xr.Dataset, path: str | PathLike[str]) -> None:
-    """netCDF 4; variables and attributes as in `data`.
+def write_netcdf(data: Quantities, path: str | PathLike[str]) -> None:
+    """netCDF 4, byte for byte what xarray writes, without the time that importing xarray takes."""
+    import h5netcdf
+    import h5py
 
-    Byte for byte what xarray writes, but by h5netcdf itself: where dask is installed xarray would import the whole of
-    it, to see whether arrays are dask's.
-    """
     with atomic_write(_ending(path, ".nc")) as draft, h5netcdf.File(draft, "w") as file:
         file.attrs.update(data.attrs)
-        for variable in data.variables.values():
-            for dim, size in variable.sizes.items():
+        for dims, values, _ in data.variables.values():
+            for dim, size in zip(dims, values.shape, strict=True):
                 if dim not in file.dimensions:
                     file.dimensions[dim] = size
-        for name, variable in data.variables.items():
-            values = variable.values
+        for name, (dims, values, attrs) in data.variables.items():
             kind = h5py.string_dtype() if values.dtype.kind in "OUT" else values.dtype
             empty = np.nan if values.dtype.kind == "f" else None
-            written = file.create_variable(name, variable.dims, kind, fillvalue=empty)
-            written.attrs.update(variable.attrs)
+            written = file.create_variable(name, dims, kind, fillvalue=empty)
+            written.attrs.update(attrs)
             written[...] = values
 
 
-def write_parquet(data: xr.Dataset, path: str | PathLike[str]) -> None:
+def write_parquet(data: Quantities, path: str | PathLike[str]) -> None:
     """Histories as columns, the rest as JSON in the metadata of the schema."""
-    from pyarrow import parquet  # here and below, as a run needs one of the formats only
+    from pyarrow import parquet
 
     table = _columns(data).replace_schema_metadata({KEY: json.dumps(_rest(data))})
     with atomic_write(_ending(path, ".parquet")) as draft:
         parquet.write_table(table, draft)
 
 
-def write_csv(data: xr.Dataset, path: str | PathLike[str]) -> None:
-    """Histories as columns, the rest as JSON beside it."""
+def write_csv(data: Quantities, path: str | PathLike[str]) -> None:
+    """Histories as columns, the rest as JSON in a file beside it."""
     from pyarrow import csv
 
     with atomic_write(_ending(path, ".csv")) as draft, atomic_write(Path(path).with_suffix(".json")) as rest:
@@ -62,7 +62,7 @@ def write_csv(data: xr.Dataset, path: str | PathLike[str]) -> None:
 
 
 def _ending(path: str | PathLike[str], ending: str) -> Path:
-    """`path`, which must end so, or `Result.load` would not know what to read."""
+    """`path`, which must have this ending for `Result.load` to know the format."""
     path = Path(path)
     if path.suffix != ending:
         raise ValueRefused(f"a file name that ends in {ending}", str(path))
@@ -70,14 +70,19 @@ def _ending(path: str | PathLike[str], ending: str) -> Path:
 
 
 def read(path: str | PathLike[str]) -> tuple[Machine, xr.Dataset]:
-    """The machine and the data of a result, from any of the three. Raises TraceError if the file holds none."""
+    """The machine and the data of a result, from any of the three formats.
+
+    Raises TraceError if the file holds no result.
+    """
+    import pyarrow as pa
+
     path = Path(path)
     try:
         data = _data(path)
-        missing = {"force", "moment", "resultant", "static_force", "static_moment"} - set(data.data_vars)
-        if missing:
-            raise ValueError(f"one without {', '.join(sorted(missing))}")
-        return _machine(data), data
+        if missing := NEEDED - set(data.data_vars):
+            raise ValueError(f"one without {', '.join(sorted(map(str, missing)))}")
+        values: dict[str, Any] = json.loads(data.attrs["machine"])
+        return Machine(**{key: value for key, value in values.items() if value is not None}), data
     except (
         AttributeError,
         LookupError,
@@ -92,20 +97,23 @@ def read(path: str | PathLike[str]) -> tuple[Machine, xr.Dataset]:
 
 def _data(path: Path) -> xr.Dataset:
     if path.suffix == ".nc":
+        import xarray as xr
+
         return xr.load_dataset(path, engine="h5netcdf")
     if path.suffix == ".parquet":
         from pyarrow import parquet
 
         table = parquet.read_table(path)
-        return _assembled(table, json.loads((table.schema.metadata or {})[KEY]))
+        return _assembled(table, json.loads((table.schema.metadata or {})[KEY])).dataset()
     if path.suffix == ".csv":
         rest = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
-        return _assembled(_numbers(path), rest)
+        return _assembled(_numbers(path), rest).dataset()
     raise ValueError(f"the ending {path.suffix!r}: expected .nc, .parquet or .csv")
 
 
 def _numbers(path: Path) -> pa.Table:
     """The columns of a CSV file, whole numbers too as float64."""
+    import pyarrow as pa
     from pyarrow import csv
 
     with csv.open_csv(path) as reader:
@@ -114,19 +122,16 @@ def _numbers(path: Path) -> pa.Table:
     return csv.read_csv(path, convert_options=options)
 
 
-def _machine(data: xr.Dataset) -> Machine:
-    values: dict[str, Any] = json.loads(data.attrs["machine"])
-    return Machine(**{key: value for key, value in values.items() if value is not None})
-
-
-def _columns(data: xr.Dataset) -> pa.Table:
+def _columns(data: Quantities) -> pa.Table:
     """A column `name[label,label]` for each entry of each history, after the time."""
-    columns = {"time": data["time"].values}
-    for name, variable in data.data_vars.items():
-        if "time" in variable.dims:
-            flat = variable.values.reshape(variable.sizes["time"], -1)
-            names = _labels(*[variable[dim].values for dim in variable.dims if dim != "time"])
-            columns |= {f"{name}{label}": flat[:, i] for i, label in enumerate(names)}
+    import pyarrow as pa
+
+    columns = {"time": data["time"]}
+    for name, (dims, values, _) in data.variables.items():
+        if "time" in dims and not data.is_coordinate(name):
+            flat = values.reshape(values.shape[0], -1)
+            labels = _labels(*[data[dim] for dim in dims[1:]])
+            columns |= {f"{name}{label}": flat[:, i] for i, label in enumerate(labels)}
     return pa.table({name: np.ascontiguousarray(values) for name, values in columns.items()})
 
 
@@ -135,40 +140,42 @@ def _labels(*labels: Iterable[Any]) -> list[str]:
     return [f"[{','.join(str(label) for label in row)}]" if row else "" for row in product(*labels)]
 
 
-def _rest(data: xr.Dataset) -> dict[str, Any]:
+def _rest(data: Quantities) -> dict[str, Any]:
     """All but the histories: attributes, labels, static values."""
+    labels = [name for name in data.variables if data.is_coordinate(name) and name != "time"]
     return {
         "attributes": data.attrs,
-        "labels": {str(name): coord.values.tolist() for name, coord in data.coords.items() if name != "time"},
+        "labels": {name: data[name].tolist() for name in labels},
         "quantities": {
-            str(name): {
-                "dims": list(variable.dims),
-                "attributes": variable.attrs,
-                **({} if "time" in variable.dims else {"values": variable.values.tolist()}),
+            name: {
+                "dims": list(dims),
+                "attributes": attrs,
+                **({} if "time" in dims else {"values": values.tolist()}),
             }
-            for name, variable in data.variables.items()
-            if name == "time" or name in data.data_vars
+            for name, (dims, values, attrs) in data.variables.items()
+            if name not in labels
         },
     }
 
 
-def _assembled(table: pa.Table, rest: dict[str, Any]) -> xr.Dataset:
+def _assembled(table: pa.Table, rest: dict[str, Any]) -> Quantities:
     """The inverse of `_columns` and `_rest`."""
     labels = rest["labels"]
     time = table.column("time").to_numpy()
-    data = xr.Dataset(coords={"time": ("time", time, rest["quantities"].pop("time")["attributes"]), **labels})
+    variables = {}
     for name, quantity in rest["quantities"].items():
         dims = quantity["dims"]
         if "values" in quantity:
-            sizes = [len(labels[dim]) for dim in dims]
-            values = np.array(quantity["values"], dtype=np.float64).reshape(sizes)
+            values = np.array(quantity["values"], dtype=np.float64)
+            values = values.reshape([len(labels[dim]) for dim in dims])
         else:
-            shape = [time.size, *[len(labels[dim]) for dim in dims[1:]]]
-            columns = [f"{name}{label}" for label in _labels(*[labels[dim] for dim in dims[1:]])]
+            columns = [
+                table.column(f"{name}{label}") for label in _labels(*[labels[dim] for dim in dims[1:]])
+            ]
             values = np.empty((time.size, len(columns)))
             for i, column in enumerate(columns):
-                values[:, i] = table.column(column).to_numpy()
-            values = values.reshape(shape)
-        data[name] = (dims, values, quantity["attributes"])
-    data.attrs = rest["attributes"]
-    return data
+                values[:, i] = column.to_numpy()
+            values = values.reshape([time.size, *[len(labels[dim]) for dim in dims[1:]]])
+        variables[name] = Quantity(tuple(dims), values, quantity["attributes"])
+    variables |= {name: Quantity((name,), np.array(names), {}) for name, names in labels.items()}
+    return Quantities(variables, rest["attributes"])

@@ -7,11 +7,12 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, median_step
 from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.simulation.result import Peaks, Result
+from guideload.simulation.peaks import Peaks
+from guideload.simulation.result import Result
 from guideload.simulation.run import Run
 
 Method = Literal["auto", "exact", "rk45", "implicit"]
@@ -125,14 +126,16 @@ def _for_smooth_laws(machine: Machine, motion: Motion) -> tuple[str, str]:
     """rk45, unless stability holds its steps so short that implicit is done earlier."""
     from guideload.simulation.stability_function import longest_stable_steps  # needed by no other scene
 
-    intervals = np.diff(motion.time)
-    usual = float(np.median(intervals[intervals > 0.0])) if np.any(intervals > 0.0) else 0.0
+    sample_step = median_step(motion.time)
     values = machine.scene.modes()[3]
     passive = np.minimum(values.real, 0.0) + 1j * values.imag
     longest = float(longest_stable_steps(passive).min())
     why = f"preloaded contacts are not linear; rk45 is stable up to steps of {1e3 * longest:.3g} ms"
-    if longest * STEP_COST < usual:
-        return "implicit", f"{why}, far below the {1e3 * usual:.3g} ms between samples: the scene is stiff"
+    if longest * STEP_COST < sample_step:
+        return (
+            "implicit",
+            f"{why}, far below the {1e3 * sample_step:.3g} ms between samples: the scene is stiff",
+        )
     return "rk45", f"{why}: the scene is not stiff"
 
 

@@ -1,7 +1,7 @@
 """Monte Carlo studies: the distribution of the loads where the parameters of a machine scatter."""
 
+from guideload.study.description.study import Study
 from guideload.study.execution import StudyInterrupted, run_study
-from guideload.study.result import StudyResult
-from guideload.study.study import Study
+from guideload.study.results.result import StudyResult
 
 __all__ = ["Study", "StudyInterrupted", "StudyResult", "run_study"]

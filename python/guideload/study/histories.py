@@ -1,4 +1,4 @@
-"""The load histories of the samples that a study was asked to keep, labelled as a single run's are."""
+"""The load histories of requested samples, labelled as those of a single run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from guideload.simulation.run import AXES
 from guideload.simulation.simulation import simulate
 
 if TYPE_CHECKING:
-    from guideload.study.plan import Plan
+    from guideload.study.description.plan import Plan
 
 Variable = tuple[tuple[str, ...], object, dict[str, str]]
 TOGETHER = 16  # samples at a time, so that Ctrl-C is answered
@@ -25,7 +25,7 @@ def histories(plan: Plan) -> xr.Dataset:
     A sample that failed has NaN, and why in `reason`. nominal_force and so on (time, carriage): of the machine as
     described, if that has a solution.
     """
-    samples = tuple(dict.fromkeys(plan.histories))
+    samples = list(plan.histories)
     values = np.concatenate([plan.values(i, i + 1) for i in samples])
     loads, reasons = [], [""] * len(samples)
     for start in range(0, len(samples), TOGETHER):
@@ -37,37 +37,36 @@ def histories(plan: Plan) -> xr.Dataset:
     try:
         nominal = simulate(plan.machine, plan.motion, plan.method, rtol=plan.rtol).carriage_loads
         variables |= _loads((), nominal, "nominal_", "load of the carriage, machine as described")
-    except (RunError, SceneError):  # only what is drawn about it may have a solution
+    except (RunError, SceneError):  # perhaps only the drawn machines have a solution
         pass
     variables["value"] = ("sample", "factor"), values, {"long_name": "values of the factors, in their units"}
     why = np.array(reasons, dtype=object)
     variables["reason"] = ("sample",), why, {"long_name": "why the sample failed, or empty"}
     coords = {
-        "sample": ("sample", list(samples), {"long_name": "index of the sample"}),
+        "sample": ("sample", samples, {"long_name": "index of the sample"}),
         "time": ("time", plan.motion.time, {"units": "s", "long_name": "time"}),
         "carriage": [carriage.name for carriage in plan.machine.carriages],
         "axis": list(AXES),
         "factor": [factor.name for factor in plan.factors],
     }
-    return xr.Dataset(variables, coords=coords, attrs={"fingerprint": plan.fingerprint()})
+    return xr.Dataset(variables, coords=coords, attrs={"fingerprint": plan.metadata.fingerprint})
 
 
-def _loads(of: tuple[str, ...], loads: Array, name: str, text: str) -> dict[str, Variable]:
-    """Labelled loads (..., time, carriage, 6), as of a single run."""
-    dims = (*of, "time", "carriage")
+def _loads(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> dict[str, Variable]:
+    """Labelled loads (..., time, carriage, 6)."""
+    dims = (*dims, "time", "carriage")
     resultant = np.hypot(loads[..., 1], loads[..., 2])
+    columns = {
+        "force": ((*dims, "axis"), loads[..., :3], "N", text),
+        "moment": ((*dims, "axis"), loads[..., 3:], "N m", f"{text}, about its centre"),
+        "resultant": (dims, resultant, "N", f"{text}, resultant in y and z"),
+    }
     return {
-        f"{name}force": ((*dims, "axis"), loads[..., :3], {"units": "N", "long_name": text}),
-        f"{name}moment": (
-            (*dims, "axis"),
-            loads[..., 3:],
-            {"units": "N m", "long_name": f"{text}, about its centre"},
-        ),
-        f"{name}resultant": (dims, resultant, {"units": "N", "long_name": f"{text}, resultant in y and z"}),
+        prefix + name: (of, values, {"units": unit, "long_name": long_name})
+        for name, (of, values, unit, long_name) in columns.items()
     }
 
 
-def asked_for(data: xr.Dataset | None, plan: Plan) -> bool:
+def are_of(data: xr.Dataset | None, plan: Plan) -> bool:
     """Whether these are the histories of the plan's samples."""
-    samples = tuple(dict.fromkeys(plan.histories))
-    return data is not None and tuple(data["sample"].values.tolist()) == samples
+    return data is not None and tuple(data["sample"].values.tolist()) == plan.histories

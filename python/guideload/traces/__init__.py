@@ -1,6 +1,20 @@
-"""Measured traces: `format` reads tables, `content` finds columns and samples, `quality` checks and repairs them."""
+"""Measured traces: `format` reads tables, `content` finds columns and samples, `quality` checks and repairs them.
 
-from guideload.traces.inspection import Inspection
-from guideload.traces.reading import Trace, motion_from_trace, read_trace
+Names are imported when first used, so that the command line can list the options of reading at no cost.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from guideload.traces.inspection import Inspection
+    from guideload.traces.reading import Trace, motion_from_trace, read_trace
 
 __all__ = ["Inspection", "Trace", "motion_from_trace", "read_trace"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    home = "inspection" if name == "Inspection" else "reading"
+    return getattr(import_module(f"{__name__}.{home}"), name)

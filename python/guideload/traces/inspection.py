@@ -1,4 +1,4 @@
-"""A trace as its smoothing found it: samples, motion and band, for a report and a picture of the trace alone."""
+"""A trace and its smoothing: samples, motion and bandwidth, for a report and a picture of the trace alone."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from guideload.traces.reading import Trace
 
 @dataclass(frozen=True, eq=False)
 class Inspection:
-    """What was found in a trace.
+    """A trace and the motion that the smoothing estimates from it.
 
     trace    as it was read
     machine  whose modes it is compared with, or None
     kind     "position" or "velocity": what its samples are to the smoothing
-    value    (n,) samples: m or m/s of the cart; rad/s of the motor where no drive tells the cart's speed from it
-    quantum  step of the value, 0 if none is known
+    value    (n,) samples: m or m/s of the cart; rad/s of the motor where there is no [drive] to convert it
+    quantum  smallest change of the value, 0 if none is known
     of_motor whether all figures are those of the motor: then accelerations are in rad/s2, not m/s2
-    found    position, velocity and acceleration by the smoothing, in the units of the value
+    kinematics  position, velocity and acceleration by the smoothing, in the units of the value
     """
 
     trace: Trace
@@ -36,7 +36,7 @@ class Inspection:
     value: Array
     quantum: float
     of_motor: bool
-    found: Kinematics
+    kinematics: Kinematics
 
     def __repr__(self) -> str:
         return f"<Inspection of {self.trace!r}>"
@@ -54,14 +54,11 @@ class Inspection:
 
         A motor's speed becomes the cart's where the machine has a [drive], and else stays the motor's.
         """
-        ratio, of_motor = 1.0, False
-        if trace.kind == "motor_speed":
-            drive = None if machine is None else machine.drive
-            of_motor = drive is None
-            ratio = 1.0 if drive is None else drive.speed_per_motor_speed
-        kind, value, quantum = trace.samples(ratio)
-        found = smooth(trace.time, value, kind, smoothing, quantum=quantum, window=window)
-        return cls(trace, machine, kind, value, quantum, of_motor, found)
+        drive = None if machine is None else machine.drive
+        of_motor = trace.kind == "motor_speed" and drive is None
+        kind, value, quantum = trace.samples(drive)
+        kinematics = smooth(trace.time, value, kind, smoothing, quantum=quantum, window=window)
+        return cls(trace, machine, kind, value, quantum, of_motor, kinematics)
 
     @property
     def time(self) -> Array:
@@ -70,20 +67,21 @@ class Inspection:
 
     @property
     def step(self) -> float:
-        """Usual distance of the samples [s]."""
+        """Median time between samples [s]."""
         return float(np.median(np.diff(self.time)))
 
     @property
     def smoothed(self) -> Array:
-        """(n,) what the samples are without their noise, in their unit."""
-        return self.found.position if self.kind == "position" else self.found.velocity
+        """(n,) the samples as smoothed, in their unit."""
+        return self.kinematics.position if self.kind == "position" else self.kinematics.velocity
 
     @property
     def deviation(self) -> Array | None:
-        """(n,) standard deviation of the acceleration in its unit; None where the smoothing tells none."""
-        if not isinstance(self.found, Estimate):
+        """(n,) standard deviation of the acceleration in its unit; None where the smoothing estimates none."""
+        estimate = self.kinematics
+        if not isinstance(estimate, Estimate):
             return None
-        return np.sqrt(np.maximum(self.found.acceleration_variance, 0.0))
+        return np.sqrt(np.maximum(estimate.acceleration_variance, 0.0))
 
     @cached_property
     def differences(self) -> Array:
@@ -91,9 +89,14 @@ class Inspection:
         return smooth(self.time, self.value, self.kind, "differences").acceleration
 
     @property
-    def band(self) -> float:
-        """Hz, up to which accelerations are shown."""
-        return usable_bandwidth(self.time, self.found.bandwidth)
+    def bandwidth(self) -> float:
+        """Bandwidth [Hz] up to which the trace shows accelerations; inf if they are known exactly."""
+        return usable_bandwidth(self.time, self.kinematics.bandwidth)
+
+    @property
+    def peak(self) -> int:
+        """Index of the largest acceleration."""
+        return int(np.abs(self.kinematics.acceleration).argmax())
 
     @cached_property
     def modes(self) -> Modes | None:
@@ -102,16 +105,16 @@ class Inspection:
 
     @cached_property
     def resolution(self) -> TraceResolution | None:
-        """The band against the modes of the machine; None where `modes` is."""
+        """What the trace's bandwidth shows of the machine's modes; None where `modes` is."""
         if self.machine is None or self.modes is None:
             return None
         return TraceResolution.of(
-            self.machine, self.modes, self.time, self.found.acceleration, self.band, self.step
+            self.machine, self.modes, self.time, self.kinematics.acceleration, self.bandwidth, self.step
         )
 
     @property
     def unit(self) -> tuple[str, float]:
-        """Unit in which samples are shown, and its factor on `value`."""
+        """Unit in which samples are shown, and the factor from `value` to it."""
         if self.of_motor:
             return "rpm", 1.0 / factor("rpm", "rad/s")
         return ("m" if self.kind == "position" else "m/s"), 1.0

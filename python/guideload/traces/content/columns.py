@@ -1,122 +1,159 @@
-"""Which columns of a table are meant: the measured one, its time, and the partner it can be compared with."""
+"""Which columns of a table are meant: the measured one, its time stamps, and the one it can be compared with."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from guideload.base.errors import TraceError, ValueRefused
 from guideload.base.units import factor, quantity
 from guideload.traces.format.headers import (
+    COMMAND_WORDS,
     KINDS,
     MEASURED_WORDS,
     POSITION_WORDS,
     VELOCITY_WORDS,
-    WANTED_WORDS,
     kind_of_unit,
     known_unit,
 )
 from guideload.traces.format.table import Table, listed
+from guideload.traces.options import ReadingOptions
 
 
-def time_column(data: Table, column: str | None, time: str | None, rate: float | str | None) -> str | None:
+@dataclass(frozen=True)
+class Columns:
+    """The columns of a trace.
+
+    measured: name of the measured column; kind: one of `headers.KINDS`; scale: factor from its values to SI;
+    time: name of the time column, None where the rate gives the time; partner: name of the column of velocity that
+    belongs to a position, or the reverse, None if there is none; note: how the measured column was chosen, or "".
+    """
+
+    measured: str
+    kind: str
+    scale: float
+    time: str | None
+    partner: str | None
+    note: str
+
+
+def columns_of(table: Table, options: ReadingOptions) -> Columns:
+    """The columns that the options name, or else those that the headers show. Raises TraceError."""
+    measured, rate = options.get("column"), options.get("rate")
+    for name in (measured, options.get("time")):
+        if name is not None and name not in table.columns:
+            raise TraceError(f"{table.source}: no column {name!r}; there are {listed(table.names)}")
+    time, note = _time_column(table, options), ""
+    if measured is None:
+        measured, note = _measured_column(table, _candidates(table, time, options))
+    kind, scale = _kind_and_scale(table, measured, options)
+    if options.get("counter_bits") and kind != "counts":
+        raise TraceError(
+            f"{table.source}: column {measured}: counter_bits: expected none, for {kind} is no counter, got "
+            f"{options.get('counter_bits')}; leave it out, or say kind='counts' (--kind counts)"
+        )
+    if rate is None and time is None:
+        time = table.clocks.get(measured)
+    compared = kind in ("position", "velocity") and options.get("cross_check") is not False
+    return Columns(measured, kind, scale, time, _partner_of(table, measured) if compared else None, note)
+
+
+def _time_column(table: Table, options: ReadingOptions) -> str | None:
     """The name of the time column; None where the rate is given, or each channel has its own time.
 
-    Raises TraceError where no time is to be had, or two.
+    Raises TraceError where there is no time, or more than one.
     """
+    time, rate = options.get("time"), options.get("rate")
     if time is not None:
-        if rate is not None and not counts_cycles(data, time):
+        if rate is not None and not _counts_cycles(table, time):
             raise TraceError(
-                f"{data.source}: expected either time or rate, got time={time!r} and rate={rate!r}; together "
+                f"{table.source}: expected either time or rate, got time={time!r} and rate={rate!r}; together "
                 "they are for a column that counts cycles, without a unit of time"
             )
         return time
-    if rate is not None or data.clocks or data.rate is not None:
+    if rate is not None or table.clocks or table.rate is not None:
         return None
-    if not data.named and len(data.names) > 1:
+    if not table.named and len(table.names) > 1:
         return "0"
-    found = [name for name in data.names if data.header(name).is_time and name != column]
-    if len(found) > 1:  # a day beside a time of day tells nothing more
-        found = [name for name in found if not _is_day(data, name)] or found
-    if len(found) == 1:
-        return found[0]
-    if found:
+    names = [name for name in table.time_names if name != options.get("column")]
+    if len(names) > 1:  # a date beside a time of day is not needed
+        names = [name for name in names if not _is_date(table, name)] or names
+    if len(names) == 1:
+        return names[0]
+    if names:
         raise TraceError(
-            f"{data.source}: {len(found)} columns could be the time: {', '.join(found)}; "
+            f"{table.source}: {len(names)} columns could be the time: {', '.join(names)}; "
             "choose with time=NAME (--time NAME)"
         )
-    first = data.names[0] if data.names else ""
-    count = ""
-    if first and data.is_row_number(first):
-        count = f"; the first column ({first}) is a mere row number, which tells no time"
+    hint = ""
+    if table.names and table.is_row_number(table.names[0]):
+        hint = f"; the first column ({table.names[0]}) is a mere row number, no time"
     raise TraceError(
-        f"{data.source}: no time column among {listed(data.names)}{count}; give the samples per second "
+        f"{table.source}: no time column among {listed(table.names)}{hint}; give the samples per second "
         "with rate=1000 (--rate 1000), or name the column with time=NAME (--time NAME)"
     )
 
 
-def counts_cycles(data: Table, name: str) -> bool:
+def _counts_cycles(table: Table, name: str) -> bool:
     """Whether a column may count cycles of a clock: whole numbers without a unit of time."""
-    if data.header(name).unit not in ("", "counts") or data.is_stamped(name):
+    if table.header(name).unit not in ("", "counts") or table.is_stamped(name):
         return False
-    values = data.values(name)
+    values = table.values(name)
     return bool(np.all((values == np.round(values)) | np.isnan(values)))
 
 
-def _is_day(data: Table, name: str) -> bool:
-    """Whether a column holds days without a time of day."""
-    column = np.asarray(data.columns[name])
+def _is_date(table: Table, name: str) -> bool:
+    """Whether a column holds dates without a time of day."""
+    column = np.asarray(table.columns[name])
     if column.dtype.kind == "M":
         return bool(np.all((column == column.astype("M8[D]")) | np.isnat(column)))
     cell = next((cell for cell in column if isinstance(cell, str)), "") if column.dtype.kind in "OUT" else ""
     return bool(cell) and ":" not in cell
 
 
-def candidates(data: Table, clock: str | None, kind: str | None, unit: str | float | None) -> list[str]:
-    """Columns that may be meant: by the header's unit; if a unit or kind is given, by the header's words as
-    well."""
-    clocks = {clock, *data.clocks.values()}
-    others = [name for name in data.names if name not in clocks and not data.header(name).is_time]
-    wanted = kind
-    if wanted is None and isinstance(unit, str):
-        wanted = kind_of_unit(known_unit(unit)) or None
-    headers = {name: data.header(name) for name in others}
-    by_unit = [name for name in others if headers[name].kind and wanted in (None, headers[name].kind)]
-    if by_unit or wanted is None:
+def _candidates(table: Table, time: str | None, options: ReadingOptions) -> list[str]:
+    """Columns whose header has a fitting unit; if unit or kind is given, else those with a fitting word."""
+    kind, unit = options.get("kind"), options.get("unit")
+    clocks = {time, *table.clocks.values(), *table.time_names}
+    headers = {name: table.header(name) for name in table.names if name not in clocks}
+    if kind is None and isinstance(unit, str):
+        kind = kind_of_unit(known_unit(unit)) or None
+    by_unit = [name for name, header in headers.items() if header.kind and kind in (None, header.kind)]
+    if by_unit or kind is None:
         return by_unit
-    by_word = [name for name in others if not headers[name].unit and headers[name].word_kind == wanted]
-    return by_word or (others if len(others) == 1 else [])
+    by_word = [name for name, header in headers.items() if not header.unit and header.word_kind == kind]
+    return by_word or (list(headers) if len(headers) == 1 else [])
 
 
-def choose_column(data: Table, found: Sequence[str]) -> tuple[str, str]:
-    """The one column of several that is measured while all others are wanted values, and a note that says so.
+def _measured_column(table: Table, names: Sequence[str]) -> tuple[str, str]:
+    """The only one of the names, or the one that is measured while all others are commands; and a note.
 
-    Raises TraceError with the columns and how to choose where that does not tell.
+    Raises TraceError with the columns and how to choose where there is no such column.
     """
-    if len(found) == 1:
-        return found[0], f"column {found[0]}, the only one that fits"
-    words = {name: set(data.header(name).words) for name in found}
-    measured = [name for name in found if words[name] & MEASURED_WORDS]
-    rest = [name for name in found if name not in measured]
-    if len(measured) == 1 and all(words[name] & WANTED_WORDS for name in rest):
-        return measured[0], f"column {measured[0]}: measured, {', '.join(rest)} not"
-    count = f"{len(found)} columns could be meant" if found else "no column tells what it is"
-    others = [
-        name for name in data.names if not data.header(name).is_time and name not in data.clocks.values()
-    ]
-    telling = [name for name in others if data.header(name).word_kind]
+    if len(names) == 1:
+        return names[0], f"column {names[0]}, the only one that fits"
+    words = {name: set(table.header(name).words) for name in names}
+    measured = [name for name in names if words[name] & MEASURED_WORDS]
+    others = [name for name in names if name not in measured]
+    if len(measured) == 1 and all(words[name] & COMMAND_WORDS for name in others):
+        return measured[0], f"column {measured[0]}: measured, {', '.join(others)} not"
+    count = f"{len(names)} columns could be meant" if names else "no header says what its column is"
+    clocks = {*table.time_names, *table.clocks.values()}
+    possible = [name for name in table.names if name not in clocks]
+    with_words = [name for name in possible if table.header(name).word_kind]
     raise TraceError(
-        f"{data.source}: {count}: {listed(found or telling or others)}; "
+        f"{table.source}: {count}: {listed(names or with_words or possible)}; "
         "choose one, as in column=NAME, unit='mm/s', kind='velocity' "
         "(--column NAME --unit mm/s --kind velocity)"
     )
 
 
-def meaning(data: Table, column: str, kind: str | None, unit: str | float | None) -> tuple[str, float]:
-    """Kind and factor to SI of the column. Raises TraceError."""
-    place = f"{data.source}: column {column}"
-    header = data.header(column)
+def _kind_and_scale(table: Table, name: str, options: ReadingOptions) -> tuple[str, float]:
+    """Kind of the column, and the factor from its values to SI. Raises TraceError."""
+    place, header = f"{table.source}: column {name}", table.header(name)
+    kind, unit = options.get("kind"), options.get("unit")
     if kind is None and header.unit == "counts":
         kind = "counts"
     if kind == "counts":
@@ -124,7 +161,7 @@ def meaning(data: Table, column: str, kind: str | None, unit: str | float | None
             raise TraceError(
                 f"{place}: counts need the cart's travel per count: unit='5e-8 m' (--unit '5e-8 m')"
             )
-        scale = argument(data, "unit", unit, "m")
+        scale = argument(table, "unit", unit, "m")
         if scale == 0.0:
             raise TraceError(f"{place}: unit: expected metres per count, got 0")
         return kind, scale
@@ -132,11 +169,11 @@ def meaning(data: Table, column: str, kind: str | None, unit: str | float | None
         raise TraceError(f"{place}: unit: expected a string such as 'mm/s', got {unit!r}")
     written = (known_unit(unit) or unit) if unit else header.unit
     if not written:
-        if kind is not None and not data.named:
+        if kind is not None and not table.named:
             return kind, 1.0
         raise TraceError(
-            f"{place}: the header tells no unit; give it, as in unit='mm/s' (--unit mm/s)"
-            + ("" if data.named else f", or the kind of these SI values: {', '.join(KINDS)}")
+            f"{place}: the header gives no unit; give it, as in unit='mm/s' (--unit mm/s)"
+            + ("" if table.named else f", or the kind of these SI values: {', '.join(KINDS)}")
         )
     meant = kind or kind_of_unit(written)
     if unit and kind is None and {meant, header.word_kind} == {"position", "velocity"}:
@@ -145,52 +182,40 @@ def meaning(data: Table, column: str, kind: str | None, unit: str | float | None
             f"{header.word_kind}, or the kind as well, if the name misleads: kind='{meant}' (--kind {meant})"
         )
     try:
-        return meant, factor(written, KINDS.get(meant, "m/s"))  # no kind: no speed either, so this raises
+        return meant, factor(written, KINDS.get(meant, "m/s"))  # raises if the unit is of no kind
     except ValueRefused as error:
         raise TraceError(f"{place}: unit: {error}") from None
 
 
-def partner_of(data: Table, name: str) -> str | None:
-    """The column that holds the velocity of the position `name`, or the reverse: the same header but for that
-    word, and on the same clock."""
+def _partner_of(table: Table, name: str) -> str | None:
+    """The column of the velocity of the position `name`, or the reverse: its header has the same words but for that
+    one, and it has the same time stamps.
+    """
 
-    def swapped(text: str, old: Sequence[str], new: str) -> str:
-        return " ".join(new if word in old else word for word in data.header(text).words)
+    def words_without(column: str, words: set[str]) -> list[str]:
+        return ["*" if word in words else word for word in table.header(column).words]
 
-    words = data.header(name).words
     for own, other in ((POSITION_WORDS, VELOCITY_WORDS), (VELOCITY_WORDS, POSITION_WORDS)):
-        if any(word in own for word in words):
-            goal = swapped(name, own, "*")
-            found = [
-                other_name
-                for other_name in data.names
-                if any(word in other for word in data.header(other_name).words)
-                and swapped(other_name, other, "*") == goal
-                and data.clocks.get(other_name) == data.clocks.get(name)
+        if own & set(table.header(name).words):
+            partners = [
+                partner
+                for partner in table.names
+                if other & set(table.header(partner).words)
+                and words_without(partner, other) == words_without(name, own)
+                and table.clocks.get(partner) == table.clocks.get(name)
             ]
-            if len(found) == 1:
-                return found[0]
+            if len(partners) == 1:
+                return partners[0]
     return None
 
 
-def partner_scale(data: Table, partner: str, scale: float) -> float:
-    """Factor to SI of the partner: its header's unit, else the column's own with or without "per second"."""
-    header = data.header(partner)
-    return factor(header.unit, KINDS[header.kind]) if header.kind in ("position", "velocity") else scale
-
-
-def argument(data: Table, name: str, value: float | str, unit: str) -> float:
-    """An argument of the reading in SI. Raises TraceError."""
+def argument(table: Table, name: str, value: float | str, unit: str, above: float = -np.inf) -> float:
+    """An option of the reading in SI, which must be > `above`. Raises TraceError."""
     try:
-        return quantity(value, unit)
+        number = quantity(value, unit)
     except ValueRefused as error:
-        raise TraceError(f"{data.source}: {name}: {error}") from None
-
-
-def positive(data: Table, name: str, value: float | str, unit: str) -> float:
-    """An argument of the reading in SI, above 0. Raises TraceError."""
-    number = argument(data, name, value, unit)
-    if number <= 0.0:
+        raise TraceError(f"{table.source}: {name}: {error}") from None
+    if number <= above:
         option = f"--{name.replace('_', '-')}"
-        raise TraceError(f"{data.source}: {name}: expected > 0 {unit}, got {number:g} ({option})")
+        raise TraceError(f"{table.source}: {name}: expected > {above:g} {unit}, got {number:g} ({option})")
     return number

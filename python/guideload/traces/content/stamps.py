@@ -1,8 +1,9 @@
-"""Time stamps in seconds from what stands in a time column: numbers, counts of a clock, dates, times of day."""
+"""Time stamps in seconds from a time column: numbers, counts of a clock, dates, times of day."""
 
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,8 @@ from guideload.traces.content.counters import unwrap
 from guideload.traces.format.table import Table
 
 DAY = 86_400_000_000_000  # ns
-# Numbers without a unit that can only be a date: seconds, ms, us or ns since 1970 between 2001 and 2100, and
-# Windows' FILETIME (100 ns since 1601) between 1990 and 2100.
+# Numbers that can only be a date: from, to, seconds per count, name. Seconds, ms, us or ns since 1970 between 2001 and
+# 2100; Windows' FILETIME between 1990 and 2100.
 EPOCHS = (
     (1.0e9, 4.1e9, 1.0, "seconds since 1970"),
     (1.0e12, 4.1e12, 1e-3, "milliseconds since 1970"),
@@ -25,19 +26,26 @@ EPOCHS = (
     (1.227e17, 1.575e17, 1e-7, "FILETIME (100 ns since 1601)"),
 )
 DATE_ORDERS = ("dmy", "mdy")
-CLOCK = r"(\d{1,2}:\d{2}:\d{2})(?:[.,](\d{1,9})\d*)?"
-# Day and month in the order of the country; which of the two stands first is told apart by `_date_order`.
-NUMBERS = rf"(\d{{1,2}})[/-](\d{{1,2}})[/-](\d{{4}})[T, ]+{CLOCK}"
-# Each form with the pattern that it has, and its parts in the order of ISO 8601.
-FORMS = (
-    ("ISO 8601", rf"(\d{{4}})[-/](\d{{2}})[-/](\d{{2}})[T ]+{CLOCK}", r"\1-\2-\3 \4.\5"),
-    ("dd.mm.yyyy", rf"(\d{{1,2}})\.(\d{{1,2}})\.(\d{{4}})[T, ]+{CLOCK}", r"\3-\2-\1 \4.\5"),
-    ("dd/mm/yyyy", NUMBERS, r"\3-\2-\1 \4.\5"),
-    ("mm/dd/yyyy", NUMBERS, r"\3-\1-\2 \4.\5"),
-    ("time of day", CLOCK, r"1970-01-01 \1.\2"),
+TIME_OF_DAY = r"(\d{1,2}:\d{2}:\d{2})(?:[.,](\d{1,9})\d*)?"
+# Day and month in the order of the country; `_date_order` finds which.
+NUMERIC_DATE = rf"(\d{{1,2}})[/-](\d{{1,2}})[/-](\d{{4}})[T, ]+{TIME_OF_DAY}"
+# Name of the notation, its pattern, and its groups in the order of ISO 8601.
+NOTATIONS = (
+    ("ISO 8601", rf"(\d{{4}})[-/](\d{{2}})[-/](\d{{2}})[T ]+{TIME_OF_DAY}", r"\1-\2-\3 \4.\5"),
+    ("dd.mm.yyyy", rf"(\d{{1,2}})\.(\d{{1,2}})\.(\d{{4}})[T, ]+{TIME_OF_DAY}", r"\3-\2-\1 \4.\5"),
+    ("dd/mm/yyyy", NUMERIC_DATE, r"\3-\2-\1 \4.\5"),
+    ("mm/dd/yyyy", NUMERIC_DATE, r"\3-\1-\2 \4.\5"),
+    ("time of day", TIME_OF_DAY, r"1970-01-01 \1.\2"),
 )
-HALF = r"\s*([AaPp])\.?[Mm]\.?$"
+AM_PM = r"\s*[AaPp]\.?[Mm]\.?$"
 ZONE = r"\s*(Z|[+-]\d{2}:?\d{2})$"
+# Digits and parts that ISO 8601 asks for and people leave out.
+MISSING = (
+    (r"\.(Z|[+-]|$)", r"\1"),
+    (r"-(\d)([- ])", r"-0\1\2"),
+    (r"-(\d) ", r"-0\1 "),
+    (r" (\d):", r" 0\1:"),
+)
 
 
 def stamps_of(
@@ -52,40 +60,41 @@ def stamps_of(
     """
     if table.is_stamped(name):
         return _dated(table, name, date_order)
-    header = table.header(name)
+    unit = table.header(name).unit
     values = table.values(name)
     if rate is not None:
         counts, note = _continuous(values)
         return (counts - _first(counts)) / rate, f"time from column {name}, cycles of {rate:g} Hz{note}"
-    if header.unit == "counts":
+    if unit == "counts":
         raise TraceError(
             f"{table.source}: column {name}: a clock that counts needs its counts per second: rate=... (--rate)"
         )
-    start = abs(float(_first(values)))
-    for low, high, scale, told in EPOCHS:
-        own = header.unit and {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}.get(header.unit) == scale
-        if low <= start <= high and (not header.unit or own or (scale == 1e-7 and header.unit == "ms")):
-            note = f"time from column {name}, {told}, from the first"
-            return _scaled(values - _first(values), scale), note
     try:
-        scale = factor(header.unit, "s") if header.unit else 1.0
+        scale = factor(unit or "s", "s")
     except ValueRefused as error:
         raise TraceError(f"{table.source}: column {name}: {error}") from None
-    told = "" if header.unit or not table.named else " (the header tells no unit)"
+    start = abs(float(_first(values)))
+    for low, high, step, epoch in EPOCHS:
+        # FILETIME stands under "ms" in exports of TwinCAT Scope.
+        fits = not unit or scale == step or (step == 1e-7 and unit == "ms")
+        if low <= start <= high and fits:
+            note = f"time from column {name}, {epoch}, from the first"
+            return _scaled(values - _first(values), step), note
+    no_unit = "" if unit or not table.named else " (the header gives no unit)"
     counts, note = _continuous(values)
-    return _scaled(counts, scale), f"time from column {name} in {header.unit or 's'}{told}{note}"
+    return _scaled(counts, scale), f"time from column {name} in {unit or 's'}{no_unit}{note}"
 
 
 def _scaled(values: NDArray[Any], scale: float) -> Array:
     """values times scale, as a division where that rounds less: 7 ms is 0.007 s, and so as 7000 us."""
-    found: Array = values / round(1.0 / scale) if scale < 1.0 else values * scale
-    return found
+    seconds: Array = values / round(1.0 / scale) if scale < 1.0 else values * scale
+    return seconds
 
 
 def _first(values: NDArray[Any]) -> Any:
     """The first value that is a number, 0 if there is none."""
-    filled = np.flatnonzero(np.isfinite(values))
-    return values[filled[0]] if filled.size else 0
+    finite = values[np.isfinite(values)]
+    return finite[0] if finite.size else 0
 
 
 def _continuous(values: NDArray[Any]) -> tuple[NDArray[Any], str]:
@@ -96,82 +105,68 @@ def _continuous(values: NDArray[Any]) -> tuple[NDArray[Any], str]:
         return values, ""
     if values.dtype.kind == "u" and values.size and int(values.max()) >= 1 << 62:
         return values - values.min(), ""
-    found = unwrap(values.astype(np.int64))
-    if not found.bits:
+    counter = unwrap(values.astype(np.int64))
+    if not counter.bits:
         return values, ""
-    return found.counts - found.counts[0], f"; {found.note}, from the first"
+    return counter.counts - counter.counts[0], f"; {counter.note}, from the first"
 
 
 def _dated(table: Table, name: str, date_order: str | None) -> tuple[Array, str]:
+    """Seconds (n,) from the first date, duration or time of day, and a note."""
     column = np.asarray(table.columns[name])
-    if column.dtype.kind == "m":
-        return _from_first(column.astype("m8[ns]").astype(np.int64), np.isnat(column)), (
-            f"time from column {name}, durations, from the first"
-        )
-    if column.dtype.kind == "M":
-        empty = np.isnat(column)
-        note = f"time from column {name}, date stamps, from the first"
-        return _from_first(column.astype("M8[ns]").astype(np.int64), empty), note
-    nanoseconds, empty, form = _read_dates(table, name, column, date_order)
-    note = f"time from column {name}, date stamps ({form}), from the first"
-    if form == "time of day":
-        filled = np.flatnonzero(~empty)
-        days = np.cumsum(np.diff(nanoseconds[filled], prepend=nanoseconds[filled[:1]]) < -DAY // 2)
-        nanoseconds[filled] += DAY * days
-        note = f"time from column {name}, time of day, from the first"
-        if days.size and days[-1]:
-            note += f"; it passes midnight {days[-1]} times"
-    return _from_first(nanoseconds, empty), note
-
-
-def _from_first(nanoseconds: NDArray[np.int64], empty: NDArray[np.bool_]) -> Array:
-    """Seconds from the first stamp that is there, NaN where there is none."""
-    first = np.flatnonzero(~empty)
-    if not first.size:
-        return np.full(nanoseconds.size, np.nan)
-    return np.where(empty, np.nan, (nanoseconds - nanoseconds[first[0]]) / 1e9)
+    days = 0
+    if column.dtype.kind in "mM":
+        nanoseconds, empty = column.astype(f"{column.dtype.kind}8[ns]").astype(np.int64), np.isnat(column)
+        notation = "durations" if column.dtype.kind == "m" else "date stamps"
+    else:
+        nanoseconds, empty, notation = _read_dates(table, name, column, date_order)
+        if notation == "time of day":
+            filled = np.flatnonzero(~empty)
+            midnights = np.diff(nanoseconds[filled], prepend=nanoseconds[filled[:1]]) < -DAY // 2
+            nanoseconds[filled] += DAY * np.cumsum(midnights)
+            days = int(midnights.sum())
+        else:
+            notation = f"date stamps ({notation})"
+    first = nanoseconds[np.argmin(empty)] if empty.size else 0
+    seconds = np.where(empty, np.nan, (nanoseconds - first) / 1e9)
+    past = f"; it passes midnight {days} times" if days else ""
+    return seconds, f"time from column {name}, {notation}, from the first{past}"
 
 
 def _read_dates(
     table: Table, name: str, column: NDArray[Any], date_order: str | None
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_], str]:
-    """Nanoseconds (n,) since 1970 in UTC or in the log's own zone, where there is none, and the form found."""
+    """Nanoseconds (n,) since 1970 in UTC, or in local time if no zone is given; which cells are empty; the notation."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
     text = pc.utf8_trim_whitespace(pa.array(column, pa.string(), from_pandas=True))
     empty = pc.is_null(text).to_numpy(zero_copy_only=False)
     sample = text[int(np.argmin(empty))].as_py() or ""
-    half = bool(re.search(HALF, sample))
-    added = np.zeros(len(text), np.int64)
-    if half:
-        text, added = _whole_days(text)
-    bare = re.sub(HALF, "", sample)
-    in_numbers = bool(re.match(f"^{NUMBERS}$", bare))
-    if in_numbers and date_order is None:
+    offset = np.zeros(len(text), np.int64)
+    if re.search(AM_PM, sample):
+        text, offset = _twenty_four_hours(text)
+    sample = re.sub(AM_PM, "", sample)
+    numeric = bool(re.match(f"^{NUMERIC_DATE}$", sample))
+    if numeric and date_order is None:
         date_order = _date_order(table, name, text)
     skipped = "dd/mm/yyyy" if date_order == "mdy" else "mm/dd/yyyy"
-    for form, pattern, parts in FORMS:
-        zone = form == "ISO 8601" and bool(re.search(ZONE, bare))
-        whole = f"^{pattern}{ZONE if zone else '$'}"
-        if form == skipped or not re.match(whole, bare):
+    for notation, pattern, groups in NOTATIONS:
+        has_zone = notation == "ISO 8601" and bool(re.search(ZONE, sample))
+        pattern = f"^{pattern}{ZONE if has_zone else '$'}"
+        if notation == skipped or not re.match(pattern, sample):
             continue
-        iso = pc.replace_substring_regex(text, whole, parts + (r"\6" if zone else ""))
-        kind = pa.timestamp("ns", "UTC") if zone else pa.timestamp("ns")
-        if not _casts(iso, kind):  # digits may be missing that ISO 8601 asks for
-            for missing, filled in (
-                (r"\.(Z|[+-]|$)", r"\1"),
-                (r"-(\d)([- ])", r"-0\1\2"),
-                (r"-(\d) ", r"-0\1 "),
-                (r" (\d):", r" 0\1:"),
-            ):
+        iso = pc.replace_substring_regex(text, pattern, groups + (r"\6" if has_zone else ""))
+        kind = pa.timestamp("ns", "UTC") if has_zone else pa.timestamp("ns")
+        if not _casts(iso, kind):
+            for missing, filled in MISSING:
                 iso = pc.replace_substring_regex(iso, missing, filled)
         if _casts(iso, kind):
-            found = iso.cast(kind).cast(pa.int64()).fill_null(0).to_numpy(zero_copy_only=False)
-            if zone or (in_numbers and not date_order):
-                form = f"{form} with zone" if zone else "all of one day"
-            return found + added, empty, form
-        wrong = _first_refused(iso, kind)
+            nanoseconds = iso.cast(kind).cast(pa.int64()).fill_null(0).to_numpy(zero_copy_only=False)
+            if numeric and not date_order:
+                notation = "all of one day"
+            return nanoseconds + offset, empty, f"{notation} with zone" if has_zone else notation
+        wrong = bisect_left(range(len(iso)), True, key=lambda i: not _casts(iso[: i + 1], kind))
         break
     else:
         wrong = int(np.argmin(empty))
@@ -182,39 +177,41 @@ def _read_dates(
     )
 
 
-def _whole_days(text: Any) -> tuple[Any, NDArray[np.int64]]:
-    """Stamps of a clock of twelve hours with AM or PM, as those of a clock of 24: the text with hours from 0 to 11,
-    and what PM adds, ns (n,). What has neither, or an hour that such a clock does not show, stays to be refused.
+def _twenty_four_hours(text: Any) -> tuple[Any, NDArray[np.int64]]:
+    """Stamps with AM or PM without it, with hours from 0 to 11; and the nanoseconds (n,) that PM adds.
+
+    Stamps that have neither, or an hour that a clock of twelve hours does not show, stay as they are: they are refused
+    later.
     """
     import pyarrow.compute as pc
 
     hour = r"(^|[ T,])(0?[1-9]|1[0-2])(:\d{2}:\d{2}(?:[.,]\d+)?)"
-    known = pc.match_substring_regex(text, rf"{hour}\s*[AaPp]\.?[Mm]\.?$")
-    later = pc.and_(known, pc.match_substring_regex(text, r"[Pp]\.?[Mm]\.?$"))
-    plain = pc.replace_substring_regex(text, r"\s*[AaPp]\.?[Mm]\.?$", "")
+    valid = pc.match_substring_regex(text, hour + AM_PM)
+    is_pm = pc.and_(valid, pc.match_substring_regex(text, r"[Pp]\.?[Mm]\.?$"))
+    plain = pc.replace_substring_regex(text, AM_PM, "")
     plain = pc.replace_substring_regex(plain, r"(^|[ T,])12(:\d{2}:\d{2}(?:[.,]\d+)?)$", r"\1" + r"00\2")
-    return pc.if_else(known, plain, text), np.where(
-        later.fill_null(False).to_numpy(zero_copy_only=False), DAY // 2, 0
-    )
+    afternoon = is_pm.fill_null(False).to_numpy(zero_copy_only=False)
+    return pc.if_else(valid, plain, text), np.where(afternoon, DAY // 2, 0)
 
 
 def _date_order(table: Table, name: str, text: Any) -> str:
-    """Whether the day or the month stands first in these dates, by days above 12; "" where all rows are of one day,
-    as the order changes nothing then. Raises TraceError where it cannot be told.
+    """Whether the day or the month comes first in these dates, by days above 12; "" where all rows are of one day,
+    as the order changes nothing then. Raises TraceError where the dates leave it open.
     """
     import pyarrow.compute as pc
 
     days = pc.replace_substring_regex(text, r"^(\d{1,2}[/-]\d{1,2}[/-]\d{4}).*$", r"\1")
     dates = [date for date in pc.unique(days).to_pylist() if date]
-    pairs = [(int(found[1]), int(found[2])) for date in dates if (found := re.match(r"(\d+)\D(\d+)", date))]
-    day_first, month_first = any(first > 12 for first, _ in pairs), any(second > 12 for _, second in pairs)
-    if day_first or month_first:
-        return "dmy" if day_first else "mdy"
+    pairs = [(int(pair[1]), int(pair[2])) for date in dates if (pair := re.match(r"(\d+)\D(\d+)", date))]
+    if any(first > 12 for first, _ in pairs):
+        return "dmy"
+    if any(second > 12 for _, second in pairs):
+        return "mdy"
     if len(dates) == 1:
         return ""
     raise TraceError(
         f"{table.source}: column {name}: dates such as {dates[0]} leave open which number is the day, and no "
-        "number is above 12; tell the order with date_order='mdy' or 'dmy' (--date-order mdy)"
+        "number is above 12; give the order with date_order='mdy' or 'dmy' (--date-order mdy)"
     )
 
 
@@ -226,12 +223,3 @@ def _casts(text: Any, kind: Any) -> bool:
     except pa.ArrowInvalid:
         return False
     return True
-
-
-def _first_refused(text: Any, kind: Any) -> int:
-    """The first text that is no stamp, among texts that are not all stamps: by halves."""
-    low, high = 0, len(text)
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if _casts(text[low:middle], kind) else (low, middle)
-    return low

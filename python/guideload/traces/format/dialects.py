@@ -15,13 +15,13 @@ from guideload.traces.format.headers import TIME_WORDS, Header, known_unit
 
 SEPARATORS = (";", "\t", ",", "|", " ")  # in order of preference where two explain the lines equally well
 COMMENT = re.compile(r"\s*(?:#|%|//)")
-TAIL = 40  # rows at the end of the opening that show what a sample looks like
+TAIL = 40  # rows at the end of the opening, which hold samples
 EMPTY = frozenset(("", "nan", "na", "n/a", "#n/a", "null", "none", "-nan", "inf", "-inf", "+inf", "<na>"))
 EXPONENT = r"(?:[eE][+-]?\d+)?"
 NUMBER = re.compile(rf"[+-]?(?:\d+[.,]?\d*|[.,]\d+){EXPONENT}|0x[0-9a-fA-F]+|true|false", re.IGNORECASE)
 WITH_COMMA = re.compile(rf"[+-]?(?:\d+,\d*|,\d+){EXPONENT}")
 WITH_POINT = re.compile(rf"[+-]?(?:\d+\.\d*|\.\d+){EXPONENT}")
-# Numbers whose digits stand in groups of three; with a decimal sign or two groups, it is plain which sign is which.
+# By decimal sign: numbers with digits in groups of three. A decimal sign or two groups show which sign is which.
 GROUPS = {
     ".": re.compile(r"[+-]?\d{1,3}(?:(?:,\d{3})+\.\d*|(?:,\d{3}){2,}|(?:'\d{3})+(?:\.\d*)?)"),
     ",": re.compile(r"[+-]?\d{1,3}(?:(?:\.\d{3})+,\d*|(?:\.\d{3}){2,}|(?:'\d{3})+,\d*)"),
@@ -41,6 +41,11 @@ class Row:
     cells: tuple[str, ...]
 
     @property
+    def width(self) -> int:
+        """Cells up to the last that is not empty."""
+        return max((i + 1 for i, cell in enumerate(self.cells) if cell), default=0)
+
+    @property
     def has_numbers(self) -> bool:
         return any(is_value(cell) for cell in self.cells)
 
@@ -55,10 +60,10 @@ class Row:
 
 @dataclass(frozen=True)
 class Dialect:
-    """How the samples are written, and what stands above them.
+    """How the samples are written, and what is written above them.
 
-    names: one for each column, () for a table without a header; units: as many, "" where none is told;
-    first: index of the first line that holds a sample.
+    width: cells in a row; names: one for each column, () for a table without a header; units: one for each column, ""
+    where there is none, or (); first: index of the first line that holds a sample.
     """
 
     separator: str
@@ -76,7 +81,7 @@ def is_value(cell: str) -> bool:
 
 
 def grouped(cell: str) -> str:
-    """The decimal sign of a number whose groups of digits tell it; "" for any other cell."""
+    """The decimal sign of a number, if its groups of digits show it; "" for any other cell."""
     return next((sign for sign, form in GROUPS.items() if form.fullmatch(cell)), "")
 
 
@@ -97,7 +102,7 @@ def rows_of(lines: Sequence[str], separator: str) -> list[Row]:
 
 
 def dialect_of(lines: Sequence[str]) -> Dialect:
-    """The dialect of a table from its first lines (whole lines; the more, the surer, up to some hundred).
+    """The dialect of a table from its first lines (complete lines, up to some hundred: the more, the surer).
 
     The separator is the one with which the last rows are most nearly all numbers and stamps, and the header
     as wide as they are. The decimal sign is a comma where more numbers have one than have a point.
@@ -107,18 +112,15 @@ def dialect_of(lines: Sequence[str]) -> Dialect:
     for order, separator in enumerate(SEPARATORS):
         rows = [row for row in rows_of([lines[i] for i in plain], separator) if row.cells]
         tail = rows[-TAIL:] if len(rows) > 1 else rows
-        widths = Counter(_width(row) for row in tail if row.has_numbers)
+        widths = Counter(row.width for row in tail if row.has_numbers)
         if not widths:
             continue
         width = max(widths, key=lambda size: (widths[size], size))
-        top = next(
-            i for i, row in enumerate(tail) if _width(row) == width
-        )  # of few rows, some are above the samples
+        top = next(i for i, row in enumerate(tail) if row.width == width)  # few rows include the header
         cells = [cell for row in tail[top:] for cell in row.cells if cell.lower() not in EMPTY]
         share = round(sum(map(is_value, cells)) / max(len(cells), 1), 1)
-        above = [row for row in rows if not row.has_numbers]
-        fits = not above or any(_width(row) == width for row in above)
-        score = (fits, share, width > 1, widths[width] / len(tail), -order)
+        above = [row.width for row in rows if not row.has_numbers]
+        score = (not above or width in above, share, width > 1, widths[width] / len(tail), -order)
         if best is None or score > best[0]:
             best = (score, separator, rows, width)
     if best is None:  # nothing but text: the header alone, or no table at all
@@ -133,21 +135,16 @@ def dialect_of(lines: Sequence[str]) -> Dialect:
 def decimal_of(rows: Sequence[Row]) -> str:
     """The decimal sign of the rows' numbers; "" if none of them shows one."""
     cells = [cell for row in rows for cell in row.cells]
-    told = {sign for sign in map(grouped, cells) if sign}
-    if len(told) == 1:
-        return told.pop()
+    signs = {grouped(cell) for cell in cells} - {""}
+    if len(signs) == 1:
+        return signs.pop()
     commas = sum(bool(WITH_COMMA.fullmatch(cell)) for cell in cells)
     points = sum(bool(WITH_POINT.fullmatch(cell)) for cell in cells)
     return "" if commas == points == 0 else "," if commas > points else "."
 
 
-def _width(row: Row) -> int:
-    """Cells of a row, up to the last that is not empty."""
-    return max((i + 1 for i, cell in enumerate(row.cells) if cell), default=0)
-
-
 def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: int) -> Dialect:
-    """Names and units from what stands above the first sample."""
+    """Names and units from what is written above the first sample."""
     start = _first_sample(rows, width)
     top = _top_of_header(rows, start, width)
     head = rows[top:start]
@@ -156,35 +153,33 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
     units: tuple[str, ...] = ()
     notes: list[str] = []
     if head:
-        named = max(range(len(head)), key=lambda i: (_telling(head[i]), -i))
+        named = max(range(len(head)), key=lambda i: (_likeness_to_names(head[i]), -i))
         names = head[named].cells
         for row in head[named + 1 :]:
-            found = tuple(known_unit(cell) for cell in row.cells)
-            told = [cell for cell in row.cells if _bare(cell)]
-            meant = sum(
-                bool(unit) or _bare(cell) in TIME_WORDS for unit, cell in zip(found, row.cells, strict=True)
-            )
-            if not units and any(found) and 2 * meant >= len(told) > 0:
-                units = found
+            known = tuple(known_unit(cell) for cell in row.cells)
+            texts = [_bare(cell) for cell in row.cells]
+            count = sum(bool(unit) or text in TIME_WORDS for unit, text in zip(known, texts, strict=True))
+            if not units and any(known) and 2 * count >= sum(map(bool, texts)) > 0:
+                units = known
                 notes.append(f"units from row {row.line + 1}")
             else:
                 notes.append(f"row {row.line + 1} above the samples not used")
     else:  # names may stand in a comment
-        for line in reversed([line for line in lines[:first] if COMMENT.match(line)]):
-            cells = rows_of([COMMENT.sub("", line, count=1).strip()], separator)[0].cells
-            if len(cells) == width and not any(map(is_value, cells)):
-                names = cells
-                break
+        comments = [COMMENT.sub("", line, count=1).strip() for line in lines[:first] if COMMENT.match(line)]
+        rows_of_comments = (rows_of([comment], separator)[0].cells for comment in reversed(comments))
+        names = next(
+            (cells for cells in rows_of_comments if len(cells) == width and not any(map(is_value, cells))), ()
+        )
     if top:
         notes.append(f"{top} rows above the names not used")
-    width = max(width, _width(Row(0, 0, names)))
+    width = max(width, Row(0, 0, names).width)
     return Dialect(
         separator, decimal_of(rows[start:]), width, names[:width], units[:width], first, tuple(notes)
     )
 
 
 def _bare(cell: str) -> str:
-    """What a cell of a row of units says, without brackets; "" for none, as in "[-]" and "1"."""
+    """The text of a cell of a row of units, without brackets; "" for no unit, as in "[-]" and "1"."""
     return cell.strip("[]()-1 ").lower()
 
 
@@ -194,11 +189,9 @@ def _first_sample(rows: list[Row], width: int) -> int:
     Or above it, at a row that has some numbers, or nothing, while a row of names is still above that: such a
     row is a sample that cannot be read, and is refused later with its number.
     """
-    tail = [row for row in rows[-TAIL:] if row.has_numbers]
+    tail = [row.cells for row in rows[-TAIL:] if row.has_numbers]
     numeric = [
-        i
-        for i in range(width)
-        if 2 * sum(i < len(row.cells) and is_value(row.cells[i]) for row in tail) > len(tail)
+        i for i in range(width) if 2 * sum(any(map(is_value, cells[i : i + 1])) for cells in tail) > len(tail)
     ]
 
     def is_sample(row: Row) -> bool:
@@ -206,35 +199,33 @@ def _first_sample(rows: list[Row], width: int) -> int:
         filled = [cell for cell in cells if cell.lower() not in EMPTY]
         return bool(filled) and all(map(is_value, filled))
 
-    start = next(
-        # A row above the names may hold numbers as well: text follows it.
-        (
-            i
-            for i, row in enumerate(rows)
-            if is_sample(row) and not any(r.is_text for r in rows[i + 1 : i + 3])
-        ),
-        len(rows),
+    # A row above the names may hold numbers as well: text follows it.
+    samples = (
+        i
+        for i, row in enumerate(rows)
+        if is_sample(row) and not any(below.is_text for below in rows[i + 1 : i + 3])
     )
-    named = next((i for i in range(start) if _width(rows[i]) >= width and rows[i].is_text), start)
-    while start - 1 > named and not rows[start - 1].is_text and _width(rows[start - 1]):
+    start = next(samples, len(rows))
+    named = next((i for i in range(start) if rows[i].width >= width and rows[i].is_text), start)
+    while start - 1 > named and not rows[start - 1].is_text and rows[start - 1].width:
         start -= 1
     return start
 
 
 def _top_of_header(rows: list[Row], start: int, width: int) -> int:
     """The first of the rows right above the samples that are as wide as they are; `start` if there are none."""
-    top = start
     if width == 1:  # any line is as wide: the names, and the units if there are two
-        units = start > 1 and bool(known_unit(rows[start - 1].cells[0]))
-        return max(start - 1 - units, 0)
-    while top and rows[top - 1].has_text and _width(rows[top - 1]) >= max(2, width - 1):
-        if top < start and _width(rows[top - 1]) > width:
+        has_units = start > 1 and bool(known_unit(rows[start - 1].cells[0]))
+        return max(start - 1 - has_units, 0)
+    top = start
+    while top and rows[top - 1].has_text and rows[top - 1].width >= max(2, width - 1):
+        if top < start and rows[top - 1].width > width:
             break
         top -= 1
     return top
 
 
-def _telling(row: Row) -> int:
+def _likeness_to_names(row: Row) -> int:
     """How much a row looks like names: its columns of time, and those with a unit or a word of motion."""
     headers = [Header.of(cell) for cell in row.cells]
     return sum(

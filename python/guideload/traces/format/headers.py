@@ -11,34 +11,6 @@ from guideload.base.units import factor
 # What a column can be, and its SI unit. Counts become a position.
 KINDS = {"position": "m", "counts": "m", "velocity": "m/s", "motor_speed": "rad/s"}
 
-# Unit suffixes of names, longest first; brackets may hold any unit.
-SUFFIXES = {
-    "mm_per_s": "mm/s",
-    "rad_per_s": "rad/s",
-    "m_per_s": "m/s",
-    "counts": "counts",
-    "rad_s": "rad/s",
-    "radps": "rad/s",
-    "ticks": "counts",
-    "count": "counts",
-    "mm_s": "mm/s",
-    "mmps": "mm/s",
-    "m_s": "m/s",
-    "mps": "m/s",
-    "rpm": "rpm",
-    "cnt": "counts",
-    "inc": "counts",
-    "min": "min",
-    "sec": "s",
-    "mm": "mm",
-    "um": "um",
-    "cm": "cm",
-    "ms": "ms",
-    "us": "us",
-    "ns": "ns",
-    "s": "s",
-    "m": "m",
-}
 # Spellings that are no unit signs, in lower case.
 SPELLINGS = {
     spelling: unit
@@ -60,71 +32,62 @@ SPELLINGS = {
     }.items()
     for spelling in spellings.split()
 }
+# Unit suffixes of names, as in "v_mm_per_s"; brackets may hold any unit. The longest that fits counts.
+SUFFIXES = {
+    **{f"{length}{sign}": f"{length}/s" for length in ("mm", "m", "rad") for sign in ("_per_s", "_s", "ps")},
+    **{
+        word: SPELLINGS.get(word, word)
+        for word in "counts count ticks cnt inc rpm min sec mm um cm ms us ns s m".split()
+    },
+}
 # Units that a name may end in without a sign around them: "Position mm", "v in mm/s", "Zeit / ms".
 TRAILING = re.compile(
     r"(.*?\S)(?:\s*/\s+|\s*,\s*|\s+(?:in\s+)?)(mm/s|m/s|rad/s|mm|[uµμ]m|ms|[uµμ]s|ns|s|m|rpm|U/min|1/min|"
     r"counts|inc|ticks|sec)",
     re.IGNORECASE,
 )
-TIME_WORDS = {
-    *("t", "time", "times", "timestamp", "timestamps", "elapsed", "datetime", "date"),
-    *("zeit", "zeitstempel", "uhrzeit", "datum"),
-}
-TIME_FILLERS = {
-    "stamp",
-    "rel",
-    "relative",
-    "abs",
-    "absolute",
-    "system",
-    "local",
-    "utc",
-    "device",
-    "pc",
-    "log",
-}
-POSITION_WORDS = ("position", "pos")
-VELOCITY_WORDS = ("velocity", "vel", "velo", "speed", "geschwindigkeit")
+TIME_WORDS = set(
+    "t time times timestamp timestamps elapsed datetime date zeit zeitstempel uhrzeit datum".split()
+)
+# Words that may stand beside those.
+TIME_FILLERS = set("stamp rel relative abs absolute system local utc device pc log".split())
+POSITION_WORDS = {"position", "pos"}
+VELOCITY_WORDS = {"velocity", "vel", "velo", "speed", "geschwindigkeit"}
 MEASURED_WORDS = {"meas", "measured", "actual", "act", "feedback", "fbk", "ist"}
-WANTED_WORDS = {
-    *("ref", "reference", "cmd", "command", "commanded", "setpoint", "set", "target", "demand", "desired"),
-    "soll",
-}
+COMMAND_WORDS = set("ref reference cmd command commanded setpoint set target demand desired soll".split())
 
 
 @dataclass(frozen=True)
 class Header:
-    """A column's name taken apart: words in lower case, and its unit ("" if the header tells none)."""
+    """A column's name taken apart: words in lower case, and its unit ("" if the header gives none)."""
 
     words: tuple[str, ...]
     unit: str
 
     @classmethod
     def of(cls, name: str, unit: str = "") -> Header:
-        """unit: what a row of units under the names says; it stands above the name's own.
+        """unit: what a row of units under the names says; it overrides a unit in the name.
 
-        A "unit" that is only the word for time, as in a row of signs "t; x", tells none: t is the tonne elsewhere.
+        A "unit" that is only a word for time, as in a row of symbols "t; x", is none: t is the tonne elsewhere.
         """
-        base, told = _split(name)
+        base, own_unit = _split(name)
         spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", base)
         words = tuple(re.findall(r"[a-zäöüß]+|\d+", spaced.lower()))
         if set(words) & TIME_WORDS:
-            unit, told = ("" if one.lower() in TIME_WORDS else one for one in (unit, told))
-        return cls(words, unit or told)
+            unit, own_unit = ("" if text.lower() in TIME_WORDS else text for text in (unit, own_unit))
+        return cls(words, unit or own_unit)
 
     @property
     def kind(self) -> str:
-        """The kind of column that the unit tells, or ""."""
-        if self.unit == "counts":
-            return "counts"
-        return kind_of_unit(self.unit) if self.unit else ""
+        """The kind of column according to the unit, or ""."""
+        return "counts" if self.unit == "counts" else kind_of_unit(self.unit)
 
     @property
     def word_kind(self) -> str:
-        """The kind that the words tell, where there is no unit; or ""."""
-        if any(word in POSITION_WORDS for word in self.words):
+        """The kind of column according to the words, or ""."""
+        if POSITION_WORDS & set(self.words):
             return "position"
-        if any(word in VELOCITY_WORDS for word in self.words):
+        if VELOCITY_WORDS & set(self.words):
             return "motor_speed" if "motor" in self.words else "velocity"
         return ""
 
@@ -145,9 +108,9 @@ def _split(name: str) -> tuple[str, str]:
     if inside and known_unit(inside[1]):
         return name[: inside.start()] + " " + name[inside.end() :], known_unit(inside[1])
     base = name.strip()
-    for suffix, meant in SUFFIXES.items():
+    for suffix in sorted(SUFFIXES, key=len, reverse=True):
         if base.lower().endswith(f"_{suffix}"):
-            return base[: -len(suffix) - 1], meant
+            return base[: -len(suffix) - 1], SUFFIXES[suffix]
     trailing = TRAILING.fullmatch(base)
     if trailing:
         return trailing[1], known_unit(trailing[2])
@@ -155,7 +118,7 @@ def _split(name: str) -> tuple[str, str]:
 
 
 def known_unit(text: str) -> str:
-    """A unit as `units` reads it, or "counts", from any spelling of it; "" for what is no unit.
+    """A unit as `base.units` reads it, or "counts", from any spelling of it; "" if the text is no unit.
 
     Descriptions in brackets, as in "mm (Length)", are left out.
     """
@@ -164,24 +127,18 @@ def known_unit(text: str) -> str:
         return ""
     if bare.lower() in SPELLINGS:
         return SPELLINGS[bare.lower()]
-    for written in (bare, bare.lower()):  # "RPM" and "MM" are seen, and are no units as they stand
-        try:
-            factor(written, written)
-        except ValueRefused:
-            continue
-        return written
-    return ""
+    # "RPM" and "MM" occur, but are no units as written.
+    return next((written for written in (bare, bare.lower()) if converts(written, written)), "")
 
 
 def kind_of_unit(unit: str) -> str:
-    """position, velocity or motor_speed according to the unit's dimension; "" for anything else."""
-    for kind in ("position", "velocity", "motor_speed"):
-        if converts(unit, KINDS[kind]):
-            return kind
-    return ""
+    """position, velocity or motor_speed according to the unit's dimension; "" for any other text."""
+    kinds = ("position", "velocity", "motor_speed")
+    return next((kind for kind in kinds if unit and converts(unit, KINDS[kind])), "")
 
 
 def converts(unit: str, target: str) -> bool:
+    """Whether `unit` is a unit of the dimension of `target`."""
     try:
         factor(unit, target)
     except ValueRefused:

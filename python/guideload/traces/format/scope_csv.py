@@ -11,7 +11,7 @@
     (empty line)
     0              <sep> 12,5    <sep> 7       <sep> 0              <sep> 3,25
 
-The key of each row stands again wherever channels with another sample time begin: there the samples have
+The key of each row is repeated wherever channels with another sample time begin: there the samples have
 their time, in ms from the start, or as FILETIME (100 ns since 1601). Written from Beckhoff's description
 (TE13xx, "Export to csv") and exports of versions 2 and 3.
 """
@@ -25,16 +25,7 @@ from guideload.traces.format.dialects import SEPARATORS, Dialect, Row, decimal_o
 from guideload.traces.format.headers import known_unit
 
 PROJECT_KEYS = ("File", "StartRecord", "Starttime of export")
-CHANNEL_KEYS = (
-    "SymbolComment",
-    "Data-Type",
-    "SampleTime[ms]",
-    "SymbolName",
-    "NetID",
-    "NetId",
-    "Port",
-    "Unit",
-)
+CHANNEL_KEYS = "SymbolComment Data-Type SampleTime[ms] SymbolName NetID NetId Port Unit".split()
 
 
 @dataclass(frozen=True)
@@ -65,45 +56,44 @@ def scope_layout(lines: Sequence[str]) -> ScopeLayout | None:
     keys = {row.cells[0] for row in rows[:data]}
     if not keyed or not keys & {*PROJECT_KEYS, *CHANNEL_KEYS} or (len(keyed) == 1 and "File" in keys):
         return None
-    cells = keyed[-1].cells
-    while cells and not cells[-1]:
-        cells = cells[:-1]
-    told = {row.cells[0]: row.cells for row in rows[:data] if row.line > keyed[-1].line}
-    return _layout(separator, cells, told, rows[data:], len(lines))
+    head = {row.cells[0]: row.cells for row in rows[:data] if row.line > keyed[-1].line}
+    names = keyed[-1].cells[: keyed[-1].width]
+    return _layout(separator, names, head, rows[data:], len(lines))
 
 
 def _layout(
-    separator: str, cells: tuple[str, ...], told: dict[str, tuple[str, ...]], samples: list[Row], end: int
+    separator: str, cells: tuple[str, ...], head: dict[str, tuple[str, ...]], samples: list[Row], end: int
 ) -> ScopeLayout:
-    def of(key: str, column: int) -> str:
-        row = told.get(key, ())
-        return row[column] if column < len(row) else ""
+    """cells: the row of names; head: the rows below it by their key; end: number of lines."""
+
+    def value(key: str, column: int) -> str:
+        return next(iter(head.get(key, ())[column : column + 1]), "")
 
     names: list[str] = []
     units: list[str] = []
     clocks: dict[str, str] = {}
-    clock = ""
-    rate = None
-    full = not samples or len(samples[0].cells) > len(cells) - cells.count("Name")
+    clock, rate = "", None
+    has_clocks = not samples or len(samples[0].cells) > len(cells) - cells.count("Name")
     notes = ["TwinCAT Scope export"]
     for column, cell in enumerate(cells):
         if cell == "Name":
             clock = f"time of {cells[column + 1] if column + 1 < len(cells) else 'nothing'}"
-            if full:
+            if has_clocks:
                 names.append(clock)
                 units.append("ms")
             continue
         names.append(cell)
-        units.append(known_unit(of("Unit", column)))
-        if full:
+        units.append(known_unit(value("Unit", column)))
+        if has_clocks:
             clocks[cell] = clock
         else:
-            period = of("SampleTime[ms]", column).replace(",", ".")
+            period = value("SampleTime[ms]", column).replace(",", ".")
             rate = 1e3 / float(period) if is_value(period) and float(period) > 0.0 else None
-        scales = [of(key, column) for key in ("ScaleFactor", "Offset")]
-        if scales[0] not in ("", "1") or scales[1] not in ("", "0"):
-            notes.append(f"channel {cell}: ScaleFactor {scales[0]}, Offset {scales[1]}, values as exported")
-    decimal = decimal_of(samples)
+        scale, offset = value("ScaleFactor", column), value("Offset", column)
+        if scale not in ("", "1") or offset not in ("", "0"):
+            notes.append(f"channel {cell}: ScaleFactor {scale}, Offset {offset}, values as exported")
     first = samples[0].line if samples else end
-    dialect = Dialect(separator, decimal, len(names), tuple(names), tuple(units), first, tuple(notes))
+    dialect = Dialect(
+        separator, decimal_of(samples), len(names), tuple(names), tuple(units), first, tuple(notes)
+    )
     return ScopeLayout(dialect, clocks, rate)

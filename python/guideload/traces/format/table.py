@@ -23,10 +23,10 @@ LISTED = 24  # columns named in an error
 class Table:
     """Named columns as they stand in the source.
 
-    row_word and numbers say how the source counts its samples: an editor shows the first of a CSV file with a
-    header as row 2, an array has it at index 0. named: False for bare arrays, whose values are SI. units:
-    what a row of units says, by column. clocks: the time column of each column that has its own. rate: Hz,
-    where the source tells it and has no time. decimal: the sign in columns that stayed text.
+    row_word and numbers: how the source counts its samples: an editor shows the first of a CSV file with a header as
+    row 2, an array has it at index 0. named: False for bare arrays, whose values are SI. units: from a row of units,
+    by column. clocks: the time column of each column that has its own. rate: Hz, of a source that gives it and has no
+    time. decimal: the decimal sign in columns that stayed text.
     """
 
     source: str
@@ -44,6 +44,11 @@ class Table:
     def names(self) -> list[str]:
         return list(self.columns)
 
+    @property
+    def time_names(self) -> list[str]:
+        """Columns whose headers say that they hold time stamps."""
+        return [name for name in self.columns if self.header(name).is_time]
+
     def header(self, name: str) -> Header:
         return Header.of(name, self.units.get(name, ""))
 
@@ -59,9 +64,7 @@ class Table:
 
     def is_row_number(self, name: str) -> bool:
         """Whether the column only counts its rows: 0, 1, 2, ... or 1, 2, 3, ..."""
-        import pandas
-
-        numbers = pandas.to_numeric(pandas.Series(self.columns[name]), errors="coerce").to_numpy(float)
+        numbers = self.values(name).astype(float)
         return bool(numbers.size > 1 and numbers[0] in (0.0, 1.0) and np.all(np.diff(numbers) == 1.0))
 
     def is_stamped(self, name: str) -> bool:
@@ -85,13 +88,13 @@ class Table:
         series = pandas.Series(self.columns[name])
         if series.dtype == object or series.dtype == "str":
             series = _plain(series, self.decimal)
-        found: Array = pandas.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
-        return found
+        numbers: Array = pandas.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+        return numbers
 
     def no_number(self, name: str, bad: NDArray[np.intp], hint: str) -> TraceError:
-        """What is wrong with these samples of a column: cells without a finite number.
+        """The error for these samples of a column: cells without a finite number.
 
-        hint: what to do, where the first cell itself does not tell it.
+        hint: what to do, unless the first cell itself shows it.
         """
         cell = np.asarray(self.columns[name])[int(bad[0])]
         text = shortened(str(cell))
@@ -101,7 +104,7 @@ class Table:
             hint = "write numbers with a decimal point"
         elif re.fullmatch(r"[+-]?\d{1,3}([.,']\d{3})+([.,]\d+)?", written):
             sign = "comma" if self.decimal == "," else "point"
-            hint = f"nothing tells whether it is in groups of digits: write numbers with a decimal {sign} and no other"
+            hint = f"nothing shows whether it is in groups of digits: write numbers with a decimal {sign} and no other"
         return TraceError(
             f"{self.source}: column {name}: expected finite numbers, got none in {self.rows(bad)}: "
             f"the first {held}; {hint}"
@@ -109,11 +112,11 @@ class Table:
 
 
 def _plain(series: Any, decimal: str) -> Any:
-    """A column with text (a series) with its numbers written with a decimal point and no other sign.
+    """A column with text (a series), its numbers rewritten with a decimal point and no other sign.
 
-    Digits in groups of three are put together where the column tells that they are groups: where one of its cells
-    has a decimal sign as well, or two groups. Otherwise cells with the other sign become empty, as they may be
-    either. Cells that are no text stay as they are.
+    Digits in groups of three are joined where one of the cells shows that they are groups: by a decimal sign as well,
+    or by two groups. Otherwise cells with the other sign become empty, as they may be either. Cells that are no text
+    stay as they are.
     """
     is_text = series.map(lambda cell: isinstance(cell, str))
     cells = series[is_text].str.strip()
@@ -121,33 +124,27 @@ def _plain(series: Any, decimal: str) -> Any:
     doubtful = cells.str.contains(f"[{group}']")
     if doubtful.any():
         number = rf"[+-]?\d{{1,3}}([{group}'])\d{{3}}(\1\d{{3}})*(\{decimal}\d*)?"
-        told = any(grouped(cell) == decimal for cell in cells[doubtful])
-        if told and all(re.fullmatch(number, cell) for cell in cells[doubtful]):
+        has_groups = any(grouped(cell) == decimal for cell in cells[doubtful])
+        if has_groups and all(re.fullmatch(number, cell) for cell in cells[doubtful]):
             cells = cells.str.replace(f"[{group}']", "", regex=True)
         else:
             cells = cells.mask(doubtful)
-    found = series.astype(object)
-    found[is_text] = cells.str.replace(",", ".", regex=False) if decimal == "," else cells
-    return found
+    plain = series.astype(object)
+    plain[is_text] = cells.str.replace(",", ".", regex=False) if decimal == "," else cells
+    return plain
 
 
-def listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str], most: int = LISTED) -> str:
     """Names of columns as an error gives them."""
-    return ", ".join(names[:LISTED]) + (f", ... ({len(names)} in all)" if len(names) > LISTED else "")
+    return ", ".join(names[:most]) + (f", ... ({len(names)} in all)" if len(names) > most else "")
 
 
 def listed_rows(numbers: Sequence[int]) -> str:
     """Numbers of rows as an error gives them."""
-    text = ", ".join(str(number) for number in numbers[:SHOWN])
-    return text + (f", ... ({len(numbers)} in all)" if len(numbers) > SHOWN else "")
+    return listed([str(number) for number in numbers], SHOWN)
 
 
 def unique(names: Sequence[str]) -> list[str]:
     """The names, a later one of the same name with its count: x, x.1, x.2."""
-    seen: dict[str, int] = {}
-    found = []
-    for name in names:
-        count = seen.get(name, 0)
-        seen[name] = count + 1
-        found.append(f"{name}.{count}" if count else name)
-    return found
+    counts = [names[:i].count(name) for i, name in enumerate(names)]
+    return [f"{name}.{count}" if count else name for name, count in zip(names, counts, strict=True)]

@@ -2,7 +2,7 @@
 
 The repeats are no samples: taken for some, they would be steps in place of motion, and spoil any estimate of the
 noise. Only the rows in which a value is new are used, with their own stamps. A value may be older than its first
-row by up to one row of the log; nothing in the log tells by how much.
+row by up to one row of the log; nothing in the log shows by how much.
 """
 
 from __future__ import annotations
@@ -11,104 +11,140 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
+from guideload.traces.content.samples import FEWEST_SAMPLES, TraceDraft
 
 Rows = NDArray[np.intp]
 
-# A change that stands for motion: in creep, values repeat as well, between changes of single quanta.
-LEAST_QUANTA = 4.0
-FEWEST = 12  # distances between such changes that tell a hold
-LEAST_RATIO = 1.8  # rows per value, from which on it is one; below, rows that are used would look like gaps
-MOST_TRAVEL = 0.5  # of the sum of all changes: in those
-REGULAR = 0.9  # of the distances, in line with one ratio
-# Changes of any size, as of slow motion with coarse quanta, all fall on rows of the hold: this part of them ...
+MOTION_QUANTA = 4.0  # larger changes are motion; smaller ones come and go in creep
+FEWEST = 12  # distances between changes, from which on a hold is found
+LEAST_RATIO = 1.8  # rows per value of a hold; with fewer, the rows that are used would look like gaps
+# By quick motion: changes of over MOTION_QUANTA that follow each other make up this share of all changes ...
+LEAST_TRAVEL = 0.5
+# ... and this share of their distances fits one ratio, within SLACK of it if it is long: logging programs jitter.
+REGULAR, SLACK = 0.9, 0.15
+# Distances up to LONGEST times the usual one, and half a row, lie within motion; longer ones contain rest.
+LONGEST = 1.6
+# By slow motion: this share of all changes falls on rows of the hold ...
 IN_STEP = 0.97
-# ... and so many odd multiples of it are among their distances; at a few steady speeds, creep has a few.
-KINDS = 4
-SLACK = 0.15  # of the ratio, where it is long: the writer of the log is no clock
+# ... with this many odd multiples of the ratio among their distances; creep at a few steady speeds has fewer.
+ODD_MULTIPLES = 4
+# Changes of a hold that was given, over those that it allows: more cannot be damage.
+MORE_CHANGES = 1.2
+SHORT = 0.5  # of the ratio: a value that differs from equal ones around it for less is damage
+
+
+def use_new_values(draft: TraceDraft, hold: float | None) -> None:
+    """Leave out the rows that repeat a held value; none where each row has a value of its own.
+
+    hold: rows per value if given, 1 to use all rows; None to detect it. Raises TraceError for a hold that cannot be.
+    """
+    value, count = draft.value, draft.value.size
+    if hold is not None:
+        if not 1.0 <= hold <= count / FEWEST_SAMPLES:
+            raise draft.refusal(
+                f"hold: expected the number of rows in which each value stands, 1 to "
+                f"{count / FEWEST_SAMPLES:g} for {count} samples, got {hold:g} (--hold)"
+            )
+        changes = np.count_nonzero(np.diff(value))
+        if changes > MORE_CHANGES * count / hold:
+            raise draft.refusal(
+                f"hold: values that stand in {hold:g} rows each change at most {count / hold:.0f} times in "
+                f"{count} samples; these change {changes} times: leave hold out to have it detected, or give 1 "
+                "to use all rows (--hold 1)"
+            )
+    ratio = held_ratio(value, draft.place, draft.quantum) if hold is None else hold
+    if ratio <= 1.0:
+        return
+    new, numbers = fresh_rows(value, draft.place, ratio)
+    draft.notes.append(
+        f"sample-and-hold: each value stands in {ratio:.4g} rows{'' if hold is None else ', as given'}; the "
+        f"{new.size} rows in which it is new are used (hold=1, --hold 1 uses all)"
+    )
+    back = np.flatnonzero(np.diff(draft.time) <= 0.0) + 1
+    unseen = back[~(np.isin(back, new) & np.isin(back - 1, new))]
+    if unseen.size:
+        draft.notes.append(
+            f"time does not grow in {draft.table.rows(unseen)}, among rows that repeat a value"
+        )
+    draft.keep(new)
+    draft.place = numbers
 
 
 def held_ratio(value: Array, place: Rows, quantum: float) -> float:
-    """Rows per value of a held signal; 1 for one that is not held, or where nothing tells it.
+    """Rows per value of a held signal; 1 for one that is not held, or where nothing shows it.
 
-    value (n,); place (n,): the row of the log that it stood in; quantum: step of the value, 0 if unknown.
-    Told by quick motion or, where the ratio is whole, by changes in slow motion that are all in step.
+    value (n,); place (n,): its row in the log; quantum: of the value, 0 if unknown. A hold shows in quick motion or,
+    where the ratio is a whole number, in slow motion with all changes in step.
     """
     rows = np.flatnonzero(np.diff(value)) + 1
     if rows.size <= FEWEST:
         return 1.0
-    return max(_in_quick_motion(value, place, rows, quantum), _in_step(np.diff(place[rows])))
+    return max(_ratio_of_quick_motion(value, place, rows, quantum), _ratio_in_step(np.diff(place[rows])))
 
 
-def _in_quick_motion(value: Array, place: Rows, rows: Rows, quantum: float) -> float:
-    """The ratio by how far changes of over 4 quanta that follow each other are apart; 1 for none.
+def _ratio_of_quick_motion(value: Array, place: Rows, rows: Rows, quantum: float) -> float:
+    """The ratio by the distances of changes of over MOTION_QUANTA that follow each other; 1 if there is none.
 
-    While the axis moves, that is the same number of rows at any speed, or one of two neighbours where the rates have
-    no whole ratio. In creep, with coarse quanta, changes are single quanta; and at standstill there are none. Such
-    changes have to make up most of the travel.
+    While the axis moves, the distance is the same number of rows at any speed, or one of two neighbouring numbers where
+    the rates have no whole ratio. In creep with coarse quanta, changes are single quanta; at standstill there are none.
     """
     change = np.abs(value[rows] - value[rows - 1])
-    large = change > LEAST_QUANTA * (quantum or float(change.min()))
-    both = large[1:] & large[:-1]
-    apart = np.diff(place[rows])[both]
-    if apart.size < FEWEST or float(change[1:][both].sum()) < MOST_TRAVEL * float(change.sum()):
+    is_motion = change > MOTION_QUANTA * (quantum or float(change.min()))
+    both = is_motion[1:] & is_motion[:-1]
+    distances = np.diff(place[rows])
+    apart = distances[both]
+    if apart.size < FEWEST or float(change[1:][both].sum()) < LEAST_TRAVEL * float(change.sum()):
         return 1.0
     usual = float(np.median(apart))
-    near = apart[apart < 1.6 * usual + 0.5]  # others go across rests
-    whole = np.mean(near == usual) >= REGULAR
-    ratio = usual if whole else float(near.mean())
-    regular = np.mean(np.abs(near - ratio) < max(1.0, SLACK * ratio)) >= REGULAR
-    if near.size < FEWEST or not regular or ratio < LEAST_RATIO:
+    near = apart[apart < LONGEST * usual + 0.5]
+    is_whole = np.mean(near == usual) >= REGULAR
+    ratio = usual if is_whole else float(near.mean())
+    is_regular = np.mean(np.abs(near - ratio) < max(1.0, SLACK * ratio)) >= REGULAR
+    if near.size < FEWEST or not is_regular or ratio < LEAST_RATIO:
         return 1.0
-    if not whole:  # closer from longer and longer distances, in which the number of values is then known
-        every = np.diff(place[rows])
+    if not is_whole:  # closer from longer and longer distances, in which the number of values is then known
         for longest in (4.0, 32.0, 256.0):
-            part = every[every < longest * ratio]
+            part = distances[distances < longest * ratio]
             ratio = float(part.sum() / np.maximum(1.0, np.round(part / ratio)).sum())
     return ratio
 
 
-def _in_step(apart: Rows) -> float:
-    """The ratio by the distances of changes of any size, whole multiples of it, of several kinds; 1 for none.
+def _ratio_in_step(distances: Rows) -> float:
+    """The ratio by the distances of changes of any size, whole multiples of it; 1 if there is none.
 
-    Creep at a steady speed has distances of one kind, and at any other speed they are in no step.
+    Creep at a steady speed has one distance, and at any other speed the distances have no common divisor.
     """
-    found, counts = np.unique(apart, return_counts=True)
-    usual = found[counts >= FEWEST]
+    lengths, counts = np.unique(distances, return_counts=True)
+    usual = lengths[counts >= FEWEST]
     ratio = int(np.gcd.reduce(usual)) if usual.size else 1
-    if ratio < 2:
+    if ratio < 2 or np.mean(distances % ratio == 0) < IN_STEP:
         return 1.0
-    kinds = usual // ratio
-    in_step = float(np.mean(apart % ratio == 0))
-    return float(ratio) if in_step >= IN_STEP and np.count_nonzero(kinds % 2) >= KINDS else 1.0
+    return float(ratio) if np.count_nonzero(usual // ratio % 2) >= ODD_MULTIPLES else 1.0
 
 
 def fresh_rows(value: Array, place: Rows, ratio: float) -> tuple[Rows, Rows]:
     """The samples in which a held value is new, and the number of each among the values of the signal.
 
     value, place (n,) as above. Where values of the signal are the same, as at standstill, their rows are spread
-    evenly between the changes before and after. Rows that differ from those around them, which are the same, for
-    less than half of the ratio, are damage: the first of them is kept, to be found as such.
+    evenly between the changes before and after. Rows that differ from equal ones around them for less than half of the
+    ratio are damage: the first of them is kept, to be found as such.
     """
     rows = np.flatnonzero(np.diff(value)) + 1
-    short = np.diff(place[rows]) < 0.5 * ratio
-    back = np.flatnonzero(short & (value[rows[1:]] == value[rows[:-1] - 1])) + 1
-    wild = place[rows[back - 1]]
+    is_short = np.diff(place[rows]) < SHORT * ratio
+    back = np.flatnonzero(is_short & (value[rows[1:]] == value[rows[:-1] - 1])) + 1
+    damaged = place[rows[back - 1]]
     anchors = place[np.delete(rows, np.union1d(back, back - 1))]
     if not anchors.size:
         anchors = place[:1]
     apart = np.diff(anchors)
     counts = np.maximum(1, np.round(apart / ratio)).astype(np.intp)
-    part = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    inner = np.repeat(anchors[:-1], counts) + np.round(part * np.repeat(apart / counts, counts))
+    step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    between = np.repeat(anchors[:-1], counts) + np.round(step * np.repeat(apart / counts, counts))
     before = np.arange(int((anchors[0] - place[0]) / ratio), 0, -1)
     after = np.arange(int((place[-1] - anchors[-1]) / ratio) + 1)
     outer = (anchors[0] - np.round(ratio * before), anchors[-1] + np.round(ratio * after))
-    grid = np.concatenate([outer[0], inner, outer[1]]).astype(np.intp)
-    return _there(place, np.union1d(grid, wild))
-
-
-def _there(place: Rows, wanted: Rows) -> tuple[Rows, Rows]:
-    """The samples at the wanted places, and which of these they are; some may be left out of the log."""
+    grid = np.concatenate([outer[0], between, outer[1]]).astype(np.intp)
+    wanted = np.union1d(grid, damaged)
     found = np.minimum(np.searchsorted(place, wanted), place.size - 1)
-    numbers = np.flatnonzero(place[found] == wanted)
+    numbers = np.flatnonzero(place[found] == wanted)  # some rows may be missing from the log
     return found[numbers], numbers

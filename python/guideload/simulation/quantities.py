@@ -1,0 +1,118 @@
+"""All quantities of a run with their names, dimensions and units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib.metadata import version
+
+import numpy as np
+
+from guideload.base.arrays import Array, median_step
+from guideload.base.quantities import Quantities, Quantity, quantities
+from guideload.machine.machine import DOFS
+from guideload.motion.resolution import usable_bandwidth
+from guideload.simulation.run import AXES, Run
+
+Row = tuple[str, tuple[str, ...], Array, str, str]
+SIX = "N, N, N, N m, N m, N m"
+
+
+def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
+    """All quantities of a run but its credible bands.
+
+    carriage_loads: (time, carriage, 6) N and N m, which the caller has already.
+    """
+    machine = run.machine
+    labels = {
+        "carriage": [carriage.name for carriage in machine.carriages],
+        "rail": [rail.name for rail in machine.rails],
+        "link": machine.link_table().names,
+        "axis": AXES,
+        "dof": DOFS,
+    }
+    rows = [*_loads(run, carriage_loads), *_reference_point(run), *_static(run), *_motion(run)]
+    variables = quantities([*rows, ("time", ("time",), run.time, "s", "time")])
+    variables |= {name: Quantity((name,), np.array(names), {}) for name, names in labels.items()}
+    return Quantities(variables, _attributes(run))
+
+
+def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
+    machine, solution = run.machine, run.solution
+    of_carriages, of_rails = ("time", "carriage", "axis"), ("time", "rail", "axis")
+    force, moment = carriage_loads[:, :, :3], carriage_loads[:, :, 3:]
+    yield "force", of_carriages, force, "N", "load of the carriage"
+    yield "moment", of_carriages, moment, "N m", "moment about the carriage centre"
+    for part in ("elastic", "damping"):
+        loads = run.carriage_loads(part)
+        yield f"force_{part}", of_carriages, loads[:, :, :3], "N", f"{part} part of the load"
+        yield f"moment_{part}", of_carriages, loads[:, :, 3:], "N m", f"{part} part of the moment"
+    resultant = np.hypot(force[:, :, 1], force[:, :, 2])
+    yield "resultant", ("time", "carriage"), resultant, "N", "resultant load of the carriage in y and z"
+    yield "link_load", ("time", "link"), solution.link_loads("total"), "N", "load along the link"
+    for part in ("elastic", "damping"):
+        load = solution.link_loads(part)
+        yield f"link_load_{part}", ("time", "link"), load, "N", f"{part} part of the load along the link"
+    rails = solution.group_loads(machine.links_of_rails, machine.rail_centers, "total")
+    yield "rail_force", of_rails, rails[:, :, :3], "N", "load of the rail"
+    yield "rail_moment", of_rails, rails[:, :, 3:], "N m", "moment about the mean of its carriage centres"
+
+
+def _reference_point(run: Run) -> Iterator[Row]:
+    solution, dims = run.solution, ("time", "dof")
+    yield "reaction", dims, solution.reaction(), SIX, "reaction of the held dofs; of x: the drive force"
+    units = "m, m, m, rad, rad, rad"
+    yield "displacement", dims, solution.position(), units, "displacement of L, sag included"
+    units = "m/s, m/s, m/s, rad/s, rad/s, rad/s"
+    yield "velocity", dims, solution.velocity(), units, "velocity of L in the carriage frame"
+    units = "m/s2, m/s2, m/s2, rad/s2, rad/s2, rad/s2"
+    yield "acceleration", dims, solution.acceleration(), units, "acceleration of L in the carriage frame"
+
+
+def _static(run: Run) -> Iterator[Row]:
+    machine, scene = run.machine, run.machine.scene
+    loads = scene.static_group_loads(machine.links_of_carriages, machine.carriage_centers)
+    yield "static_force", ("carriage", "axis"), loads[:, :3], "N", "static load of the carriage"
+    yield "static_moment", ("carriage", "axis"), loads[:, 3:], "N m", "static moment of the carriage"
+    yield "static_link_load", ("link",), scene.static_link_loads(), "N", "static load along the link"
+    yield "static_reaction", ("dof",), scene.static_reaction(), SIX, "static reaction of the held dofs"
+    position = scene.static_position()
+    yield "static_displacement", ("dof",), position, "m, m, m, rad, rad, rad", "static displacement of L"
+
+
+def _motion(run: Run) -> Iterator[Row]:
+    motion, inputs = run.motion, run.solution.inputs()
+    yield "cart_acceleration", ("time", "axis"), inputs[:, :3], "m/s2", "acceleration of the cart"
+    if motion.wrench is not None:
+        yield "wrench", ("time", "dof"), inputs[:, 3:], SIX, "external force and moment about L"
+    if run.time is motion.time:  # measured histories are not interpolated to other instants
+        if motion.velocity is not None:
+            yield "cart_velocity", ("time", "axis"), motion.velocity, "m/s", "velocity of the cart"
+        if motion.position is not None:
+            yield "cart_position", ("time", "axis"), motion.position, "m", "position of the cart"
+        if motion.motor_speed is not None:
+            yield "motor_speed", ("time",), motion.motor_speed, "rad/s", "measured speed of the motor"
+
+
+def _attributes(run: Run) -> dict[str, str | float | int]:
+    solution = run.solution
+    attributes: dict[str, str | float | int] = {
+        "title": f"Loads of the linear guides of {run.machine.name}",
+        "program": f"guideload {version('guideload')}",
+        "machine": run.machine.model_dump_json(),
+        "free": " ".join(run.machine.free),
+        "method": run.method,
+        "method_reason": run.reason,
+        "rtol": run.rtol,
+        "load_scale_N": solution.load_scale,
+        "steps": solution.steps,
+        "rejected_steps": solution.rejected,
+        "contact_changes": solution.contact_changes,
+        "motion_step_s": median_step(run.motion.time),
+        "motion_bandwidth_Hz": usable_bandwidth(run.motion.time, run.motion.bandwidth),
+        "motion_jumps": int(np.count_nonzero(np.diff(run.motion.time) == 0.0)),
+        "motion_source": run.motion.source,
+        "motion_notes": "\n".join(run.motion.notes),
+    }
+    if run.step is not None:
+        attributes["step_s"] = run.step
+    return attributes

@@ -1,0 +1,137 @@
+"""Factors: the columns of values that varied parameters become for one machine.
+
+A factor is one draw of a varied parameter, which has one or, with `each`, one for every part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from guideload.base.errors import ConfigError, Problem, ValueRefused
+from guideload.study.description.parameters import Change, Parameter, Parameters
+from guideload.study.description.refusals import KeyRefused, problem_at
+from guideload.study.description.varied_parameter import OF_EACH, VariedParameter
+from guideload.study.sampling.distributions import Form, Marginal, in_words
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One column of values.
+
+    name      "body.mass", "k[1a]"
+    unit      of its values: SI, or "1" where they are factors on the machine's values
+    targets   the full paths of the parameters that it sets
+    form      what its values are to them: "value", "factor" or "shift"
+    marginal  its distribution; None where cases are given
+    entry     the index of its varied parameter, or of its column where cases are given
+    owner     the part that it is drawn for, or ""
+    """
+
+    name: str
+    unit: str
+    targets: tuple[str, ...]
+    form: Form
+    marginal: Marginal | None
+    entry: int
+    owner: str
+
+    @property
+    def words(self) -> str:
+        """Its distribution and use: "uniform from 1125 to 1375 kg"."""
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        uses = {"factor": ", times the machine's values", "shift": ", added to the machine's values"}
+        marginal = self.marginal
+        drawn = in_words(marginal.distribution, marginal.scale, unit) if marginal else "given cases"
+        return drawn + uses.get(self.form, "")
+
+
+def factors_of(
+    entries: Sequence[VariedParameter], parameters: Parameters
+) -> tuple[tuple[Factor, ...], tuple[Change, ...]]:
+    """The factors of these varied parameters, and what they change in the core.
+
+    Raises ConfigError with all that is wrong, its keys from "vary" on.
+    """
+    problems: list[Problem] = []
+    factors: list[Factor] = []
+    columns: list[tuple[Form, Sequence[Parameter]]] = []
+    for i, entry in enumerate(entries):
+        try:
+            for owner, group in _draws(entry, parameters):
+                factors.append(_factor(i, entry, owner, group))
+                columns.append((factors[-1].form, group))
+        except ValueRefused as refused:
+            problems.append(problem_at(("vary", i), refused))
+    refused_entries: set[int] = set()  # one conflict for each entry is enough
+    names: dict[str, Factor] = {}
+    same_name = ((factor, names.setdefault(factor.name, factor), "") for factor in factors)
+    for factor, other, target in (*conflicts(factors), *same_name):
+        if factor.entry == other.entry or factor.entry in refused_entries:
+            continue
+        refused_entries.add(factor.entry)
+        entry, hint = entries[factor.entry], f"vary[{other.entry}] has it already"
+        conflict = KeyRefused("name", "a name of its own", factor.name, hint)
+        if target:
+            hint = f"{target} is set by vary[{other.entry}] ({entries[other.entry].title}) already"
+            conflict = KeyRefused("path", "one entry for each value", list(entry.path), hint)
+        problems.append(problem_at(("vary", factor.entry), conflict))
+    if problems:
+        raise ConfigError(problems)
+    return tuple(factors), parameters.changes(columns)
+
+
+def conflicts(factors: Sequence[Factor]) -> Iterator[tuple[Factor, Factor, str]]:
+    """A factor, another before it, and the parameter that both set."""
+    first: dict[str, Factor] = {}
+    for factor in factors:
+        for target in factor.targets:
+            other = first.setdefault(target, factor)
+            if other is not factor:
+                yield factor, other, target
+
+
+def _draws(entry: VariedParameter, parameters: Parameters) -> list[tuple[str, list[Parameter]]]:
+    """The draws of a varied parameter: the part that each is for, and the parameters that it sets."""
+    varied: dict[str, Parameter] = {}
+    for path in entry.path:
+        try:
+            varied |= {parameter.path: parameter for parameter in parameters.at(path)}
+        except ValueRefused as refused:
+            raise KeyRefused("path", refused.expected, refused.value, refused.hint) from None
+    draws: dict[str, list[Parameter]] = {}
+    for parameter in varied.values():
+        if entry.each is None or entry.each == "value":
+            owner = parameter.path if entry.each else ""
+        elif entry.each in parameter.owners:
+            owner = parameter.owners[entry.each]
+        else:
+            words = f"paths of {OF_EACH[entry.each][0]}"
+            raise KeyRefused("each", words, entry.each, f"{parameter.path} is of no {entry.each}")
+        draws.setdefault(owner, []).append(parameter)
+    return list(draws.items())
+
+
+def _factor(i: int, entry: VariedParameter, owner: str, group: Sequence[Parameter]) -> Factor:
+    unit = group[0].unit
+    marginal = entry.marginal(unit, [parameter.value for parameter in group])
+    units = {parameter.unit: parameter.path for parameter in group}
+    if len(units) > 1 and marginal.form != "factor":
+        hint = " and ".join(f"{path} is in {other}" for other, path in units.items())
+        raise KeyRefused("path", "paths of one unit, or all amounts in percent", list(entry.path), hint)
+    try:
+        require(group, marginal.form, *marginal.reach)
+    except ValueRefused as refused:
+        raise KeyRefused("distribution", refused.expected, refused.value, refused.hint) from None
+    targets = tuple(parameter.path for parameter in group)
+    unit = "1" if marginal.form == "factor" else unit
+    return Factor(entry.title_of(owner), unit, targets, marginal.form, marginal, i, owner)
+
+
+def require(group: Sequence[Parameter], form: Form, low: float, high: float) -> None:
+    """Raise ValueRefused for a column with values from `low` to `high` if a parameter cannot have them."""
+    for parameter in group:
+        factor = parameter.value if form == "factor" else 1.0
+        shift = parameter.value if form == "shift" else 0.0
+        ends = (factor * low + shift, factor * high + shift)
+        parameter.require(min(ends), max(ends))

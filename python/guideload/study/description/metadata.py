@@ -1,0 +1,199 @@
+"""Study metadata: what a study is, as plain data beside its samples, and the file that holds it, `study.json`.
+
+Statistics, report and pictures need nothing else besides the samples. A study is resumed only if its metadata has the
+fingerprint of that in the folder.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from guideload.base.atomic import atomic_write
+from guideload.base.errors import ArgumentError, GuideloadError, shown
+from guideload.machine.machine import Machine
+from guideload.study.description.quantities import Life, Measure
+from guideload.traces.format.table import listed
+
+FILE = "study.json"
+CONTENT = "samples of a guideload study"
+FORMAT = 2  # of `study.json` and of the chunks beside it; guideload 0.1.0 wrote the first, without a number
+
+
+class ParameterMetadata(BaseModel):
+    """One column of drawn values.
+
+    name          "body.mass", "k[1a]"
+    unit          of its values; "1" for factors on the machine's values
+    targets       the paths that it sets
+    distribution  in words: "uniform from 1125 to 1375 kg"
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    name: str
+    unit: str
+    targets: tuple[str, ...]
+    distribution: str = ""
+
+
+class StudyMetadata(BaseModel):
+    """Machine, motion and design of a study, and what its columns are.
+
+    fingerprint     SHA-256 of all that decides the result of a run
+    versions        of guideload, NumPy and SciPy
+    motion          where the trace comes from; motion_digest: SHA-256 of its arrays
+    duration        of the motion [s]; instants: its samples
+    sampling        "sobol", "latin hypercube" or "random"; "cases" where they were given, without a seed
+    runs            all runs of the study, those of a Saltelli design included
+    sensitivity     run i is row i // (d + 2) of matrix i % (d + 2): A, B, A with column j of B
+    parameters      the d columns of drawn values, in their order
+    correlations    of normal scores, by the names of both parameters: "body.mass and k[1a]"
+    measures        recorded load, carriage and statistic of each column of results; columns: their names
+    exponent        p of the mean load
+    limits          by quantity, in its unit: {"peak_resultant_N": 7000.0}
+    life            rating and travel of a carriage, or None
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    content: str = CONTENT
+    format: int = FORMAT
+    fingerprint: str = ""
+    versions: dict[str, str] = Field(
+        default_factory=lambda: {name: version(name) for name in ("guideload", "numpy", "scipy")}
+    )
+    machine: Machine
+    motion: str
+    motion_digest: str = ""
+    duration: float
+    instants: int
+    method: str = "auto"
+    rtol: float = 1e-6
+    sampling: str
+    seed: int | None = None
+    runs: int
+    sensitivity: bool
+    parameters: tuple[ParameterMetadata, ...]
+    correlations: dict[str, float] = {}
+    measures: tuple[Measure, ...]
+    columns: tuple[str, ...]
+    exponent: float
+    limits: dict[str, float]
+    life: Life | None = None
+
+    @property
+    def chosen(self) -> bool:
+        """Whether cases were given: they are no random sample, so that they have no statistics."""
+        return self.sampling == "cases"
+
+    @property
+    def carriages(self) -> tuple[str, ...]:
+        """Names of the carriages, in their order."""
+        return tuple(carriage.name for carriage in self.machine.carriages)
+
+    @property
+    def all_columns(self) -> tuple[str, ...]:
+        """The names of all stored columns: parameters, then measures."""
+        return (*(parameter.name for parameter in self.parameters), *self.columns)
+
+    def as_json(self) -> dict[str, Any]:
+        """As tables, lists, numbers and text, without what is None."""
+        return self.model_dump(mode="json", exclude_none=True)
+
+    def write(self, folder: Path) -> None:
+        """Write `study.json` atomically."""
+        with atomic_write(folder / FILE, durable=True) as draft:
+            draft.write_text(
+                json.dumps(self.as_json(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
+            )
+
+    @classmethod
+    def read(cls, folder: Path) -> StudyMetadata:
+        """The metadata in a folder. Raises ArgumentError without a study, or with one of another format."""
+        path, values = folder / FILE, read_json(folder)
+        if values is None:
+            raise ArgumentError(f"{folder} holds no study: there is no {path}")
+        if (found := values.get("format", 1)) != FORMAT:
+            raise ArgumentError(
+                f"{path}: expected format {FORMAT}, got {found}: another version of guideload wrote this study. "
+                "Read it with that one, give another folder, or replace it (--overwrite)"
+            )
+        try:
+            return cls.model_validate(values)
+        except (ValidationError, GuideloadError) as error:
+            raise ArgumentError(f"{path}: expected the metadata of a study, got {error}") from error
+
+    def require_resumable(self, folder: Path) -> None:
+        """Raise ArgumentError that says what differs if the folder holds another study, or one with more runs."""
+        there = StudyMetadata.read(folder)
+        if there.fingerprint == self.fingerprint:
+            if there.runs > self.runs:
+                raise ArgumentError(
+                    f"{folder} holds a study of {there.runs} runs: resume it with as many or with more, "
+                    f"got {self.runs}"
+                )
+            return
+        one, other = there.as_json(), self.as_json()
+        differences = list(_different("", _decisive(one, other), _decisive(other, one)))
+        first = "; ".join(differences[:3]) or "values of the given cases or of a sample"
+        more = f"; and {len(differences) - 3} more" if len(differences) > 3 else ""
+        raise ArgumentError(
+            f"{folder} holds another study, which cannot be resumed as this one. What differs: {first}{more}. "
+            "Give this study another folder, replace the one there (--overwrite), or undo the change"
+        )
+
+
+def read_json(folder: Path) -> dict[str, Any] | None:
+    """`study.json` as it is, of any format; None if there is none. Raises ArgumentError if it is not ours."""
+    path = folder / FILE
+    try:
+        values = json.loads(path.read_text(encoding="utf-8"))
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except ValueError as error:
+        raise ArgumentError(f"{path}: expected the metadata of a study, got {error}") from None
+    if not isinstance(values, dict) or values.get("content") != CONTENT:
+        raise ArgumentError(f"{path}: expected the metadata of a study that guideload wrote")
+    return values
+
+
+def _decisive(values: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
+    """What must be the same for a study to be resumed as another, by its words in a message."""
+    keys = ["seed", "sampling", "sensitivity", "exponent"]
+    if values["sampling"] == other["sampling"] == "latin hypercube":
+        keys.append("runs")
+    parameters = values["parameters"]
+    sets = {f"{one['name']} sets": one["targets"] for one in parameters if one["targets"] != [one["name"]]}
+    only = [column for column in values["columns"] if column not in other["columns"]]
+    return (
+        {key: values.get(key) for key in keys}
+        | {one["name"]: one["distribution"] for one in parameters}
+        | {name: listed(targets) for name, targets in sets.items()}
+        | {f"correlation of {pair}": value for pair, value in values["correlations"].items()}
+        | {"machine": values["machine"], "motion": f"{values['motion']} ({values['motion_digest'][:8]})"}
+        | {key: values[key] for key in ("method", "rtol", "versions")}
+        | ({"recorded columns": f"also {listed(only)}"} if only else {})
+    )
+
+
+def _different(key: str, there: Any, here: Any) -> Iterator[str]:
+    """Each place where two descriptions differ, in words."""
+    if isinstance(there, dict) and isinstance(here, dict):
+        for name in dict.fromkeys([*here, *there]):
+            yield from _different(f"{key}.{name}" if key else name, there.get(name), here.get(name))
+    elif isinstance(there, list) and isinstance(here, list) and len(there) == len(here):
+        for i, (one, other) in enumerate(zip(there, here, strict=True)):
+            yield from _different(f"{key}[{i}]", one, other)
+    elif there != here:
+        yield f"{key}: {_text(there)} there, {_text(here)} here"
+
+
+def _text(value: Any) -> str:
+    """Text as it is, all else as in TOML."""
+    return "nothing" if value is None else value if isinstance(value, str) else shown(value)

@@ -1,0 +1,182 @@
+"""The keys of a study file: its options, the files that it names, and how its trace is read."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from functools import partial
+from os import PathLike
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field, PlainValidator, StrictBool, StrictStr
+
+from guideload.base.config import ConfigModel, number
+from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, shown
+from guideload.base.toml import Place, read_toml
+from guideload.machine.machine import Machine
+from guideload.motion.motion import Motion
+from guideload.simulation.simulation import Method
+from guideload.study.description.correlation import Correlation
+from guideload.study.description.quantities import STATISTICS, Life, Recorded, Statistic
+from guideload.study.description.varied_parameter import DistributionSpec, SampleSpec, optional
+from guideload.study.sampling.sequences import Sampling, Sobol
+from guideload.traces.reading import motion_from_trace, read_trace
+
+
+def _integer(value: object, least: int, most: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
+        raise ValueRefused(f"a whole number from {least} to {most}", value)
+    return int(value)
+
+
+def _indices(value: object) -> int | tuple[int, ...]:
+    """Indices of runs, ascending; or a number of first runs."""
+    index = partial(_integer, least=0, most=2**63 - 1)
+    if isinstance(value, Sequence | np.ndarray) and not isinstance(value, str):
+        return tuple(sorted({index(one) for one in value}))
+    return index(value)
+
+
+def _exponent(value: object) -> float:
+    """A number, or a fraction as text: "10/3"."""
+    try:
+        return number(float(Fraction(value)) if isinstance(value, str) else value, "1", above=0.0)
+    except (ValueError, ZeroDivisionError):
+        raise ValueRefused("an exponent > 0", value, '3 for balls, "10/3" for rollers') from None
+
+
+def _number_or_text(value: object) -> object:
+    """A number or text; its unit is checked when the trace or the quantity is known."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ValueRefused("a number, or text with a unit", value)
+    return value
+
+
+NumberOrText = Annotated[Any, PlainValidator(_number_or_text)]
+Positive = Annotated[float, PlainValidator(partial(number, unit="1", above=0.0))]
+
+
+class TraceOptions(ConfigModel):
+    """How the trace is read, as by the options of `guideload run`; what is left out is taken from its header."""
+
+    column: StrictStr | None = optional("column of the measured motion")
+    unit: NumberOrText | None = optional('of that column, e.g. "rpm"; for counts the travel of one')
+    kind: StrictStr | None = optional("position, counts, velocity or motor_speed")
+    time: StrictStr | None = optional("column of the time stamps")
+    rate: NumberOrText | None = optional("samples per second, in place of a time column")
+    clock: StrictStr | None = optional("kind of the time stamps: uniform, ticks, jitter or on_change")
+    quantum: NumberOrText | None = optional('step of the value, e.g. "5e-8 m"')
+    counter_bits: Annotated[int, PlainValidator(partial(_integer, least=0, most=62))] | None = optional(
+        "width of a counter of counts that overflows, 0 for none"
+    )
+    hold: Positive | None = optional(
+        "rows that repeat each value, in a log faster than its signal; 1 uses all"
+    )
+    date_order: StrictStr | None = optional('of dates such as 03/04/2024: "dmy" or "mdy"')
+    max_speed: NumberOrText | None = optional('greatest speed of the axis, e.g. "2 m/s"')
+    allow_gaps: StrictBool | None = optional("whether long steps in time are accepted")
+    repair: StrictStr | None = optional(
+        'damage to leave out: "all", or some of "empty,doubled,clock,outliers,stuck"'
+    )
+    cross_check: StrictBool | None = optional("whether position is compared with velocity")
+    smoothing: StrictStr | None = optional("auto; for comparison spline, savitzky_golay or differences")
+    window: Annotated[float, PlainValidator(partial(number, unit="s", above=0.0))] | None = optional(
+        "of savitzky_golay, in s"
+    )
+
+    def motion(self, trace: Path, machine: Machine) -> Motion:
+        """The motion of the machine in a trace. Raises TraceError."""
+        options = self.model_dump(exclude_none=True)
+        smoothing = {key: options.pop(key) for key in ("smoothing", "window") if key in options}
+        return motion_from_trace(read_trace(trace, **options), drive=machine.drive, **smoothing)
+
+
+class StudyOptions(ConfigModel):
+    """The options of a study, in a file and in code."""
+
+    samples: Annotated[int, PlainValidator(partial(_integer, least=1, most=2**Sobol.BITS))] | None = optional(
+        "number of samples, e.g. 10_000"
+    )
+    seed: Annotated[int, PlainValidator(partial(_integer, least=0, most=2**63 - 1))] = Field(
+        default_factory=lambda: secrets.randbelow(2**32), description="of all draws; drawn if left out"
+    )
+    sampling: Sampling = optional("sequence of the samples", "sobol")
+    sensitivity: StrictBool = optional(
+        "whether Sobol indices are computed: samples times (factors + 2) runs, a Saltelli design", False
+    )
+    histories: Annotated[int | tuple[int, ...], PlainValidator(_indices)] = optional(
+        "runs whose histories are stored, or the number of first runs", 0
+    )
+    quantities: tuple[Recorded, ...] | None = optional(
+        "what is recorded of each run; all that is not always 0 if left out", min_length=1
+    )
+    statistics: tuple[Statistic, ...] = optional("of the forces and moments", STATISTICS, min_length=1)
+    exponent: Annotated[float, PlainValidator(_exponent)] = optional(
+        'of the mean load: 3 for balls, "10/3" for rollers', 3.0
+    )
+    method: Method = optional("as of `guideload run`", "auto")
+    rtol: Positive = optional("tolerance of the loads, of rk45 and implicit", 1e-6)
+    limits: dict[str, NumberOrText] = optional(
+        'limits whose exceedance is estimated, e.g. peak_resultant = "8 kN"', {}
+    )
+    life: Life | None = optional("the table [life]: rating and base")
+    vary: tuple[DistributionSpec, ...] = optional("one [[vary]] table for each varied parameter", ())
+    correlation: tuple[Correlation, ...] = optional("one [[correlation]] table each", ())
+
+
+class StudyFile(StudyOptions):
+    """A study file: its options, and the files beside it by their names."""
+
+    machine: Annotated[StrictStr, Field(min_length=1, description='a machine file, e.g. "machine.toml"')]
+    trace: Annotated[StrictStr, Field(min_length=1, description='a measured trace, e.g. "trace.csv"')]
+    reading: TraceOptions = optional("the table [reading]: how the trace is read", TraceOptions())
+    cases: StrictStr | None = optional("a table of given cases in place of [[vary]], its headers are paths")
+
+    def require_files(self, folder: Path) -> None:
+        """Raise ConfigError with all files that are named and do not exist."""
+        files: dict[KeyPath, str | None] = {
+            (key,): getattr(self, key) for key in ("machine", "trace", "cases")
+        }
+        files |= {
+            ("vary", i, "file"): one.file for i, one in enumerate(self.vary) if isinstance(one, SampleSpec)
+        }
+        problems = [
+            Problem(key, name, "a file that exists", f"there is no {folder / name}", None, shown(name))
+            for key, name in files.items()
+            if name is not None and not (folder / name).exists()
+        ]
+        if problems:
+            raise ConfigError(problems)
+
+
+TABLES = {"reading", "limits", "life", "vary", "correlation"}
+TOP_KEYS = StudyFile.model_fields.keys() - TABLES  # keys outside all tables
+
+
+def read_study(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
+    """The values of a study file and their places. Raises ConfigError if it cannot be read."""
+    try:
+        return read_toml(file)
+    except ConfigError as error:
+        problems = [
+            replace(one, expected=one.expected.replace("`guideload init`", "`guideload init --study`"))
+            for one in error.problems
+        ]
+        raise ConfigError(problems, error.file) from None
+
+
+def with_hint_on_place(error: ConfigError) -> ConfigError:
+    """The same refusal, with a hint where a key of the whole study is in a table."""
+    hint = "it is a key of the whole study: put it above the first [table]"
+    return ConfigError(
+        replace(problem, hint=hint)
+        if len(problem.path) > 1
+        and problem.path[-1] in TOP_KEYS
+        and problem.expected in ("a known key", "a known limit")
+        else problem
+        for problem in error.problems
+    )

@@ -1,0 +1,299 @@
+"""Parameters: the numbers of a machine that can vary, found by paths such as `carriages.*.stiffness_y`.
+
+Each parameter says what of the core's scene it sets. What can vary is listed in `_of_machine`, `_of_rail`,
+`_of_carriage`, `_of_link` and `_of_spring`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cached_property
+from typing import NamedTuple
+
+from guideload.base.errors import ValueRefused
+from guideload.machine.components import Carriage, Link
+from guideload.machine.laws import Sides
+from guideload.machine.links import ENDS
+from guideload.machine.machine import Machine
+from guideload.motion.motion import Motion
+from guideload.study.sampling.distributions import Form
+
+Target = tuple[str, int, int | str]  # what the core sets, see `_core.Batch`
+Targets = Sequence[tuple[Target, float]]  # with the factor of each
+# Target, constant, and (column, factor) of each term.
+Change = tuple[Target, float, tuple[tuple[int, float], ...]]
+AXES = ("x", "y", "z")
+NEAR = 3  # nearest names that an error lists
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of a machine that can vary.
+
+    path    its full name: "carriages[1a].stiffness_y"
+    value   the machine's own, in SI `unit`
+    floor   "> 0", ">= 0" or "" for any number
+    sets    what of the core it is part of, and by which factor: half of a carriage's stiffness is at each end
+    owners  the parts it belongs to, from their kind to their name: {"carriage": "1a", "rail": "1"}
+    """
+
+    path: str
+    unit: str
+    value: float
+    floor: str
+    sets: tuple[tuple[Target, float], ...]
+    owners: dict[str, str]
+
+    def require(self, low: float, high: float) -> None:
+        """Raise ValueRefused if the parameter cannot have all values from `low` to `high`."""
+        if (self.floor == "> 0" and not low > 0.0) or (self.floor == ">= 0" and not low >= 0.0):
+            unit = "" if self.unit == "1" else f" {self.unit}"
+            reach = f"values from {low:.4g} to {high:.4g}{unit}"
+            way_out = 'narrow the distribution, cut it with at_least, or take "lognormal"'
+            raise ValueRefused(f"{self.path} {self.floor}{unit}", reach, way_out)
+
+
+# ---- what can vary
+
+
+class Row(NamedTuple):
+    """A parameter of one part: value None where its law has no place for it, and what the law would need."""
+
+    key: str
+    unit: str
+    floor: str
+    value: float | None
+    sets: Targets
+    need: str = ""
+
+
+def _of_machine(machine: Machine, motion: Motion) -> Iterator[Row]:
+    body = machine.body
+    yield Row("body.mass", "kg", "> 0", body.mass, [(("mass", 0, 0), 1.0)])
+    for i, axis in enumerate(AXES):
+        center = [(("center_of_mass", i, 0), 1.0)]
+        yield Row(f"body.center_of_mass.{axis}", "m", "", body.center_of_mass[i], center)
+    for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
+        key, floor = f"body.inertia.{AXES[i]}{AXES[j]}", "> 0" if i == j else ""
+        yield Row(key, "kg m^2", floor, body.inertia[i][j], [(("inertia", i, j), 1.0)])
+    for i, axis in enumerate(AXES):
+        yield Row(f"gravity.{axis}", "m/s^2", "", machine.gravity[i], [(("gravity", i, 0), 1.0)])
+    yield Row("motion.scale", "1", "", 1.0, [(("acceleration", 0, 0), 1.0)])
+    force = None if motion.wrench is None else 1.0
+    yield Row(
+        "motion.force_scale", "1", "", force, [(("wrench", 0, 0), 1.0)], "a motion with a process force"
+    )
+
+
+def _of_rail(position: Sequence[float], carriages: Sequence[int]) -> Iterator[Row]:
+    for i, axis in enumerate(("y", "z")):
+        links = [(("point", 4 * j + end, i + 1), 1.0) for j in carriages for end in range(len(ENDS))]
+        centers = [(("center", j, i + 1), 1.0) for j in carriages]
+        yield Row(f"position.{axis}", "m", "", position[i], [*links, *centers])
+
+
+def _of_carriage(i: int, carriage: Carriage) -> Iterator[Row]:
+    points: list[Target] = [("point", 4 * i + k, 0) for k in range(len(ENDS))]
+    yield Row("x", "m", "", carriage.x, [*((point, 1.0) for point in points), (("center", i, 0), 1.0)])
+    signs = [0.5 if end.startswith("+") else -0.5 for end in ENDS]
+    yield Row("length", "m", "> 0", carriage.length, list(zip(points, signs, strict=True)))
+    for axis in ("y", "z"):
+        links = [4 * i + k for k, end in enumerate(ENDS) if end.endswith(axis)]
+        yield from _of_spring(carriage, carriage.damping_in_contact, f"_{axis}", links, 0.5)
+
+
+def _of_link(index: int, link: Link) -> Iterator[Row]:
+    for i, axis in enumerate(AXES):
+        yield Row(f"point.{axis}", "m", "", link.point[i], [(("point", index, i), 1.0)])
+    yield from _of_spring(link, link.damping_in_contact, "", [index], 1.0)
+
+
+def _of_spring(
+    part: Carriage | Link, damping_in_contact: bool, suffix: str, links: Sequence[int], share: float
+) -> Iterator[Row]:
+    """The keys of an elastic law and its damper; share: of them that each of the core's links has."""
+    stiffness, clearance, preload, curve, damping = (
+        getattr(part, f"{key}{suffix}") for key in ("stiffness", "clearance", "preload", "curve", "damping")
+    )
+    sides = stiffness if isinstance(stiffness, Sides) else None
+    # The core has no link that is damped in contact only and always in contact.
+    clear = preload is None and curve is None and (clearance > 0.0 or not damping_in_contact)
+
+    def of_law(
+        key: str, unit: str, floor: str, value: float | None, need: str, name: str, factor: float = share
+    ) -> Row:
+        return Row(key, unit, floor, value, [(("law", k, name), factor) for k in links], need)
+
+    one, by_side = "one stiffness, in place of a curve or of its sides", "a stiffness by side"
+    yield of_law(
+        f"stiffness{suffix}",
+        "N/m",
+        "> 0",
+        stiffness if isinstance(stiffness, float) else None,
+        one,
+        "stiffness",
+    )
+    for side in ("positive", "negative"):
+        value = getattr(sides, side, None)
+        yield of_law(f"stiffness{suffix}.{side}", "N/m", ">= 0", value, by_side, f"{side}_stiffness")
+    need = "a stiffness without preload, and a clearance to begin with where damping_in_contact is true"
+    yield of_law(f"clearance{suffix}", "m", ">= 0", clearance if clear else None, need, "clearance", 1.0)
+    yield of_law(f"preload{suffix}", "N", "> 0", preload, "a preload, and what is rolling", "preload")
+    yield of_law(f"curve{suffix}.scale", "1", "> 0", 1.0 if curve else None, "a curve", "scale", 1.0)
+    damper: list[tuple[Target, float]] = [(("damping", k, 0), share) for k in links]
+    yield Row(f"damping{suffix}", "N s/m", ">= 0", damping, damper)
+
+
+# ---- the parameters of one machine
+
+
+class Parameters:
+    """All parameters of a machine and its motion.
+
+    of_part  by part ("carriages", "1a", or twice "" for the machine) and key: the parameter, or what it would need
+    """
+
+    def __init__(self, machine: Machine, motion: Motion) -> None:
+        self.of_part: dict[tuple[str, str], dict[str, Parameter | str]] = {}
+        self.names = {
+            "rails": [rail.name for rail in machine.rails],
+            "carriages": [carriage.name for carriage in machine.carriages],
+            "links": [link.name for link in machine.links],
+        }
+        self._add("", "", {}, _of_machine(machine, motion))
+        for i, rail in enumerate(machine.rails):
+            on_it = [j for j, index in enumerate(machine.rail_of_carriage.tolist()) if index == i]
+            self._add("rails", rail.name, {"rail": rail.name}, _of_rail(rail.position, on_it))
+        for i, carriage in enumerate(machine.carriages):
+            owners = {"carriage": carriage.name, "rail": carriage.rail}
+            self._add("carriages", carriage.name, owners, _of_carriage(i, carriage))
+        for i, link in enumerate(machine.links):
+            self._add("links", link.name, {"link": link.name}, _of_link(4 * len(machine.carriages) + i, link))
+
+    def _add(self, kind: str, name: str, owners: dict[str, str], rows: Iterator[Row]) -> None:
+        part = f'{kind}["{name}"].' if name.isdecimal() else f"{kind}[{name}]." if kind else ""
+        self.of_part[kind, name] = {
+            row.key: row.need
+            if row.value is None
+            else Parameter(part + row.key, row.unit, row.value, row.floor, tuple(row.sets), owners)
+            for row in rows
+        }
+
+    # ---- finding
+
+    def at(self, path: str) -> tuple[Parameter, ...]:
+        """The parameters of a path, in the machine's order.
+
+        `*` or `[*]` stands for all carriages, rails or links, [1a] or ["1a"] for the one of that name, [0] for the
+        first; `stiffness` for `stiffness_y` and `stiffness_z`, `position` for all its components. Raises ValueRefused.
+        """
+        match = SELECTOR.fullmatch(path)
+        if match is None:
+            return self._keyed(path, ("", ""), path)
+        kind, quoted, bare, key = match["kind"], match["quoted"], match["bare"], match["key"]
+        if quoted is None and bare in (None, "*"):
+            names = self.names[kind]
+        else:
+            names = [self._name(path, kind, quoted, bare)]
+        if not names:
+            raise ValueRefused("a path in this machine", path, f"it has no {kind}")
+        return tuple(parameter for name in names for parameter in self._keyed(path, (kind, name), key))
+
+    def _name(self, path: str, kind: str, quoted: str | None, bare: str | None) -> str:
+        """The name in brackets, with quotes or without, or that of an index from 0."""
+        known = self.names[kind]
+        text = quoted if quoted is not None else bare or ""
+        index = int(text) if quoted is None and text.isdecimal() else len(known)
+        by_index = known[index] if index < len(known) else None
+        by_name = text if text in known else None
+        if by_name is not None and by_index not in (None, by_name):
+            ways = f'{kind}["{by_name}"] or {kind}["{by_index}"]'
+            raise ValueRefused("one meaning", path, f"[{text}] is a name and an index: write {ways}")
+        name = by_name if by_name is not None else by_index
+        if name is None:
+            names = ", ".join(f'"{one}"' for one in known)
+            hint = f"its {kind} are {names or 'none'}, [0] is the first"
+            raise ValueRefused("a path in this machine", path, hint)
+        return name
+
+    def _keyed(self, path: str, part: tuple[str, str], key: str) -> tuple[Parameter, ...]:
+        """The parameter of a part with this key, or all whose keys begin with it."""
+        keys = self.of_part[part]
+        meant = [keys[key]] if isinstance(keys.get(key), Parameter) else []
+        meant = meant or [keys[full] for full in keys if key in _beginnings(full)]
+        parameters = tuple(one for one in meant if isinstance(one, Parameter))
+        if parameters:
+            return parameters
+        if key in keys or meant:
+            need = keys[key] if key in keys else meant[0]
+            place = f"{part[0]}[{part[1]}] has" if part[0] else "there is"
+            raise ValueRefused("a path that has a place here", path, f"{place} none; it takes {need}")
+        near = get_close_matches(path, self._all_paths, n=NEAR, cutoff=0.5)
+        hint = f"did you mean {' or '.join(near)}?" if near else f"paths begin with {', '.join(ROOTS)}"
+        raise ValueRefused("a known path", path, hint)
+
+    @cached_property
+    def _all_paths(self) -> list[str]:
+        """All paths that can be written here, those of all parts of a kind first."""
+        paths = dict.fromkeys(
+            f"{kind}.*.{written}" if kind else written
+            for (kind, _), keys in self.of_part.items()
+            for key, parameter in keys.items()
+            if isinstance(parameter, Parameter)
+            for written in (key, *_beginnings(key))
+        )
+        return [*paths, *(parameter.path for parameter in self if parameter.owners)]
+
+    def __iter__(self) -> Iterator[Parameter]:
+        for keys in self.of_part.values():
+            yield from (one for one in keys.values() if isinstance(one, Parameter))
+
+    # ---- changing
+
+    def changes(self, columns: Sequence[tuple[Form, Sequence[Parameter]]]) -> tuple[Change, ...]:
+        """What the core changes: each target, its constant and its terms.
+
+        columns: the form of each column of values, and the parameters that it sets; no two set the same parameter.
+        A target is the sum of all parameters that set it, each with its factor; those without a column keep the
+        machine's value.
+        """
+        column_of: dict[str, tuple[int, Form]] = {
+            parameter.path: (column, form)
+            for column, (form, parameters) in enumerate(columns)
+            for parameter in parameters
+        }
+        summands: dict[Target, list[tuple[Parameter, float]]] = {}
+        for parameter in self:
+            for target, factor in parameter.sets:
+                summands.setdefault(target, []).append((parameter, factor))
+        changes: list[Change] = []
+        for target, sums in summands.items():
+            constant = 0.0
+            terms: dict[int, float] = {}
+            for parameter, factor in sums:
+                column, form = column_of.get(parameter.path, (-1, "value"))
+                if column < 0 or form == "shift":
+                    constant += factor * parameter.value
+                if column >= 0:
+                    slope = factor * parameter.value if form == "factor" else factor
+                    terms[column] = terms.get(column, 0.0) + slope
+            if terms:
+                changes.append((target, constant, tuple(terms.items())))
+        return tuple(changes)
+
+
+SELECTOR = re.compile(
+    r'(?P<kind>carriages|rails|links)(?:\.\*|\[(?:"(?P<quoted>[^"]+)"|(?P<bare>[^\]"]+))\])\.(?P<key>[^\[\]]+)'
+)
+ROOTS = ("body.", "gravity.", "motion.", "rails.*.", "carriages.*.", "links.*.")
+
+
+def _beginnings(key: str) -> tuple[str, ...]:
+    """Shorter keys that stand for `key` too: "stiffness_y" and "stiffness" of "stiffness_y.positive"."""
+    pieces = re.split(r"(?<=[a-z])(?=\.|_[yz](?:\.|$))", key)
+    beginnings = ("".join(pieces[:n]) for n in range(len(pieces) - 1, 0, -1))
+    # Not of a body or a motion: their parameters have nothing in common.
+    return tuple(beginning for beginning in beginnings if beginning not in ("body", "motion"))

@@ -1,0 +1,156 @@
+"""The description of a study, from a TOML file or in code, and the plan that it becomes."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field, InstanceOf, model_validator
+from scipy.stats import qmc
+
+from guideload.base.errors import ABSENT, ConfigError, Problem
+from guideload.base.toml import located
+from guideload.machine.machine import Machine
+from guideload.motion.motion import Motion
+from guideload.study.description.cases import cases_of
+from guideload.study.description.correlation import copula_of
+from guideload.study.description.factors import factors_of
+from guideload.study.description.options import StudyFile, StudyOptions, read_study, with_hint_on_place
+from guideload.study.description.parameters import Parameters
+from guideload.study.description.plan import Plan
+from guideload.study.description.quantities import limits_of, measures_of
+from guideload.study.description.refusals import refused_at
+from guideload.study.description.varied_parameter import SampleSpec
+from guideload.study.sampling.design import Design
+
+
+class Study(StudyOptions):
+    """A Monte Carlo study of the loads of a machine whose parameters vary.
+
+    Raises ConfigError with what is wrong, TraceError for a trace or a table, and SceneError for a machine that its
+    links leave unsupported, all before anything runs.
+    """
+
+    machine: Machine = Field(description="as it is where nothing varies")
+    motion: InstanceOf[Motion] = Field(description="of all samples")
+    cases: Any = Field(
+        default=None, description="in place of `vary`: a table, or its file, whose headers are paths"
+    )
+    sources: tuple[Path, ...] = Field(
+        default=(), description="files that the study itself, machine and motion were read from"
+    )
+
+    @classmethod
+    def from_toml(
+        cls, file: str | PathLike[str], *, samples: int | None = None, seed: int | None = None
+    ) -> Study:
+        """The study described in a TOML file; errors name file, row, key and value.
+
+        samples, seed: in place of the file's, which need not have them.
+        """
+        values, where = read_study(file)
+        replaced = {key: value for key, value in (("samples", samples), ("seed", seed)) if value is not None}
+        where = {path: place for path, place in where.items() if path[0] not in replaced}
+        folder = Path(file).parent
+        try:
+            described = StudyFile(**{**values, **replaced})
+            described.require_files(folder)
+            machine = Machine.from_toml(folder / described.machine)
+            motion = described.reading.motion(folder / described.trace, machine)
+            options = {key: getattr(described, key) for key in StudyOptions.model_fields}
+            options["vary"] = tuple(
+                entry.model_copy(update={"file": str(folder / entry.file)})
+                if isinstance(entry, SampleSpec) and entry.file is not None
+                else entry
+                for entry in described.vary
+            )
+            cases = None if described.cases is None else folder / described.cases
+            sources = (Path(file), folder / described.machine, folder / described.trace)
+            return cls(machine=machine, motion=motion, cases=cases, sources=sources, **options)
+        except ConfigError as error:
+            if error.file is not None:  # the machine's own file
+                raise
+            raise located(with_hint_on_place(error), str(file), where) from None
+
+    @model_validator(mode="after")
+    def _possible(self) -> Study:
+        _ = self.machine.scene, self._plan  # computed once, and cached
+        return self
+
+    @property
+    def inputs(self) -> tuple[Path, ...]:
+        """All files that are known to have been read: `sources`, given cases and measured values."""
+        cases = [self.cases] if isinstance(self.cases, str | Path) else []
+        samples = [entry.file for entry in self.vary if isinstance(entry, SampleSpec) and entry.file]
+        return (*self.sources, *map(Path, [*cases, *samples]))
+
+    def plan(self) -> Plan:
+        """What is run: values by index, the core's batch, names of all columns."""
+        return self._plan
+
+    @cached_property
+    def _plan(self) -> Plan:
+        self._require_one_source()
+        parameters = Parameters(self.machine, self.motion)
+        design = cases = None
+        if self.cases is not None:
+            factors, changes, cases = cases_of(self.cases, parameters)
+            runs = len(cases)
+        else:
+            assert self.samples is not None
+            factors, changes = factors_of(self.vary, parameters)
+            copula = copula_of(self.correlation, factors, self.vary)
+            self._require_possible_design(len(factors), copula is not None)
+            design = Design(self.sampling, self.seed, self.samples, len(factors), self.sensitivity, copula)
+            runs = design.runs
+        histories = self.histories
+        histories = tuple(range(min(histories, runs))) if isinstance(histories, int) else histories
+        if histories and histories[-1] >= runs:
+            raise refused_at(("histories",), f"indices below {runs}, the number of runs", histories[-1])
+        measures, columns = measures_of(self.machine, self.motion, self.quantities, self.statistics)
+        if self.life is not None and not any(load == "load" for load, _, _ in measures):
+            no_velocity = self.motion.velocity is None
+            hint = "the motion has no velocity" if no_velocity else 'add "load" to quantities'
+            raise refused_at(("life",), "a mean load to count the life from", self.life.model_dump(), hint)
+        return Plan(
+            machine=self.machine,
+            motion=self.motion,
+            factors=factors,
+            changes=changes,
+            design=design,
+            cases=cases,
+            measures=measures,
+            columns=columns,
+            exponent=self.exponent,
+            method=self.method,
+            rtol=self.rtol,
+            histories=histories,
+            limits=limits_of(self.limits, measures, self.life),
+            life=self.life,
+        )
+
+    def _require_one_source(self) -> None:
+        """Raise ConfigError unless there are either draws or given cases, with all that they need."""
+        if self.cases is not None:
+            for key in ("vary", "correlation", "samples", "sensitivity"):
+                value = getattr(self, key)
+                if value:
+                    hint = "cases are run as they are, in order: keep one of them"
+                    value = value if isinstance(value, int) else len(value)
+                    raise refused_at((key,), f"no {key} beside cases", value, hint)
+            return
+        for key, hint in (("samples", "samples = 10_000"), ("vary", "a [[vary]] table, or cases")):
+            if not getattr(self, key):
+                words = StudyOptions.model_fields[key].description or ""
+                raise ConfigError([Problem((key,), None, words, f"add {hint}", None, ABSENT)])
+
+    def _require_possible_design(self, factors: int, correlated: bool) -> None:
+        if self.sensitivity and correlated:
+            hint = "a Sobol index is a share of the variance, which correlated factors have in common"
+            raise refused_at(("sensitivity",), "false where factors are correlated", True, hint)
+        most = qmc.Sobol.MAXDIM // (2 if self.sensitivity else 1)
+        if self.sampling == "sobol" and factors > most:
+            hint = f'these entries have {factors}; "random" takes any number'
+            raise refused_at(("sampling",), f'at most {most} factors with "sobol"', self.sampling, hint)

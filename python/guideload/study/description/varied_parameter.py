@@ -1,0 +1,345 @@
+"""Varied parameters: one [[vary]] table each, with a class per distribution.
+
+A table says which parameters of the machine vary (`path`), how many draws they have (`each`), and how they are
+distributed, by numbers with a unit or in percent of the machine's value.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+
+import numpy as np
+from pydantic import BeforeValidator, Field, PlainValidator, model_validator
+
+from guideload.base.arrays import Array
+from guideload.base.config import ConfigModel, number
+from guideload.base.errors import ValueRefused
+from guideload.base.units import quantity
+from guideload.study.description.refusals import KeyRefused
+from guideload.study.description.tables import numbers_of
+from guideload.study.sampling import distributions
+from guideload.study.sampling.distributions import Distribution, Form, Marginal
+from guideload.traces.format.files import load_table
+from guideload.traces.format.table import listed
+
+Each = Literal["carriage", "rail", "link", "value"]
+# Of a draw for each: what it is for, in words, and how the paths of all begin.
+OF_EACH = {
+    "carriage": ("carriages", ("carriages.*.", "carriages[*].")),
+    "rail": ("rails or carriages", ("rails.*.", "rails[*].")),
+    "link": ("links", ("links.*.", "links[*].")),
+}
+NAMES = "one of normal, lognormal, uniform, triangular, sample"
+LEAST_PROBABILITY = 1e-6  # of a distribution within at_least and at_most: rounding spoils the draws of less
+PERCENT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*%\s*")
+BOUNDS = ("at_least", "at_most")
+LOCATIONS = ("mean", "median", "mode", "low")  # values of the parameter
+WIDTHS = ("sigma", "plus_minus")  # differences of values
+
+
+class Amount(NamedTuple):
+    """A number in SI, or a share of the machine's value."""
+
+    number: float
+    relative: bool
+
+    def absolute(self, base: float) -> Amount:
+        """A share as a number: the share of `base`."""
+        return Amount(self.number * base, False) if self.relative else self
+
+
+def _amount(value: object) -> object:
+    """A number or text, whose unit is checked when the path is known; NumPy's numbers become Python's."""
+    value = value.item() if isinstance(value, np.generic) else value
+    if value is not None and (isinstance(value, bool) or not isinstance(value, int | float | str)):
+        raise ValueRefused('a number, or text with a unit or percent, such as "90 %"', value)
+    return value
+
+
+def _listed(value: object) -> object:
+    """A list of a single text or of an array."""
+    return [value] if isinstance(value, str) else value.tolist() if isinstance(value, np.ndarray) else value
+
+
+def _coefficient(value: object) -> float:
+    result = quantity(value, "1")
+    if not -1.0 < result < 1.0:
+        raise ValueRefused("a correlation between -1 and 1", value)
+    return result
+
+
+def _sigma_of_logarithm(value: object) -> float:
+    try:
+        return number(value, "1", above=0.0)
+    except ValueRefused as refused:
+        share = PERCENT.fullmatch(value) if isinstance(value, str) else None
+        plain = float(share[1]) / 100.0 if share and float(share[1]) > 0.0 else 0.1
+        hint = f"of a lognormal distribution it is that of the logarithm, a plain number: {plain:g}"
+        raise ValueRefused(refused.expected, value, hint) from None
+
+
+def optional(description: str, default: Any = None, **checks: Any) -> Any:
+    """The field of a key that may be left out."""
+    return Field(default=default, description=description, **checks)
+
+
+Numbers = Mapping[str | int, float]  # amounts as numbers
+Coefficient = Annotated[float, PlainValidator(_coefficient)]
+Given = Annotated[float | str | None, BeforeValidator(_amount)]
+Required = Annotated[float | str, BeforeValidator(_amount)]
+
+
+class VariedParameter(ConfigModel):
+    """What varies (`path`), how many draws there are (`each`), and the bounds of their distribution."""
+
+    KEYS: ClassVar[tuple[str, ...]]  # of the distribution's amounts, beside the bounds
+    path: Annotated[tuple[str, ...], BeforeValidator(_listed)] = Field(
+        min_length=1, description='one or several, e.g. "body.mass" or "carriages.*.stiffness_y"'
+    )
+    name: str | None = optional("its name in tables; else its path", min_length=1)
+    each: Each | None = optional("one draw for each carriage, rail, link or value; one for all if left out")
+    within: Coefficient | None = optional("correlation of the draws of this entry among each other")
+    at_least: Given = optional("values below are left out")
+    at_most: Given = optional("values above are left out")
+
+    @model_validator(mode="after")
+    def _named(self) -> VariedParameter:
+        if self.name is None and len(self.path) > 1:
+            raise ValueRefused("a name where there are several paths", list(self.path), 'e.g. name = "k"')
+        if self.within is not None and self.each is None:
+            raise ValueRefused("no within where there is one draw", self.within, 'add each = "carriage"')
+        return self
+
+    @property
+    def title(self) -> str:
+        """Its name, or its path."""
+        return self.name if self.name is not None else self.path[0]
+
+    def title_of(self, owner: str) -> str:
+        """The name of one draw: "k[1a]", or the path of the part that owns it: "carriages[1a].x"."""
+        if not owner:
+            return self.title
+        if self.name is None and self.each == "value":
+            return owner
+        for every in OF_EACH[self.each][1] if self.name is None and self.each is not None else ():
+            if self.title.startswith(every):
+                return f"{every.split('.')[0].split('[')[0]}[{owner}].{self.title.removeprefix(every)}"
+        return f"{self.title}[{owner}]"
+
+    def marginal(self, unit: str, own: Sequence[float]) -> Marginal:
+        """The distribution of a column that sets parameters with the values `own` [unit] in the machine.
+
+        One parameter: its value. Several: a factor on each one's own value where all amounts are in percent or left
+        to the machine, a shift where only a width is given, and one value for all where a location is given.
+        Raises KeyRefused.
+        """
+        amounts = self._amounts(unit)
+        kinds = {amount.relative for amount in amounts.values()}
+        if False not in kinds:  # all in percent, or left to the machine
+            if not any(own):
+                expected = "a machine's value other than 0, or values with a unit"
+                raise KeyRefused("path", expected, 0.0, "0 has no percent")
+            drawn = self._bounded(amounts, 1.0)
+            return Marginal(drawn, "value", own[0]) if len(own) == 1 else Marginal(drawn, "factor")
+        if len(own) == 1:
+            bases = {key: abs(own[0]) if key in WIDTHS else own[0] for key in amounts}
+            numbers = {key: amount.absolute(bases[key]) for key, amount in amounts.items()}
+            return Marginal(self._bounded(numbers, own[0]), "value")
+        located = any(key in LOCATIONS or isinstance(key, int) for key in amounts)
+        # A mode left out is each machine value's own, and a bound needs a location to count from.
+        without_mode = "mode" in self.KEYS and "low" in amounts and "mode" not in amounts
+        if True in kinds or without_mode or not (located or amounts.keys() <= set(WIDTHS)):
+            expected = (
+                "one place where some amounts are in percent or left to the machine and others have a unit"
+            )
+            hint = 'one draw serves all: give all amounts one way, or each its own draw, each = "value"'
+            raise KeyRefused("path", expected, len(own), hint)
+        form: Form = "value" if located else "shift"
+        return Marginal(self._bounded(amounts, 0.0), form)
+
+    def _amounts(self, unit: str) -> dict[str | int, Amount]:
+        """The amounts that are given, by key; measured values by index."""
+        given = {key: getattr(self, key) for key in (*self.KEYS, *BOUNDS)}
+        return {key: _read(key, value, unit) for key, value in given.items() if value is not None}
+
+    def _bounded(self, amounts: Mapping[str | int, Amount], own: float) -> Distribution:
+        """The distribution within its bounds; `own`: the location where none is given."""
+        numbers = {key: amount.number for key, amount in amounts.items()}
+        low, high = numbers.get("at_least", -math.inf), numbers.get("at_most", math.inf)
+        if not low < high:
+            raise KeyRefused("at_least", "at_least < at_most", self.at_least)
+        return self._truncated(self._distribution(numbers, own), low, high)
+
+    def _distribution(self, numbers: Numbers, own: float) -> Any:
+        """The distribution without its bounds."""
+        raise NotImplementedError
+
+    def _truncated(self, base: Any, low: float, high: float) -> Distribution:
+        inside = base.cdf(high) - base.cdf(low)
+        if inside < LEAST_PROBABILITY:
+            key = "at_most" if self.at_least is None else "at_least"
+            hint = f"only {inside:.2g} of the distribution lies there"
+            raise KeyRefused(key, "bounds that keep a part of the distribution", getattr(self, key), hint)
+        return base if (low, high) == (-math.inf, math.inf) else distributions.Truncated(base, low, high)
+
+
+class NormalSpec(VariedParameter):
+    """A normal distribution."""
+
+    KEYS = ("mean", "sigma")
+    distribution: Literal["normal"] = Field(description=NAMES)
+    mean: Given = optional("the machine's value if left out")
+    sigma: Required = Field(description='standard deviation, e.g. "3 %" or "2 mm"')
+
+    def _distribution(self, numbers: Numbers, own: float) -> Distribution:
+        return distributions.Normal(numbers.get("mean", own), numbers["sigma"])
+
+
+class LognormalSpec(VariedParameter):
+    """A lognormal distribution."""
+
+    KEYS = ("median",)  # sigma is a plain number, in no unit of the path and no share of the machine's value
+    distribution: Literal["lognormal"] = Field(description=NAMES)
+    median: Given = optional("the machine's value if left out")
+    sigma: Annotated[float, PlainValidator(_sigma_of_logarithm)] = Field(
+        description="standard deviation of the logarithm, e.g. 0.2"
+    )
+
+    def _distribution(self, numbers: Numbers, own: float) -> Distribution:
+        median = numbers.get("median", own)
+        if not median > 0.0:
+            raise KeyRefused("median", "> 0", median, "a lognormal distribution has no other values")
+        return distributions.Lognormal(median, self.sigma)
+
+
+class _IntervalSpec(VariedParameter):
+    """A distribution between two values, or around the machine's value."""
+
+    low: Given = optional('the smallest value, e.g. "90 %" or "1100 kg"')
+    high: Given = optional('the largest value, e.g. "110 %" or "1400 kg"')
+    plus_minus: Given = optional('reach to both sides of the machine\'s value, e.g. "10 %" or "5 cm"')
+
+    @model_validator(mode="after")
+    def _complete(self) -> _IntervalSpec:
+        given = {key for key in ("low", "high", "plus_minus") if getattr(self, key) is not None}
+        if given not in ({"plus_minus"}, {"low", "high"}):
+            table = self.model_dump(exclude_unset=True, mode="json")
+            raise ValueRefused("either plus_minus, or low and high", table)
+        return self
+
+    def _ends(self, numbers: Numbers, own: float) -> tuple[float, float]:
+        reach = numbers.get("plus_minus", 0.0)
+        low, high = numbers.get("low", own - reach), numbers.get("high", own + reach)
+        if not low < high:
+            raise KeyRefused("low", "low < high", self.low)
+        return low, high
+
+
+class UniformSpec(_IntervalSpec):
+    """A uniform distribution."""
+
+    KEYS = ("low", "high", "plus_minus")
+    distribution: Literal["uniform"] = Field(description=NAMES)
+
+    def _distribution(self, numbers: Numbers, own: float) -> Distribution:
+        return distributions.Uniform(*self._ends(numbers, own))
+
+
+class TriangularSpec(_IntervalSpec):
+    """A triangular distribution."""
+
+    KEYS = ("low", "mode", "high", "plus_minus")
+    distribution: Literal["triangular"] = Field(description=NAMES)
+    mode: Given = optional("the most likely value; the machine's value if left out")
+
+    @model_validator(mode="after")
+    def _one_center(self) -> TriangularSpec:
+        if self.plus_minus is not None and self.mode is not None:
+            raise ValueRefused("no mode beside plus_minus, which is around the machine's value", self.mode)
+        return self
+
+    def _distribution(self, numbers: Numbers, own: float) -> Distribution:
+        low, high = self._ends(numbers, own)
+        mode = numbers.get("mode", own)
+        if not low <= mode <= high:
+            hint = "" if "mode" in numbers else "the machine's value is the mode if none is given"
+            raise KeyRefused("mode", f"a mode from {low:g} to {high:g}", mode, hint)
+        return distributions.Triangular(low, mode, high)
+
+
+class SampleSpec(VariedParameter):
+    """Measured values, in the study or in a table beside it."""
+
+    KEYS = ()
+    distribution: Literal["sample"] = Field(description=NAMES)
+    values: Annotated[tuple[Given, ...] | None, BeforeValidator(_listed)] = optional(
+        'measured values, e.g. ["118 N/um", "131 N/um"]', min_length=1
+    )
+    file: str | None = optional("a table of measured values beside this file")
+    column: str | None = optional('its column; a header such as "k [N/um]" or "k [%]" gives the unit')
+
+    @model_validator(mode="after")
+    def _one_source(self) -> SampleSpec:
+        if (self.values is None) == (self.file is None):
+            raise ValueRefused("either values or file", self.model_dump(exclude_unset=True, mode="json"))
+        if self.column is not None and self.file is None:
+            raise ValueRefused("no column without a file", self.column)
+        return self
+
+    def _amounts(self, unit: str) -> dict[str | int, Amount]:
+        return super()._amounts(unit) | dict(enumerate(self._values(unit)))
+
+    def _values(self, unit: str) -> list[Amount]:
+        if self.file is None:
+            return [_read("values", value, unit) for value in self.values or ()]
+        table = load_table(self.file)
+        header = self.column if self.column is not None else table.names[0]
+        if header not in table.names or (self.column is None and len(table.names) > 1):
+            key = "file" if self.column is None else "column"
+            hint = f"{table.source} has {listed(table.names)}"
+            raise KeyRefused(key, "the name of a column", self.column, hint)
+        try:
+            numbers, relative = numbers_of(table, header, unit)
+        except ValueRefused as refused:
+            hint = f"column {header} of {table.source}: {refused.hint}"
+            raise KeyRefused("file", refused.expected, refused.value, hint) from None
+        return [Amount(number, relative) for number in numbers.tolist()]
+
+    def _distribution(self, numbers: Numbers, own: float) -> Array:
+        return np.sort(np.array([number for key, number in numbers.items() if isinstance(key, int)]))
+
+    def _truncated(self, base: Array, low: float, high: float) -> Distribution:
+        inside = base[(base >= low) & (base <= high)]
+        if not inside.size:
+            key = "values" if self.file is None else "column"
+            raise KeyRefused(key, "values within at_least and at_most", getattr(self, key))
+        inside.setflags(write=False)
+        return distributions.Sample(inside)
+
+
+DistributionSpec = Annotated[
+    NormalSpec | LognormalSpec | UniformSpec | TriangularSpec | SampleSpec,
+    Field(discriminator="distribution"),
+]
+
+
+def _read(key: str, value: object, unit: str) -> Amount:
+    """A number with the unit, or a share of the machine's value. Raises KeyRefused."""
+    match = PERCENT.fullmatch(value) if isinstance(value, str) else None
+    if match is None:
+        try:
+            amount = Amount(quantity(value, unit), False)
+        except ValueRefused as refused:
+            hint = refused.hint or 'or in percent of the machine\'s value, such as "90 %"'
+            raise KeyRefused(key, refused.expected, value, hint) from None
+    elif key not in WIDTHS and match[1][0] in "+-":
+        hint = 'e.g. "90 %"; for a deviation from it use plus_minus or sigma'
+        raise KeyRefused(key, "percent of the machine's value, without a sign", value, hint)
+    else:
+        amount = Amount(float(match[1]) / 100.0, True)
+    if key in WIDTHS and not amount.number > 0.0:
+        raise KeyRefused(key, "> 0", value)
+    return amount

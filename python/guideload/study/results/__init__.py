@@ -1,0 +1,1 @@
+"""What a study gives: columns, statistics, probabilities, tables, files."""

@@ -1,0 +1,310 @@
+"""The result of a study: statistics of its columns, tables, files."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from guideload.base.arrays import Array
+from guideload.base.atomic import atomic_write
+from guideload.base.errors import ArgumentError, ValueRefused, shown
+from guideload.base.units import quantity as to_unit
+from guideload.study.description.metadata import StudyMetadata
+from guideload.study.description.quantities import CONTACT, LIFE, QUANTITIES, unit_of
+from guideload.study.results import statistics
+from guideload.study.results.columns import StudyColumns, summarised
+from guideload.study.results.statistics import Estimate, Exceedance
+from guideload.study.results.titles import title_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+LEVELS = (0.01, 0.05, 0.5, 0.95, 0.99)
+RANKED = 2**17  # first samples of a rank correlation, for a standard error of 0.003
+FEWEST = 10  # samples, or rows of a Saltelli design, for an estimate of what drives a quantity
+
+
+class StudyResult(StudyColumns):
+    """The samples of a study and their statistics; see `StudyColumns` for its columns.
+
+    Samples that failed or have not run yet are left out of all statistics, and counted: `runs`, `finished`,
+    `failed`. Of a Saltelli design the matrices A and B are the samples; the others only serve `sensitivity`.
+    """
+
+    def __repr__(self) -> str:
+        return f"StudyResult({self.metadata.machine.name!r}, runs={self.runs}, failed={self.failed})"
+
+    @classmethod
+    def load(cls, folder: str | PathLike[str]) -> StudyResult:
+        """The finished or interrupted study in a folder. Raises ArgumentError if the folder holds none."""
+        from guideload.study.storage.store import FolderStore
+
+        metadata = StudyMetadata.read(Path(folder))
+        return cls(FolderStore(Path(folder), metadata), metadata)
+
+    def failures(self) -> pd.DataFrame:
+        """A row per kind of failure: count, share of the finished runs, first sample.
+
+        Reasons that differ in numbers only are of one kind; the first one is shown.
+        """
+        import pandas as pd
+
+        kinds: dict[str, list[int]] = {}
+        for index in sorted(self.reasons):
+            kinds.setdefault(re.sub(r"\d[\d.,_]*(?:e[+-]?\d+)?", "#", self.reasons[index]), []).append(index)
+        rows = [
+            (self.reasons[samples[0]], len(samples), len(samples) / self.finished, samples[0])
+            for samples in sorted(kinds.values(), key=len, reverse=True)
+        ]
+        return pd.DataFrame(rows, columns=["reason", "count", "share", "first_sample"])
+
+    # ---- statistics
+
+    def summary(self) -> pd.DataFrame:
+        """A row per quantity and carriage, and for the machine one with carriage "".
+
+        Columns: samples that count, mean, standard_deviation, quantiles q01, q05, q50, q95, q99, each with _low and
+        _high, the ends of its interval at 95 %; infinite where there are too few samples.
+        """
+        return _by_quantity_and_carriage(self._summary)
+
+    @cached_property
+    def _summary(self) -> dict[tuple[str, str], dict[str, float]]:
+        return {
+            (name, owner): row
+            for name in summarised(self.metadata)
+            for owner, values in self._owned(name)
+            if (row := _described(values))["samples"]
+        }
+
+    def quantiles(
+        self, name: str, levels: Sequence[float] = LEVELS, confidence: float = statistics.CONFIDENCE
+    ) -> pd.DataFrame:
+        """Quantiles of a column: a row per level with value, low and high; see `statistics.quantiles`.
+
+        Raises ArgumentError for levels that do not lie between 0 and 1.
+        """
+        import pandas as pd
+
+        if np.ndim(levels) != 1 or not all(0 < level < 1 for level in levels):
+            raise ArgumentError(
+                f"levels: expected a list of levels between 0 and 1, got {shown(levels)}; "
+                "[0.95] is for the 95 % quantile"
+            )
+        estimates = statistics.quantiles(self.column(name), levels, confidence)
+        return pd.DataFrame(estimates._asdict(), index=pd.Index(levels, name="level")).rename(
+            columns={"values": "value"}
+        )
+
+    def exceedance(self, name: str, confidence: float = statistics.CONFIDENCE) -> Exceedance:
+        """Probability that a column reaches each of some limits; see `statistics.exceedance`."""
+        return statistics.exceedance(self.column(name), confidence)
+
+    def probability_above(
+        self, name: str, limit: float | str, confidence: float = statistics.CONFIDENCE
+    ) -> Estimate:
+        """Probability that a column is above a limit; see `statistics.probability`.
+
+        limit : in the column's unit, or text with its unit, "7 kN". Raises ValueRefused.
+        """
+        return self._probability(name, limit, np.greater, confidence)
+
+    def probability_below(
+        self, name: str, limit: float | str, confidence: float = statistics.CONFIDENCE
+    ) -> Estimate:
+        """Probability that a column, such as a life, is below a limit."""
+        return self._probability(name, limit, np.less, confidence)
+
+    def _probability(self, name: str, limit: float | str, compare: Any, confidence: float) -> Estimate:
+        values = statistics.known(self.column(name))
+        units = {parameter.name: parameter.unit for parameter in self.metadata.parameters}
+        unit = units.get(name) or unit_of(name.partition("[")[0]) or "1"
+        count = np.count_nonzero(compare(values, to_unit(limit, unit) if isinstance(limit, str) else limit))
+        return Estimate(*map(float, statistics.probability(count, values.size, confidence)))
+
+    @cached_property
+    def limits(self) -> dict[str, float]:
+        """The limits, and NaN for lost contact where it was recorded."""
+        return self.metadata.limits | ({CONTACT: np.nan} if CONTACT in self.quantities else {})
+
+    def probabilities(self) -> pd.DataFrame:
+        """A row per limit and carriage, and for the machine with carriage "": that any carriage exceeds it.
+
+        A life exceeds its limit below it, all else above. Lost contact is one of them, without a limit (NaN).
+        Columns: limit, samples, count, probability, low, high; at 95 %, see `statistics.probability`.
+        """
+        rows = {}
+        for name, limit in self.limits.items():
+            for owner, column in self._owned(name):
+                values = statistics.known(column)
+                count = int(np.count_nonzero(QUANTITIES[name].exceeds(values, limit)))
+                ends = map(float, statistics.probability(count, values.size))
+                rows[name, owner] = (limit, values.size, count, *ends)
+        return _by_quantity_and_carriage(rows, ["limit", "samples", "count", "probability", "low", "high"])
+
+    def cases(self) -> pd.DataFrame:
+        """A row per run: the values varied, `leading` of each carriage, and what follows from it.
+
+        Columns: parameters; the leading quantity of each carriage; life_km, the shortest of the carriages, if it is
+        rated; exceeded, the limits that any carriage exceeds and whether contact is lost, or "failed" of a run
+        without result.
+        """
+        stem = self.leading.partition("[")[0]
+        figures = [f"{stem}[{owner}]" if owner else stem for owner in self.owners(stem)]
+        life = [LIFE] if LIFE in self.quantities and stem != LIFE else []
+        table = self.table([*(one.name for one in self.metadata.parameters), *figures, *life])
+        exceeded: list[list[str]] = [["failed"] if i in self.reasons else [] for i in range(self.runs)]
+        for name, limit in self.limits.items():
+            for i in np.flatnonzero(QUANTITIES[name].exceeds(self.column(name), limit)):
+                exceeded[i].append(title_of(name, self.metadata))
+        table["exceeded"] = [", ".join(names) for names in exceeded]
+        return table.drop(columns="reason")
+
+    # ---- what drives it
+
+    @property
+    def too_few(self) -> bool:
+        """Whether there are too few samples to estimate what drives a quantity."""
+        drawn = 2 if self.metadata.sensitivity else 1
+        return statistics.known(self.column(self.leading)).size < FEWEST * drawn
+
+    def sensitivity(self, name: str | None = None, confidence: float = statistics.CONFIDENCE) -> pd.DataFrame:
+        """First-order and total Sobol indices of a column, a row per parameter; see `statistics.sobol_indices`.
+
+        name: None for `leading`.
+
+        Columns: first_order, total, each with _low and _high, and rows, those of the design that count. Raises
+        ArgumentError if the samples are no Saltelli design.
+        """
+        import pandas as pd
+
+        if not self.metadata.sensitivity:
+            raise ArgumentError(
+                "sensitivity: expected a Saltelli design, got samples that are drawn once; set sensitivity = true in "
+                "the study, or use rank_correlation()"
+            )
+        matrices = self._of_all_runs(name or self.leading).reshape(-1, len(self.metadata.parameters) + 2)
+        indices = statistics.sobol_indices(matrices[:, 0], matrices[:, 1], matrices[:, 2:], confidence)
+        table = {
+            f"{order}{end}": values
+            for order, estimates in (("first_order", indices.first), ("total", indices.total))
+            for end, values in zip(("", "_low", "_high"), estimates, strict=True)
+        }
+        return pd.DataFrame({**table, "rows": indices.rows}, index=self._parameters())
+
+    def rank_correlation(
+        self, name: str | None = None, confidence: float = statistics.CONFIDENCE
+    ) -> pd.DataFrame:
+        """Spearman's rank correlation of a column with each parameter: rank_correlation, low and high.
+
+        Over the first 131 072 samples at most. That of correlated parameters includes their partners' influence.
+        """
+        import pandas as pd
+
+        parameters = (self.column(one.name)[:RANKED] for one in self.metadata.parameters)
+        values = self.column(name or self.leading)[:RANKED]
+        estimates = statistics.rank_correlation(parameters, values, confidence)
+        table = dict(zip(("rank_correlation", "low", "high"), estimates, strict=True))
+        return pd.DataFrame(table, index=self._parameters())
+
+    def driving(self, name: str | None = None) -> pd.DataFrame:
+        """The parameters that drive a column, strongest first: by total Sobol indices if the design has them,
+        else by the size of their rank correlation."""
+        if self.metadata.sensitivity:
+            return self.sensitivity(name).sort_values("total", ascending=False, kind="stable")
+        return self.rank_correlation(name).sort_values(
+            "rank_correlation", ascending=False, kind="stable", key=abs
+        )
+
+    def _parameters(self) -> pd.Index[str]:
+        import pandas as pd
+
+        return pd.Index([one.name for one in self.metadata.parameters], name="parameter")
+
+    # ---- tables and files
+
+    def table(self, columns: Sequence[str] | None = None) -> pd.DataFrame:
+        """All runs by sample: these columns, or all stored ones; and `reason`, None where there is a result."""
+        import pandas as pd
+
+        names = self.store.columns if columns is None else columns
+        index = pd.RangeIndex(self.runs, name="sample")
+        table = pd.DataFrame({name: self._of_all_runs(name) for name in names}, index=index)
+        table["reason"] = [self.reasons.get(i) for i in range(self.runs)] if self.reasons else None
+        return table
+
+    def to_parquet(self, path: str | PathLike[str]) -> None:
+        """Write all runs as one Parquet file: sample, parameters, measures, reason; chunk by chunk."""
+        import pyarrow.parquet
+
+        with atomic_write(_ending(path, ".parquet")) as draft:
+            tables = self.store.tables()
+            first = next(tables)
+            with pyarrow.parquet.ParquetWriter(draft, first.schema) as writer:
+                writer.write_table(first)
+                for table in tables:
+                    writer.write_table(table)
+
+    def to_json(self, path: str | PathLike[str]) -> None:
+        """Write the metadata, the counts and all tables of statistics as one small file; unknown is null.
+
+        Of given cases the table of cases in place of the statistics.
+        """
+        tables = {"failures": self.failures()}
+        if self.metadata.chosen:
+            tables["cases"] = self.cases().reset_index()
+        else:
+            tables["summary"] = self.summary().reset_index()
+            tables["probabilities"] = self.probabilities().reset_index()
+            tables["driving"] = self.driving().reset_index()
+        content: dict[str, Any] = {
+            "metadata": self.metadata.as_json(),
+            "runs": self.runs,
+            "finished": self.finished,
+            "failed": self.failed,
+            **{name: json.loads(table.to_json(orient="records")) for name, table in tables.items()},
+        }
+        with atomic_write(_ending(path, ".json")) as draft:
+            draft.write_text(json.dumps(content, indent=1), encoding="utf-8")
+
+
+def weaker_parameters(drivers: pd.DataFrame, shown: int) -> list[str]:
+    """What a table or picture of the strongest parameters of `StudyResult.driving` leaves out, in words."""
+    rest = drivers.iloc[shown:]
+    if not len(rest):
+        return []
+    largest = rest["total" if "total" in rest else "rank_correlation"].abs().max()
+    beyond = "which do not vary" if np.isnan(largest) else f"none beyond {largest:.2f}"
+    return [f"and {len(rest)} more, {beyond}"]
+
+
+def _ending(path: str | PathLike[str], ending: str) -> Path:
+    if Path(path).suffix != ending:
+        raise ValueRefused(f"a file name that ends in {ending}", str(path))
+    return Path(path)
+
+
+def _by_quantity_and_carriage(
+    rows: dict[tuple[str, str], Any], columns: list[str] | None = None
+) -> pd.DataFrame:
+    import pandas as pd
+
+    index = pd.MultiIndex.from_tuples(list(rows), names=["quantity", "carriage"])
+    return pd.DataFrame(list(rows.values()), index=index, columns=columns)
+
+
+def _described(values: Array) -> dict[str, float]:
+    mean, deviation = statistics.mean_and_deviation(values)
+    samples = statistics.known(values).size
+    row: dict[str, float] = {"samples": samples, "mean": mean, "standard_deviation": deviation}
+    for level, *estimate in zip(LEVELS, *statistics.quantiles(values, LEVELS), strict=True):
+        for end, value in zip(("", "_low", "_high"), estimate, strict=True):
+            row[f"q{round(100 * level):02d}{end}"] = float(value)
+    return row

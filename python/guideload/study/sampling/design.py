@@ -1,0 +1,105 @@
+"""The uniform numbers of each run: plain samples or a Saltelli design, with correlated columns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+
+from guideload.base.arrays import Array
+from guideload.study.sampling.distributions import HIGHEST, LOWEST
+from guideload.study.sampling.sequences import LatinHypercube, Random, Sampling, Sobol
+
+
+@dataclass(frozen=True)
+class Copula:
+    """Gaussian copula: correlates `columns` of uniform numbers.
+
+    factor: the rows of the lower Cholesky factor of the correlation matrix of their normal scores.
+    """
+
+    columns: tuple[int, ...]
+    factor: tuple[tuple[float, ...], ...]
+
+    def apply(self, uniforms: Array) -> None:
+        """Correlate (dimensions, n) in place; row by row, so that no sum depends on the number of samples."""
+        scores = ndtri(uniforms[list(self.columns)])
+        for column, row in zip(self.columns, self.factor, strict=True):
+            total = np.zeros(uniforms.shape[1])
+            for coefficient, score in zip(row, scores, strict=False):
+                if coefficient:
+                    total += coefficient * score
+            uniforms[column] = np.clip(ndtr(total), LOWEST, HIGHEST)
+
+
+@dataclass(frozen=True)
+class Design:
+    """The uniform numbers of run i.
+
+    With `sensitivity` (Saltelli 2010) there are dimensions + 2 runs for each of `samples`: run i is of the matrix
+    i % (dimensions + 2), 0 for A, 1 for B, 2 + j for A with column j of B, and of its row i // (dimensions + 2).
+    """
+
+    sampling: Sampling
+    seed: int
+    samples: int
+    dimensions: int
+    sensitivity: bool = False
+    copula: Copula | None = None
+
+    @property
+    def runs(self) -> int:
+        return self.samples * (self.dimensions + 2 if self.sensitivity else 1)
+
+    @cached_property
+    def _sequence(self) -> Sobol | Random | LatinHypercube:
+        columns = 2 * self.dimensions if self.sensitivity else self.dimensions
+        if self.sampling == "sobol":
+            return Sobol(columns, self.seed)
+        if self.sampling == "random":
+            return Random(columns, self.seed)
+        return LatinHypercube(columns, self.seed, self.samples)
+
+    def uniforms(self, start: int, stop: int) -> Array:
+        """(dimensions, stop - start) of the runs start to stop - 1."""
+        if self.sensitivity:
+            return self._saltelli(start, stop)
+        uniforms = self._sequence.columns(start, stop)
+        if self.copula is not None:
+            self.copula.apply(uniforms)
+        return uniforms
+
+    def _saltelli(self, start: int, stop: int) -> Array:
+        block = self.dimensions + 2
+        first, last = start // block, -(-stop // block)
+        base = self._sequence.columns(first, last)
+        row, matrix = np.divmod(np.arange(start, stop), block)
+        row -= first
+        columns = np.arange(self.dimensions)[:, None]
+        from_b = (matrix == 1) | (matrix == 2 + columns)
+        return np.where(from_b, base[self.dimensions :, row], base[: self.dimensions, row])
+
+
+def cholesky(matrix: Sequence[Sequence[float]]) -> tuple[tuple[float, ...], ...] | None:
+    """The lower Cholesky factor of a symmetric matrix, or None if the matrix is not positive definite.
+
+    Not LAPACK's: its last bits differ between machines, and these decide every value that is drawn.
+    """
+    factor: list[list[float]] = []
+    for i, entries in enumerate(matrix):
+        row: list[float] = []
+        for j in range(i):
+            done = math.fsum(a * b for a, b in zip(row, factor[j][:j], strict=True))
+            row.append((entries[j] - done) / factor[j][j])
+        rest = entries[i] - math.fsum(a * a for a in row)
+        if not rest > ROUNDING:
+            return None
+        factor.append([*row, math.sqrt(rest)])
+    return tuple(tuple(row) for row in factor)
+
+
+ROUNDING = 1e-12  # a smaller pivot of a correlation matrix (diagonal 1) is rounding of 0

@@ -1,0 +1,126 @@
+"""Sequences of uniform numbers by index: scrambled Sobol, Latin hypercube, independent random numbers.
+
+The numbers of a sample depend on its index alone, not on the order or the ranges in which samples are requested.
+All lie within `LOWEST` and `HIGHEST`.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from guideload.base.arrays import Array
+from guideload.study.sampling.distributions import HIGHEST, LOWEST
+
+Words = NDArray[np.uint64]
+Sampling = Literal["sobol", "latin hypercube", "random"]
+
+
+@dataclass(frozen=True)
+class Sobol:
+    """Sobol's sequence with a random linear matrix scramble and shift (Matousek 1998), from SciPy."""
+
+    dimensions: int
+    seed: int
+
+    BITS = 32  # the most that SciPy's fast_forward supports; the sequence has 2^32 samples
+
+    @cached_property
+    def _engine(self) -> list[Any]:
+        """SciPy's engine and the index of its next sample."""
+        generator = np.random.default_rng(np.random.SeedSequence(self.seed))
+        return [qmc.Sobol(self.dimensions, scramble=True, bits=self.BITS, seed=generator), 0]
+
+    def columns(self, start: int, stop: int) -> Array:
+        with _ENGINES:
+            engine, at = self._engine
+            if at > start:
+                engine.reset()
+                at = 0
+            if at < start:
+                engine.fast_forward(start - at)
+            # SciPy warns if its first call asks for a number of samples that is no power of two: ask for one.
+            first = 1 if start == 0 and stop > 0 else 0
+            blocks = [engine.random(count) for count in (first, stop - start - first) if count]
+            self._engine[1] = max(start, stop)
+        points = np.concatenate([np.empty((0, self.dimensions)), *blocks])
+        # Each number is the middle of its interval of 2^-32, so that none is 0.
+        return np.ascontiguousarray(points.T) + 0.5 ** (self.BITS + 1)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"dimensions": self.dimensions, "seed": self.seed}  # without the engine
+
+
+_ENGINES = threading.Lock()  # an engine has a position in its sequence: one thread at a time
+
+
+@dataclass(frozen=True)
+class Random:
+    """Independent numbers: Philox (Salmon et al. 2011), a counter-based generator that can start anywhere."""
+
+    dimensions: int
+    seed: int
+
+    def columns(self, start: int, stop: int) -> Array:
+        first, last = start * self.dimensions, stop * self.dimensions
+        words = np.random.Philox(key=_key(self.seed, 0), counter=first // WORDS_PER_COUNT).random_raw(
+            last - WORDS_PER_COUNT * (first // WORDS_PER_COUNT)
+        )
+        numbers = (words[first % WORDS_PER_COUNT :].reshape(-1, self.dimensions) >> np.uint64(11)) * 2.0**-53
+        return np.maximum(np.ascontiguousarray(numbers.T), LOWEST)
+
+
+WORDS_PER_COUNT = 4  # words of 64 bits that Philox makes of one value of its counter
+
+
+@dataclass(frozen=True)
+class LatinHypercube:
+    """One sample in each of `samples` equal strata of every dimension, in random order, at a random place in it.
+
+    The order is a permutation that is computed, not stored: a Feistel network with a key per dimension on pairs of
+    digits, repeated for indices that it maps outside the strata (cycle walking; Black and Rogaway 2002).
+    """
+
+    dimensions: int
+    seed: int
+    samples: int
+
+    def columns(self, start: int, stop: int) -> Array:
+        index = np.arange(start, stop, dtype=np.uint64)
+        stratum = self._permuted(np.broadcast_to(index, (self.dimensions, index.size)))
+        place = Random(self.dimensions, self.seed).columns(start, stop)
+        return np.clip((stratum + place) / self.samples, LOWEST, HIGHEST)
+
+    def _permuted(self, index: Words) -> Words:
+        keys = _key(self.seed, 1, ROUNDS * self.dimensions).reshape(ROUNDS, self.dimensions, 1)
+        order = self._feistel(index, keys)
+        while (outside := np.nonzero(order >= np.uint64(self.samples)))[0].size:
+            order[outside] = self._feistel(order[outside], keys[:, outside[0], 0])
+        return order
+
+    def _feistel(self, index: Words, keys: Words) -> Words:
+        """A permutation of 0 to side^2 - 1, where side^2 is the next square from the number of samples."""
+        side = np.uint64(math.isqrt(self.samples - 1) + 1)
+        high, low = index // side, index % side
+        for key in keys:
+            # 32 bits that depend on all of `low` and `key`, brought to 0 ... side - 1; products wrap at 2^64.
+            mixed = (low + key) * np.uint64(0x9E3779B97F4A7C15)
+            mixed = (mixed ^ (mixed >> np.uint64(29))) * np.uint64(0xBF58476D1CE4E5B9)
+            mixed = high + (((mixed >> np.uint64(32)) * side) >> np.uint64(32))
+            high, low = low, mixed - side * (mixed >= side)
+        return high * side + low
+
+
+ROUNDS = 6  # of the Feistel network
+
+
+def _key(seed: int, use: int, words: int = 2) -> Words:
+    sequence = np.random.SeedSequence(seed, spawn_key=(use,))
+    return np.asarray(sequence.generate_state(words, np.uint64), np.uint64)

@@ -1,0 +1,86 @@
+"""The folder of a study: begun, resumed or removed; never mixed with another study, nor with other files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+from guideload.base.atomic import LOCK, draft_of, exclusive_lock
+from guideload.base.errors import ArgumentError, RunError
+from guideload.study.description.metadata import FILE, StudyMetadata, read_json
+from guideload.study.storage.store import HISTORIES, SAMPLES, FolderStore, MemoryStore, SampleStore, chunks_in
+
+
+@contextmanager
+def open_store(metadata: StudyMetadata, folder: Path | None, resume: bool) -> Iterator[SampleStore]:
+    """A store of a study to be added to: in memory, or in a folder that no other process writes meanwhile.
+
+    A folder with a study in it is refused, unless `resume` and the study is the same: then its chunks are checked
+    to their last byte, and damaged ones are removed, to be run again.
+    """
+    if folder is None:
+        yield MemoryStore(metadata)
+        return
+    _require_ours(folder, metadata, resume)
+    with ExitStack() as held:
+        try:
+            (folder / SAMPLES).mkdir(parents=True, exist_ok=True)
+            held.enter_context(exclusive_lock(folder / SAMPLES))
+            _require_ours(folder, metadata, resume)  # another process may just have begun one
+            store = FolderStore(folder, metadata, read_all=True)
+            for path in (*store.damaged, *_drafts(folder)):
+                path.unlink(missing_ok=True)
+            metadata.write(folder)  # also on resuming: runs, limits and life may have changed
+        except OSError as error:
+            reason = error.strerror or error
+            raise RunError(f"{error.filename or folder}: cannot be written: {reason}") from error
+        yield store
+
+
+def _require_ours(folder: Path, metadata: StudyMetadata, resume: bool) -> None:
+    there = read_json(folder)
+    if there is not None and resume:
+        metadata.require_resumable(folder)
+    elif there is not None:
+        raise ArgumentError(
+            f"{folder} holds a study already ({folder / FILE}): resume it, or give another folder"
+        )
+    elif not resume and (others := [*chunks_in(folder), *folder.glob(HISTORIES)]):
+        raise ArgumentError(
+            f"{others[0]} is not of this study and would be mixed with it; give another folder"
+        )
+
+
+def _drafts(folder: Path) -> list[Path]:
+    """What a killed writer may have left."""
+    drafts = [draft_of(folder / name) for name in (FILE, HISTORIES)]
+    return [*(path for path in drafts if path.exists()), *(folder / SAMPLES).glob(".*.draft.parquet")]
+
+
+def begun_only(folder: Path) -> bool:
+    """Whether a folder holds no more than a study that ended before its metadata was written."""
+    names = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
+    return names <= {SAMPLES, draft_of(folder / FILE).name} and not chunks_in(folder)
+
+
+def files_of(folder: Path) -> list[Path]:
+    """The paths of the files of a study, drafts included, the metadata last; some may not exist."""
+    return [*chunks_in(folder), *_drafts(folder), folder / HISTORIES, folder / FILE]
+
+
+def remove(folder: Path) -> None:
+    """Remove the files of the study in a folder, the metadata last; all other files stay.
+
+    Raises ArgumentError if the metadata is not ours, RunError if another process is writing the study.
+    """
+    if read_json(folder) is None:
+        return
+    samples = folder / SAMPLES
+    samples.mkdir(exist_ok=True)
+    with exclusive_lock(samples):
+        for path in files_of(folder):
+            path.unlink(missing_ok=True)
+    (samples / LOCK).unlink(missing_ok=True)
+    if not any(samples.iterdir()):
+        samples.rmdir()

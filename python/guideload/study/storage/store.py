@@ -1,0 +1,288 @@
+"""Sample stores: the finished samples of a study, in memory, or as a Parquet file per chunk, written atomically."""
+
+from __future__ import annotations
+
+import json
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as parquet
+
+from guideload.base.arrays import Array
+from guideload.base.atomic import atomic_write
+from guideload.base.errors import ArgumentError, RunError
+from guideload.study.description.metadata import StudyMetadata
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Range = tuple[int, int]  # samples start..stop-1
+
+SAMPLES = "samples"  # the folder of the chunks, beside the metadata
+HISTORIES = "histories.nc"
+NAME = re.compile(r"(?:chunk|part)-(\d{9,})-(\d{9,})\.parquet")  # part: of guideload 0.1.0
+KEY = b"guideload"  # of the metadata in a chunk
+READ_AHEAD = 2**23  # numbers: columns after a requested one are read with it, up to this size
+# What reading a damaged chunk may raise: pyarrow's own errors, and Python's that it passes on.
+DAMAGE = (pa.ArrowException, OSError, ValueError, KeyError)
+
+
+@dataclass(frozen=True, eq=False)
+class Chunk:
+    """Samples start, start + 1, ... with their results.
+
+    values (n, factors); rows (n, measures), NaN where a sample failed; failed: sample -> reason.
+    """
+
+    start: int
+    values: Array
+    rows: Array
+    failed: Mapping[int, str]
+
+    @property
+    def stop(self) -> int:
+        return self.start + len(self.values)
+
+
+class SampleStore(ABC):
+    """The samples of a study, column by column; NaN where a sample failed or has not been run.
+
+    columns   the names of all columns: parameters, then measures
+    runs      samples of the whole study
+    damaged   files that are no complete chunk of the study, and why
+    """
+
+    def __init__(self, metadata: StudyMetadata) -> None:
+        self.columns = metadata.all_columns
+        self.runs = metadata.runs
+        self.damaged: dict[Path, str] = {}
+
+    @abstractmethod
+    def ranges(self) -> list[Range]:
+        """The samples that are done, ascending, without overlap."""
+
+    @abstractmethod
+    def add(self, chunk: Chunk) -> None:
+        """Store a chunk whose samples are not done yet, completely or not at all. Raises RunError."""
+
+    @abstractmethod
+    def histories(self) -> xr.Dataset | None:
+        """The stored histories."""
+
+    @abstractmethod
+    def add_histories(self, data: xr.Dataset) -> None:
+        """Store histories, in place of earlier ones."""
+
+    @abstractmethod
+    def _chunks(self, names: Sequence[str] | None) -> Iterator[tuple[Range, pa.Table]]:
+        """Some columns of each chunk, or all; ascending."""
+
+    @property
+    def done(self) -> int:
+        """The number of samples that are done, failed ones included."""
+        return sum(stop - start for start, stop in self.ranges())
+
+    def missing(self, chunk: int) -> Iterator[Range]:
+        """The samples that are not done, split at multiples of `chunk`."""
+        reached = 0
+        for start, stop in [*self.ranges(), (self.runs, self.runs)]:
+            while reached < start:
+                end = min(start, (reached // chunk + 1) * chunk)
+                yield reached, end
+                reached = end
+            reached = stop
+
+    def column(self, name: str) -> Array:
+        """(runs,) one parameter or measure of all samples. Raises ArgumentError for an unknown name."""
+        return self._read([self._known(name)])[name]
+
+    def reasons(self) -> dict[int, str]:
+        """Why samples failed, by sample."""
+        return {
+            start + i: reason
+            for (start, _), table in self._chunks(["reason"])
+            if table["reason"].null_count < len(table)
+            for i, reason in enumerate(table["reason"].to_pylist())
+            if reason is not None
+        }
+
+    def tables(self) -> Iterator[pa.Table]:
+        """All chunks, ascending: sample, parameters, measures, reason (null where there is a result)."""
+        return (table.replace_schema_metadata(None) for _, table in self._chunks(None))
+
+    def _read(self, names: Sequence[str]) -> dict[str, Array]:
+        columns = {name: np.full(self.runs, np.nan) for name in names}
+        for (start, stop), table in self._chunks(names):
+            for name, column in columns.items():
+                column[start:stop] = table[name].to_numpy()
+        return columns
+
+    def _known(self, name: str) -> str:
+        if name not in self.columns:
+            near = get_close_matches(name, self.columns) or self.columns
+            raise ArgumentError(f"column: expected one of {', '.join(near)}, got {name!r}")
+        return name
+
+    def _schema(self) -> pa.Schema:
+        numbers = [pa.field(name, pa.float64(), nullable=False) for name in self.columns]
+        return pa.schema(
+            [pa.field("sample", pa.int64(), nullable=False), *numbers, pa.field("reason", pa.string())]
+        )
+
+    def _table(self, chunk: Chunk) -> pa.Table:
+        numbers = np.vstack([chunk.values.T, chunk.rows.T])  # a contiguous row per column of the table
+        samples = range(chunk.start, chunk.stop)
+        reasons = pa.array([chunk.failed.get(sample) for sample in samples], pa.string())
+        columns = [pa.array(np.arange(chunk.start, chunk.stop)), *map(pa.array, numbers), reasons]
+        return pa.Table.from_arrays(columns, schema=self._schema())
+
+
+class MemoryStore(SampleStore):
+    """Samples of a study without a folder."""
+
+    def __init__(self, metadata: StudyMetadata) -> None:
+        super().__init__(metadata)
+        self._tables: dict[Range, pa.Table] = {}
+        self._histories: xr.Dataset | None = None
+
+    def ranges(self) -> list[Range]:
+        return sorted(self._tables)
+
+    def add(self, chunk: Chunk) -> None:
+        self._tables[chunk.start, chunk.stop] = self._table(chunk)
+
+    def histories(self) -> xr.Dataset | None:
+        return self._histories
+
+    def add_histories(self, data: xr.Dataset) -> None:
+        self._histories = data
+
+    def _chunks(self, names: Sequence[str] | None) -> Iterator[tuple[Range, pa.Table]]:
+        return ((samples, self._tables[samples]) for samples in self.ranges())
+
+
+class FolderStore(SampleStore):
+    """Samples in the folder of a study; only that of `folder.open_store` may be added to.
+
+    read_all: read each chunk to its end, to find now what a disk has damaged.
+    """
+
+    def __init__(self, folder: Path, metadata: StudyMetadata, *, read_all: bool = False) -> None:
+        super().__init__(metadata)
+        self.folder = folder
+        self._fingerprint = metadata.fingerprint
+        self._files: dict[Range, tuple[Path, parquet.FileMetaData]] = {}
+        self._ahead: dict[str, Array] = {}
+        reached = 0
+        for (start, stop), path in sorted((_range(path), path) for path in chunks_in(folder)):
+            try:
+                if not reached <= start < stop <= self.runs:
+                    raise ValueError(
+                        f"samples {start} to {stop - 1} are in another chunk, or not of this study"
+                    )
+                self._files[start, stop] = path, self._checked(path, (start, stop), read_all)
+                reached = stop
+            except DAMAGE as error:
+                self.damaged[path] = str(error)
+
+    @classmethod
+    def open(cls, folder: Path) -> FolderStore:
+        """Those of a finished or interrupted study. Raises ArgumentError if the folder holds none."""
+        return cls(folder, StudyMetadata.read(folder))
+
+    def _checked(self, path: Path, samples: Range, read_all: bool) -> parquet.FileMetaData:
+        """The metadata of a chunk. Raises one of DAMAGE if it is damaged, RunError if it is of another study."""
+        with parquet.ParquetFile(path, page_checksum_verification=True) as file:
+            of_file: parquet.FileMetaData = file.metadata
+            identity = json.loads((of_file.metadata or {})[KEY])
+            if identity["fingerprint"] != self._fingerprint:
+                raise RunError(f"{path} is a chunk of another study; move it elsewhere")
+            if of_file.num_rows != samples[1] - samples[0] or tuple(identity["samples"]) != samples:
+                raise ValueError(f"it has {of_file.num_rows} rows and says {identity['samples']}")
+            if file.schema_arrow != self._schema():
+                raise ValueError("it has other columns")
+            if read_all and not np.array_equal(file.read().column("sample").to_numpy(), np.arange(*samples)):
+                raise ValueError("it has other samples")
+        return of_file
+
+    def ranges(self) -> list[Range]:
+        return sorted(self._files)
+
+    def add(self, chunk: Chunk) -> None:
+        samples = chunk.start, chunk.stop
+        identity = {"fingerprint": self._fingerprint, "samples": samples}
+        table = self._table(chunk).replace_schema_metadata({KEY: json.dumps(identity)})
+        path = self.folder / SAMPLES / f"chunk-{chunk.start:09d}-{chunk.stop:09d}.parquet"
+        with atomic_write(path, durable=True) as draft:
+            # Random numbers do not compress, and dictionaries of them take eight times as long to write.
+            parquet.write_table(
+                table,
+                draft,
+                compression="NONE",
+                use_dictionary=False,
+                write_statistics=False,
+                write_page_checksum=True,
+            )
+        self._files[samples] = path, parquet.read_metadata(path)
+        self._ahead.clear()
+
+    def column(self, name: str) -> Array:
+        if self._known(name) not in self._ahead:
+            at = self.columns.index(name)
+            self._ahead = self._read(self.columns[at : at + max(1, READ_AHEAD // max(1, self.runs))])
+        return self._ahead[name].copy()
+
+    def _chunks(self, names: Sequence[str] | None) -> Iterator[tuple[Range, pa.Table]]:
+        for samples in self.ranges():
+            path, metadata = self._files[samples]
+            try:
+                with parquet.ParquetFile(path, metadata=metadata, page_checksum_verification=True) as file:
+                    table = file.read(columns=None if names is None else list(names))
+            except DAMAGE as error:
+                hint = "resuming the study runs its samples again"
+                raise RunError(f"{path} is damaged ({error}); {hint}") from error
+            yield samples, table
+
+    def histories(self) -> xr.Dataset | None:
+        import xarray as xr
+
+        path = self.folder / HISTORIES
+        try:
+            return xr.load_dataset(path, engine="h5netcdf") if path.exists() else None
+        except (OSError, ValueError, KeyError):  # damaged: they are computed again when the study is resumed
+            return None
+
+    def add_histories(self, data: xr.Dataset) -> None:
+        with atomic_write(self.folder / HISTORIES, durable=True) as draft:
+            draft.write_bytes(_netcdf(data))
+
+
+def _netcdf(data: xr.Dataset) -> memoryview:
+    """As a file, with checksums; made in memory, as HDF5 crashes the process when the disk becomes full."""
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
+    buffer = BytesIO()
+    checked = {str(name): {"fletcher32": True} for name in data.data_vars if data[name].dtype.kind == "f"}
+    with h5netcdf.File(buffer, "w") as file:
+        data.dump_to_store(H5NetCDFStore(file), encoding=checked)
+    return buffer.getbuffer()
+
+
+def chunks_in(folder: Path) -> list[Path]:
+    """All files in the folder of a study that have the name of a chunk."""
+    return sorted(path for path in (folder / SAMPLES).glob("*.parquet") if NAME.fullmatch(path.name))
+
+
+def _range(path: Path) -> Range:
+    name = NAME.fullmatch(path.name)
+    assert name is not None
+    return int(name[1]), int(name[2])
