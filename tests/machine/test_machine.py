@@ -15,8 +15,10 @@ from guideload.base.errors import ConfigError
 from guideload.base.toml import tomllib
 from guideload.machine.laws import Sides
 from guideload.machine.machine import DOFS, Body, Carriage, Drive, Link, Machine, Rail
+from guideload.machine.modes import Modes
 
 EXAMPLES = Path(guideload.__file__).parent / "examples"
+CART = Path(__file__).resolve().parents[1] / "data" / "cart.toml"
 
 
 def skew(r: np.ndarray) -> np.ndarray:
@@ -184,8 +186,8 @@ def test_problems_in_code_have_their_key_and_no_file() -> None:
 # ---- the packaged descriptions
 
 
-def test_the_example_is_the_scene_paper_of_the_yardstick() -> None:
-    example = Machine.from_toml(EXAMPLES / "manipulator.toml")
+def test_the_cart_of_the_tests_is_that_of_the_yardstick() -> None:
+    example = Machine.from_toml(CART)
     assert example.body == body()
     assert example.gravity == (0.0, -9.80665, 0.0)
     assert example.free == ("y", "z", "rx", "ry", "rz")
@@ -197,6 +199,11 @@ def test_the_example_is_the_scene_paper_of_the_yardstick() -> None:
     assert set(table.damping) == {5e4}
     assert example.drive is not None
     assert example.drive.speed_per_motor_speed == pytest.approx(0.1273 / 2 / 12, rel=1e-15)
+
+
+def test_every_mode_of_the_example_is_damped_as_rolling_guides_are() -> None:
+    damping = Modes.of(Machine.from_toml(EXAMPLES / "manipulator.toml")).damping_ratio
+    assert 0.02 < damping.min() and damping.max() < 0.03
 
 
 def test_the_template_is_a_machine_and_explains_every_key() -> None:

@@ -4,10 +4,10 @@ import sys
 from itertools import product
 from pathlib import Path
 
-import make_example_trace as example
 import numpy as np
 import pytest
 from linear_gaussian import dense, problem
+from moves import GENTLE
 from signals import best_filter_error, rms, rounded
 
 from guideload import _core
@@ -117,8 +117,8 @@ def test_jumps_are_found_where_they_are_and_a_sine_has_none():
 
 @pytest.mark.parametrize("kind", ["position", "velocity"])
 def test_both_kinds_choose_an_order_and_name_it(kind: Kind):
-    time = example.times()
-    position, velocity, acceleration = example.motion(time)
+    time = GENTLE.times(1000.0)
+    position, velocity, acceleration = GENTLE.motion(time)
     value, quantum = (position, 1e-6) if kind == "position" else (velocity, 1e-4)
     found = estimate(time, rounded(value, quantum), kind, quantum)
     assert found.order in ORDERS

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-import make_example_trace as example
 import numpy as np
 import pandas as pd
 import pytest
+from moves import GENTLE
 from signals import best_filter_error, rms, rounded
 
 from guideload.base.errors import TraceError
@@ -17,7 +17,7 @@ HISTORIES = ("position", "velocity", "acceleration")
 
 def cycle(rate):
     time = np.arange(0.0, 7.06, 1.0 / rate)
-    return time, *example.motion(time)
+    return time, *GENTLE.motion(time)
 
 
 @pytest.mark.parametrize("method", ["auto", "spline"])
@@ -51,7 +51,7 @@ def test_uneven_stamps_cost_little():
     time, position, _, acceleration = cycle(1000.0)
     even = smooth(time, rounded(position, 1e-6), "position", quantum=1e-6)
     shaken = time + 1.2e-4 * np.random.default_rng(RNG_SEED).uniform(-1.0, 1.0, time.size)
-    true = example.motion(np.clip(shaken, 0.0, None))
+    true = GENTLE.motion(np.clip(shaken, 0.0, None))
     uneven = smooth(shaken, rounded(true[0], 1e-6), "position", quantum=1e-6)
     assert rms(uneven.acceleration - true[2]) < 1.25 * rms(even.acceleration - acceleration)
 

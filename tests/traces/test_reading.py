@@ -5,10 +5,11 @@ import subprocess
 import sys
 from pathlib import Path
 
-import make_example_trace as example
 import numpy as np
 import pandas as pd
 import pytest
+from make_example_trace import FILE
+from moves import BRISK, GENTLE
 from trace_files import has_note, same, write_trace
 
 from guideload.base.errors import TraceError
@@ -275,7 +276,7 @@ def test_position_and_velocity_of_one_axis_are_compared():
 def test_true_motion_is_read_as_it_is(quantum, rate):
     """No jump is seen in it, no row repeats a held value, and no row is put back."""
     time = np.arange(0.0, 7.06, 1.0 / rate)
-    place, speed, _ = example.motion(time)
+    place, speed, _ = GENTLE.motion(time)
     bang = np.cumsum(np.repeat([0.0, 1.0, 0.0, -1.0, 0.0], time.size // 5 + 1)[: time.size]) / rate
     for name, values in (("x_m", place), ("v_m_s", speed), ("v_m_s", bang)):
         rounded = np.round(values / quantum) * quantum
@@ -344,16 +345,16 @@ def test_michigan_01_runs_and_18_is_refused(shared_data: Path):
 
 def test_the_example_gives_the_true_acceleration():
     """The packaged trace, from counts of a real encoder, against the move it was made from."""
-    trace = read_trace(example.FILE)
-    assert trace.kind == "motor_speed" and example.FILE.stat().st_size < 200_000
+    trace = read_trace(FILE)
+    assert trace.kind == "motor_speed" and FILE.stat().st_size < 200_000
     motion = motion_from_trace(trace, Drive(gear_ratio=12.0, pinion_diameter="127.3 mm"))
-    true = example.motion(motion.time)[2]
-    error = motion.acceleration[:, 0] - true
-    assert np.sqrt(np.mean(error**2)) < 0.002  # of 2.2 m/s2; plain differences: 0.17
-    assert np.abs(error).max() < 0.04
-    assert motion.acceleration[:, 0].max() == pytest.approx(2.2, rel=0.002)
+    position, _, acceleration = BRISK.motion(motion.time)
+    error = motion.acceleration[:, 0] - acceleration
+    assert np.sqrt(np.mean(error**2)) < 0.01  # of 4 m/s2; plain differences: 0.17
+    assert np.abs(error).max() < 0.22  # in the corners of ramps of 8 ms
+    assert motion.acceleration[:, 0].max() == pytest.approx(4.0, rel=0.005)
     assert motion.position is not None
-    assert np.abs(motion.position[:, 0] - example.motion(motion.time)[0]).max() < 1e-4
+    assert np.abs(motion.position[:, 0] - position).max() < 2e-5
 
 
 def test_reading_is_imported_without_the_heavy_libraries():
