@@ -26,13 +26,13 @@ from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
+from peers.spline import smoothing_spline
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
 from traces import FAMILIES, Array, Case, draw, moves
 
 from guideload import Machine, Motion, simulate
 from guideload.smoothing.estimation import Estimate, estimate
-from guideload.smoothing.smoothing import smooth
 
 MEAN, WORST, COVER = 0.90, 1.15, (0.90, 0.98)  # asked in issue 5
 LONG, SECONDS = 1_000_000, 2.0
@@ -95,7 +95,7 @@ def score(case: Case) -> Score:
     found = estimate(case.time, case.value, "position", case.quantum)
     error = found.acceleration - case.acceleration
     cover = float(np.mean(np.abs(error) < 1.96 * np.sqrt(found.acceleration_variance)))
-    before = smooth(case.time, case.value, "position", "spline", quantum=case.quantum)
+    before = smoothing_spline(case.time, case.value, "position", case.quantum)
     spline = rms(before.acceleration - case.acceleration) / best
     return Score(case, best, how, rms(error) / best, cover, found.order, spline, *loads(case, found))
 

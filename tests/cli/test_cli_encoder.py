@@ -82,7 +82,7 @@ def test_the_report_gives_the_estimate_and_nothing_is_written(tmp_path: Path, tr
         assert part in text
 
 
-@pytest.mark.parametrize("smoothing", ["auto", "spline", "differences"])
+@pytest.mark.parametrize("smoothing", ["auto", "differences"])
 def test_the_figures_are_those_of_the_motion(smoothing: str) -> None:
     machine = Machine.from_toml(MACHINE)
     inspection = Inspection.of(read_trace(TRACE), machine, smoothing=smoothing)

@@ -134,8 +134,7 @@ def _selected(samples: ScaledSamples, kind: Kind) -> tuple[int, AdaptedModel]:
         steps = samples.step * samples.time_unit
         raise TraceError(
             f"smoothing: no order survives rounding on steps of time from {steps.min():.3g} to {steps.max():.3g} s; "
-            "cut the trace at its longest gaps, leave out samples that lie very close together, or take "
-            'smoothing="spline" (--smoothing spline)'
+            "cut the trace at its longest gaps or leave out samples that lie very close together"
         )
     if len(models) == 1:
         return order, models[0]

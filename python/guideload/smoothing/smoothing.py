@@ -1,8 +1,7 @@
-"""Smoothing of samples of position or velocity, by one of four methods.
+"""Smoothing of samples of position or velocity, by one of three methods.
 
 ``auto``            state-space smoother that adapts to jumps, with the variance of the acceleration (`estimation`); for
                     any time stamps
-``spline``          for comparison: penalised spline, its strength chosen by likelihood (`spline`)
 ``savitzky_golay``  for comparison: local cubics in a window; for uniform stamps
 ``differences``     for comparison: finite differences of the samples; the quantum appears as noise
 """
@@ -18,11 +17,10 @@ from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
 from guideload.smoothing.estimation import estimate
 from guideload.smoothing.kinematics import Kind, Kinematics, checked
-from guideload.smoothing.spline import smoothing_spline
 
 __all__ = ["Kind", "Kinematics", "Method", "quantum_of", "smooth"]
 
-Method = Literal["auto", "spline", "savitzky_golay", "differences"]
+Method = Literal["auto", "savitzky_golay", "differences"]
 
 UNIFORM = 0.01  # of the step: most deviation of stamps for filters that need uniform ones
 
@@ -52,8 +50,6 @@ def smooth(
         return _savitzky_golay(stamps, samples, kind, window)
     if method == "differences":
         return _differences(stamps, samples, kind)
-    if method == "spline":
-        return smoothing_spline(stamps, samples, kind, quantum)
     return estimate(stamps, samples, kind, quantum or quantum_of(samples))
 
 

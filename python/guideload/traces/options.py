@@ -36,8 +36,8 @@ class SmoothingOptions(TypedDict, total=False):
     """Keywords of `motion_from_trace` and `Inspection.of`, as above."""
 
     smoothing: Annotated[
-        Literal["auto", "spline", "savitzky_golay", "differences"],
-        "from samples to acceleration: auto, with a 95 % band; for comparison spline, savitzky_golay or differences",
+        Literal["auto", "savitzky_golay", "differences"],
+        "from samples to acceleration: auto, with a 95 % band; for comparison savitzky_golay or differences",
     ]
     window: Annotated[float | None, "window of savitzky_golay in seconds"]
 

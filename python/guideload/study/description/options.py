@@ -83,7 +83,7 @@ class TraceOptions(ConfigModel):
         'damage to leave out: "all", or some of "empty,doubled,clock,outliers,stuck"'
     )
     cross_check: StrictBool | None = optional("whether position is compared with velocity")
-    smoothing: StrictStr | None = optional("auto; for comparison spline, savitzky_golay or differences")
+    smoothing: StrictStr | None = optional("auto; for comparison savitzky_golay or differences")
     window: Annotated[float, PlainValidator(partial(number, unit="s", above=0.0))] | None = optional(
         "of savitzky_golay, in s"
     )

@@ -1,4 +1,4 @@
-"""Penalised spline: one strength of smoothing for the whole trace; for comparison.
+"""Smoothing spline: one strength for the whole trace, chosen by likelihood. A peer of the estimation.
 
 The snap of the axis (fourth derivative of its position) is white noise of unknown density, the samples have white
 noise of unknown variance. The posterior mean is the curve s that minimises, with q the ratio of the two,
