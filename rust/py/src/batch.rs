@@ -1,7 +1,7 @@
 //! Batches of samples of one scene.
 
+use guideload::LawParameter;
 use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Solver, Target, Width};
-use guideload::law::Parameter;
 use guideload::{BatchError, Free, Link, SampleError};
 use numpy::{
     IntoPyArray, PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
@@ -187,7 +187,7 @@ fn change(((name, index, place), constant, terms): Given) -> PyResult<Change> {
         ("point", Place::Index(axis)) => Target::Point { link: index, axis },
         ("damping", _) => Target::Damping(index),
         ("law", Place::Name(parameter)) => {
-            Target::Law { link: index, parameter: Parameter::from_name(&parameter).ok_or_else(unknown)? }
+            Target::Law { link: index, parameter: LawParameter::from_name(&parameter).ok_or_else(unknown)? }
         }
         ("center", Place::Index(axis)) => Target::Center { group: index, axis },
         ("acceleration", _) => Target::Acceleration,

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use guideload::loads::reaction;
+use guideload::reaction;
 use guideload::{
-    Body, Control, Exact, Excitation, Extremes, Output, Part, Peaks, Radau, Record, Rk45, RunError, Rung,
-    Scene, State, Summary, System, carriage_ends, eigenvalues, link_load, modes, run,
+    Body, Control, Exact, Excitation, Extremes, ModelLevel, Output, Part, Peaks, Radau, Record, Rk45,
+    RunError, Scene, State, Summary, System, carriage_ends, eigenvalues, link_load, modes, run,
 };
 use numpy::{Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
 use pyo3::exceptions::PyValueError;
@@ -16,7 +16,7 @@ use crate::law::PyLaw;
 use crate::solution::{Inputs, PySolution, groups_of};
 
 /// Interval lengths that an exact run remembers: device clocks tick in a handful of them.
-const KEPT: usize = 16;
+const CACHED_STEPS: usize = 16;
 
 #[pyclass(name = "Scene", module = "guideload._core", frozen)]
 pub struct PyScene(pub Arc<System>);
@@ -50,7 +50,7 @@ impl Named {
         record: &mut R,
     ) -> Result<Summary, CoreError> {
         Ok(match self {
-            Self::Exact => run(system, &Exact::<KEPT>, control, excitation, output, record),
+            Self::Exact => run(system, &Exact::<CACHED_STEPS>, control, excitation, output, record),
             Self::Rk45 => run(system, &Rk45, control, excitation, output, record),
             Self::Implicit => run(system, &Radau, control, excitation, output, record),
         }?)
@@ -84,11 +84,11 @@ impl PyScene {
 
     /// How much of a model the scene needs.
     #[getter]
-    fn rung(&self) -> &'static str {
-        match self.0.rung() {
-            Rung::Linear => "linear",
-            Rung::PiecewiseLinear => "piecewise linear",
-            Rung::SmoothNonlinear => "smooth nonlinear",
+    fn model_level(&self) -> &'static str {
+        match self.0.model_level() {
+            ModelLevel::Linear => "linear",
+            ModelLevel::PiecewiseLinear => "piecewise linear",
+            ModelLevel::SmoothNonlinear => "smooth nonlinear",
         }
     }
 

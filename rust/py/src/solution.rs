@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use guideload::loads::{Recovery, acceleration, fill, position, reaction, velocity};
-use guideload::system::joined;
+use guideload::input_from;
 use guideload::{Input, Part, State, Summary, System, Wrench, group_load, link_load};
+use guideload::{Recovery, acceleration, evaluate, position, reaction, velocity};
 use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
@@ -20,7 +20,7 @@ impl Inputs {
     fn at(&self, k: usize) -> Input {
         match self {
             Self::Samples { acceleration, wrench } => {
-                joined(acceleration[k], wrench.as_ref().map_or([0.0; 6], |wrench| wrench[k]))
+                input_from(acceleration[k], wrench.as_ref().map_or([0.0; 6], |wrench| wrench[k]))
             }
             Self::At(inputs) => inputs[k],
         }
@@ -118,7 +118,7 @@ impl PySolution {
     fn recover<const ROWS: usize>(&self, py: Python<'_>, quantities: &[Recovery<ROWS>]) -> Vec<f64> {
         py.detach(|| {
             let mut out = vec![0.0; self.states.len() * quantities.len() * ROWS];
-            fill(quantities, &self.states, |k| self.inputs.at(k), &mut out);
+            evaluate(quantities, &self.states, |k| self.inputs.at(k), &mut out);
             out
         })
     }

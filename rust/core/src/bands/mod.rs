@@ -4,13 +4,13 @@
 //! between, as the exact method has it. The machine's state z deviates with it, z' = A z + f a(t), from nothing at the first stamp: a run starts at
 //! rest. (d, z) is a Markov chain again. [`spread`] takes its covariance along, [`peaks`] draws of it.
 //!
-//! `course` (what happens when) → `covariance` → `spread`; `course` → `peaks`.
+//! `schedule` (what happens when) → `covariance` → `spread`; `schedule` → `peaks`.
 
-mod course;
 mod covariance;
+mod deviations;
 mod peaks;
-mod spread;
+mod schedule;
 
-pub use course::Deviation;
-pub use peaks::{Nominal, peaks};
-pub use spread::{Spread, spread};
+pub use deviations::{StandardDeviations, standard_deviations};
+pub use peaks::{NominalLoads, draw_peaks};
+pub use schedule::Deviation;

@@ -1,16 +1,15 @@
 //! Peaks of the loads, drawn from all that fit the samples.
 
-use super::course::{Course, Deviation, Move, Response};
-use crate::float::{add_scaled, fma, sqrt};
-use crate::loads::Wrench;
-use crate::normal::{LANES, Lanes};
-use crate::simd::{Kernel, widest_of_all};
-use crate::smoother::Drawn;
-use crate::system::{Rung, System};
+use super::schedule::{Deviation, Move, Response, Schedule};
+use crate::numeric::float::{add_scaled, fma, sqrt};
+use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch_wide};
+use crate::output::Wrench;
+use crate::smoother::DeviationDraws;
+use crate::system::{ModelLevel, System};
 
 /// The loads that deviations are from.
 #[derive(Debug, Clone, Copy)]
-pub struct Nominal<'a> {
+pub struct NominalLoads<'a> {
     /// m ascending times, s.
     pub instants: &'a [f64],
     /// m x groups x 6: force (N) and moment (N m).
@@ -24,19 +23,19 @@ pub struct Nominal<'a> {
 ///
 /// # Panics
 /// If lengths do not agree.
-pub fn peaks(
+pub fn draw_peaks(
     system: &System,
     deviation: Deviation,
-    nominal: Nominal,
+    nominal: NominalLoads,
     groups: &[Wrench],
     seed: u64,
     threads: usize,
     out: &mut [f64],
 ) -> Option<()> {
-    if system.rung() != Rung::Linear {
+    if system.model_level() != ModelLevel::Linear {
         return None;
     }
-    let Nominal { instants, loads, wanted } = nominal;
+    let NominalLoads { instants, loads, wanted } = nominal;
     let draws = out.len() / groups.len().max(1);
     assert_eq!(out.len(), draws * groups.len(), "room for every draw of every group");
     assert_eq!(loads.len(), 6 * groups.len() * instants.len(), "loads at every instant");
@@ -54,19 +53,19 @@ pub fn peaks(
         loads,
         wanted,
     };
-    let mut blocks: Vec<Block> =
-        (0..draws).step_by(LANES).map(|first| Block::new(seed, first, groups.len())).collect();
-    let follow = |blocks: &mut [Block]| {
-        let mut course = Course::new(system, deviation, &instants[..last]);
-        let mut moves = Vec::with_capacity(STRETCH);
+    let mut blocks: Vec<DrawBlock> =
+        (0..draws).step_by(LANES).map(|first| DrawBlock::new(seed, first, groups.len())).collect();
+    let follow = |blocks: &mut [DrawBlock]| {
+        let mut schedule = Schedule::new(system, deviation, &instants[..last]);
+        let mut moves = Vec::with_capacity(MOVES_AT_A_TIME);
         loop {
             moves.clear();
-            moves.extend(course.by_ref().take(STRETCH));
+            moves.extend(schedule.by_ref().take(MOVES_AT_A_TIME));
             if moves.is_empty() {
                 return;
             }
             for block in &mut *blocks {
-                widest_of_all(Following { block, moves: &moves, plan: &plan });
+                dispatch_wide(FollowKernel { block, moves: &moves, plan: &plan });
             }
         }
     };
@@ -89,7 +88,7 @@ pub fn peaks(
 }
 
 /// Moves that all draws follow before the next ones are made.
-const STRETCH: usize = 48;
+const MOVES_AT_A_TIME: usize = 48;
 
 struct Plan<'a> {
     /// Number of modes.
@@ -103,8 +102,8 @@ struct Plan<'a> {
 }
 
 /// Some draws side by side.
-struct Block {
-    drawn: Drawn,
+struct DrawBlock {
+    drawn: DeviationDraws,
     /// Acceleration at the start and at the end of the interval, m/s².
     before: Lanes,
     after: Lanes,
@@ -113,10 +112,10 @@ struct Block {
     largest: Vec<Lanes>,
 }
 
-impl Block {
+impl DrawBlock {
     fn new(seed: u64, first: usize, groups: usize) -> Self {
         Self {
-            drawn: Drawn::new(seed, first),
+            drawn: DeviationDraws::new(seed, first),
             before: [0.0; LANES],
             after: [0.0; LANES],
             state: [[0.0; LANES]; 12],
@@ -177,13 +176,13 @@ impl Block {
 }
 
 /// Takes some draws along moves.
-struct Following<'a> {
-    block: &'a mut Block,
+struct FollowKernel<'a> {
+    block: &'a mut DrawBlock,
     moves: &'a [Move],
     plan: &'a Plan<'a>,
 }
 
-impl Kernel for Following<'_> {
+impl Kernel for FollowKernel<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::law::Parameter;
+use crate::model::LawParameter;
 
 /// A number that a sample sets. SI; axes and directions are x y z = 0 1 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -29,7 +29,7 @@ pub enum Target {
         /// Which link.
         link: usize,
         /// Which number.
-        parameter: Parameter,
+        parameter: LawParameter,
     },
     /// Centre of a group, about which its moments are, along an axis, from L.
     Center {

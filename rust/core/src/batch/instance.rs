@@ -5,11 +5,11 @@ use core::ops::Range;
 use nalgebra::{Matrix3, Vector3};
 
 use super::change::{Change, Target};
-use crate::body::Body;
-use crate::dof::Free;
-use crate::error::{BatchError, SampleError};
-use crate::link::Link;
-use crate::scene::Scene;
+use super::error::{BatchError, SampleError};
+use crate::model::Body;
+use crate::model::Free;
+use crate::model::Link;
+use crate::model::Scene;
 
 /// The scene that samples change.
 #[derive(Debug, Clone, Copy)]

@@ -1,32 +1,37 @@
-//! Many samples of one scene under one motion, for Monte Carlo: values in, measures out, on any number of threads.
+//! BoundedVec samples of one scene under one motion, for Monte Carlo: values in, measures out, on any number of threads.
 //!
 //! The files follow the data: `change` (what varies) → `instance` (a scene with the values of a sample in place) → `single` (one run) →
 //! `rows`, `reduce` (its loads, a block of instants at a time) → `measure` (what is asked of them). What a sample gives depends on its own
 //! values alone, to the last bit.
 
 mod change;
+mod error;
 mod instance;
 mod lanes;
+mod load_rows;
 mod measure;
-mod power;
 mod reduce;
-mod rows;
+mod requirements;
 mod single;
+mod statistics;
 
 pub use change::{Change, Target};
+pub use error::{BatchError, SampleError};
 pub use instance::{Base, Group, Instance, Plan};
 pub use lanes::Width;
 pub use measure::{Measure, Quantity, Statistic, time_weights, travel_weights};
 
 use std::sync::Mutex;
 
-use crate::dof::Dof;
-use crate::error::{BatchError, SampleError};
+use crate::model::Dof;
+
 use crate::excitation::Excitation;
 use crate::integrate::Control;
 use lanes::{LaneMemory, Lanes};
-use reduce::{Memory, Needs, Tally};
-use single::Runs;
+use reduce::Memory;
+use requirements::Requirements;
+use single::RunSettings;
+use statistics::RunningStatistics;
 
 /// The method that samples are run with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,10 +81,10 @@ pub struct Batch<'a> {
     plan: Plan,
     start: Instance,
     measures: Vec<Measure>,
-    needs: Needs,
+    requirements: Requirements,
     lanes: Lanes<'a>,
     peak: [f64; 9],
-    usual: f64,
+    typical_interval: f64,
     solver: Solver,
     rtol: f64,
 }
@@ -125,15 +130,16 @@ impl<'a> Batch<'a> {
         let mut intervals: Vec<f64> = (1..excitation.count()).map(|k| excitation.interval(k - 1)).collect();
         intervals.retain(|length| *length > 0.0);
         intervals.sort_unstable_by(f64::total_cmp);
-        let needs = Needs::new(measures, drive_is_held, excitation, motion.speed, motion.exponent);
+        let requirements =
+            Requirements::new(measures, drive_is_held, excitation, motion.speed, motion.exponent);
         Ok(Self {
-            lanes: Lanes::new(&base, excitation, &needs, Width::Widest),
+            lanes: Lanes::new(&base, excitation, &requirements, Width::Widest),
             plan: Plan::new(&base, changes)?,
             start: Instance::new(&base)?,
             measures: measures.to_vec(),
-            needs,
+            requirements,
             peak: excitation.peak(),
-            usual: intervals.get(intervals.len() / 2).copied().unwrap_or(0.0),
+            typical_interval: intervals.get(intervals.len() / 2).copied().unwrap_or(0.0),
             base,
             motion,
             solver,
@@ -143,7 +149,7 @@ impl<'a> Batch<'a> {
 
     /// The same batch with linear scenes in vectors of another width: another speed, but the same bits.
     pub fn with_width(mut self, width: Width) -> Self {
-        self.lanes = Lanes::new(&self.base, &self.motion.excitation, &self.needs, width);
+        self.lanes = Lanes::new(&self.base, &self.motion.excitation, &self.requirements, width);
         self
     }
 
@@ -157,7 +163,7 @@ impl<'a> Batch<'a> {
         &self.measures
     }
 
-    /// Runs `count` samples with `values` (count, columns), row by row, on so many `threads`, and puts their measures into `out`
+    /// RunSettings `count` samples with `values` (count, columns), row by row, on so many `threads`, and puts their measures into `out`
     /// (count, measures). A sample that has no result has a row of NaN and is returned with its reason, in order.
     ///
     /// # Errors
@@ -203,7 +209,7 @@ impl<'a> Batch<'a> {
         Ok(failures)
     }
 
-    /// Runs `count` samples and puts the loads of all groups into `out` (count, time, groups, 6): force in N and moment in N m about the
+    /// RunSettings `count` samples and puts the loads of all groups into `out` (count, time, groups, 6): force in N and moment in N m about the
     /// group's centre. Rows and failures as in [`Batch::run`].
     ///
     /// # Errors
@@ -249,11 +255,11 @@ impl<'a> Batch<'a> {
         Ok(columns)
     }
 
-    fn runs(&self) -> Runs<'_> {
-        Runs {
+    fn runs(&self) -> RunSettings<'_> {
+        RunSettings {
             excitation: &self.motion.excitation,
             peak: self.peak,
-            usual: self.usual,
+            typical_interval: self.typical_interval,
             solver: self.solver,
             rtol: self.rtol,
         }
@@ -266,7 +272,7 @@ struct Worker {
     samples: Vec<Instance>,
     memory: Memory,
     lanes: LaneMemory,
-    tallies: Vec<Tally>,
+    statistics: Vec<RunningStatistics>,
     failures: Vec<(usize, SampleError)>,
 }
 
@@ -276,12 +282,12 @@ impl Worker {
             samples: vec![batch.start.clone(); batch.lanes.count()],
             memory: Memory::new(),
             lanes: LaneMemory::default(),
-            tallies: Vec::new(),
+            statistics: Vec::new(),
             failures: Vec::new(),
         }
     }
 
-    /// Runs a group of samples, the first of which is `first`.
+    /// RunSettings a group of samples, the first of which is `first`.
     fn run(
         &mut self,
         batch: &Batch,
@@ -306,7 +312,7 @@ impl Worker {
         }
     }
 
-    /// Runs as many samples as there are lanes, or fewer.
+    /// RunSettings as many samples as there are lanes, or fewer.
     fn run_together(
         &mut self,
         batch: &Batch,
@@ -329,18 +335,18 @@ impl Worker {
             }
         }
         // Linear scenes side by side; what they leave runs one by one.
-        let lost = vec![false; batch.needs.contacts.len()];
+        let lost = vec![false; batch.requirements.contacts.len()];
         if let Solver::Auto | Solver::Exact = batch.solver {
             let (linear, mut rest): (Vec<usize>, Vec<usize>) =
                 sound.into_iter().partition(|&index| self.samples[index].is_linear());
             if !linear.is_empty() {
                 let scenes: Vec<&Instance> = linear.iter().map(|&index| &self.samples[index]).collect();
-                batch.lanes.run(&batch.needs, &scenes, &mut self.lanes);
+                batch.lanes.run(&batch.requirements, &scenes, &mut self.lanes);
             }
             for (lane, &index) in linear.iter().enumerate() {
-                if batch.lanes.tallies(&batch.needs, &self.lanes, lane, &mut self.tallies) {
+                if batch.lanes.statistics(&batch.requirements, &self.lanes, lane, &mut self.statistics) {
                     let out = &mut rows[index * width..(index + 1) * width];
-                    batch.needs.put(&batch.motion.excitation, &self.tallies, &lost, out);
+                    batch.requirements.put(&batch.motion.excitation, &self.statistics, &lost, out);
                 } else {
                     rest.push(index);
                 }
@@ -352,7 +358,7 @@ impl Worker {
             let sample = &self.samples[index];
             let done = single::measure(
                 &batch.runs(),
-                &batch.needs,
+                &batch.requirements,
                 batch.base.groups,
                 sample,
                 &mut self.memory,

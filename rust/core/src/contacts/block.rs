@@ -1,11 +1,8 @@
 //! Links side by side: where they are, how they move, and how far it is to the edges that they may not pass.
 
-use crate::float::{add_scaled, fma, sqrt};
+use crate::numeric::float::{add_scaled, fma, sqrt};
+use crate::numeric::simd::{LANES, Lanes};
 use crate::system::State;
-
-/// Links looked at side by side: two AVX2 registers.
-pub(super) const LANES: usize = 8;
-type Lanes = [f64; LANES];
 
 /// In place of an edge that is infinitely far, and of a rate of zero: no product or ratio of them is no number.
 const FAR: f64 = 1e100;
@@ -13,27 +10,27 @@ const NEAR: f64 = 1e-100;
 
 /// Eight links: how they move, where they are and which edges they may not pass.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Block {
+pub(super) struct LinkBlock {
     pub deflection: [Lanes; 6],
     pub rate: [Lanes; 6],
     /// Size of the deflection row: what a state of size one moves the link by.
     pub reach: Lanes,
-    pub slack: Lanes,
+    pub tolerance: Lanes,
     /// Edges of the present segments, less the deflection at rest.
     pub low: Lanes,
     pub high: Lanes,
 }
 
-pub(super) const EMPTY: Block = Block {
+pub(super) const NO_LINKS: LinkBlock = LinkBlock {
     deflection: [[0.0; LANES]; 6],
     rate: [[0.0; LANES]; 6],
     reach: [0.0; LANES],
-    slack: [0.0; LANES],
+    tolerance: [0.0; LANES],
     low: [f64::NEG_INFINITY; LANES],
     high: [f64::INFINITY; LANES],
 };
 
-impl Block {
+impl LinkBlock {
     /// Deflections from rest.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn deflections(&self, state: &State) -> Lanes {
@@ -54,17 +51,17 @@ impl Block {
         moving
     }
 
-    /// Time in which no link can pass an edge from `state` on, if no second derivative of a state is above `bending`; below zero if one
+    /// Time in which no link can pass an edge from `state` on, if no second derivative of a state is above `curvature`; below zero if one
     /// is beyond.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn clear_for(&self, state: &State, bending: f64) -> f64 {
+    pub(super) fn clear_for(&self, state: &State, curvature: f64) -> f64 {
         let (at, moving) = (self.deflections(state), self.rates(state));
         let mut times = [0.0; LANES];
         for i in 0..LANES {
             // |v| t + b t² / 2 = d on either side.
-            let b = 2.0 * bending * self.reach[i];
-            let up = smaller(self.high[i] - at[i] + self.slack[i], FAR);
-            let down = smaller(at[i] - self.low[i] + self.slack[i], FAR);
+            let b = 2.0 * curvature * self.reach[i];
+            let up = smaller(self.high[i] - at[i] + self.tolerance[i], FAR);
+            let down = smaller(at[i] - self.low[i] + self.tolerance[i], FAR);
             let (rising, falling) = (larger(moving[i], NEAR), larger(-moving[i], NEAR));
             let to_high = 2.0 * up / (rising + sqrt(fma(rising, rising, b * larger(up, 0.0))));
             let to_low = 2.0 * down / (falling + sqrt(fma(falling, falling, b * larger(down, 0.0))));
@@ -85,7 +82,7 @@ impl Block {
         let mut worst = [0.0; LANES];
         for i in 0..LANES {
             let (up, down) = (larger(at[i], end[i]) - self.high[i], self.low[i] - smaller(at[i], end[i]));
-            worst[i] = fma(margin, self.reach[i], larger(up, down)) - self.slack[i];
+            worst[i] = fma(margin, self.reach[i], larger(up, down)) - self.tolerance[i];
         }
         let mut clear = true;
         for worst in worst {
@@ -105,7 +102,7 @@ impl Block {
             let (after, before) = (fma(third, moving[i], at[i]), fma(-third, end_moving[i], end_at[i]));
             let top = larger(larger(after, before), larger(at[i], end_at[i])) - self.high[i];
             let bottom = self.low[i] - smaller(smaller(after, before), smaller(at[i], end_at[i]));
-            worst = larger(fma(margin, self.reach[i], larger(top, bottom)) - self.slack[i], worst);
+            worst = larger(fma(margin, self.reach[i], larger(top, bottom)) - self.tolerance[i], worst);
         }
         worst <= 0.0
     }

@@ -1,10 +1,10 @@
 //! When a deflection leaves the edges of its segment, on its power series.
 
-use crate::float::fma;
-use crate::propagator::TERMS;
+use crate::equations::TERMS;
+use crate::numeric::float::fma;
 
 /// A deflection over a step: its power series in the fraction of the step.
-pub(super) struct Path {
+pub(super) struct DeflectionPath {
     terms: [f64; TERMS + 1],
     /// Largest fourth derivative, or more.
     fourth: f64,
@@ -14,12 +14,12 @@ pub(super) struct Path {
 const HALVINGS: usize = 30;
 
 /// Parts of a step after which none is halved any more: a path that turns at an edge needs some sixty, one along it would need all.
-const MOST_LOOKS: usize = 1000;
+const MAX_LOOKS: usize = 1000;
 
 /// Steps of a root search that gains a digit or more each.
 const ROOT_STEPS: usize = 60;
 
-impl Path {
+impl DeflectionPath {
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn new(terms: [f64; TERMS + 1]) -> Self {
         let mut fourth = 0.0;
@@ -57,16 +57,16 @@ impl Path {
             let (b, end) = ends[ahead - 1];
             looks += 1;
             match self.look(a, start, b, end, low, high) {
-                Look::Inside => {}
-                Look::Exit(theta, up) => return Some((theta, up)),
-                Look::Closer if ahead <= HALVINGS && looks < MOST_LOOKS => {
+                Verdict::Inside => {}
+                Verdict::Exit(theta, up) => return Some((theta, up)),
+                Verdict::Closer if ahead <= HALVINGS && looks < MAX_LOOKS => {
                     let middle = 0.5 * (a + b);
                     ends[ahead] = (middle, self.at(middle));
                     ahead += 1;
                     continue;
                 }
-                Look::Closer if end[0] < low || end[0] > high => return Some((b, end[0] > high)),
-                Look::Closer => {}
+                Verdict::Closer if end[0] < low || end[0] > high => return Some((b, end[0] > high)),
+                Verdict::Closer => {}
             }
             (a, start) = (b, end);
             ahead -= 1;
@@ -76,7 +76,7 @@ impl Path {
 
     /// What the values and slopes at both ends of a part tell of it.
     #[cfg_attr(feature = "std", inline(always))]
-    fn look(&self, a: f64, start: [f64; 2], b: f64, end: [f64; 2], low: f64, high: f64) -> Look {
+    fn look(&self, a: f64, start: [f64; 2], b: f64, end: [f64; 2], low: f64, high: f64) -> Verdict {
         let h = b - a;
         // Control points of the cubic, and what it can be wrong by; the same of its slope.
         let margin = self.fourth * h * h * h * h / 384.0;
@@ -84,7 +84,7 @@ impl Path {
         let (top, bottom) =
             (f64::max(f64::max(after, before), end[0]), f64::min(f64::min(after, before), end[0]));
         if bottom - margin >= low && top + margin <= high {
-            return Look::Inside;
+            return Verdict::Inside;
         }
         let up = end[0] > high;
         if up || end[0] < low {
@@ -92,10 +92,10 @@ impl Path {
                 (3.0 * (end[0] - start[0]) / h - start[1] - end[1], self.fourth * h * h * h / 100.0);
             let sign = if up { 1.0 } else { -1.0 };
             if f64::min(f64::min(sign * start[1], sign * end[1]), sign * bow) > margin {
-                return Look::Exit(self.root(a, b, if up { high } else { low }, up), up);
+                return Verdict::Exit(self.root(a, b, if up { high } else { low }, up), up);
             }
         }
-        Look::Closer
+        Verdict::Closer
     }
 
     /// Where a path that rises (`up`) or falls all along passes `edge`, from the far side: Newton, held within a bracket.
@@ -120,7 +120,7 @@ impl Path {
 }
 
 /// What is known of a part of a path.
-enum Look {
+enum Verdict {
     /// It does not leave.
     Inside,
     /// It leaves there, and whether upwards.

@@ -2,8 +2,8 @@
 
 use crate::error::RunError;
 use crate::excitation::Excitation;
-use crate::float::{ceil, pow, sqrt};
-use crate::modes::eigenvalues;
+use crate::numeric::float::{ceil, pow, sqrt};
+use crate::system::eigenvalues;
 use crate::system::{Input, State, System};
 
 /// How the steps of a run are chosen. No step passes a sample at which the excitation bends, whatever is asked here.
@@ -107,12 +107,12 @@ const STEPS_WITHIN_MARGIN: f64 = 50.0;
 
 /// How much more the error of a step counts that samples lie within: dense output is less accurate than the end, and a step as long as
 /// its tolerance allows has not the margin of one that a sample has cut short.
-const BETWEEN: f64 = 10.0;
+const DENSE_OUTPUT_PENALTY: f64 = 10.0;
 
 /// Growth of the step beyond which an estimate is not believed, and caution on the rest (Hairer, Nørsett & Wanner, II.4).
-const GROWTH: f64 = 5.0;
-const SHRINKAGE: f64 = 0.2;
-const CAUTION: f64 = 0.9;
+const MAX_GROWTH: f64 = 5.0;
+const MIN_GROWTH: f64 = 0.2;
+const SAFETY: f64 = 0.9;
 
 /// Step-size controller of one run.
 #[derive(Debug, Clone, Copy)]
@@ -122,8 +122,8 @@ pub(crate) struct Controller {
     memory: f64,
     exponent: f64,
     /// The step that the next one is judged by, s, and its error as a multiple of the tolerance.
-    trusted: f64,
-    ratio: f64,
+    reference_step: f64,
+    error_ratio: f64,
 }
 
 impl Controller {
@@ -137,18 +137,18 @@ impl Controller {
             rtol,
             memory: f64::min(excitation.duration(), 1.0 / slowest),
             exponent: -1.0 / f64::from(order + 1),
-            trusted: f64::INFINITY,
-            ratio: 0.0,
+            reference_step: f64::INFINITY,
+            error_ratio: 0.0,
         }
     }
 
     /// Number of equal steps for the remaining time `rest` of an interval.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn split(&mut self, rest: f64) -> f64 {
-        if rest <= self.trusted && self.ratio <= CAUTION_RATIO {
+        if rest <= self.reference_step && self.error_ratio <= SAME_STEP_RATIO {
             return 1.0;
         }
-        let allowed = self.allowed(self.trusted, self.ratio);
+        let allowed = self.allowed(self.reference_step, self.error_ratio);
         // Up to a few ulp more is the same step, not one step and a crumb.
         if rest <= allowed { 1.0 } else { ceil(rest / allowed * (1.0 - 1e-12)) }
     }
@@ -157,37 +157,37 @@ impl Controller {
     /// lie within, which dense output gives.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn accept(&mut self, h: f64, error: f64, between: bool) -> bool {
-        let error = if between { BETWEEN * error } else { error };
+        let error = if between { DENSE_OUTPUT_PENALTY * error } else { error };
         let share = f64::min(1.0, STEPS_WITHIN_MARGIN * h / self.memory);
-        let mut ratio = error / (self.rtol * share);
+        let mut error_ratio = error / (self.rtol * share);
         if error == 0.0 {
-            ratio = 0.0; // however small the share
-        } else if ratio.is_nan() {
-            ratio = f64::INFINITY; // no number, no trust
+            error_ratio = 0.0; // however small the share
+        } else if error_ratio.is_nan() {
+            error_ratio = f64::INFINITY; // no number, no trust
         }
         // A step cut short by a knot says little about how long the next may be; if it is very short, nothing.
-        let short = GROWTH * h <= self.trusted && self.ratio <= CAUTION_RATIO;
-        if h >= self.trusted
-            || ratio > CAUTION_RATIO
-            || !short && self.allowed(h, ratio) > self.allowed(self.trusted, self.ratio)
+        let short = MAX_GROWTH * h <= self.reference_step && self.error_ratio <= SAME_STEP_RATIO;
+        if h >= self.reference_step
+            || error_ratio > SAME_STEP_RATIO
+            || !short && self.allowed(h, error_ratio) > self.allowed(self.reference_step, self.error_ratio)
         {
-            (self.trusted, self.ratio) = (h, ratio);
+            (self.reference_step, self.error_ratio) = (h, error_ratio);
         }
-        ratio <= 1.0
+        error_ratio <= 1.0
     }
 
-    /// The step that the error `ratio` of one of length `h` allows.
+    /// The step that the error `error_ratio` of one of length `h` allows.
     #[cfg_attr(feature = "std", inline(always))]
-    fn allowed(&self, h: f64, ratio: f64) -> f64 {
-        let factor = CAUTION * pow(f64::max(ratio, 1e-30), self.exponent);
-        h * factor.clamp(SHRINKAGE, GROWTH)
+    fn allowed(&self, h: f64, error_ratio: f64) -> f64 {
+        let factor = SAFETY * pow(f64::max(error_ratio, 1e-30), self.exponent);
+        h * factor.clamp(MIN_GROWTH, MAX_GROWTH)
     }
 
     /// Error of the step that the next one is judged by, after a rejection the rejected one, as a multiple of the tolerance.
-    pub(crate) fn ratio(&self) -> f64 {
-        self.ratio
+    pub(crate) fn error_ratio(&self) -> f64 {
+        self.error_ratio
     }
 }
 
-/// Error ratio up to which a step of the same length will do: below `CAUTION^5` and `CAUTION^6`.
-const CAUTION_RATIO: f64 = 0.5;
+/// Error error_ratio up to which a step of the same length will do: below `SAFETY^5` and `SAFETY^6`.
+const SAME_STEP_RATIO: f64 = 0.5;

@@ -2,8 +2,7 @@
 
 use pulp::Simd;
 
-use super::jacobi::Square;
-use super::modal::MOST;
+use super::matrix::{MAX_MODES, Square};
 use super::vector::Real;
 
 /// Turns a symmetric matrix into its factor L with `L Lᵀ`; the smallest pivot as a part of its diagonal entry, at most 1.
@@ -69,7 +68,7 @@ pub(super) fn projected<S: Simd>(
     n: usize,
 ) -> Square<Real<S>> {
     let zero = matrix[0][0].constant(0.0);
-    let (mut half, mut out) = ([[zero; MOST]; MOST], [[zero; MOST]; MOST]);
+    let (mut half, mut out) = ([[zero; MAX_MODES]; MAX_MODES], [[zero; MAX_MODES]; MAX_MODES]);
     for i in 0..n {
         for mode in 0..n {
             for k in 0..n {

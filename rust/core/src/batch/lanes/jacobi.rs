@@ -4,11 +4,8 @@
 
 use pulp::Simd;
 
-use super::modal::MOST;
+use super::matrix::{MAX_MODES, Square};
 use super::vector::{Complex, Mask, Real};
-
-/// A square matrix, of which the first rows and columns count.
-pub(super) type Square<T> = [[T; MOST]; MOST];
 
 /// Sweeps over all pairs. Quadratic convergence settles an ordinary scene in five or six; what is not settled after these is not sound.
 const SWEEPS: usize = 12;
@@ -19,10 +16,10 @@ const NOTHING: f64 = f64::EPSILON;
 /// Turns a symmetric positive definite matrix diagonal: leaves the eigenvalues on it and returns the eigenvectors in columns.
 #[inline(always)]
 pub(super) fn symmetric<S: Simd>(simd: S, matrix: &mut Square<Real<S>>, n: usize) -> Square<Real<S>> {
-    let n = usize::min(n, MOST);
+    let n = usize::min(n, MAX_MODES);
     let (zero, one) = (Real::splat(simd, 0.0), Real::splat(simd, 1.0));
     let limit = Real::splat(simd, NOTHING * NOTHING);
-    let mut vectors = [[zero; MOST]; MOST];
+    let mut vectors = [[zero; MAX_MODES]; MAX_MODES];
     for (i, row) in vectors.iter_mut().enumerate() {
         row[i] = one;
     }
@@ -65,12 +62,12 @@ pub(super) fn symmetric<S: Simd>(simd: S, matrix: &mut Square<Real<S>>, n: usize
     vectors
 }
 
-/// Damped modes: the upper half of `M = [[A, B], [B̄, Ā]]`, A complex symmetric and B Hermitian, turned diagonal by complex rotations
+/// DampedModes modes: the upper half of `M = [[A, B], [B̄, Ā]]`, A complex symmetric and B Hermitian, turned diagonal by complex rotations
 /// `RᵀMR` that keep its form, and the columns of the upper half of modes that the rotations make.
 ///
 /// The form is that of `iΩ - Ĉ/2` beside `Ĉ/2`: a mode and its conjugate. (Jacobi's method for complex symmetric matrices, Seaton 1969;
 /// rotations are orthogonal without conjugation, so `Tᵀ T = I`.)
-pub(super) struct Damped<S: Simd> {
+pub(super) struct DampedModes<S: Simd> {
     n: usize,
     /// Rows of A and B: `[A B]`.
     pub(super) a: Square<Complex<S>>,
@@ -82,17 +79,24 @@ pub(super) struct Damped<S: Simd> {
     pub(super) creeps: Mask<S>,
 }
 
-impl<S: Simd> Damped<S> {
+impl<S: Simd> DampedModes<S> {
     /// A and B as they are, and no rotation yet.
     #[inline(always)]
     pub(super) fn new(simd: S, a: Square<Complex<S>>, b: Square<Complex<S>>, n: usize) -> Self {
         let (zero, one) = (Real::splat(simd, 0.0), Real::splat(simd, 1.0));
         let none = Complex::new(zero, zero);
-        let mut upper = [[none; MOST]; MOST];
+        let mut upper = [[none; MAX_MODES]; MAX_MODES];
         for (i, row) in upper.iter_mut().enumerate() {
             row[i] = Complex::new(one, zero);
         }
-        Self { n: usize::min(n, MOST), a, b, upper, lower: [[none; MOST]; MOST], creeps: one.less_than(zero) }
+        Self {
+            n: usize::min(n, MAX_MODES),
+            a,
+            b,
+            upper,
+            lower: [[none; MAX_MODES]; MAX_MODES],
+            creeps: one.less_than(zero),
+        }
     }
 
     /// Turns M diagonal; the eigenvalues are on the diagonal of A then.
@@ -221,7 +225,7 @@ fn rotation<S: Simd>(
 
 /// Columns j and k of a row, turned.
 #[inline(always)]
-fn turn<S: Simd>(rotation: [Complex<S>; 2], row: &mut [Complex<S>; MOST], [j, k]: [usize; 2]) {
+fn turn<S: Simd>(rotation: [Complex<S>; 2], row: &mut [Complex<S>; MAX_MODES], [j, k]: [usize; 2]) {
     (row[j], row[k]) = turned(rotation, row[j], row[k]);
 }
 

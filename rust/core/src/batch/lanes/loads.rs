@@ -1,26 +1,27 @@
-//! Loads of many scenes side by side at the samples of a block.
+//! LaneLoads of many scenes side by side at the samples of a block.
 
 use pulp::{Simd, WithSimd};
 
-use super::modal::{MOST, Modal, TILE};
-use super::room::Room;
+use super::aligned_buffer::AlignedBuffer;
+use super::matrix::MAX_MODES;
+use super::modal::{ModalScenes, TILE};
 use super::timeline::{BLOCK, Timeline};
 use super::vector::Real;
 
 /// Samples of which the values of a tile of rows are worked out at a time: sixteen sums in the registers, which share each number loaded.
 const SAMPLES: usize = 4;
 
-/// Smallest and largest value of all rows: if the values at the samples are kept, over a block; else over all blocks so far.
-pub(super) struct Loads<'a, const KEPT: bool> {
-    pub modal: &'a Modal,
+/// Smallest and largest value of all rows: if the values at the samples are stores_values, over a block; else over all blocks so far.
+pub(super) struct LaneLoads<'a, const STORES_VALUES: bool> {
+    pub modal: &'a ModalScenes,
     pub line: &'a Timeline,
     pub block: usize,
-    pub states: &'a Room,
-    pub values: &'a mut Room,
-    pub extremes: &'a mut Room,
+    pub states: &'a AlignedBuffer,
+    pub values: &'a mut AlignedBuffer,
+    pub extremes: &'a mut AlignedBuffer,
 }
 
-impl<const KEPT: bool> WithSimd for Loads<'_, KEPT> {
+impl<const STORES_VALUES: bool> WithSimd for LaneLoads<'_, STORES_VALUES> {
     type Output = ();
 
     #[inline(always)]
@@ -33,15 +34,18 @@ impl<const KEPT: bool> WithSimd for Loads<'_, KEPT> {
         let tiles = modal.tiles.vectors::<S>().as_chunks::<TILE>().0.chunks_exact(width);
         let extremes = extremes.vectors_mut::<S>().as_chunks_mut::<2>().0.as_chunks_mut::<TILE>().0;
         let values = values.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<TILE>().0;
-        let mut sizes = [simd.splat_f64s(0.0); 2 * MOST];
-        if !KEPT {
+        let mut sizes = [simd.splat_f64s(0.0); 2 * MAX_MODES];
+        if !STORES_VALUES {
             for (size, states) in sizes.iter_mut().zip(states) {
                 *size = largest(simd, states).lanes;
             }
         }
         for (index, (tile, extremes)) in tiles.zip(extremes).enumerate() {
             let (head, tile) = tile.split_at(1 + components);
-            if !KEPT && block > 0 && !may_be_new(simd, head, line.range(block), tile, &sizes, extremes) {
+            if !STORES_VALUES
+                && block > 0
+                && !may_be_new(simd, head, line.range(block), tile, &sizes, extremes)
+            {
                 continue;
             }
             for part in 0..BLOCK / SAMPLES {
@@ -68,12 +72,12 @@ impl<const KEPT: bool> WithSimd for Loads<'_, KEPT> {
                 for row in 0..TILE {
                     let [a, b, c, d] = sums[row];
                     let (mut low, mut high) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
-                    if part > 0 || (!KEPT && block > 0) {
+                    if part > 0 || (!STORES_VALUES && block > 0) {
                         low = low.min(Real::new(simd, extremes[row][0]));
                         high = high.max(Real::new(simd, extremes[row][1]));
                     }
                     extremes[row] = [low.lanes, high.lanes];
-                    if KEPT {
+                    if STORES_VALUES {
                         values[index][row].as_chunks_mut::<SAMPLES>().0[part] =
                             sums[row].map(|sum| sum.lanes);
                     }
@@ -101,7 +105,7 @@ fn may_be_new<S: Simd>(
     head: &[[S::f64s; TILE]],
     range: &[[f64; 2]],
     tile: &[[S::f64s; TILE]],
-    sizes: &[S::f64s; 2 * MOST],
+    sizes: &[S::f64s; 2 * MAX_MODES],
     extremes: &[[S::f64s; 2]; TILE],
 ) -> bool {
     // Rounding of a sum of some twenty terms is far less than this part of their sizes.

@@ -1,4 +1,4 @@
-//! Many scenes side by side in damped modes: statics, modes, rows of loads.
+//! BoundedVec scenes side by side in damped modes: statics, modes, rows of loads.
 //!
 //! With `y = (p, -p̄)`, `p = (iω η + η') / √2`, the equations of motion are `y' = M y + (f, -f) / √2` with the complex symmetric
 //! `M = [[iΩ - Ĉ/2, Ĉ/2], [Ĉ/2, -iΩ - Ĉ/2]]`. A complex orthogonal T turns it diagonal, and each mode `z' = λ z + g u` goes its own way. Counted
@@ -6,24 +6,25 @@
 
 use pulp::{Simd, WithSimd};
 
+use super::aligned_buffer::AlignedBuffer;
 use super::assemble::{LaneLink, Links, mass_matrix, weight};
 use super::dense::{cholesky, congruent, projected};
-use super::jacobi::{Damped, Square, symmetric};
-use super::room::Room;
+use super::jacobi::{DampedModes, symmetric};
+use super::matrix::{MAX_MODES, Square};
 use super::vector::{Complex, Real};
 use crate::batch::instance::{Group, Instance};
-use crate::batch::reduce::Row;
+use crate::batch::requirements::LoadRow;
 
 /// What is to be known of each scene.
 #[derive(Debug, Clone)]
-pub(super) struct Wanted<'a> {
+pub(super) struct ModalRequest<'a> {
     /// Free degrees of freedom, ascending.
     pub dofs: Vec<usize>,
     /// Links of each group.
     pub groups: &'a [Group],
     /// Components of the excitation that are not zero throughout.
     pub components: Vec<usize>,
-    pub rows: Vec<Row>,
+    pub rows: Vec<LoadRow>,
     /// Values of these components at the first sample.
     pub first: Vec<f64>,
     /// Of the motion, s.
@@ -32,20 +33,20 @@ pub(super) struct Wanted<'a> {
 
 /// As many scenes as there are lanes, in damped modes: numbers for the kernels, complex ones as pairs.
 #[derive(Debug, Default)]
-pub(super) struct Modal {
+pub(super) struct ModalScenes {
     /// λ of each mode, 1/s.
-    pub(super) eigenvalues: Room,
+    pub(super) eigenvalues: AlignedBuffer,
     /// `g/λ` of each mode, for each component of the excitation.
-    pub(super) drive: Room,
+    pub(super) drive: AlignedBuffer,
     /// Number of wanted rows.
     pub(super) rows: usize,
     /// Of each [`TILE`] rows side by side: their values at rest, what a unit of each component of the excitation adds, then, mode by mode, what
     /// a unit of the real and of the imaginary part of v adds. Rows that fill the last tile up are zero.
-    pub(super) tiles: Room,
+    pub(super) tiles: AlignedBuffer,
     /// Value of each row at the first sample, before anything has moved.
-    pub(super) starts: Room,
+    pub(super) starts: AlignedBuffer,
     /// One in the lanes in which all this is right to what the arithmetic allows; the others need the careful way.
-    pub(super) sound: Room,
+    pub(super) sound: AlignedBuffer,
 }
 
 /// Limits up to which rounding leaves less than 1e-12 of the loads.
@@ -65,33 +66,30 @@ const CONDITION: f64 = 50.0;
 /// Radians that a mode turns while it lasts: an error in λ is that many times as large in the load.
 const TURNS: f64 = 2e3;
 
-/// Most modes of a scene.
-pub(super) const MOST: usize = 6;
-
 /// Rows that are worked out side by side.
 pub(super) const TILE: usize = 4;
 
-/// Fills a [`Modal`] from as many scenes as there are lanes.
-pub(super) struct SetUp<'a> {
+/// Fills a [`ModalScenes`] from as many scenes as there are lanes.
+pub(super) struct ModalSetup<'a> {
     pub scenes: &'a [&'a Instance],
-    pub wanted: &'a Wanted<'a>,
-    pub to: &'a mut Modal,
+    pub wanted: &'a ModalRequest<'a>,
+    pub to: &'a mut ModalScenes,
 }
 
-impl WithSimd for SetUp<'_> {
+impl WithSimd for ModalSetup<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { scenes, wanted, to } = self;
         let zero = Real::splat(simd, 0.0);
-        let dofs = &wanted.dofs[..usize::min(wanted.dofs.len(), MOST)];
+        let dofs = &wanted.dofs[..usize::min(wanted.dofs.len(), MAX_MODES)];
         let n = dofs.len();
         let mass = mass_matrix(simd, scenes);
         let weight = weight(simd, scenes);
         let links = Links::new(simd, scenes, dofs);
 
-        let mut lower = [[zero; MOST]; MOST];
+        let mut lower = [[zero; MAX_MODES]; MAX_MODES];
         for i in 0..n {
             for j in 0..n {
                 lower[i][j] = mass[dofs[i]][dofs[j]];
@@ -112,7 +110,7 @@ impl WithSimd for SetUp<'_> {
                 shapes[i][mode] = sum / lower[i][i];
             }
         }
-        let (mut frequency, mut high, mut low) = ([zero; MOST], stiffness[0][0], stiffness[0][0]);
+        let (mut frequency, mut high, mut low) = ([zero; MAX_MODES], stiffness[0][0], stiffness[0][0]);
         for mode in 0..n {
             let square = stiffness[mode][mode];
             (high, low) = (high.max(square), low.min(square));
@@ -151,7 +149,7 @@ impl WithSimd for SetUp<'_> {
 
         let half = Real::splat(simd, 0.5);
         let none = Complex::new(zero, zero);
-        let (mut a, mut b) = ([[none; MOST]; MOST], [[none; MOST]; MOST]);
+        let (mut a, mut b) = ([[none; MAX_MODES]; MAX_MODES], [[none; MAX_MODES]; MAX_MODES]);
         for i in 0..n {
             for j in 0..n {
                 let coupling = half * damping[i][j];
@@ -159,10 +157,10 @@ impl WithSimd for SetUp<'_> {
                 b[i][j] = Complex::new(coupling, zero);
             }
         }
-        let mut modes = Damped::new(simd, a, b, n);
+        let mut modes = DampedModes::new(simd, a, b, n);
         modes.turn();
         sound = sound.and_not(modes.creeps);
-        let mut eigenvalues = [none; MOST];
+        let mut eigenvalues = [none; MAX_MODES];
         let (mut size, mut trace, mut damped) = (zero, zero, zero);
         for k in 0..n {
             eigenvalues[k] = modes.a[k][k];
@@ -187,8 +185,9 @@ impl WithSimd for SetUp<'_> {
             damped = damped + half * damping[k][k];
         }
         // No rotation changes a trace.
-        let kept = (trace + damped).abs().less_than((damped + frequency[n - 1]) * damped.constant(1e-12));
-        sound = sound.and(kept);
+        let stores_values =
+            (trace + damped).abs().less_than((damped + frequency[n - 1]) * damped.constant(1e-12));
+        sound = sound.and(stores_values);
         sound = sound.and(size.less_than(size.constant(CONDITION * n as f64)));
 
         for (to, value) in to.eigenvalues.clear::<S>(2 * n).as_chunks_mut::<2>().0.iter_mut().zip(eigenvalues)
@@ -219,7 +218,7 @@ impl WithSimd for SetUp<'_> {
             feeds.fill(zero);
             let mut of = RowParts::new(simd);
             match *row {
-                Row::Of(group, component) => {
+                LoadRow::Group(group, component) => {
                     for &link in &wanted.groups[group].links {
                         of.add(
                             &links.all[link],
@@ -231,7 +230,7 @@ impl WithSimd for SetUp<'_> {
                     }
                     of.at_rest(&rest, n);
                 }
-                Row::Drive => {
+                LoadRow::Drive => {
                     for (index, link) in links.all.iter().enumerate() {
                         of.add(
                             link,
@@ -244,7 +243,7 @@ impl WithSimd for SetUp<'_> {
                     of.at_rest(&rest, n);
                     of.constant = of.constant - weight[0];
                     // M q'' in the row of x, with η'' = -ω (ωη) - Ĉ η' + f.
-                    let mut inert = [zero; MOST];
+                    let mut inert = [zero; MAX_MODES];
                     for mode in 0..n {
                         for i in 0..n {
                             inert[mode] = mass[0][dofs[i]].mul_add(shapes[i][mode], inert[mode]);
@@ -309,15 +308,15 @@ impl WithSimd for SetUp<'_> {
 #[derive(Debug)]
 struct RowParts<S: Simd> {
     constant: Real<S>,
-    elastic: [Real<S>; MOST],
-    damping: [Real<S>; MOST],
+    elastic: [Real<S>; MAX_MODES],
+    damping: [Real<S>; MAX_MODES],
 }
 
 impl<S: Simd> RowParts<S> {
     #[inline(always)]
     fn new(simd: S) -> Self {
         let zero = Real::splat(simd, 0.0);
-        Self { constant: zero, elastic: [zero; MOST], damping: [zero; MOST] }
+        Self { constant: zero, elastic: [zero; MAX_MODES], damping: [zero; MAX_MODES] }
     }
 
     /// Adds `arm` times the load of a link.
@@ -326,7 +325,7 @@ impl<S: Simd> RowParts<S> {
         &mut self,
         link: &LaneLink<S>,
         shapes: &Square<Real<S>>,
-        frequency: &[Real<S>; MOST],
+        frequency: &[Real<S>; MAX_MODES],
         n: usize,
         arm: Real<S>,
     ) {
@@ -342,7 +341,7 @@ impl<S: Simd> RowParts<S> {
     }
 
     #[inline(always)]
-    fn at_rest(&mut self, rest: &[Real<S>; MOST], n: usize) {
+    fn at_rest(&mut self, rest: &[Real<S>; MAX_MODES], n: usize) {
         for mode in 0..n {
             self.constant = self.elastic[mode].mul_add(rest[mode], self.constant);
         }
@@ -351,9 +350,9 @@ impl<S: Simd> RowParts<S> {
 
 /// `Φᵀ` times the free entries of a force.
 #[inline(always)]
-fn on_modes<S: Simd>(shapes: &Square<Real<S>>, dofs: &[usize], force: &[Real<S>; 6]) -> [Real<S>; MOST] {
-    let n = usize::min(dofs.len(), MOST);
-    let mut out = [force[0].constant(0.0); MOST];
+fn on_modes<S: Simd>(shapes: &Square<Real<S>>, dofs: &[usize], force: &[Real<S>; 6]) -> [Real<S>; MAX_MODES] {
+    let n = usize::min(dofs.len(), MAX_MODES);
+    let mut out = [force[0].constant(0.0); MAX_MODES];
     for mode in 0..n {
         for i in 0..n {
             out[mode] = shapes[i][mode].mul_add(force[dofs[i]], out[mode]);

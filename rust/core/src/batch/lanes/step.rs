@@ -2,16 +2,16 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::modal::Modal;
-use super::room::Room;
+use super::aligned_buffer::AlignedBuffer;
+use super::modal::ModalScenes;
 use super::vector::{Complex, Real};
 
 /// Fills `to` with the step over each of some lengths of time, s: of each mode `E = exp(λ h) - 1`, then, for each component of the excitation,
 /// of each mode what a change of it adds, `(g/λ) E / (λ h)`. So `v <- v + E v + (g/λ) E / (λ h) du`.
 pub(super) struct Steps<'a> {
     pub lengths: &'a [f64],
-    pub modal: &'a Modal,
-    pub to: &'a mut Room,
+    pub modal: &'a ModalScenes,
+    pub to: &'a mut AlignedBuffer,
 }
 
 /// Terms of the series of `(exp(z) - 1) / z` for `|z| <= 1/2`: the first one left out is 0.5^15 / 16! = 1e-18.

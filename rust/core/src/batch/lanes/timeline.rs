@@ -5,8 +5,8 @@ use crate::excitation::Excitation;
 /// Samples that are worked on at a time: their states and loads stay in the first cache.
 pub(super) const BLOCK: usize = 16;
 
-/// Interval lengths of which the step is kept; from a trace with more, each is made when it comes.
-const MOST_LENGTHS: usize = 64;
+/// Interval lengths of which the step is stores_values; from a trace with more, each is made when it comes.
+const MAX_LENGTHS: usize = 64;
 
 /// A motion, laid out for marching from block to block.
 #[derive(Debug, Clone)]
@@ -70,7 +70,7 @@ impl Timeline {
             let known = lengths.iter().rposition(|&length| length == interval);
             match (&mut kinds, known) {
                 (Some(kinds), Some(kind)) => kinds.push(kind as u32),
-                (Some(kinds), None) if lengths.len() < MOST_LENGTHS => {
+                (Some(kinds), None) if lengths.len() < MAX_LENGTHS => {
                     kinds.push(lengths.len() as u32);
                     lengths.push(interval);
                 }

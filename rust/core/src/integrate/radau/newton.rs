@@ -4,10 +4,11 @@
 //! when what is left is small beside the error of the step itself: no tolerance enters. As the rate of `ω η` is linear whatever the
 //! links are, only the velocities' halves are iterated, and those of `ω η` follow.
 
-use super::{Bend, COUNTS, NO_BEND, Parts, RADAU, Stages, Tangent, end, times, upper};
+use super::tangent::{COUNTS, NO_STAGE_FORCES, Parts, StageForces, Tangent, end, times, upper};
 use crate::equations::Equations;
-use crate::float::{add_scaled, sqrt};
-use crate::integrate::drive::Ramp;
+use crate::excitation::Ramp;
+use crate::integrate::tableau::RADAU;
+use crate::numeric::float::{add_scaled, sqrt};
 use crate::system::{Force, NO_FORCE, State, size};
 
 /// Share of what a right-hand side is at each stage in each part: the inverse of the eigenvectors, computed as they were.
@@ -36,32 +37,32 @@ pub(super) const SHARES: [[[f64; 2]; 5]; 3] = [
 ];
 
 /// Iterations with one tangent, at most.
-const MOST: usize = 10;
+const MAX_ITERATIONS: usize = 10;
 
 /// Contraction from which on a tangent is made anew for the next step.
-const SLOW: f64 = 0.1;
+const SLOW_CONTRACTION: f64 = 0.1;
 
 /// Contraction from which on the iteration has stalled.
-const STALLED: f64 = 0.5;
+const STALLED_CONTRACTION: f64 = 0.5;
 
 /// Least contraction that is believed: a single measured ratio may be better than the next.
-const LEAST: f64 = 1e-4;
+const MIN_CONTRACTION: f64 = 1e-4;
 
 /// Part of the step's own error that the iteration may leave: with a tenth the observed order is as with all iterations.
-const PART: f64 = 0.1;
+const ITERATION_ERROR_SHARE: f64 = 0.1;
 
 /// Updates that are rounding, beside the state.
 const ROUNDING: f64 = 1e-15;
 
 /// Contraction that the tangents of the stages must promise for a stalled iteration to be taken for rounding.
-const STRAIGHT: f64 = 0.25;
+const SMALL_TANGENT_CHANGE: f64 = 0.25;
 
 /// Steps further than so many of the last are not begun by carrying it on.
-const FARTHEST: f64 = 2.0;
+const MAX_STEP_RATIO: f64 = 2.0;
 
 /// How the last step went.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Course {
+pub(super) struct LastStep {
     /// Key of its equations.
     key: u32,
     /// Its length.
@@ -74,7 +75,7 @@ pub(super) struct Course {
     own: [[f64; 6]; 5],
     /// Factor by which an iteration shrinks the update.
     contraction: f64,
-    /// Of the length of the last step whose weights are kept.
+    /// Of the length of the last step whose weights are tangents.
     ratio: f64,
     /// Weights with which a quantity of the last step's stages is carried on into the parts of the next.
     weights: [[[f64; 5]; 2]; 3],
@@ -84,22 +85,22 @@ pub(super) struct Course {
 #[cfg_attr(feature = "std", inline(always))]
 pub(super) fn step<E: Equations>(
     equations: &E,
-    memory: &mut Stages,
+    place: &mut Option<Tangent>,
+    parts: &mut Parts,
+    last_step: &mut LastStep,
     ramp: &Ramp,
     state: &State,
 ) -> (State, State) {
-    let Stages { kept, parts, course, .. } = memory;
-    let place = kept.place(ramp.h, equations.key()).0;
     let (rate, rise) = (equations.rate(state, &ramp.force(0.0)), ramp.rise());
     let mut forces = [NO_FORCE; 5];
     for stage in 0..5 {
         forces[stage] = ramp.force(RADAU.nodes[stage]);
     }
-    let same = course.key == equations.key() && course.h == ramp.h;
+    let same = last_step.key == equations.key() && last_step.h == ramp.h;
     if !same {
-        course.contraction = 1.0;
+        last_step.contraction = 1.0;
     }
-    let mut fresh = place.is_none() || same && course.contraction > SLOW;
+    let mut fresh = place.is_none() || same && last_step.contraction > SLOW_CONTRACTION;
     let mut again = false;
     loop {
         if fresh {
@@ -107,15 +108,15 @@ pub(super) fn step<E: Equations>(
             *place = Some(Tangent::new(equations, state, ramp.h));
         }
         let Some(tangent) = place else { unreachable!("just made") };
-        let bend = if again { NO_BEND } else { course.carried_on(equations, tangent, state) };
-        tangent.begin(equations, &rate, &rise, &bend, parts);
-        if let Some(error) = course.converge(equations, tangent, &forces, state, &rate, parts) {
+        let extra = if again { NO_STAGE_FORCES } else { last_step.carried_on(equations, tangent, state) };
+        tangent.begin(equations, &rate, &rise, &extra, parts);
+        if let Some(error) = last_step.converge(equations, tangent, &forces, state, &rate, parts) {
             let next = end(state, parts);
-            (course.key, course.h, course.end) = (equations.key(), ramp.h, next);
+            (last_step.key, last_step.h, last_step.end) = (equations.key(), ramp.h, next);
             return (next, error);
         }
         if again {
-            *course = Course::NONE;
+            *last_step = LastStep::NONE;
             return ([f64::INFINITY; 12], [f64::INFINITY; 12]);
         }
         // Once more, with nothing left of the last step.
@@ -123,7 +124,7 @@ pub(super) fn step<E: Equations>(
     }
 }
 
-impl Course {
+impl LastStep {
     /// Before the first step.
     pub(super) const NONE: Self = Self {
         key: 0,
@@ -139,15 +140,15 @@ impl Course {
     /// The force beyond the tangent, less that at the start of the step, carried on from the last step by the polynomial through its
     /// stages; nothing where the step does not continue it.
     #[cfg_attr(feature = "std", inline(always))]
-    fn carried_on<E: Equations>(&mut self, equations: &E, tangent: &Tangent, state: &State) -> Bend {
+    fn carried_on<E: Equations>(&mut self, equations: &E, tangent: &Tangent, state: &State) -> StageForces {
         let ratio = tangent.h / self.h;
-        if self.key != equations.key() || self.end != *state || ratio > FARTHEST {
-            return NO_BEND;
+        if self.key != equations.key() || self.end != *state || ratio > MAX_STEP_RATIO {
+            return NO_STAGE_FORCES;
         }
         if ratio != self.ratio {
             (self.ratio, self.weights) = (ratio, weights(ratio));
         }
-        let mut bend = NO_BEND;
+        let mut extra = NO_STAGE_FORCES;
         for stage in 0..5 {
             let there = &self.states[stage];
             let mut beyond = times(&tangent.pull, &upper(there));
@@ -157,11 +158,11 @@ impl Course {
             }
             for index in 0..3 {
                 for half in 0..2 {
-                    add_scaled(&mut bend[index][half], &beyond, self.weights[index][half][stage]);
+                    add_scaled(&mut extra[index][half], &beyond, self.weights[index][half][stage]);
                 }
             }
         }
-        bend
+        extra
     }
 
     /// Iterates on the parts; the estimated error of the step, or none without convergence.
@@ -175,25 +176,26 @@ impl Course {
         rate: &State,
         parts: &mut Parts,
     ) -> Option<State> {
-        let whole = f64::max(size(state), size(&end(state, parts)));
+        let size_of_state = f64::max(size(state), size(&end(state, parts)));
         // Not measured if one iteration does, so believed a little less from step to step.
         self.contraction = f64::min(1.0, 2.0 * self.contraction);
         let mut before = f64::INFINITY;
-        for iteration in 0..MOST {
+        for iteration in 0..MAX_ITERATIONS {
             self.evaluate(equations, forces, state, parts);
             let update = self.improve(equations, tangent, forces, parts);
             if !update.is_finite() {
                 return None;
             }
             if iteration > 0 {
-                self.contraction = f64::max(LEAST, update / before);
+                self.contraction = f64::max(MIN_CONTRACTION, update / before);
             }
             let error = tangent.error(equations, rate, parts);
-            if update <= ROUNDING * whole || self.contraction < 1.0 && self.small(update, size(&error), whole)
+            if update <= ROUNDING * size_of_state
+                || self.contraction < 1.0 && self.small(update, size(&error), size_of_state)
             {
                 return Some(error);
             }
-            if iteration > 0 && self.contraction > STALLED || iteration + 1 == MOST {
+            if iteration > 0 && self.contraction > STALLED_CONTRACTION || iteration + 1 == MAX_ITERATIONS {
                 // Stalled although all is linear there: this is rounding.
                 return if self.bent(equations, tangent) { None } else { Some(error) };
             }
@@ -206,9 +208,9 @@ impl Course {
     ///
     /// The estimate of that error has order 5, hence grows as `h⁶`, the error itself as `h¹⁰`: as the power 5/3 of it.
     #[cfg_attr(feature = "std", inline(always))]
-    fn small(&self, update: f64, error: f64, whole: f64) -> bool {
-        let left = update * self.contraction / (1.0 - self.contraction) / PART;
-        left * left * left * (whole * whole) <= error * error * error * (error * error)
+    fn small(&self, update: f64, error: f64, size_of_state: f64) -> bool {
+        let left = update * self.contraction / (1.0 - self.contraction) / ITERATION_ERROR_SHARE;
+        left * left * left * (size_of_state * size_of_state) <= error * error * error * (error * error)
     }
 
     /// States of the stages and their rates.
@@ -297,7 +299,7 @@ impl Course {
                 }
             }
             // NaN is no proof either.
-            bent |= sum > STRAIGHT * STRAIGHT || sum.is_nan();
+            bent |= sum > SMALL_TANGENT_CHANGE * SMALL_TANGENT_CHANGE || sum.is_nan();
         }
         bent
     }

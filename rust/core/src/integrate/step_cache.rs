@@ -1,0 +1,40 @@
+//! What a run has computed for a step length and may need again.
+
+/// The last `N` step lengths and keys of equations, and a value for each that has one.
+///
+/// One serves a uniform trace, a few a device clock that counts in ticks.
+#[derive(Debug, Clone)]
+pub struct StepCache<T, const N: usize> {
+    places: [(f64, u32); N],
+    uses: [u32; N],
+    values: [Option<T>; N],
+    last: usize,
+}
+
+impl<T, const N: usize> StepCache<T, N> {
+    pub(crate) fn new() -> Self {
+        const { assert!(N > 0, "at least one step length must be cached") };
+        Self { places: [(f64::NAN, 0); N], uses: [0; N], values: [const { None }; N], last: 0 }
+    }
+
+    /// The place for the value of a step length under the equations `key`, and how often it was asked for before. A new one takes the
+    /// oldest place.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn entry(&mut self, length: f64, key: u32) -> (&mut Option<T>, u32) {
+        if self.places[self.last] != (length, key) {
+            self.last = match self.places.iter().position(|kept| *kept == (length, key)) {
+                Some(found) => found,
+                None => {
+                    let oldest = (self.last + 1) % N;
+                    self.places[oldest] = (length, key);
+                    self.uses[oldest] = 0;
+                    self.values[oldest] = None;
+                    oldest
+                }
+            };
+        }
+        let before = self.uses[self.last];
+        self.uses[self.last] = before.saturating_add(1);
+        (&mut self.values[self.last], before)
+    }
+}
