@@ -55,8 +55,23 @@ pub fn draw_peaks(
     };
     let mut blocks: Vec<DrawBlock> =
         (0..draws).step_by(LANES).map(|first| DrawBlock::new(seed, first, groups.len())).collect();
+    follow_on_threads(threads, &mut blocks, &plan, || Schedule::new(system, deviation, &instants[..last]));
+    for (index, out) in out.iter_mut().enumerate() {
+        let (group, draw) = (index / draws, index % draws);
+        *out = sqrt(blocks[draw / LANES].largest[group][draw % LANES]);
+    }
+    Some(())
+}
+
+/// Takes all draws along a schedule, each thread a share of them along a schedule of its own.
+fn follow_on_threads<'a>(
+    threads: usize,
+    blocks: &mut [DrawBlock],
+    plan: &Plan,
+    schedule: impl Fn() -> Schedule<'a> + Sync,
+) {
     let follow = |blocks: &mut [DrawBlock]| {
-        let mut schedule = Schedule::new(system, deviation, &instants[..last]);
+        let mut schedule = schedule();
         let mut moves = Vec::with_capacity(MOVES_AT_A_TIME);
         loop {
             moves.clear();
@@ -65,7 +80,7 @@ pub fn draw_peaks(
                 return;
             }
             for block in &mut *blocks {
-                dispatch_wide(FollowKernel { block, moves: &moves, plan: &plan });
+                dispatch_wide(FollowKernel { block, moves: &moves, plan });
             }
         }
     };
@@ -80,11 +95,6 @@ pub fn draw_peaks(
             follow(blocks);
         }
     });
-    for (index, out) in out.iter_mut().enumerate() {
-        let (group, draw) = (index / draws, index % draws);
-        *out = sqrt(blocks[draw / LANES].largest[group][draw % LANES]);
-    }
-    Some(())
 }
 
 /// Moves that all draws follow before the next ones are made.

@@ -1,11 +1,13 @@
-//! The equations of motion as a method sees them: linear, linear between two contact changes, or smooth.
+//! The equations of motion as an integrator sees them: linear, linear on the present segments, or smooth.
 //!
-//! In the energy coordinates of [`crate::system`], with the links' elastic forces beyond those of the static position:
+//! In the energy coordinates of `system`, with the elastic loads above those at rest:
 //!
 //! ```text
 //! d/dt (ω η) =  ω η'
-//! d/dt  η'   = -S (ω η) - Ĉ η' + c + f(t) - (what is not linear)
+//! d/dt  η'   = -S (ω η) - Ĉ η' + c + f(t) - (nonlinear loads)
 //! ```
+//!
+//! `linear`, `piecewise`, `smooth`: the three kinds. `propagator`, `series`: the exact solution of the first two over one step.
 
 mod linear;
 mod piecewise;
@@ -20,14 +22,14 @@ pub(crate) use smooth::SmoothEquations;
 
 use crate::system::{Force, Square, State};
 
-/// Equations of motion that a method steps over.
+/// Equations of motion over one or more steps.
 pub trait Equations {
-    /// Whether the equations change at contacts.
+    /// Whether other equations hold after a contact change.
     const PIECEWISE: bool;
-    /// Whether the rate is linear in the state: one factorisation serves every state.
+    /// Whether the rate is linear in the state, so that one factorisation serves every state.
     const LINEAR: bool;
 
-    /// Tells equations of one run apart: those of one key have the same matrices.
+    /// Key: within one run equations with the same key have the same matrices.
     fn key(&self) -> u32;
 
     /// Angular frequencies ω of the coordinates.
@@ -39,7 +41,7 @@ pub trait Equations {
     /// The constant part of the modal force.
     fn constant(&self) -> &Force;
 
-    /// Rate of change of a state under the modal force `force`: all of it.
+    /// The whole rate of change of a state under the modal force `force`.
     fn rate(&self, state: &State, force: &Force) -> State;
 
     /// Stiffness S (columns, per unit of `ω η`) and damping Ĉ (columns) of the tangent at a state.

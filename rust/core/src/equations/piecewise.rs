@@ -1,4 +1,4 @@
-//! The equations between two contact changes: each link on one segment of its law, so that all of them are linear.
+//! The equations between two contact changes: each link is on one segment of its law, so all are linear.
 
 use super::Equations;
 use crate::numeric::float::{add_scaled, fma};
@@ -8,7 +8,7 @@ use crate::system::{Force, LinkRow, NO_FORCE, Square, State, System};
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SegmentEquations {
     frequency: [f64; 6],
-    /// Columns of S: modal force, with the other sign, per unit of `ω η`.
+    /// Columns of S: negative modal force per unit of `ω η`.
     stiffness: Square,
     damping: Square,
     constant: Force,
@@ -16,7 +16,7 @@ pub(crate) struct SegmentEquations {
 }
 
 impl SegmentEquations {
-    /// The piece of the linear links alone, to which the others are added.
+    /// The equations of the linear links alone, to which the others are added.
     pub(crate) fn of_linear_links(system: &System) -> Self {
         let mut piece = Self {
             frequency: *system.frequencies(),
@@ -31,8 +31,8 @@ impl SegmentEquations {
         piece
     }
 
-    /// Adds a link with this stiffness, an elastic load at the static position that is `excess` above that at rest, and its damper if
-    /// that acts. (Sums of what acts and no differences: nothing cancels where a stiff link is out of contact.)
+    /// Adds a link on a segment with this `stiffness`, whose elastic load at the static position is `excess` above the load at rest, and
+    /// its damper if it acts. (Only sums of what acts, no differences: no digits cancel where a stiff link is out of contact.)
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn add(&mut self, row: &LinkRow, stiffness: f64, excess: f64, damped: bool) {
         for j in 0..6 {
@@ -48,7 +48,7 @@ impl SegmentEquations {
         }
     }
 
-    /// The same equations under another name.
+    /// The same equations with another key.
     pub(crate) fn with_key(mut self, key: u32) -> Self {
         self.key = key;
         self

@@ -1,4 +1,4 @@
-//! The exact solution over one interval of linearly changing force, as a matrix and as a series.
+//! The exact solution over one step of linearly changing force, as matrices.
 
 use super::Equations;
 use crate::excitation::Values;
@@ -8,29 +8,29 @@ use crate::system::{Force, NO_FORCE, State};
 /// Terms of the exponential series: the first one left out is below rounding where the norm is at most one (1/19! = 8e-18).
 pub(crate) const TERMS: usize = 18;
 
-/// A block of columns that act on a state.
+/// Columns of 12 entries.
 type Columns<const N: usize> = [[f64; 12]; N];
 
-/// State after a time h: `x(h) = x(0) + E x(0) + B₀ f(0) + B₁ f(h)`, `E = exp(A h) - I`, for a force that is linear in between
+/// Exact step of length h: `x(h) = x(0) + E x(0) + B₀ f(0) + B₁ f(h)`, `E = exp(A h) - I`, for a force that is linear in between
 /// (first-order hold).
 ///
-/// Scaling and doubling of `E`, `∫ exp(A s) ds g` and `∫∫ exp(A s) ds² g` together, so that defective, overdamped and undamped matrices are
-/// all alike. E and not the exponential: beside 1 a slow mode of a strongly damped machine would lose the digits that every doubling
-/// doubles the loss of. In energy coordinates `|exp(A τ)| <= 1`, so nothing grows (cf. Higham 2005; Moler & Van Loan 2003, method 3).
+/// Scaling and doubling of `E`, `∫ exp(A s) ds g` and `∫∫ exp(A s) ds² g` together serves defective, overdamped and undamped matrices
+/// alike. E and not the exponential: added to 1 a slow mode of a strongly damped machine would lose digits, twice as many with every
+/// doubling. In energy coordinates `|exp(A τ)| <= 1`, so nothing grows (cf. Higham 2005; Moler & Van Loan 2003, method 3).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Propagator {
     /// E.
     change: Columns<12>,
-    /// Effect of the constant force.
+    /// Effect of the constant force of the equations.
     from_constant: [f64; 12],
-    /// Effect of each component of the excitation at the start and at the end, as many as there are.
+    /// Effect of each component of the excitation by its value at the start and at the end.
     from_start: Columns<9>,
     from_end: Columns<9>,
     components: usize,
 }
 
 impl Propagator {
-    /// The exact step of length `h` > 0 s under components of an excitation with the modal forces `influence`.
+    /// The exact step of `h` > 0 s. `influence`: modal force of a unit of each component of the excitation.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn new<E: Equations>(equations: &E, influence: &[Force], h: f64) -> Self {
         let a = matrix(equations);
@@ -43,8 +43,8 @@ impl Propagator {
         }
         let mut tau = h * scale;
 
-        // S₁ = Σ (Aτ)^k / (k+1)!, with E = Aτ S₁, and S₂ = Σ (Aτ)^k / (k+2)!; of the integrals only the columns of the force are wanted.
-        // Four terms at a time (Paterson & Stockmeyer 1973), which takes a third of the products.
+        // S₁ = Σ (Aτ)^k / (k+1)!, with E = Aτ S₁, and S₂ = Σ (Aτ)^k / (k+2)!. Of the integrals only the columns of the force are needed.
+        // Four terms at a time (Paterson & Stockmeyer 1973) take a third of the products.
         let mut powers = [a; 4];
         scale_by(&mut powers[0], tau);
         for power in 1..4 {
@@ -58,7 +58,7 @@ impl Propagator {
         scale_by(&mut once, tau);
         scale_by(&mut twice, tau * tau / 2.0);
 
-        // Two steps of τ: the force starts the second one at f + τ f'.
+        // Two steps of τ make one of 2 τ; the force starts the second one at f + τ f'.
         for _ in 0..halvings {
             double(&mut twice, &change);
             for (twice, once) in twice.iter_mut().zip(&once) {
@@ -70,7 +70,7 @@ impl Propagator {
             tau *= 2.0;
         }
 
-        // f(s) = f(0) + (f(h) - f(0)) s / h, and f is a sum over the components.
+        // f(s) = f(0) + (f(h) - f(0)) s / h, summed over the components.
         let mut from_start = [[0.0; 12]; 9];
         let mut from_end = [[0.0; 12]; 9];
         for (component, force) in influence.iter().enumerate() {
@@ -89,7 +89,7 @@ impl Propagator {
         Self { change, from_constant, from_start, from_end, components: influence.len() }
     }
 
-    /// By columns: E, and the effects of one component at the start and at the end.
+    /// E by columns, and the effects of one component at the start and at the end.
     #[cfg(feature = "std")]
     #[inline(always)]
     pub(crate) fn parts(&self, component: usize) -> (&Columns<12>, &[f64; 12], &[f64; 12]) {
@@ -99,7 +99,7 @@ impl Propagator {
     /// The state at the end of the interval.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn apply(&self, state: &State, start: &Values, end: &Values) -> State {
-        // The excitation by itself, as it is known before the state; then three sums side by side: fewer would wait for their own
+        // The excitation first, as it does not depend on the state; then three sums side by side, as one would wait for its own
         // additions.
         let (mut sum, mut second, mut third) = (self.from_constant, *state, [0.0; 12]);
         for j in 0..self.components {
@@ -162,7 +162,7 @@ fn product<const N: usize>(left: &Columns<12>, right: &Columns<N>) -> Columns<N>
     out
 }
 
-/// `columns + columns + E columns`: what they are after twice the time.
+/// `columns + columns + E columns`: the integrals over twice the time.
 #[cfg_attr(feature = "std", inline(always))]
 fn double<const N: usize>(columns: &mut Columns<N>, change: &Columns<12>) {
     let moved = product(change, columns);
@@ -173,7 +173,7 @@ fn double<const N: usize>(columns: &mut Columns<N>, change: &Columns<12>) {
     }
 }
 
-/// Columns from `from` on of `n! Σ B^k / (k + n)!`, of the `powers` B, B², B³, B⁴.
+/// Columns from `from` on of `n! Σ B^k / (k + n)!` (φ-function), with `powers` B, B², B³, B⁴.
 #[cfg_attr(feature = "std", inline(always))]
 fn phi_series<const N: usize>(powers: &[Columns<12>; 4], from: usize, n: usize) -> Columns<N> {
     let mut factor = [1.0; TERMS + 2];

@@ -6,15 +6,17 @@ use crate::excitation::Ramp;
 use crate::numeric::float::{add_scaled, ceil, sqrt};
 use crate::system::{NO_FORCE, State, size};
 
-/// The power series of the solution over an interval, in parts short enough for it to end after some terms.
+/// Power series of the solution over a step, or over equal parts of it that are short enough to converge in few terms.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PowerSeries {
     norm: f64,
 }
 
 impl PowerSeries {
-    /// The norm is the largest column of A after each `ω η` has been scaled so that it weighs as much in S as in ω: where links are soft at
-    /// rest and stiff elsewhere that is by orders less, and no digit of η' depends on the scale.
+    /// The series of some linear equations.
+    ///
+    /// Its norm is the largest column sum of A after each `ω η` has been scaled to weigh as much in S as in ω. Where links are soft at
+    /// rest and stiff elsewhere that is smaller by orders of magnitude, and no digit of η' depends on the scale.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn new<E: Equations>(equations: &E) -> Self {
         let (stiffness, damping) = equations.tangent(&[0.0; 12]);
@@ -30,7 +32,7 @@ impl PowerSeries {
         Self { norm }
     }
 
-    /// Number of parts of an interval of length `h` that end after [`TERMS`] terms.
+    /// Number of parts of a step of length `h` whose series converge in [`TERMS`] terms.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn parts(&self, h: f64) -> f64 {
         f64::max(1.0, ceil(h * self.norm))
@@ -47,7 +49,7 @@ impl PowerSeries {
             let (mut scale, mut small) = (size(&state), 0);
             power_series(equations, ramp, [part / parts, 1.0 / parts], &state, MAX_TERMS, |k, term| {
                 add_scaled(&mut sum, term, 1.0);
-                // Two in a row, one of which may hide what is in the other half of the state.
+                // Two in a row: one may be small only because it is in the other half of the state.
                 let size = size(term);
                 scale = if k == 1 && size > scale { size } else { scale };
                 small = if size <= NEGLIGIBLE * scale { small + 1 } else { 0 };
@@ -59,7 +61,7 @@ impl PowerSeries {
         state
     }
 
-    /// The state over a ramp of one part as a power series in the fraction of it.
+    /// Terms of the power series of the state in the fraction of a ramp that is one part.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn terms<E: Equations>(
         &self,
@@ -77,12 +79,14 @@ impl PowerSeries {
     }
 }
 
-/// The same for a norm of at most [`LONGEST`] (2²⁵/25! = 2e-18); what is below this part of a state does not reach its last bit.
+/// Most terms for a norm of at most [`LONGEST`] (2²⁵/25! = 2e-18), and the part of a state below which a term does not change its last
+/// bit.
 const MAX_TERMS: usize = 24;
 const LONGEST: f64 = 2.0;
 const NEGLIGIBLE: f64 = 1e-18;
 
-/// Terms 1, 2, … of the solution, as long as `take` wants them, from `state` over the part of a ramp that begins at `from` and is `length` long, in fractions of the ramp.
+/// Calls `take` with terms 1, 2, … of the solution until it returns false or `most` is reached. The solution starts in `state` and covers
+/// the part of the ramp from the fraction `from` on, of the fraction `length`.
 #[cfg_attr(feature = "std", inline(always))]
 fn power_series<E: Equations>(
     equations: &E,
@@ -99,7 +103,7 @@ fn power_series<E: Equations>(
     }
     let mut force = ramp.force(from);
     add_scaled(&mut force, equations.constant(), 1.0);
-    // Derivatives of the solution: x' = A x + f, x'' = A x' + f', and from there on A alone.
+    // x' = A x + f, x'' = A x' + f'; all further derivatives follow from A alone.
     let mut term = equations.linear(state, &force);
     scale(&mut term, tau);
     take(1, &term);
@@ -115,7 +119,7 @@ fn power_series<E: Equations>(
     }
 }
 
-/// The state at the end of a ramp of which the length comes once.
+/// The state at the end of a ramp whose length does not recur, by whichever is cheaper: the series or a propagator used once.
 #[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn advance<E: Equations>(
     equations: &E,
@@ -129,7 +133,7 @@ pub(crate) fn advance<E: Equations>(
     Propagator::new(equations, ramp.forcing.influence(), ramp.h).apply(state, ramp.start, ramp.end)
 }
 
-/// Parts of a series beyond which a propagator costs less.
+/// Parts of a series beyond which a propagator is cheaper.
 const LONG_SERIES: f64 = 16.0;
 
 #[cfg_attr(feature = "std", inline(always))]

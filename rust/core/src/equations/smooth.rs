@@ -1,4 +1,4 @@
-//! The equations of a scene with smooth laws: each law is asked at every state.
+//! The equations of a scene with smooth laws, which are evaluated at every state.
 
 use super::Equations;
 use super::piecewise::SegmentEquations;
@@ -7,27 +7,27 @@ use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
 use crate::system::{Force, LinkRow, NO_FORCE, Square, State, System};
 
-/// Equations of which the linear part is that of the linear links and of the dampers. The other links enter with what they bear above
-/// their loads at rest, so that rest is rest to the last bit.
+/// The linear part is that of the linear links and of all dampers. The other links enter with their loads above those at rest, so that a
+/// body at rest stays at rest to the last bit.
 #[derive(Debug)]
 pub(crate) struct SmoothEquations<'a> {
     linear: SegmentEquations,
-    /// Links on preloaded balls, the common case.
+    /// Links with preloaded balls, the common case, eight at a time.
     balls: BoundedVec<BallLinks, { MAX_LINKS / LANES }>,
-    /// Links of other laws than linear ones.
+    /// Links with any other nonlinear law.
     others: BoundedVec<&'a LinkRow>,
 }
 
-/// Eight links on preloaded balls: `K [(d₀ + δ)₊^(3/2) - (d₀ - δ)₊^(3/2)]`. Those that are missing have no stiffness.
+/// Eight links with preloaded balls: `K [(d₀ + δ)₊^(3/2) - (d₀ - δ)₊^(3/2)]`. Unused lanes have no stiffness.
 #[derive(Debug, Clone, Copy)]
 struct BallLinks {
     deflection: [Lanes; 6],
-    /// Modal force of a unit of the load of each.
+    /// Modal force of a unit of load of each link.
     rate: [Force; LANES],
     rest: Lanes,
     opening: Lanes,
     coefficient: Lanes,
-    /// Load at rest, as `loads` has it.
+    /// Load at rest, N, computed by `loads`.
     load: Lanes,
 }
 
@@ -60,7 +60,7 @@ impl BallLinks {
         at
     }
 
-    /// By how much each row is pressed together, and the other.
+    /// Compression of both rows of balls of each link, d₀ + δ and d₀ - δ, m; zero where a row is open.
     #[cfg_attr(feature = "std", inline(always))]
     fn presses(&self, state: &State) -> [Lanes; 2] {
         let at = self.deflections(state);
@@ -79,7 +79,7 @@ impl BallLinks {
         presses
     }
 
-    /// Loads above those at rest.
+    /// Loads above those at rest, N.
     #[cfg_attr(feature = "std", inline(always))]
     fn loads(&self, state: &State) -> Lanes {
         let [mut closing, mut opening] = self.presses(state);
@@ -105,7 +105,7 @@ impl BallLinks {
     }
 }
 
-/// [`BallLinks::loads`] at rest by the same instructions as later.
+/// [`BallLinks::loads`] at rest, by the same instructions as during the run.
 struct LoadsAtRest<'a>(&'a BallLinks);
 
 impl Kernel for LoadsAtRest<'_> {

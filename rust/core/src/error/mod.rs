@@ -1,4 +1,5 @@
-//! Errors carry the numbers and the next move.
+//! Errors, and all of their wording. Each message names the field, says what was expected and what was given, and what to do next. (Those
+//! of batches stand in `batch`.)
 
 mod excitation;
 mod run;

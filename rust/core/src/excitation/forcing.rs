@@ -1,21 +1,21 @@
-//! The excitation as the equations of motion see it.
+//! Forcing: the excitation as modal force on a system, over one step a ramp.
 
 use super::Excitation;
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::system::{Force, Input, NO_FORCE, System};
 
-/// An excitation of which the accelerations and the external loads count more or less.
+/// An excitation with a factor on its accelerations and one on its external loads.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ScaledExcitation<'a> {
     pub excitation: &'a Excitation<'a>,
-    /// Largest magnitude of each component as it stands in the excitation.
+    /// Largest magnitude of each component, before the factors.
     pub peak: Input,
-    /// On the accelerations, and on the external loads.
+    /// Factor on the accelerations, and on the external loads.
     pub factors: [f64; 2],
 }
 
 impl<'a> ScaledExcitation<'a> {
-    /// As it is.
+    /// With factors of one.
     pub(crate) fn unscaled(excitation: &'a Excitation<'a>) -> Self {
         Self { excitation, peak: excitation.peak(), factors: [1.0; 2] }
     }
@@ -27,20 +27,20 @@ impl<'a> ScaledExcitation<'a> {
     }
 }
 
-/// The components of an excitation that are not zero throughout, mostly one of nine, and the modal force of each.
+/// The components of an excitation that are not zero throughout, usually one of nine, and the modal force of a unit of each.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Forcing {
     components: [usize; 9],
     count: usize,
     influence: [Force; 9],
-    /// Size of each influence.
+    /// Norm of each influence.
     size: [f64; 9],
     /// Largest value of each component.
     peak: [f64; 9],
 }
 
-/// Most intervals between samples that count as one, and how far, as a part of the peak, a sample may be off the straight line through its
-/// neighbours: some roundings. Along that many it stays some hundred.
+/// Most intervals that one step may span, and the distance of a sample from the straight line through its neighbours, relative to the
+/// peak, that counts as rounding. Over so many intervals the distances add up to some hundred roundings.
 const MOST_STRAIGHT: usize = 64;
 const STRAIGHT: f64 = 8.0 * f64::EPSILON;
 
@@ -48,7 +48,7 @@ const STRAIGHT: f64 = 8.0 * f64::EPSILON;
 pub(crate) type Values = [f64; 9];
 
 impl Forcing {
-    /// `peak`: of the excitation as it stands; `factors`: on its accelerations and its external loads.
+    /// The forcing on a system. `peak`: of the excitation before the factors; `factors`: on its accelerations and its external loads.
     pub(crate) fn new(system: &System, peak: &Input, factors: [f64; 2]) -> Self {
         let mut forcing =
             Self { components: [0; 9], count: 0, influence: [NO_FORCE; 9], size: [0.0; 9], peak: [0.0; 9] };
@@ -66,12 +66,12 @@ impl Forcing {
         forcing
     }
 
-    /// The modal force of each component.
+    /// Modal force of a unit of each component.
     pub(crate) fn influence(&self) -> &[Force] {
         &self.influence[..self.count]
     }
 
-    /// The sample up to which the excitation runs straight on from sample `k`, within rounding; at least the next one.
+    /// The last sample up to which the excitation is a straight line from sample `k` on, within rounding; at least the next one.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn straight_until(&self, excitation: &Excitation, k: usize) -> usize {
         let farthest = usize::min(k + MOST_STRAIGHT, excitation.count() - 1);
@@ -87,7 +87,7 @@ impl Forcing {
     fn is_straight(&self, excitation: &Excitation, k: usize, middle: usize) -> bool {
         let (before, after) = (excitation.time(middle) - excitation.time(k), excitation.interval(middle));
         let theta = before / (before + after);
-        // At a jump there is no line.
+        // There is no line across a jump.
         let mut straight = before > 0.0 && after > 0.0;
         for i in 0..self.count {
             let at = |k: usize| excitation.component(k, self.components[i]);
@@ -97,7 +97,7 @@ impl Forcing {
         straight
     }
 
-    /// Puts the values at sample `k` into `values`.
+    /// Writes the values at sample `k` to `values`.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn sample(&self, excitation: &Excitation, k: usize, values: &mut Values) {
         for (value, &component) in values.iter_mut().zip(&self.components[..self.count]) {
@@ -116,7 +116,7 @@ pub struct Ramp<'a> {
     /// Values at its end.
     pub(crate) end: &'a Values,
     pub(crate) forcing: &'a Forcing,
-    /// Whether it spans two knots, so that its length may come again.
+    /// Whether it spans a whole interval between samples, so that its length may recur.
     pub(crate) spans_interval: bool,
 }
 
@@ -124,7 +124,7 @@ impl Ramp<'_> {
     /// Values at the fraction `theta` of the step.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn values(&self, theta: f64) -> Values {
-        // Not start + theta (end - start): that misses the end by a rounding.
+        // Not start + theta (end - start), which misses the end by a rounding.
         let mut values = [0.0; 9];
         for i in 0..self.forcing.count {
             values[i] = (1.0 - theta) * self.start[i] + theta * self.end[i];
@@ -142,8 +142,8 @@ impl Ramp<'_> {
         rise
     }
 
-    /// By how much the rate of change of the force differs, at most, from that of the ramp before, of which `slopes` holds the rates of
-    /// change of the values and `values` the last of them; those of this one take their place. Infinite after a jump.
+    /// Bound on the change of the slope of the modal force from the previous ramp to this one; infinite after a jump. `slopes` and
+    /// `values` hold the slopes and the last values of the previous ramp, and receive those of this one.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn slope_change(&self, slopes: &mut Values, values: &mut Values) -> f64 {
         let mut turn = 0.0;
@@ -156,7 +156,7 @@ impl Ramp<'_> {
         turn
     }
 
-    /// What the force can add to the size of a state over the step, at most.
+    /// Bound on what the force adds to the norm of a state over the step.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn impulse(&self) -> f64 {
         let size = |force: Force| sqrt(force.iter().map(|f| f * f).sum());

@@ -1,4 +1,6 @@
-//! What drives a scene: samples that are knots, piecewise linear between them (first-order hold).
+//! Excitation: acceleration of L and external load, given by samples and linear between them (first-order hold).
+//!
+//! `forcing`: the modal force that an excitation makes on a system.
 
 mod forcing;
 
@@ -10,20 +12,20 @@ use nalgebra::Vector3;
 use crate::error::ExcitationError;
 use crate::system::{Input, input_from};
 
-/// Times of the samples.
+/// Times of the samples, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Knots<'a> {
     Every {
         start: f64,
         step: f64,
     },
-    /// With the step if they are uniform to within their rounding.
+    /// Explicit times, with their step if they are uniform to within rounding.
     At(&'a [f64], Option<f64>),
 }
 
 /// Acceleration of L and external load over time.
 ///
-/// Two samples at one time are a jump. Integrators know the samples as knots: no step ever passes one at which the excitation bends.
+/// Two samples at one time are a jump. No step passes a sample at which the excitation bends.
 #[derive(Debug, Clone, Copy)]
 pub struct Excitation<'a> {
     knots: Knots<'a>,
@@ -32,11 +34,11 @@ pub struct Excitation<'a> {
 }
 
 impl<'a> Excitation<'a> {
-    /// Samples at `time` s: `acceleration` of L (x y z, m/s²) and, if any, an external load `wrench` on the body (force in N
-    /// and moment about L in N m). Intervals between times that are uniform to within their rounding are taken as equal.
+    /// Samples at `time` s: `acceleration` of L (x y z, m/s²) and optionally an external load `wrench` on the body (force in N and moment
+    /// about L in N m). Times that are uniform to within rounding are taken as exactly uniform.
     ///
     /// # Errors
-    /// [`ExcitationError`] names the sample that is out of order, not finite or repeated, or the history that is short.
+    /// [`ExcitationError`] names the sample that is out of order, not finite or repeated, or the array that is short.
     pub fn new(
         time: &'a [f64],
         acceleration: &'a [[f64; 3]],
@@ -58,10 +60,10 @@ impl<'a> Excitation<'a> {
         Self { knots: knots(time), acceleration, wrench }.checked()
     }
 
-    /// Samples every `step` s from `start` s on; nothing but the accelerations needs to be stored.
+    /// Samples every `step` s from `start` s on; only the accelerations need to be stored.
     ///
     /// # Errors
-    /// As [`Excitation::new`]; a step that is not positive is time that runs backwards.
+    /// As [`Excitation::new`]; a step that is not positive counts as times out of order.
     pub fn uniform(start: f64, step: f64, acceleration: &'a [[f64; 3]]) -> Result<Self, ExcitationError> {
         if !start.is_finite() || !step.is_finite() {
             return Err(ExcitationError::NotFinite { field: "time", index: 0 });
@@ -140,10 +142,10 @@ impl<'a> Excitation<'a> {
         from
     }
 
-    /// Excitation at `time` s; before the first sample and after the last it is that of the nearest, at a jump that after it.
+    /// Excitation at `time` s; outside the samples that of the nearest one, at a jump that after it.
     pub fn input_at(&self, time: f64) -> Input {
         let last = self.count() - 1;
-        // The last sample at or before `time`.
+        // Binary search for the last sample at or before `time`.
         let (mut low, mut high) = (0, last);
         while low < high {
             let middle = (low + high).div_ceil(2);
@@ -175,13 +177,13 @@ impl<'a> Excitation<'a> {
     }
 }
 
-/// The external load that a `force` N at `point` (m from L) and a `moment` N m make: force and moment about L.
+/// The external load, force and moment about L, of a `force` N at `point` (m from L) and a `moment` N m.
 pub fn wrench_at(point: [f64; 3], force: [f64; 3], moment: [f64; 3]) -> [f64; 6] {
     let about = Vector3::from(point).cross(&Vector3::from(force)) + Vector3::from(moment);
     [force[0], force[1], force[2], about.x, about.y, about.z]
 }
 
-/// Whether `test` holds for all; unlike `Iterator::all` it does not stop early, and so works on many at once.
+/// Whether `test` holds for all. Unlike `Iterator::all` it does not stop early, and so becomes vector code.
 fn every<T>(items: impl Iterator<Item = T>, test: impl Fn(T) -> bool) -> bool {
     items.fold(true, |all, item| all & test(item))
 }
@@ -193,7 +195,7 @@ fn first_not_finite(values: &[f64]) -> Option<usize> {
     values.iter().position(|x| !x.is_finite())
 }
 
-/// Finds what is wrong with times that do not all rise; equal neighbours, a jump, are fine.
+/// Checks times that are not strictly ascending; two equal ones, a jump, are allowed.
 fn check_order(time: &[f64]) -> Result<(), ExcitationError> {
     for index in 1..time.len() {
         let (before, got) = (time[index - 1], time[index]);
@@ -214,11 +216,11 @@ fn knots(time: &[f64]) -> Knots<'_> {
     }
     let (start, end) = (time[0], time[count - 1]);
     let step = (end - start) / (count - 1) as f64;
-    // What rounding to a double, twice, leaves of k * step + start.
+    // Rounding of k * step + start, twice.
     let rounding = 2.0 * f64::EPSILON * f64::max(start.abs(), end.abs());
     // A 32-bit index converts to a double in one vector instruction.
     let on_grid = |(k, t): (u32, &f64)| (start + step * f64::from(k) - t).abs() <= rounding;
-    // A step of two roundings or less could hide a jump, whose samples must not be drawn apart.
+    // With a step of two roundings or less a jump could pass for two samples apart.
     let uniform = step > 2.0 * rounding && u32::try_from(count).is_ok() && every((0..).zip(time), on_grid);
     Knots::At(time, uniform.then_some(step))
 }

@@ -1,4 +1,4 @@
-//! What an integrator provides.
+//! What an integrator provides, and what a run of it returns.
 
 use crate::equations::Equations;
 use crate::excitation::Ramp;
@@ -32,4 +32,28 @@ pub trait Method {
         state: &State,
         theta: f64,
     ) -> State;
+}
+
+/// The instants that a run records.
+#[derive(Debug, Clone, Copy)]
+pub enum Output<'a> {
+    /// Every sample of the excitation.
+    Samples,
+    /// These times, ascending, s; within a step by dense output.
+    Times(&'a [f64]),
+}
+
+/// Work and result of a run in numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Summary {
+    /// Accepted steps.
+    pub steps: usize,
+    /// Rejected steps.
+    pub rejected: usize,
+    /// Instants recorded.
+    pub recorded: usize,
+    /// Contact changes: times that a link passed to another segment of its law; zero where laws are linear or smooth.
+    pub contact_changes: usize,
+    /// The load that the tolerance is relative to, N.
+    pub load_scale: f64,
 }

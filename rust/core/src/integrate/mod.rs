@@ -9,15 +9,16 @@ mod method;
 mod radau;
 mod rk45;
 mod run;
+mod runner;
 mod step_cache;
 mod switched;
 mod tableau;
 
 pub use control::{Control, load_scale};
 pub use exact::Exact;
-pub use method::Method;
+pub use method::{Method, Output, Summary};
 pub use radau::Radau;
 pub use rk45::Rk45;
+pub use run::run;
 #[cfg(feature = "std")]
 pub(crate) use run::run_scaled;
-pub use run::{Output, Summary, run};

@@ -5,10 +5,10 @@ use nalgebra::{Matrix3, Matrix6, SymmetricEigen, Vector3, Vector6};
 use crate::error::SceneError;
 use crate::numeric::tensor::{parallel_axes, skew};
 
-/// Relative slack of the symmetry and triangle checks: CAD systems print six digits, the last of which may be 5e-6 off.
+/// Relative tolerance of the symmetry and triangle checks: CAD systems print six digits, the last of which may be 5e-6 off.
 const PRINTED_DIGITS: f64 = 1e-5;
 
-/// What turning a tensor, or moving it to another point, leaves of a principal moment that is zero, relative to the largest.
+/// A principal moment below this part of the largest is zero: rounding when the tensor is rotated or moved leaves no less.
 const ROUNDING: f64 = 1e-12;
 
 /// One rigid body, described about the reference point L.
@@ -20,12 +20,12 @@ pub struct Body {
 }
 
 impl Body {
-    /// A body of `mass` kg with its centre of mass at `center_of_mass` m from L and `inertia` kg m² about the
-    /// centre of mass (entries of the tensor as they stand in it, eq. 10).
+    /// A body of `mass` kg with its centre of mass at `center_of_mass` m from L and `inertia` kg m² about the centre of mass (entries of
+    /// the tensor as they stand in it, eq. 10).
     ///
     /// # Errors
-    /// [`SceneError`] names what no body can have: a mass that is not positive, a tensor that is not symmetric or not
-    /// positive definite, or principal moments that break the triangle rule.
+    /// [`SceneError`] for a mass that is not positive, a tensor that is not symmetric or not positive definite, or principal moments that
+    /// break the triangle rule.
     pub fn new(mass: f64, center_of_mass: Vector3<f64>, inertia: Matrix3<f64>) -> Result<Self, SceneError> {
         check_mass(mass, &center_of_mass)?;
         if !inertia.iter().all(|x| x.is_finite()) {
@@ -60,7 +60,7 @@ impl Body {
         Self::new(mass, center_of_mass, parallel_axes(&inertia, -mass, &center_of_mass))
     }
 
-    /// A body of another mass at another centre of mass, with the same inertia about that.
+    /// The body with another mass and centre of mass, and the same inertia about the new centre.
     ///
     /// # Errors
     /// As [`Body::new`].

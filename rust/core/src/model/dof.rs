@@ -40,19 +40,19 @@ impl fmt::Display for Dof {
     }
 }
 
-/// Which degrees of freedom are free; the others are held, and their reactions are an output.
+/// The set of free degrees of freedom. The others are held, and their reactions are an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Free([bool; 6]);
 
 impl Free {
-    /// All that the guides carry, with the travel held by the drive: y z rx ry rz. The choice for real work.
+    /// All but the travel, which the drive holds: y z rx ry rz. The choice for real machines.
     pub const GUIDED: Self = Self([false, true, true, true, true, true]);
-    /// The paper's: rx ry rz. The constraint at L carries the weight, so guide loads lack it.
+    /// The choice of the paper: rx ry rz. The constraint at L then carries the weight, and guide loads lack it.
     pub const PAPER: Self = Self([false, false, false, true, true, true]);
-    /// All six; the drive is then a link along x.
+    /// All six; the drive is then modelled as a link along x.
     pub const ALL: Self = Self([true; 6]);
 
-    /// Exactly these.
+    /// The set of these degrees of freedom.
     pub fn only(dofs: &[Dof]) -> Self {
         let mut free = [false; 6];
         for &dof in dofs {
@@ -66,12 +66,12 @@ impl Free {
         self.0[dof as usize]
     }
 
-    /// How many are free.
+    /// Number of free degrees of freedom.
     pub fn count(self) -> usize {
         self.0.iter().filter(|&&free| free).count()
     }
 
-    /// The free ones, in order.
+    /// The free degrees of freedom, in order.
     pub fn iter(self) -> impl Iterator<Item = Dof> {
         Dof::ALL.into_iter().filter(move |&dof| self.contains(dof))
     }

@@ -1,4 +1,4 @@
-//! Uniaxial links: a spring of some [`Law`] and a damper side by side between the moving body and the frame.
+//! Uniaxial links: a spring with a [`Law`] and a damper in parallel between the moving body and the frame.
 
 use nalgebra::{Vector3, Vector6};
 
@@ -49,7 +49,7 @@ impl Link {
         Ok(link)
     }
 
-    /// What no link can have, but for its direction.
+    /// Checks everything but the direction.
     fn check(&self) -> Result<(), SceneError> {
         if !self.point.iter().all(|x| x.is_finite()) {
             return Err(SceneError::NotFinite { field: "point" });
@@ -66,10 +66,10 @@ impl Link {
         Ok(())
     }
 
-    /// Puts other numbers in; along the same direction, and damped when it was.
+    /// Changes point, law and damping in place; direction and kind of damping stay.
     ///
     /// # Errors
-    /// As [`Link::with_law`] and [`Link::damped_in_contact`]; then the link is not to be used.
+    /// As [`Link::with_law`] and [`Link::damped_in_contact`]; the link must then not be used.
     #[cfg(feature = "std")]
     pub(crate) fn set(
         &mut self,
@@ -84,7 +84,7 @@ impl Link {
         self.check()
     }
 
-    /// The same link with a damper that acts only while it is in contact, outside its clearance.
+    /// The link with a damper that acts only in contact, outside the clearance.
     ///
     /// # Errors
     /// [`SceneError::AlwaysInContact`] if its law has no clearance.
@@ -94,7 +94,7 @@ impl Link {
         Ok(link)
     }
 
-    /// Where it holds the body, m from L.
+    /// Point at which it holds the body, m from L.
     pub fn point(&self) -> Vector3<f64> {
         self.point
     }
@@ -124,23 +124,23 @@ impl Link {
         self.damping_in_contact
     }
 
-    /// Row d with which the deformation is `δ = d · (u, φ)`: `(o, p × o)` (eqs. 14-17, 26-28).
+    /// Row d of the deflection `δ = d · (u, φ)`: `(o, p × o)` (eqs. 14-17, 26-28).
     pub fn row(&self) -> Vector6<f64> {
         let (o, m) = (self.direction, self.point.cross(&self.direction));
         Vector6::new(o.x, o.y, o.z, m.x, m.y, m.z)
     }
 }
 
-/// Where the four links of a carriage hold the body, and along which direction: two pairs (y and z) at `center.x ± length / 2` (paper
-/// section 4.1): end `-` y, end `-` z, end `+` y, end `+` z.
+/// Points and directions of the four links of a carriage: two pairs (y and z) at `center.x ± length / 2` (paper section 4.1), in the
+/// order end `-` y, end `-` z, end `+` y, end `+` z.
 pub fn carriage_ends(center: Vector3<f64>, length: f64) -> [(Vector3<f64>, Vector3<f64>); 4] {
     let end = |sign: f64| center + Vector3::new(sign * length / 2.0, 0.0, 0.0);
     let (low, high) = (end(-1.0), end(1.0));
     [(low, Vector3::y()), (low, Vector3::z()), (high, Vector3::y()), (high, Vector3::z())]
 }
 
-/// The four links of a carriage at its [`carriage_ends`]. `stiffness` and `damping` are those of the whole carriage along y and z; each end
-/// carries half. For other laws than linear ones make them with [`Link::with_law`] and [`Law::scaled`].
+/// The four linear links of a carriage at its [`carriage_ends`]. `stiffness` and `damping` are those of the whole carriage along y and z;
+/// each end carries half. For other laws make them with [`Link::with_law`] and [`Law::scaled`].
 ///
 /// # Errors
 /// As [`Link::new`].

@@ -7,7 +7,7 @@ use super::dof::Free;
 use super::link::Link;
 use crate::error::SceneError;
 
-/// What stands still while time runs.
+/// A checked scene: body, links, gravity, free degrees of freedom.
 #[derive(Debug, Clone, Copy)]
 pub struct Scene<'a> {
     body: Body,

@@ -1,12 +1,12 @@
-//! The one place where `std` ends: the elementary functions that `core` lacks.
+//! The one place where `std` ends: elementary functions that `core` lacks.
 //!
-//! All compute the same bits with `std` on every platform: `sqrt` and `fma` are correctly rounded, the others come from `libm`.
+//! With `std` all compute the same bits on every platform: `sqrt` and `fma` are correctly rounded, the others come from `libm`.
 
 #[cfg(feature = "std")]
 pub(crate) use libm::log;
 pub(crate) use libm::{atanh, ceil, copysign, exp, expm1, floor, hypot, log1p, pow, sinh};
 
-/// Square root. (The one in `libm` is assembly that the wide vector loops would stall on.)
+/// Square root. (With `std` not that of `libm`, which is assembly and would stop vectorisation.)
 #[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn sqrt(x: f64) -> f64 {
     #[cfg(feature = "std")]
@@ -17,7 +17,7 @@ pub(crate) fn sqrt(x: f64) -> f64 {
 
 /// `a * b + c`.
 ///
-/// With `std` it is fused, that is rounded once, on every processor: one that has no such instruction is slower, but computes the same
+/// With `std` it is fused, that is rounded once, on every processor; one without such an instruction is slower but computes the same
 /// bits. Without `std` it is two operations, as most processors there have no fused one.
 #[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn fma(a: f64, b: f64, c: f64) -> f64 {

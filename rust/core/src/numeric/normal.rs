@@ -1,16 +1,16 @@
-//! Standard normal numbers, many side by side: the same for a seed on every processor.
+//! Standard normal random numbers, eight streams side by side; the same for a seed on every processor.
 //!
-//! Uniform bits of xoshiro256++ (Blackman and Vigna 2021), a generator in each lane, become pairs of normal numbers by the method of Box
-//! and Muller (1958) with polynomials for logarithm, sine and cosine, so that all of it is vector code.
+//! xoshiro256++ (Blackman and Vigna 2021) makes uniform bits, one generator per lane. The method of Box and Muller (1958) makes pairs of
+//! normal numbers of them, with polynomials for logarithm, sine and cosine, so that all of it is vector code.
 
 use super::float::{fma, sqrt};
 use super::simd::{LANES, Lanes};
 
-/// A stream of normal numbers in each lane.
+/// One stream of standard normal numbers per lane.
 #[derive(Debug, Clone)]
 pub(crate) struct NormalStreams {
     state: [[u64; LANES]; 4],
-    /// The second of a pair.
+    /// The second number of each pair, if it has not been used.
     spare: Option<Lanes>,
 }
 
@@ -19,7 +19,7 @@ impl NormalStreams {
     pub(crate) fn new(seed: u64, first: usize) -> Self {
         let mut state = [[0; LANES]; 4];
         for lane in 0..LANES {
-            // A sequence of its own for each stream (Steele, Lea and Flood 2014).
+            // A seed of its own for each stream (splitmix64, Steele, Lea and Flood 2014).
             let mut at = mixed(seed).wrapping_add(mixed(!((first + lane) as u64)));
             for word in &mut state {
                 at = at.wrapping_add(GOLDEN);
@@ -50,7 +50,7 @@ impl NormalStreams {
             // In (0, 1], so that the logarithm is finite.
             let size = sqrt(-2.0 * ln(2.0 - unit(radius[i])));
             let (sine, cosine) = sin_cos((unit(turn[i]) - 1.5) * core::f64::consts::FRAC_PI_2);
-            // A quarter of the circle, from -45 to 45 degrees; two more bits choose which.
+            // Sine and cosine of -45 to 45 degrees; two more bits choose the quarter of the circle.
             let swap = turn[i] & 1 == 1;
             let size = if turn[i] & 2 == 2 { -size } else { size };
             first[i] = size * if swap { sine } else { cosine };
@@ -85,16 +85,16 @@ fn mixed(mut x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// Uniform in [1, 2), of the upper bits.
+/// Uniform in [1, 2), from the upper 52 bits.
 #[inline(always)]
 fn unit(bits: u64) -> f64 {
     f64::from_bits(bits >> 12 | 1.0_f64.to_bits())
 }
 
-/// Natural logarithm of a normal number, to some roundings.
+/// Natural logarithm of a positive normal number, to a few roundings.
 #[inline(always)]
 fn ln(x: f64) -> f64 {
-    // x = 2^e m, m from 0.71 to 1.41; the exponent as a number by way of the bits of 2^52 + e.
+    // x = 2^e m with m from 0.71 to 1.41; e becomes a number through the bits of 2^52 + e.
     const TWO_52: f64 = 4_503_599_627_370_496.0;
     const LEAST: u64 = core::f64::consts::FRAC_1_SQRT_2.to_bits();
     let shifted = x.to_bits().wrapping_sub(LEAST).wrapping_add(1023 << 52);
@@ -110,7 +110,7 @@ fn ln(x: f64) -> f64 {
     fma(exponent, core::f64::consts::LN_2, 2.0 * fma(t * square, sum, t))
 }
 
-/// Sine and cosine of an angle between -pi/4 and pi/4: their power series.
+/// Sine and cosine of an angle between -pi/4 and pi/4, by power series.
 #[inline(always)]
 fn sin_cos(angle: f64) -> (f64, f64) {
     let square = angle * angle;

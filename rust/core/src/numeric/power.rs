@@ -1,11 +1,11 @@
-//! Powers of loads, many at a time.
+//! Powers of non-negative numbers, eight at a time.
 
 use core::f64::consts::{LN_2, LOG2_E};
 
 use super::float::{fma, pow};
 use super::simd::{LANES, Lanes};
 
-/// An exponent p, and how loads are raised to it.
+/// An exponent p, and whether it is a whole number.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Power {
     exponent: f64,
@@ -18,7 +18,7 @@ impl Power {
         Self { exponent, whole }
     }
 
-    /// `x^p` of loads that are not negative.
+    /// Raises non-negative numbers, of which there is a multiple of eight, to the power p.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn raise(&self, values: &mut [f64]) {
         for lanes in values.as_chunks_mut::<LANES>().0 {
@@ -26,7 +26,7 @@ impl Power {
         }
     }
 
-    /// The same of so many.
+    /// `x^p` of eight non-negative numbers.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn of(&self, loads: &Lanes) -> Lanes {
         let Some(whole) = self.whole else { return power(loads, self.exponent) };
@@ -45,12 +45,12 @@ impl Power {
     }
 }
 
-/// Bits of √½, those of a mantissa, and what makes exponents count from zero.
+/// Bits of √½, mask of the mantissa, and bits of 1, whose exponent counts as zero.
 const ROOT_HALF: u64 = 0x3FE6_A09E_667F_3BCD;
 const MANTISSA: u64 = (1 << 52) - 1;
 const ONE: u64 = 0x3FF0_0000_0000_0000;
 
-/// A number beside which whole numbers stand in the last bits, and another that counts from zero.
+/// 1.5 2^52 and 2^52: a whole number added to them stands in their last bits.
 const WHOLE: f64 = 6_755_399_441_055_744.0;
 const WHOLE_FROM_ZERO: f64 = 4_503_599_627_370_496.0;
 
@@ -74,7 +74,7 @@ const EXP: [f64; 15] = {
     series
 };
 
-/// A polynomial at each number.
+/// A polynomial at eight numbers (Horner).
 #[cfg_attr(feature = "std", inline(always))]
 fn polynomial(coefficients: &[f64], at: &Lanes) -> Lanes {
     let mut sum = [0.0; LANES];
@@ -86,7 +86,7 @@ fn polynomial(coefficients: &[f64], at: &Lanes) -> Lanes {
     sum
 }
 
-/// `x^p` for x >= 0, right to some roundings times p: without branches, so that they are worked out side by side.
+/// `x^p` for x >= 0, with an error of a few roundings times p; without branches, for vectors.
 #[cfg_attr(feature = "std", inline(always))]
 fn power(x: &Lanes, p: f64) -> Lanes {
     // x = 2^e m with m from √½ to √2, and ln m = 2 artanh s with s = (m - 1) / (m + 1).
@@ -110,7 +110,7 @@ fn power(x: &Lanes, p: f64) -> Lanes {
     }
     let mut out = polynomial(&EXP, &rest);
     for i in 0..LANES {
-        // In two factors, so that neither leaves the range before the product does.
+        // In two factors, so that neither overflows before the product does.
         let half = 0.5 * whole[i] + WHOLE - WHOLE;
         let product = out[i] * two_to(half) * two_to(whole[i] - half);
         out[i] = if x[i] > 0.0 { product } else { 0.0 };
@@ -118,7 +118,7 @@ fn power(x: &Lanes, p: f64) -> Lanes {
     out
 }
 
-/// `2^k` of a whole number.
+/// `2^k` for a whole number k.
 #[cfg_attr(feature = "std", inline(always))]
 fn two_to(k: f64) -> f64 {
     f64::from_bits((k + (WHOLE + 1023.0)).to_bits() << 52)
@@ -138,7 +138,7 @@ mod tests {
                 assert!((got - want).abs() <= 1e-14 * want, "{x}^{p}: {got} {want}");
             }
         }
-        // Nothing, far too little, far too much.
+        // Zero, underflow, overflow.
         assert_eq!(power(&[0.0; LANES], 2.5)[3], 0.0);
         assert_eq!(power(&[1e-300; LANES], 3.0)[5], 0.0);
         assert_eq!(power(&[1e300; LANES], 3.0)[7], f64::INFINITY);

@@ -1,4 +1,4 @@
-//! The tensors that the equations of motion are written in.
+//! Tensors of the equations of motion.
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -1,18 +1,18 @@
-//! Assembly of the equations of motion, paper eqs. 2-33: `M q'' + C q' + K q = Q + E(t) - M_u a(t)`.
+//! Mass, damping and stiffness matrices, paper eqs. 2-33: `M q'' + C q' + K q = Q + E(t) - M_u a(t)`.
 
 use nalgebra::{Matrix6, Vector6};
 
 use crate::model::Scene;
 
-/// Matrices of all six degrees of freedom `q = (u, φ)` of L, free and held alike.
+/// Matrices of all six degrees of freedom `q = (u, φ)` of L, free and held.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Matrices {
     /// Mass matrix M (eqs. 11, 12): kg, kg m, kg m².
     pub mass: Matrix6<f64>,
     /// Damping matrix `C = Σ b d dᵀ` (eqs. 32, 33): N s/m, N s, N m s.
     pub damping: Matrix6<f64>,
-    /// Stiffness matrix `K = Σ k d dᵀ` (eqs. 23, 24), k the nominal stiffness, or in a [`crate::System`] that of the tangent at rest:
-    /// N/m, N, N m.
+    /// Stiffness matrix `K = Σ k d dᵀ` (eqs. 23, 24): N/m, N, N m. k is the nominal stiffness; in a [`crate::System`] the slope of the
+    /// law at rest.
     pub stiffness: Matrix6<f64>,
     /// Weight Q as force and moment about L: N, N m.
     pub weight: Vector6<f64>,

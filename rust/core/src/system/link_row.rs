@@ -1,20 +1,20 @@
-//! What the system knows of each link: where it acts, and its deflection and load in each mode.
+//! Link rows: deflection and load of each link in the undamped modes.
 
 use super::state::State;
 use crate::model::Link;
 use crate::numeric::float::fma;
 
-/// A link in the modes, per unit of each entry of the state (√J), and at rest.
+/// A link in the undamped modes, per unit of each entry of the state (√J), and at rest.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LinkRow {
     pub link: Link,
-    /// Stiffness k that the modes are made with, N/m.
+    /// Stiffness k in the modes, N/m: the slope of the law at rest.
     pub stiffness: f64,
     /// Load per unit of `ω η`: `k d·Φ / ω`, N.
     pub elastic: [f64; 6],
     /// Load per unit of `η'`: `b d·Φ`, N.
     pub damping: [f64; 6],
-    /// Rate of deflection per unit of `η'`, which is also the modal force of a unit of load: `d·Φ`.
+    /// Deflection rate per unit of `η'`, and also the modal force of a unit of load: `d·Φ`.
     pub rate: [f64; 6],
     /// Deflection per unit of `ω η`: `d·Φ / ω`, m.
     pub deflection: [f64; 6],
@@ -49,7 +49,7 @@ impl LinkRow {
         at
     }
 
-    /// Load of the damper at a state, if it acts, N.
+    /// Load of the damper at a state, N, as if it acted.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn damping_load(&self, state: &State) -> f64 {
         let mut load = 0.0;
@@ -59,13 +59,13 @@ impl LinkRow {
         load
     }
 
-    /// Whether the damper does not act, as it does only in contact: where there is stiffness.
+    /// Whether the damper does not act: it acts in contact only, and the link has no stiffness at this state.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn damper_is_idle(&self, state: &State) -> bool {
         self.link.is_damped_in_contact() && self.link.law().tangent(self.deflection_at(state)) == 0.0
     }
 
-    /// Elastic load and load of the damper at a state, N.
+    /// Elastic and damping load at a state, N.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn loads(&self, state: &State) -> (f64, f64) {
         let damping = if self.damper_is_idle(state) { 0.0 } else { self.damping_load(state) };

@@ -36,14 +36,14 @@ use crate::numeric::float::{add_scaled, fma};
 use statics::{NEGLIGIBLE, equilibrium};
 use undamped_modes::{UndampedModes, undamped_modes};
 
-/// What a scene holds that is not linear, and so how much of a model it needs.
+/// Model level: the simplest equations that describe all laws of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelLevel {
-    /// Every law is `F = k δ`.
+    /// All laws are `F = k δ`.
     Linear,
-    /// Laws of straight segments: clearance, sides, curves. Exact between contact changes.
+    /// Laws of straight segments (clearance, sides, curves): linear between contact changes.
     PiecewiseLinear,
-    /// Preloaded contacts.
+    /// Some laws are smooth and nonlinear: preloaded contacts.
     SmoothNonlinear,
 }
 
@@ -60,7 +60,7 @@ impl ModelLevel {
     }
 }
 
-/// A scene, ready to integrate: its linear part, of the tangent at rest, and the links that are not linear.
+/// A scene ready to integrate: its linear part (the slopes of all laws at rest) and its links.
 #[derive(Debug, Clone)]
 pub struct System {
     matrices: Matrices,
@@ -70,22 +70,23 @@ pub struct System {
     pub(crate) frequency: [f64; 6],
     /// Columns of `Ĉ = Φᵀ C Φ`.
     pub(crate) damping: [[f64; 6]; 6],
-    /// Columns of the influence of an [`Input`] on f.
+    /// Columns of the influence of an [`Input`] on the modal force f.
     influence: [Force; 9],
     equilibrium: Rest,
     rows: BoundedVec<LinkRow>,
 }
 
 impl System {
-    /// Assembles a scene, finds its static equilibrium (section 3.5; `K q = Q` where all links are linear) and its modes about it.
+    /// Assembles a scene and finds its static equilibrium (section 3.5; `K q = Q` where all links are linear) and its undamped modes
+    /// about it.
     ///
-    /// Where the body is loose within its clearance, equilibrium is not one position. Taken is the one that springs of any common fraction
-    /// of the nominal stiffnesses beside the links would choose as that fraction vanishes: the body as centred as it can be.
-    /// A link that has no stiffness at rest counts in the modes with its nominal one.
+    /// A body that is free within its clearance has no single equilibrium. Chosen is the most central one: the limit for vanishing
+    /// springs beside the links, of one common fraction of the nominal stiffnesses. A link without stiffness at rest enters the modes
+    /// with its nominal stiffness.
     ///
     /// # Errors
-    /// [`SceneError::Unsupported`] names the motion that no link resists, [`SceneError::NoEquilibrium`] the one in which the weight takes the
-    /// body out of its links; [`SceneError::TooManyLinks`] only without `std`.
+    /// [`SceneError::Unsupported`] names the motion that no link resists, [`SceneError::NoEquilibrium`] the one in which the weight
+    /// drives the body out of its links; [`SceneError::TooManyLinks`] only without `std`.
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
         let links = scene.links();
         let mut matrices = assemble(scene);
@@ -125,18 +126,18 @@ impl System {
         Ok(Self { matrices, free, model_level, shapes, frequency, damping, influence, equilibrium, rows })
     }
 
-    /// How much of a model the scene needs.
+    /// Model level of the scene.
     pub fn model_level(&self) -> ModelLevel {
         self.model_level
     }
 
-    /// Motions `(u, φ)` of L in which the body is loose within its clearance at rest, so that the static position is a choice: m, rad.
+    /// Motions `(u, φ)` of L in which the body is free within its clearance at rest, m, rad; the static position is then one of many.
     pub fn free_at_rest(&self) -> impl ExactSizeIterator<Item = Vector6<f64>> {
         let Rest { loose, loose_count, .. } = &self.equilibrium;
         (0..*loose_count).map(|i| loose.column(i).into_owned())
     }
 
-    /// The first link that has no exact solution.
+    /// Index of the first preloaded link.
     pub(crate) fn first_smooth(&self) -> Option<usize> {
         self.links().position(|link| !link.law().is_piecewise_linear())
     }
@@ -146,7 +147,7 @@ impl System {
         self.rows.as_slice().iter().map(|row| &row.link)
     }
 
-    /// The links with their loads in the modes.
+    /// The link rows, in the order of the scene.
     pub(crate) fn rows(&self) -> &[LinkRow] {
         self.rows.as_slice()
     }
@@ -161,12 +162,12 @@ impl System {
         self.free
     }
 
-    /// Number of modes: of free degrees of freedom.
+    /// Number of modes: that of free degrees of freedom.
     pub fn mode_count(&self) -> usize {
         self.free.count()
     }
 
-    /// Undamped angular natural frequencies ω, ascending, rad/s, of the tangent at rest; zeros past the number of modes.
+    /// Undamped angular natural frequencies ω about rest, ascending, rad/s; zeros past the number of modes.
     pub fn frequencies(&self) -> &[f64; 6] {
         &self.frequency
     }

@@ -1,9 +1,9 @@
-//! The undamped modes from the link rows, without squaring them into K.
+//! Undamped modes from the link rows, without forming K, which would square the spread of stiffness.
 //!
-//! With `M_ff = L Lᵀ` the rows `√k d L⁻ᵀ` of all links are a matrix A with `L⁻¹ K_ff L⁻ᵀ = Aᵀ A`. Its singular values are the natural
-//! frequencies, its right singular vectors the modes, and its left ones, U, are the loads of the links in the modes: `√k U = k d·Φ / ω`.
-//! Rows sorted by size, QR with column pivoting (Cox & Higham 1998) and one-sided Jacobi on the triangle (Drmač & Veselić 2008) give all
-//! three their digits whatever the spread of stiffness; `k d·Φ` would lose them where a stiff link hardly moves in a soft mode.
+//! With `M_ff = L Lᵀ` the rows `√k d L⁻ᵀ` of all links form a matrix A with `L⁻¹ K_ff L⁻ᵀ = Aᵀ A`. The singular values of A are the
+//! natural frequencies, its right singular vectors the modes, and its left ones, U, give the loads of the links in the modes: `√k U = k
+//! d·Φ / ω`. Rows sorted by norm, QR with column pivoting (Cox & Higham 1998) and one-sided Jacobi on the triangle (Drmač & Veselić 2008)
+//! keep the digits of all three whatever the spread of stiffness; `k d·Φ` would lose them where a stiff link hardly moves in a soft mode.
 
 use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
 
@@ -12,7 +12,7 @@ use crate::error::SceneError;
 use crate::model::{Body, Scene};
 use crate::numeric::float::{copysign, hypot, sqrt};
 
-/// The modes of a scene.
+/// Undamped modes of a scene.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct UndampedModes {
     /// Shapes in the first columns, mass-normalised.
@@ -21,7 +21,7 @@ pub(crate) struct UndampedModes {
     pub frequency: [f64; 6],
 }
 
-/// A frequency below this fraction of the highest counts as no support: rounding leaves 1e-15, real machines span 1e6.
+/// A frequency below this fraction of the highest counts as unsupported: rounding leaves 1e-15, real machines spread over 1e6.
 const UNSUPPORTED: f64 = 1e-12;
 
 /// Finds the undamped modes, and writes the loads of all links in them to `rows`.
@@ -143,8 +143,9 @@ fn set_shape(shapes: &mut Matrix6<f64>, mode: usize, mut v: [f64; 6], lower: &Ma
 
 /// L with `M_ff = L Lᵀ`, the identity past the free degrees of freedom.
 ///
-/// Twice the kinetic energy is a sum of six squares, the velocities of the centre of mass and the turning about the principal axes, and
-/// L is the triangle of their rows: what is nearly a point mass on an arm has a mass matrix that is singular to rounding, but not those.
+/// Twice the kinetic energy is a sum of six squares, of the velocities of the centre of mass and of the rotation about the principal
+/// axes, and L is the triangle of their rows. A body that is nearly a point mass on an arm has a mass matrix that is singular to
+/// rounding; these rows keep their digits.
 fn mass_factor(body: &Body, dofs: &[usize]) -> Matrix6<f64> {
     let principal = SymmetricEigen::new(body.inertia());
     let mut lower = Matrix6::identity();
@@ -159,7 +160,7 @@ fn mass_factor(body: &Body, dofs: &[usize]) -> Matrix6<f64> {
     lower
 }
 
-/// Adds `row rowᵀ` to `L Lᵀ`, one Givens rotation per entry.
+/// Adds `row rowᵀ` to `L Lᵀ` by one Givens rotation per entry.
 fn fold(lower: &mut Matrix6<f64>, dofs: &[usize], row: &Vector6<f64>) {
     let mut row = *row;
     for (i, &pivot) in dofs.iter().enumerate() {
@@ -236,9 +237,9 @@ fn reflect(rows: &mut [LinkRow], j: usize, n: usize, tau: f64) {
     }
 }
 
-/// Turns the first n columns of `work` orthogonal by plane rotations, which `turned` collects.
+/// Makes the first n columns of `work` orthogonal by plane rotations, which `turned` accumulates.
 fn one_sided_jacobi(work: &mut Matrix6<f64>, turned: &mut Matrix6<f64>, n: usize) {
-    // Quadratic convergence: five or six sweeps settle a 6 x 6; the bound is for a matrix of rounding noise.
+    // Quadratic convergence: five or six sweeps do for a 6 x 6 matrix; the bound is for one of rounding noise.
     for _ in 0..30 {
         let mut settled = true;
         for p in 0..n {
@@ -268,7 +269,7 @@ fn one_sided_jacobi(work: &mut Matrix6<f64>, turned: &mut Matrix6<f64>, n: usize
     }
 }
 
-/// Of the motions spanned by the first `count` shapes the one with the fewest components, largest entry 1.
+/// The motion with the fewest components among those spanned by the first `count` shapes, largest entry 1.
 fn plainest_motion(shapes: &Matrix6<f64>, count: usize) -> Vector6<f64> {
     let mut span = *shapes;
     // Echelon form: each pivot row is cleared in all other columns.

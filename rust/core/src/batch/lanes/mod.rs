@@ -6,15 +6,18 @@
 
 mod aligned_buffer;
 mod assemble;
+mod damped;
 mod dense;
 mod integrate;
 mod jacobi;
 mod loads;
 mod matrix;
 mod modal;
+mod request;
 mod statistics;
 mod step;
 mod timeline;
+mod undamped;
 mod vector;
 
 use pulp::{Arch, Scalar, Simd, WithSimd};
@@ -24,7 +27,8 @@ use super::requirements::{Requirements, Signal, SignalRequest};
 use super::statistics::RunningStatistics;
 use crate::excitation::Excitation;
 use integrate::{LaneIntegrator, Memory};
-use modal::{ModalRequest, ModalScenes, ModalSetup};
+use modal::{ModalScenes, ModalSetup};
+use request::ModalRequest;
 use timeline::Timeline;
 
 /// Width of the vectors that linear scenes are run in.

@@ -121,6 +121,12 @@ impl<S: Simd> Mask<S> {
         Self { simd: self.simd, lanes: self.simd.and_m64s(self.lanes, other.lanes) }
     }
 
+    /// The opposite in each lane.
+    #[inline(always)]
+    pub(super) fn not(self) -> Self {
+        Self { simd: self.simd, lanes: self.simd.not_m64s(self.lanes) }
+    }
+
     /// Yes here and no there.
     #[inline(always)]
     pub(super) fn and_not(self, other: Self) -> Self {

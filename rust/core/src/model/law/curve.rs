@@ -1,23 +1,23 @@
-//! A tabulated law, linear in between its points.
+//! A tabulated law, linear between its points.
 
 use crate::error::SceneError;
 
-/// Points that a curve has room for.
+/// Most points of a curve.
 pub const MAX_CURVE_POINTS: usize = 16;
 
-/// Relative change of slope that is rounding of the table.
+/// Relative change of slope that is only rounding in the table.
 const STRAIGHT: f64 = 1e-12;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Curve {
-    /// How many edges there are.
+    /// Number of edges.
     count: usize,
-    /// Inner points, m and N.
+    /// Inner points at which the slope changes, m and N.
     edge: [f64; MAX_CURVE_POINTS - 2],
     load: [f64; MAX_CURVE_POINTS - 2],
-    /// One more than edges, N/m.
+    /// Slope of each segment, one more than edges, N/m.
     stiffness: [f64; MAX_CURVE_POINTS - 1],
-    /// The segment of δ = 0, and its force there, N.
+    /// Index of the segment that contains δ = 0, and the force there, N.
     origin: usize,
     load_at_zero: f64,
 }
@@ -72,7 +72,7 @@ impl Curve {
         curve.load_at_zero = if curve.stiffness[curve.origin] == 0.0 {
             a[1]
         } else if b[0] - a[0] < f64::MAX {
-            // As a whole, so that odd points give zero.
+            // One symmetric expression, so that an odd curve gives exactly zero.
             a[1] * (b[0] / (b[0] - a[0])) - b[1] * (a[0] / (b[0] - a[0]))
         } else {
             f64::INFINITY
@@ -93,7 +93,7 @@ impl Curve {
         }
     }
 
-    /// Force at zero and stiffness of a curve without edges.
+    /// Force at zero and stiffness, if the curve has no edges.
     pub(super) fn straight(&self) -> Option<(f64, f64)> {
         (self.count == 0).then_some((self.load_at_zero, self.stiffness[0]))
     }
@@ -142,7 +142,7 @@ impl Curve {
         (load - stiffness * at, stiffness)
     }
 
-    /// Adds up the trapezia from 0 to `d`.
+    /// Integral from 0 to `d`: trapezia segment by segment.
     pub(super) fn energy(&self, d: f64) -> f64 {
         let (last, mut energy) = (self.segment_of(d), 0.0);
         let mut segment = self.origin;

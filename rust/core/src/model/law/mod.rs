@@ -1,7 +1,10 @@
-//! Elastic laws: the force of a link as a function of its deflection.
+//! Elastic laws: the force of a link as a function of its deflection (load-deflection curve).
 //!
-//! A small closed set. The deflection δ [m] counts positive when the body moves along the link's direction, the force [N] is the one with
-//! which the body pushes on the link. No law falls anywhere, so every energy is convex and a static equilibrium has one set of loads.
+//! The deflection δ [m] is positive when the body moves along the link's direction; the force [N] is the one with which the body pushes
+//! on the link. No law decreases anywhere, so the elastic energy is convex and a static equilibrium has one set of loads.
+//!
+//! A new law is one file beside `sided`, `preloaded` and `curve`, a variant of `Kind`, and its arms in the methods of [`Law`]. If it
+//! consists of straight segments it needs nothing else: contacts are located at its [`Law::edges`].
 
 mod curve;
 mod parameter;
@@ -16,7 +19,7 @@ use sided::Sided;
 pub use curve::MAX_CURVE_POINTS;
 pub use parameter::LawParameter;
 
-/// An elastic law. Only laws that mean something can be made.
+/// An elastic law, checked when it is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Law(Kind);
 
@@ -60,22 +63,21 @@ impl Law {
         Ok(Self(Kind::Sided(Sided::new(positive, negative, clearance))))
     }
 
-    /// Two rows of rolling elements pressed against each other: `F = K [(d₀ + δ)₊ⁿ - (d₀ - δ)₊ⁿ]`, of which the catalogue tells
-    /// the `stiffness` at δ = 0, k₀ in N/m, and the `preload` F₀ = K d₀ⁿ of a row, N. Balls have the `exponent` n = 3/2, rollers 10/9.
-    /// At |δ| = d₀ = 2 n F₀ / k₀ one row opens, under the load 2ⁿ F₀.
+    /// Two rows of rolling elements preloaded against each other: `F = K [(d₀ + δ)₊ⁿ - (d₀ - δ)₊ⁿ]`, given by catalogue values: the
+    /// `stiffness` k₀ at δ = 0, N/m, and the `preload` F₀ = K d₀ⁿ of a row, N. Balls have the `exponent` n = 3/2, rollers 10/9. At |δ| =
+    /// d₀ = 2 n F₀ / k₀ one row opens, under the load 2ⁿ F₀.
     ///
     /// # Errors
-    /// [`SceneError::PreloadedStiffness`], [`SceneError::Preload`], [`SceneError::Exponent`] (beyond 1 to 2), and
+    /// [`SceneError::PreloadedStiffness`], [`SceneError::Preload`], [`SceneError::Exponent`] (outside 1 to 2), and
     /// [`SceneError::NotFinite`] for a d₀ or K out of the range of numbers.
     pub fn preloaded(stiffness: f64, preload: f64, exponent: f64) -> Result<Self, SceneError> {
         Ok(Self(Kind::Preloaded(Preloaded::new(stiffness, preload, exponent)?)))
     }
 
-    /// Linear in between `points` (δ, F), m and N, ascending in δ and nowhere falling in F; the end slopes go on beyond.
+    /// Linear between `points` (δ, F), m and N, ascending in δ and nowhere decreasing in F; beyond the ends the end slopes continue.
     ///
-    /// Nothing forces it through the origin: a law with a force at δ = 0 pushes on the unloaded body. Points at which the slope
-    /// changes by no more than rounding say nothing and are dropped; if none but the ends are left and the law passes through the origin, it
-    /// is a linear one.
+    /// The curve need not pass through the origin: with a force at δ = 0 it pushes on the unloaded body. Points at which the slope
+    /// changes by no more than rounding are dropped. If only the ends are left and the line passes through the origin, the law is linear.
     ///
     /// # Errors
     /// [`SceneError::CurvePoints`] for a count other than 2 to [`MAX_CURVE_POINTS`], [`SceneError::NotFinite`],
@@ -88,7 +90,7 @@ impl Law {
         }
     }
 
-    /// The law of `factor` times the force at the same deflection.
+    /// The law with `factor` times the force at each deflection.
     ///
     /// # Errors
     /// [`SceneError::Factor`] for a factor that is not positive, or that leaves the range of numbers.
@@ -124,7 +126,7 @@ impl Law {
         matches!(self.0, Kind::Linear(_))
     }
 
-    /// Whether it is made of straight segments: all are but a preloaded one.
+    /// Whether it consists of straight segments: every law but a preloaded one.
     pub fn is_piecewise_linear(&self) -> bool {
         !matches!(self.0, Kind::Preloaded(_))
     }
@@ -151,7 +153,7 @@ impl Law {
         }
     }
 
-    /// Slope of the force at the deflection `d`, N/m; at an edge the one on its right.
+    /// Slope of the force at the deflection `d`, N/m; at an edge the slope to its right.
     #[cfg_attr(feature = "std", inline(always))]
     pub fn tangent(&self, d: f64) -> f64 {
         match &self.0 {
@@ -208,7 +210,7 @@ impl Law {
         }
     }
 
-    /// Segment in which `d` lies, from 0: the number of edges up to `d`, so that an edge belongs to what is on its right.
+    /// Index of the segment in which `d` lies: the number of edges up to `d`, so that an edge belongs to the segment on its right.
     #[cfg_attr(feature = "std", inline(always))]
     pub fn segment_of(&self, d: f64) -> usize {
         let mut segment = 0;
@@ -218,8 +220,8 @@ impl Law {
         segment
     }
 
-    /// What the force is on a segment of a piecewise linear law: `F = a + k δ`, as (a, k) in N and N/m; past the last segment the
-    /// last. A preloaded law has no straight segments: its tangent at δ = 0.
+    /// (a, k) of `F = a + k δ` on a segment of a piecewise linear law, N and N/m; for an index past the last segment that of the last.
+    /// For a preloaded law, which has no straight segments, the tangent at δ = 0.
     #[cfg_attr(feature = "std", inline(always))]
     pub fn segment(&self, index: usize) -> (f64, f64) {
         match &self.0 {

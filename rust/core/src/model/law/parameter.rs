@@ -1,12 +1,12 @@
-//! The numbers of a law, to set one at a time.
+//! Parameters of a law by name.
 
 use super::{Kind, Law};
 use crate::error::SceneError;
 
-/// A number of a law.
+/// A parameter of a law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LawParameter {
-    /// Nominal stiffness, N/m; the sides of a law keep their ratio.
+    /// Nominal stiffness, N/m; the two sides of a law keep their ratio.
     Stiffness,
     /// Stiffness where the body moves along the link's direction, N/m.
     PositiveStiffness,
@@ -31,7 +31,7 @@ impl LawParameter {
         Self::Scale,
     ];
 
-    /// Its name, `positive_stiffness` for one.
+    /// Its name, such as `positive_stiffness`.
     pub const fn name(self) -> &'static str {
         ["stiffness", "positive_stiffness", "negative_stiffness", "clearance", "preload", "scale"]
             [self as usize]
@@ -44,10 +44,10 @@ impl LawParameter {
 }
 
 impl Law {
-    /// The same law with one number changed. A linear law with a clearance, or another stiffness on one side, is a sided one.
+    /// The law with one parameter changed. A linear law with a clearance, or with another stiffness on one side, becomes a sided one.
     ///
     /// # Errors
-    /// [`SceneError::NoParameter`] for a number that a law of this kind does not have, and those of the law with that number.
+    /// [`SceneError::NoParameter`] for a parameter that a law of this kind does not have, and the errors of the law with the new value.
     #[inline]
     pub fn with(&self, parameter: LawParameter, value: f64) -> Result<Self, SceneError> {
         if parameter == LawParameter::Scale {

@@ -1,4 +1,4 @@
-//! Two rows of rolling elements pressed against each other.
+//! Two rows of rolling elements preloaded against each other.
 
 use crate::error::SceneError;
 use crate::numeric::float::{atanh, copysign, exp, expm1, log1p, pow, sinh, sqrt};
@@ -17,10 +17,10 @@ pub(super) struct Preloaded {
     exponent: f64,
 }
 
-/// Exponent of balls, for which roots do instead of powers.
+/// Exponent of balls; `x √x` then replaces the power.
 const BALL: f64 = 1.5;
 
-/// Up to this part of d₀ the difference of powers loses digits, and is taken from hyperbolic functions instead.
+/// Up to this part of d₀ the difference of powers loses digits; hyperbolic functions replace it.
 const SMALL: f64 = 0.5;
 
 impl Preloaded {
@@ -43,7 +43,7 @@ impl Preloaded {
         Ok(law)
     }
 
-    /// The same rolling elements at another stiffness and preload.
+    /// The law of the same rolling elements with another stiffness and preload.
     pub(super) fn with(&self, stiffness: f64, preload: f64) -> Result<Self, SceneError> {
         Self::new(stiffness, preload, self.exponent)
     }
@@ -74,7 +74,7 @@ impl Preloaded {
         let force = if size >= opening {
             self.coefficient * self.power(opening + size)
         } else if self.exponent == BALL {
-            // a³ - b³ over the sum of the roots: nothing cancels.
+            // (a³ - b³) over the sum of the roots, so that no digits cancel.
             let x = size / opening;
             let (a, b) = (1.0 + x, 1.0 - x);
             self.preload * (2.0 * x * (3.0 + x * x) / (a * sqrt(a) + b * sqrt(b)))
@@ -118,7 +118,7 @@ impl Preloaded {
             let sum = opening + size;
             self.coefficient * self.power(sum) * sum / over - 2.0 * self.preload * opening / over
         } else if self.exponent == BALL {
-            // √(1+x)⁵ + √(1-x)⁵ - 2 in q = 1 - √(1-x²) and c = √(1+x) + √(1-x), so that nothing cancels.
+            // √(1+x)⁵ + √(1-x)⁵ - 2 in terms of q = 1 - √(1-x²) and c = √(1+x) + √(1-x), so that no digits cancel.
             let x = size / opening;
             let q = x * x / (1.0 + sqrt((1.0 - x) * (1.0 + x)));
             let c = sqrt(4.0 - 2.0 * q);

@@ -1,4 +1,4 @@
-//! A stiffness for each side, and a clearance between them.
+//! Another stiffness on either side, with a clearance between them.
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sided {
@@ -6,13 +6,13 @@ pub(super) struct Sided {
     negative: f64,
     pub(super) clearance: f64,
     edges: [f64; 2],
-    /// How many of `edges` there are.
+    /// Number of edges in use.
     count: usize,
 }
 
 impl Sided {
     pub(super) fn new(positive: f64, negative: f64, clearance: f64) -> Self {
-        // A side without stiffness has no contact to lose.
+        // A side without stiffness has no edge.
         let (edges, count) = if clearance == 0.0 {
             ([0.0; 2], 1)
         } else if positive == 0.0 {

@@ -1,8 +1,9 @@
-//! Static equilibrium of a body on links of any laws.
+//! Static equilibrium on links of any laws.
 //!
-//! The energy `U(y) = Σ E(c·y) - w·y` of elastic links under a weight is convex, and the body rests at its minimum. In the coordinates y
-//! the nominal stiffness is the identity, so `ε |y|² / 2` are centring springs in all links, ε times as stiff as the links. They make the
-//! minimum unique where the body is free within its clearance, and fade away: of all positions of rest remains the one of least `|y|`.
+//! The energy `U(y) = Σ E(c·y) - w·y` of elastic links under a weight is convex, and its minimum is the position of rest. In the
+//! coordinates y the nominal stiffness is the identity, so `ε |y|² / 2` stands for centring springs in all links, ε times as stiff as the
+//! links. They make the minimum unique where the body is free within its clearance. As ε falls to zero the minimum tends to the position
+//! of rest with the least `|y|`.
 
 #[cfg(test)]
 mod tests;
@@ -16,33 +17,34 @@ use crate::model::Law;
 pub(crate) struct Equilibrium {
     /// y, √J.
     pub position: [f64; 6],
-    /// Unit directions y, orthogonal to each other, which no link resists at rest.
+    /// Orthonormal directions y that no link resists at rest.
     pub loose: [[f64; 6]; 6],
-    /// How many of `loose` there are.
+    /// Number of directions in `loose`.
     pub loose_count: usize,
 }
 
-/// Stiffness of the centring springs as they fade: the last is where its rounding and its own displacement weigh the same.
+/// Relative stiffness ε of the centring springs, stage by stage. At the last one its rounding and its own displacement weigh the same.
 const CENTRING: [f64; 4] = [1e-2, 1e-4, 1e-6, 1e-8];
 
-/// A stiffness below this part of the nominal or the largest one is none, and a force below this part of all forces is none: rounding
+/// A stiffness below this part of the nominal or the largest one, or a force below this part of all forces, counts as zero: rounding
 /// leaves 1e-15.
 pub(crate) const NEGLIGIBLE: f64 = 1e-12;
 
-/// A residual that is hardly more than rounding.
+/// Relative residual that is hardly more than rounding.
 const ROUNDING: f64 = 1e-14;
 
-/// An edge is passed when the deflection is beyond it by more than this part: roundings of what a soft direction has let go. The true
-/// force decides on the balance.
+/// Part of the deflection by which a link must be beyond its edge to count as beyond: rounding of deflections along soft directions. The
+/// true force decides on the balance.
 const AT_EDGE: f64 = 1e-11;
 
-/// Newton steps at each stiffness of the centring springs: a handful does, a scene of a hundred edges may need some dozen.
+/// Most Newton steps at each stiffness of the centring springs: a handful do, a scene of a hundred edges may need some dozen.
 const MAX_STEPS: usize = 100;
 
-/// The position of rest of least `|y|` under `weight`, of the `springs` (law, c) with the deflection `c·y`, over the first `count` entries.
+/// The position of rest with the least `|y|` under `weight`, on `springs` (law, c) with the deflection `c·y`, over the first `count`
+/// entries.
 ///
 /// # Errors
-/// The direction of y, of length 1, in which the body leaves: nothing resists it, or nothing enough. Zeros for numbers beyond their range.
+/// The unit direction y in which the body leaves, because nothing resists it, or not enough. Zeros where numbers leave their range.
 pub(crate) fn equilibrium<'a>(
     springs: impl Iterator<Item = (&'a Law, [f64; 6])> + Clone,
     weight: &[f64; 6],
@@ -51,7 +53,7 @@ pub(crate) fn equilibrium<'a>(
     let within = |v: &[f64; 6]| Vector6::from_fn(|i, _| if i < count { v[i] } else { 0.0 });
     let statics =
         Statics { springs: springs.map(|(law, c)| (law, within(&c))), weight: within(weight), count };
-    // The position of linear links of nominal stiffness.
+    // Start: the position on linear links of nominal stiffness.
     let mut y = statics.weight;
     for centring in CENTRING {
         y = statics.settle(y, centring, MAX_STEPS)?;
@@ -60,10 +62,10 @@ pub(crate) fn equilibrium<'a>(
         if let Some(found) = statics.polish(&y, true).or_else(|| statics.polish(&y, false)) {
             return Ok(found);
         }
-        // The centring springs hid an edge.
+        // The centring springs have hidden an edge.
         y = statics.settle(y, 0.0, 1)?;
     }
-    // No scene is known that comes here: where the body is pulled still.
+    // No scene is known that comes here. The error is the direction of the force that is left.
     Err(unit(&statics.pull(&y, 0.0).force).into())
 }
 
@@ -73,24 +75,24 @@ struct Statics<I> {
     count: usize,
 }
 
-/// Force and the size of its terms.
+/// Force out of balance, and the size of the terms that it is a sum of.
 struct Residual {
     force: Vector6<f64>,
     size: f64,
 }
 
 impl Residual {
-    /// Smallest where nothing but roundings is left.
+    /// Force over the size of its terms; some 1e-15 in balance.
     fn relative(&self) -> f64 {
         if self.size > 0.0 { self.force.norm() / self.size } else { 0.0 }
     }
 }
 
-/// Stiffnesses and directions.
+/// Principal stiffnesses and directions.
 type Modes = SymmetricEigen<f64, nalgebra::U6>;
 
 impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
-    /// What pulls the body on from y: the weight that the links and centring springs do not carry there.
+    /// Force out of balance at y: the weight less what links and centring springs carry.
     fn pull(&self, y: &Vector6<f64>, centring: f64) -> Residual {
         let mut force = self.weight - y * centring;
         let mut size = self.weight.norm() + centring * y.norm();
@@ -103,7 +105,7 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
         Residual { force, size }
     }
 
-    /// Tangent stiffness at y, the segments of piecewise linear laws being those of `reference`; none if it is out of range.
+    /// Tangent stiffness at y, with piecewise linear laws on their segments at `reference`; none if it is out of range.
     fn stiffness(&self, y: &Vector6<f64>, reference: &Vector6<f64>, centring: f64) -> Option<Modes> {
         let mut sum = Matrix6::zeros();
         for (law, c) in self.springs.clone() {
@@ -144,7 +146,7 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
         Ok(y)
     }
 
-    /// Lengthens a step in a direction that nothing resists at y until something does.
+    /// Lengthens a step along a direction without stiffness until a link resists.
     fn reach(&self, y: &Vector6<f64>, free: &Vector6<f64>, centring: f64) -> Result<Vector6<f64>, [f64; 6]> {
         let direction = unit(free);
         let mut length = y.norm() + free.norm();
@@ -157,14 +159,14 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
         Err(direction.into())
     }
 
-    /// How much of a step to go: all of it unless it leads beyond the minimum along it, else to shortly before that.
+    /// Part of a Newton step to take: all of it, unless the minimum along it comes before its end; then shortly before the minimum.
     fn part(&self, y: &Vector6<f64>, step: &Vector6<f64>, pull: &Residual, centring: f64) -> f64 {
         let whole = self.pull(&(y + step), centring);
         let first = pull.force.dot(step);
         if whole.force.dot(step) >= 0.0 || whole.force.norm() <= 0.5 * pull.force.norm() {
             return 1.0;
         }
-        // The energy is convex, so what pulls along the step only falls.
+        // The energy is convex, so the force along the step decreases.
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
@@ -181,8 +183,9 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
         low
     }
 
-    /// Balance to rounding, without centring springs, from a position y of which the segments are the right ones; none if they are not.
-    /// `nearest`: of all positions with these loads the one of least `|y|`, which may lie beyond an edge by what the springs were worth.
+    /// Newton steps to rounding without centring springs, on the segments at `reference`; none if these turn out not to be the right
+    /// ones. `nearest`: take, of all positions with these loads, the one with the least `|y|`; it may lie beyond an edge by the
+    /// displacement of the centring springs.
     fn polish(&self, reference: &Vector6<f64>, nearest: bool) -> Option<Equilibrium> {
         let mut y = *reference;
         let (mut best, mut least) = (y, f64::INFINITY);
@@ -217,7 +220,7 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
         Some(rest)
     }
 
-    /// Whether all links are at y in the segments in which they are at `reference`, or at their edges.
+    /// Whether all links are at y on their segments at `reference`, or at the edges of these.
     fn same_segments(&self, y: &Vector6<f64>, reference: &Vector6<f64>) -> bool {
         let size = y.norm();
         self.springs.clone().filter(|(law, _)| law.is_piecewise_linear()).all(|(law, c)| {
@@ -230,7 +233,7 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
     }
 }
 
-/// A stiffness up to this counts as none. Those of the entries past the count are 1, as the nominal one is.
+/// Stiffness up to which a direction counts as without stiffness. Those of the entries past the count are 1, as the nominal one is.
 fn threshold(modes: &Modes) -> f64 {
     NEGLIGIBLE * f64::max(modes.eigenvalues.max(), 1.0)
 }
@@ -242,7 +245,7 @@ fn loose(modes: &Modes) -> impl Iterator<Item = Vector6<f64>> {
         .map(|i| modes.eigenvectors.column(i).into_owned())
 }
 
-/// The step that a force makes where there is stiffness, and the force where there is none.
+/// The Newton step where there is stiffness, and the force where there is none.
 fn split(modes: &Modes, force: &Vector6<f64>) -> (Vector6<f64>, Vector6<f64>) {
     let (mut step, mut free) = (Vector6::zeros(), Vector6::zeros());
     for (direction, &stiffness) in modes.eigenvectors.column_iter().zip(&modes.eigenvalues) {
@@ -256,7 +259,7 @@ fn split(modes: &Modes, force: &Vector6<f64>) -> (Vector6<f64>, Vector6<f64>) {
     (step, free)
 }
 
-/// The vector of length 1 in the direction of `v`; zero for none.
+/// The unit vector along `v`; zero for a zero vector.
 fn unit(v: &Vector6<f64>) -> Vector6<f64> {
     let length = v.norm();
     if length > 0.0 && length.is_finite() { v / length } else { Vector6::zeros() }
