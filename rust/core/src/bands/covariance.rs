@@ -1,11 +1,11 @@
-//! Covariance of the deviations of the motion and of the machine's state, exactly.
+//! Exact covariance of the deviations of the motion and of the machine's state.
 
-use super::schedule::{Move, Response};
+use super::schedule::{Event, Response};
 use crate::numeric::float::{add_scaled, fma};
 use crate::smoother::{MAX_ORDER, MarkovStep, Square};
 
-/// Over the interval between two samples: of a, the acceleration at its start, d, the state of the motion at its end, and z, the state
-/// of the machine where we are.
+/// Covariances within the interval between two samples: of a, the acceleration at its start, d, the state of the motion at its end, and
+/// z, the state of the machine at the present time.
 #[derive(Debug, Clone)]
 pub(super) struct Covariance {
     order: usize,
@@ -35,13 +35,13 @@ impl Covariance {
         }
     }
 
-    /// Follows a move.
+    /// Advances by one event.
     #[inline(always)]
-    pub fn follow(&mut self, step: &Move) {
+    pub fn follow(&mut self, step: &Event) {
         match step {
-            Move::Sample { step, unit } => self.begin(step, *unit),
-            Move::Part { response, from, to } => self.advance(response, *from, *to),
-            Move::Instant { .. } => {}
+            Event::Sample { step, unit } => self.begin(step, *unit),
+            Event::Part { response, from, to } => self.advance(response, *from, *to),
+            Event::Instant { .. } => {}
         }
     }
 
@@ -60,7 +60,7 @@ impl Covariance {
         (self.unit * self.a_d[at], self.unit * self.unit * self.d[at][at])
     }
 
-    /// The interval to the next sample begins.
+    /// Begins the interval to the next sample.
     #[inline(always)]
     fn begin(&mut self, step: &MarkovStep, unit: f64) {
         let (order, at) = (self.order, self.derivative);

@@ -1,13 +1,13 @@
 //! Standard deviations of acceleration and loads at every instant.
 
 use super::covariance::Covariance;
-use super::schedule::{Deviation, Move, Schedule};
+use super::schedule::{Deviation, Event, Schedule};
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
 use crate::output::{Axial, Part, Recovery, Wrench, link_load};
 use crate::system::{ModelLevel, System};
 
-/// Quantities per unit of each entry of the state.
+/// Eight quantities per unit of each entry of the state.
 type Rows = [Lanes; 12];
 
 /// Standard deviations at m instants, to be filled.
@@ -23,10 +23,11 @@ pub struct StandardDeviations<'a> {
     pub links: &'a mut [f64],
 }
 
-/// Fills in what a deviation of the acceleration makes of the loads of `groups` and of all links; None for a scene that is not linear.
+/// Computes the standard deviations that the deviation of the acceleration makes in the loads of `groups` and of all links; None for a
+/// scene that is not linear.
 ///
-/// instants: m ascending times, s. loads: m x groups x 6, the loads that the resultants are of. Where one is zero it has no direction; its
-/// deviation is then that of all its components.
+/// instants: m ascending times, s. loads: m x groups x 6, the nominal loads, which give the resultants their direction. A zero resultant
+/// has none; its deviation is then that of all its components together.
 ///
 /// # Panics
 /// If lengths do not agree.
@@ -53,26 +54,26 @@ pub fn standard_deviations(
         links: packed(&links),
         components: core::array::from_fn(|row| across(groups, row)),
     };
-    let mut moves = Vec::with_capacity(MOVES_AT_A_TIME);
+    let mut events = Vec::with_capacity(EVENTS_AT_A_TIME);
     loop {
-        moves.clear();
-        moves.extend(schedule.by_ref().take(MOVES_AT_A_TIME));
-        if moves.is_empty() {
+        events.clear();
+        events.extend(schedule.by_ref().take(EVENTS_AT_A_TIME));
+        if events.is_empty() {
             return Some(());
         }
         let covariance = &mut covariance;
-        dispatch(DeviationsKernel { moves: &moves, covariance, quantities: &quantities, loads, out });
+        dispatch(DeviationsKernel { events: &events, covariance, quantities: &quantities, loads, out });
     }
 }
 
-/// Moves that are made before they are followed.
-const MOVES_AT_A_TIME: usize = 64;
+/// Events that are prepared at a time.
+const EVENTS_AT_A_TIME: usize = 64;
 
 struct Quantities {
     /// Six rows of each group, one group after the other.
     groups: Vec<Rows>,
     links: Vec<Rows>,
-    /// The same component of all groups.
+    /// Each of the six components, of all groups.
     components: [Vec<Rows>; 6],
 }
 
@@ -96,9 +97,9 @@ fn pack(count: usize, of: impl Fn(usize, usize) -> f64) -> Vec<Rows> {
     all
 }
 
-/// Follows moves and fills in their instants.
+/// Follows events and writes the results at their instants.
 struct DeviationsKernel<'a, 'b> {
-    moves: &'a [Move],
+    events: &'a [Event],
     covariance: &'a mut Covariance,
     quantities: &'a Quantities,
     loads: &'a [f64],
@@ -110,11 +111,11 @@ impl Kernel for DeviationsKernel<'_, '_> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { moves, covariance, quantities, loads, out } = self;
+        let Self { events, covariance, quantities, loads, out } = self;
         let (width, links) = (loads.len() / out.acceleration.len(), out.links.len() / out.acceleration.len());
-        for step in moves {
+        for step in events {
             covariance.follow(step);
-            let &Move::Instant { index, at } = step else { continue };
+            let &Event::Instant { index, at } = step else { continue };
             out.acceleration[index] = root(covariance.acceleration(at));
             let groups = index * width..(index + 1) * width;
             let z = &covariance.z;
@@ -136,7 +137,7 @@ fn fill(z: &[[f64; 12]; 12], rows: &[Rows], out: &mut [f64]) {
     }
 }
 
-/// Deviation of the size of (Fy, Fz), and of the moment: along the direction that it has. spread: of the components.
+/// Standard deviation of the magnitude of (Fy, Fz), and of the moment, along their directions. spread: of the components.
 #[inline(always)]
 fn fill_sizes(z: &[[f64; 12]; 12], quantities: &Quantities, loads: &[f64], spread: &[f64], out: &mut [f64]) {
     for (which, components) in [1..3, 3..6].into_iter().enumerate() {
@@ -169,7 +170,7 @@ fn fill_sizes(z: &[[f64; 12]; 12], quantities: &Quantities, loads: &[f64], sprea
     }
 }
 
-/// row z row^T of each row.
+/// Variances of eight quantities: row z row^T.
 #[inline(always)]
 fn variances(z: &[[f64; 12]; 12], rows: &Rows) -> Lanes {
     let mut sum = [0.0; LANES];
@@ -185,7 +186,7 @@ fn variances(z: &[[f64; 12]; 12], rows: &Rows) -> Lanes {
     sum
 }
 
-/// Square root of a variance, of which rounding may have left less than nothing.
+/// Square root of a variance, which rounding may have made negative.
 #[inline(always)]
 fn root(variance: f64) -> f64 {
     sqrt(f64::max(variance, 0.0))

@@ -1,25 +1,25 @@
-//! Peaks of the loads, drawn from all that fit the samples.
+//! Peaks of the loads, drawn from the posterior of the motion.
 
-use super::schedule::{Deviation, Move, Response, Schedule};
+use super::schedule::{Deviation, Event, Response, Schedule};
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch_wide};
 use crate::output::Wrench;
 use crate::smoother::DeviationDraws;
 use crate::system::{ModelLevel, System};
 
-/// The loads that deviations are from.
+/// The loads to which deviations are added.
 #[derive(Debug, Clone, Copy)]
 pub struct NominalLoads<'a> {
     /// m ascending times, s.
     pub instants: &'a [f64],
     /// m x groups x 6: force (N) and moment (N m).
     pub loads: &'a [f64],
-    /// m x groups: where a group is looked at.
+    /// m x groups: whether a group is evaluated at an instant.
     pub wanted: &'a [bool],
 }
 
-/// The largest y-z resultant of each group over the instants at which it is wanted, in each draw: `out[group * draws + draw]`, N, zero
-/// if there are none; None for a scene that is not linear. A draw depends on the seed and its number alone, on any number of `threads`.
+/// Draws the largest y-z resultant of each group over the instants at which it is wanted: `out[group * draws + draw]`, N, zero if there
+/// are none; None for a scene that is not linear. A draw depends on the seed and its own number only, whatever the number of `threads`.
 ///
 /// # Panics
 /// If lengths do not agree.
@@ -40,7 +40,7 @@ pub fn draw_peaks(
     assert_eq!(out.len(), draws * groups.len(), "room for every draw of every group");
     assert_eq!(loads.len(), 6 * groups.len() * instants.len(), "loads at every instant");
     assert_eq!(wanted.len(), groups.len() * instants.len(), "every group at every instant");
-    // Nothing is looked at after the last one.
+    // Nothing is evaluated after the last wanted instant.
     let last = wanted.iter().rposition(|wanted| *wanted).map_or(0, |at| at / groups.len() + 1);
     let plan = Plan {
         active: system.mode_count(),
@@ -72,15 +72,15 @@ fn follow_on_threads<'a>(
 ) {
     let follow = |blocks: &mut [DrawBlock]| {
         let mut schedule = schedule();
-        let mut moves = Vec::with_capacity(MOVES_AT_A_TIME);
+        let mut events = Vec::with_capacity(EVENTS_AT_A_TIME);
         loop {
-            moves.clear();
-            moves.extend(schedule.by_ref().take(MOVES_AT_A_TIME));
-            if moves.is_empty() {
+            events.clear();
+            events.extend(schedule.by_ref().take(EVENTS_AT_A_TIME));
+            if events.is_empty() {
                 return;
             }
             for block in &mut *blocks {
-                dispatch_wide(FollowKernel { block, moves: &moves, plan });
+                dispatch_wide(FollowKernel { block, events: &events, plan });
             }
         }
     };
@@ -97,8 +97,8 @@ fn follow_on_threads<'a>(
     });
 }
 
-/// Moves that all draws follow before the next ones are made.
-const MOVES_AT_A_TIME: usize = 48;
+/// Events that all draws follow before the next ones are prepared.
+const EVENTS_AT_A_TIME: usize = 48;
 
 struct Plan<'a> {
     /// Number of modes.
@@ -111,7 +111,7 @@ struct Plan<'a> {
     wanted: &'a [bool],
 }
 
-/// Some draws side by side.
+/// Eight draws side by side.
 struct DrawBlock {
     drawn: DeviationDraws,
     /// Acceleration at the start and at the end of the interval, m/s².
@@ -185,10 +185,10 @@ impl DrawBlock {
     }
 }
 
-/// Takes some draws along moves.
+/// Takes eight draws through some events.
 struct FollowKernel<'a> {
     block: &'a mut DrawBlock,
-    moves: &'a [Move],
+    events: &'a [Event],
     plan: &'a Plan<'a>,
 }
 
@@ -197,18 +197,18 @@ impl Kernel for FollowKernel<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { block, moves, plan } = self;
-        for step in moves {
+        let Self { block, events, plan } = self;
+        for step in events {
             match step {
-                Move::Sample { step, unit } => {
+                Event::Sample { step, unit } => {
                     block.before = block.after;
                     block.drawn.advance(step, plan.order);
                     for lane in 0..LANES {
                         block.after[lane] = unit * block.drawn.state[plan.derivative][lane];
                     }
                 }
-                Move::Part { response, from, to } => block.advance(plan, response, *from, *to),
-                Move::Instant { index, .. } => block.look(plan, *index),
+                Event::Part { response, from, to } => block.advance(plan, response, *from, *to),
+                Event::Instant { index, .. } => block.look(plan, *index),
             }
         }
     }

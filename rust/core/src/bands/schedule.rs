@@ -1,4 +1,4 @@
-//! The way of the deviations through time: intervals between samples, parts of them, and the instants that are asked for.
+//! Schedule of a pass through time: samples, parts of the intervals between them, and the instants at which results are wanted.
 
 use std::rc::Rc;
 
@@ -10,13 +10,13 @@ use crate::system::System;
 /// The deviation of the acceleration along x from its estimate, linear between the stamps of the samples.
 #[derive(Clone, Copy)]
 pub struct Deviation<'a> {
-    /// The chain of the states at the stamps.
+    /// Posterior of the state at the time stamps.
     pub posterior: &'a Posterior<'a>,
-    /// Stamps of the samples, s, ascending.
+    /// Time stamps of the samples, s, ascending.
     pub time: &'a [f64],
-    /// The number of the state that is the acceleration.
+    /// Index of the acceleration in the state.
     pub derivative: usize,
-    /// n: m/s² per unit of it at each stamp.
+    /// n: m/s² per unit of the state's acceleration at each time stamp.
     pub unit: &'a [f64],
 }
 
@@ -29,38 +29,38 @@ pub(super) struct Response {
     pub end: [f64; 12],
 }
 
-/// What comes next.
+/// One event of the schedule.
 #[derive(Debug, Clone)]
-pub(super) enum Move {
-    /// The state of the next sample; the first time that of the first. `unit`: m/s² per unit of its acceleration.
+pub(super) enum Event {
+    /// The next sample; first of all the first one. `unit`: m/s² per unit of its acceleration.
     Sample { step: Box<MarkovStep>, unit: f64 },
-    /// A part of the interval between the last two samples, from one fraction of it to another.
+    /// A part of the interval between the last two samples, between two fractions of it.
     Part { response: Rc<Response>, from: f64, to: f64 },
     /// The instant with this index, at this fraction of the interval.
     Instant { index: usize, at: f64 },
 }
 
-/// All moves up to the last instant.
+/// All events up to the last instant, in order.
 pub(super) struct Schedule<'a> {
     system: &'a System,
     deviation: Deviation<'a>,
     instants: &'a [f64],
     steps: Box<dyn Iterator<Item = MarkovStep> + 'a>,
-    /// Samples whose state is known, and the last two of their stamps.
+    /// Number of samples passed, and the time stamps of the last two, s.
     known: usize,
     start: f64,
     end: f64,
-    /// Where we are: time, and fraction of the interval.
+    /// Present time, s, and fraction of the interval.
     here: f64,
     fraction: f64,
     next: usize,
-    /// Responses to parts of some lengths; stamps are rounded, and lengths that differ by no more are one.
+    /// Cached responses by length. Time stamps are rounded; lengths that differ by no more than rounding are one.
     cached: Vec<(f64, Rc<Response>)>,
     oldest: usize,
     rounding: f64,
 }
 
-/// Lengths whose responses are cached: device clocks tick in a handful of them.
+/// Cached responses: device clocks tick in a handful of interval lengths.
 const CACHED_RESPONSES: usize = 16;
 
 impl<'a> Schedule<'a> {
@@ -102,16 +102,16 @@ impl<'a> Schedule<'a> {
 }
 
 impl Iterator for Schedule<'_> {
-    type Item = Move;
+    type Item = Event;
 
-    fn next(&mut self) -> Option<Move> {
+    fn next(&mut self) -> Option<Event> {
         let time = self.deviation.time;
         loop {
             let &wanted = self.instants.get(self.next)?;
             let last = self.known == time.len() && self.fraction == 1.0;
             if self.known > 0 && (wanted <= self.here || last) {
                 self.next += 1;
-                return Some(Move::Instant { index: self.next - 1, at: self.fraction });
+                return Some(Event::Instant { index: self.next - 1, at: self.fraction });
             }
             if self.fraction == 1.0 {
                 if self.known > 0 {
@@ -120,7 +120,7 @@ impl Iterator for Schedule<'_> {
                 }
                 let unit = self.deviation.unit[self.known];
                 self.known += 1;
-                return self.steps.next().map(|step| Move::Sample { step: Box::new(step), unit });
+                return self.steps.next().map(|step| Event::Sample { step: Box::new(step), unit });
             }
             let from = self.fraction;
             let length;
@@ -135,13 +135,13 @@ impl Iterator for Schedule<'_> {
             }
             if length > 0.0 {
                 let response = self.response(length);
-                return Some(Move::Part { response, from, to: self.fraction });
+                return Some(Event::Part { response, from, to: self.fraction });
             }
         }
     }
 }
 
-/// Makes a response.
+/// Computes a response.
 struct ResponseKernel<'a> {
     system: &'a System,
     length: f64,

@@ -1,19 +1,19 @@
-//! Links side by side: where they are, how they move, and how far it is to the edges that they may not pass.
+//! Eight links side by side: deflections, rates, and bounds on how far they are from the edges of their segments.
 
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{LANES, Lanes};
 use crate::system::State;
 
-/// In place of an edge that is infinitely far, and of a rate of zero: no product or ratio of them is no number.
+/// Stand for an edge at infinity and for a rate of zero, so that no product or ratio is NaN.
 const FAR: f64 = 1e100;
 const NEAR: f64 = 1e-100;
 
-/// Eight links: how they move, where they are and which edges they may not pass.
+/// Eight links on their present segments.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LinkBlock {
     pub deflection: [Lanes; 6],
     pub rate: [Lanes; 6],
-    /// Size of the deflection row: what a state of size one moves the link by.
+    /// Norm of the deflection row: largest deflection for a state of norm one.
     pub reach: Lanes,
     pub tolerance: Lanes,
     /// Edges of the present segments, less the deflection at rest.
@@ -31,7 +31,7 @@ pub(super) const NO_LINKS: LinkBlock = LinkBlock {
 };
 
 impl LinkBlock {
-    /// Deflections from rest.
+    /// Deflections from rest, m.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn deflections(&self, state: &State) -> Lanes {
         let mut at = [0.0; LANES];
@@ -41,7 +41,7 @@ impl LinkBlock {
         at
     }
 
-    /// Their rates.
+    /// Rates of deflection, m/s.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn rates(&self, state: &State) -> Lanes {
         let mut moving = [0.0; LANES];
@@ -51,8 +51,8 @@ impl LinkBlock {
         moving
     }
 
-    /// Time in which no link can pass an edge from `state` on, if no second derivative of a state is above `curvature`; below zero if one
-    /// is beyond.
+    /// Time from `state` on in which no link can pass an edge, if the second derivative of the state stays below `curvature`; negative if
+    /// a link is beyond its edge.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn clear_for(&self, state: &State, curvature: f64) -> f64 {
         let (at, moving) = (self.deflections(state), self.rates(state));
@@ -74,8 +74,8 @@ impl LinkBlock {
         first
     }
 
-    /// Whether no link can pass an edge between two states, from the straight line through which none is farther than `margin` per unit of
-    /// reach.
+    /// Whether no link passes an edge between two states, if the path is never farther than `margin` per unit of reach from the straight
+    /// line through them.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn ends_clear(&self, state: &State, next: &State, margin: f64) -> bool {
         let (at, end) = (self.deflections(state), self.deflections(next));
@@ -91,7 +91,7 @@ impl LinkBlock {
         clear
     }
 
-    /// Whether the cubics through both ends of a step, which they are wrong by no more than `margin` per unit of reach, stay within the edges.
+    /// Whether the cubics through both ends of a step, with an error of at most `margin` per unit of reach, stay within the edges.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn cubics_clear(&self, h: f64, state: &State, next: &State, margin: f64) -> bool {
         let (at, end_at) = (self.deflections(state), self.deflections(next));
@@ -108,13 +108,13 @@ impl LinkBlock {
     }
 }
 
-/// The larger of two; unlike `f64::max` one instruction.
+/// The larger of two numbers; one instruction, unlike `f64::max`.
 #[cfg_attr(feature = "std", inline(always))]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// The smaller of two; the second if one is no number.
+/// The smaller of two numbers; the second if one of them is NaN.
 #[cfg_attr(feature = "std", inline(always))]
 pub(super) fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }

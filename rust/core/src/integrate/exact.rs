@@ -1,4 +1,4 @@
-//! The exact method: the matrix exponential of the first-order-hold system, for linear scenes.
+//! Exact: the matrix exponential of the first-order-hold system, for linear equations.
 
 use super::method::Method;
 use super::step_cache::StepCache;
@@ -6,22 +6,22 @@ use crate::equations::{Equations, PowerSeries, Propagator, advance};
 use crate::excitation::Ramp;
 use crate::system::State;
 
-/// Exact propagation from knot to knot; right for defective, overdamped and undamped scenes too.
+/// Exact propagation from sample to sample, also for defective, overdamped and undamped scenes.
 ///
-/// An interval length that comes again is stepped over by a propagator, of which `CACHE` are remembered (3 kB each); one that comes once, as
-/// all do where time stamps jitter, by the power series of the solution itself, which costs a tenth of a propagator.
+/// An interval length that recurs is stepped over by a propagator, of which `CACHE` are kept (3 kB each). One that comes once, as all do
+/// where time stamps jitter, is stepped over by the power series of the solution, which costs a tenth of making a propagator.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Exact<const CACHE: usize = 1>;
 
-/// Times that an interval length must have come before a propagator is worth its making: on linear equations once, as it comes then
-/// thousands of times; between contact changes it may not.
+/// How often an interval length must have occurred before its propagator is made: once for linear equations, where it then comes
+/// thousands of times; more often between contact changes, where it may not.
 const SEEN: [u32; 2] = [1, 6];
 
-/// What one run keeps.
+/// Memory of one run.
 #[derive(Debug, Clone)]
 pub struct Memory<const CACHE: usize> {
     propagators: StepCache<Propagator, CACHE>,
-    /// PowerSeries of the equations with this key.
+    /// Series of the equations with this key.
     series: Option<(u32, PowerSeries)>,
 }
 
@@ -73,7 +73,7 @@ impl<const CACHE: usize> Method for Exact<CACHE> {
         }
     }
 
-    /// Lengths between knots seldom come again, and must not forcing out those that do: nothing is kept of them.
+    /// Lengths within an interval seldom recur and must not displace those that do, so they are not cached.
     #[cfg_attr(feature = "std", inline(always))]
     fn between<E: Equations>(
         &self,

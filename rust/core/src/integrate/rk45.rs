@@ -15,7 +15,7 @@ pub struct Rk45;
 #[derive(Debug, Clone)]
 pub struct Stages {
     rates: [State; 7],
-    /// Equations, state and excitation that the last rate belongs to: the first stage of the next step, unless it jumps there.
+    /// Key, state and excitation to which the last rate belongs: it is the first stage of the next step if that starts there.
     end: Option<(u32, State, Values)>,
 }
 

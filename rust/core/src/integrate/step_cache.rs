@@ -1,8 +1,8 @@
-//! What a run has computed for a step length and may need again.
+//! Step cache: values by step length and equations, such as propagators.
 
-/// The last `N` step lengths and keys of equations, and a value for each that has one.
+/// Cache for the last `N` pairs of step length and key of equations.
 ///
-/// One serves a uniform trace, a few a device clock that counts in ticks.
+/// One entry serves a uniform trace, a few a device clock that counts in ticks.
 #[derive(Debug, Clone)]
 pub struct StepCache<T, const N: usize> {
     places: [(f64, u32); N],
@@ -17,8 +17,7 @@ impl<T, const N: usize> StepCache<T, N> {
         Self { places: [(f64::NAN, 0); N], uses: [0; N], values: [const { None }; N], last: 0 }
     }
 
-    /// The place for the value of a step length under the equations `key`, and how often it was asked for before. A new one takes the
-    /// oldest place.
+    /// The entry of a step length under the equations `key`, and how often it was asked for before. A new one replaces the oldest.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn entry(&mut self, length: f64, key: u32) -> (&mut Option<T>, u32) {
         if self.places[self.last] != (length, key) {

@@ -1,4 +1,4 @@
-//! Which equations hold, step by step.
+//! Which equations hold during a run (a switched system).
 
 use crate::contacts::Contacts;
 use crate::equations::Equations;
@@ -6,27 +6,27 @@ use crate::equations::SegmentEquations;
 use crate::excitation::Ramp;
 use crate::system::State;
 
-/// The equations of a run from its first step to its last.
+/// The equations of a run, which may switch at contact changes.
 pub(super) trait SwitchedEquations {
     type Equations: Equations;
 
-    /// Those that hold now.
+    /// The equations that hold now.
     fn equations(&self) -> &Self::Equations;
 
     /// The fraction of a step from `state` to `next` at which they first cease to hold, if they do.
     fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64>;
 
-    /// The step ended, in `state`, with the change.
+    /// Switches; the step ended with the change, in `state`.
     fn cross(&mut self, state: &State);
 
-    /// Changes so far.
+    /// Number of changes so far.
     fn changes(&self) -> usize;
 
-    /// Parts of steps that were looked into for them.
+    /// Number of parts of steps searched for changes so far.
     fn searched(&self) -> usize;
 }
 
-/// One set of equations throughout.
+/// The same equations throughout.
 pub(super) struct Unswitched<'a, E>(pub &'a E);
 
 impl<E: Equations> SwitchedEquations for Unswitched<'_, E> {

@@ -1,17 +1,17 @@
-//! Quantities at all instants of a run, many at a time.
+//! Evaluation of quantities at all instants of a run, several at a time in vector loops.
 
 use super::loads::{Linear, NonlinearLink, Recovery};
 use crate::numeric::float::{add_scaled, sqrt};
 use crate::numeric::simd::{Kernel, LANES, dispatch};
 use crate::system::{Input, State};
 
-/// Links whose loads are worked out side by side: an AVX2 register, and those of a carriage.
+/// Nonlinear links side by side: an AVX2 register, and those of a carriage.
 const LINKS: usize = 4;
 
-/// Writes quantities at all instants: `out[(k * quantities + q) * ROWS + row]`. `input` gives the excitation of instant k.
+/// Evaluates quantities at all instants: `out[(k * quantities + q) * ROWS + row]`. `input` gives the excitation of instant k.
 ///
 /// # Panics
-/// If `out` is not of the length `states * quantities * ROWS`.
+/// If the length of `out` is not `states * quantities * ROWS`.
 pub fn evaluate<const ROWS: usize>(
     quantities: &[Recovery<ROWS>],
     states: &[State],
@@ -63,7 +63,7 @@ impl Linear<LANES> {
     }
 }
 
-/// Writes the lanes to `out[k * width + from..]`, as many as there is room for in a row.
+/// Writes eight rows of linear quantities to `out[k * width + from..]`, fewer at the end of a row.
 struct LinearKernel<'a, I> {
     lanes: &'a Linear<LANES>,
     states: &'a [State],
@@ -108,15 +108,15 @@ impl<I: Fn(usize) -> Input> Kernel for LinearKernel<'_, I> {
     }
 }
 
-/// Elastic laws of one kind, side by side.
+/// Elastic laws of one kind, one link per lane.
 trait LaneLaws: Sized {
-    /// No stiffness.
+    /// Links without stiffness.
     const NONE: Self;
 
     /// Puts a link into a lane; false if its law is of another kind.
     fn set<const ROWS: usize>(&mut self, lane: usize, link: &NonlinearLink<ROWS>) -> bool;
 
-    /// Their forces.
+    /// Forces at four deflections.
     fn force(&self, at: [f64; LINKS]) -> [f64; LINKS];
 }
 
@@ -173,18 +173,18 @@ impl LaneLaws for BallLanes {
     }
 }
 
-/// A quantity with a few links that are not linear, as those of a carriage.
+/// A quantity with up to four nonlinear links, such as the load of a carriage.
 struct LinkGroup<L> {
     linear: Linear<LANES>,
     deflection: [[f64; LINKS]; 6],
     rest: [f64; LINKS],
     laws: L,
-    /// Columns of what a unit of the load of each gives.
+    /// Per unit of the elastic load of each link.
     elastic: [[f64; LANES]; LINKS],
 }
 
 impl<L: LaneLaws> LinkGroup<L> {
-    /// A quantity as a group, if its links are few, of that kind, and always damped.
+    /// The group of a quantity, if its nonlinear links are at most four, of one kind, and always damped.
     fn of<const ROWS: usize>(quantity: &Recovery<ROWS>) -> Option<Self> {
         let nonlinear = quantity.nonlinear.as_slice();
         let fits =
@@ -215,8 +215,8 @@ impl<L: LaneLaws> LinkGroup<L> {
         Some(group)
     }
 
-    /// At some instants, which share each column while it is in a register; `first`: the first entry of a state that counts in the linear
-    /// part.
+    /// Values at N instants, which share each column while it is in a register. `first`: the first entry of the state with a share in the
+    /// linear part.
     #[cfg_attr(feature = "std", inline(always))]
     fn at<const N: usize>(&self, states: &[State; N], first: usize) -> [[f64; LANES]; N] {
         let (mut sums, mut at) = ([self.linear.constant; N], [self.rest; N]);
@@ -266,7 +266,7 @@ impl<L: LaneLaws> Kernel for GroupKernel<'_, L> {
             for sum in &sums {
                 let Some(place) = places.next() else { return };
                 if let Some(place) = place.get_mut(from..from + LANES) {
-                    // What is too much is written over by the next quantity.
+                    // The lanes past the rows are overwritten by the next quantity.
                     place.copy_from_slice(sum);
                 } else {
                     place[from..from + rows].copy_from_slice(&sum[..rows]);

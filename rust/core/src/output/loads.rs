@@ -1,6 +1,6 @@
-//! Load recovery, paper section 3.6: from states to what the guides carry.
+//! Load recovery, paper section 3.6: loads of links and groups, and the motion of L, from states.
 //!
-//! A load is the force that the body exerts on its guide, `k δ + b δ'` along the link: gravity makes it point down.
+//! A load is the force that the body exerts on its guide, `k δ + b δ'` along the link; gravity makes it point down.
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
@@ -10,7 +10,7 @@ use crate::numeric::float::add_scaled;
 use crate::system::LinkRow;
 use crate::system::{Input, ModelLevel, NO_FORCE, State, System};
 
-/// Which part of a load.
+/// Part of a load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// Elastic and damping.
@@ -21,7 +21,7 @@ pub enum Part {
     Damping,
 }
 
-/// Rows that turn a state and an excitation into quantities, and the links among them whose elastic loads are not linear.
+/// A quantity as a function of state and excitation: a linear part, and the links whose elastic loads are nonlinear.
 #[derive(Debug, Clone)]
 pub struct Recovery<'a, const ROWS: usize> {
     pub(crate) linear: Linear<ROWS>,
@@ -34,7 +34,7 @@ pub(crate) struct Linear<const ROWS: usize> {
     pub constant: [f64; ROWS],
     pub by_state: [[f64; ROWS]; 12],
     pub by_input: [[f64; ROWS]; 9],
-    /// Whether the excitation reaches the quantity other than through the state; loads of links it does not.
+    /// Whether the excitation enters other than through the state; it does not for loads of links.
     pub by_input_at_all: bool,
 }
 
@@ -46,7 +46,7 @@ impl<const ROWS: usize> Linear<ROWS> {
         by_input_at_all: false,
     };
 
-    /// The part that does not come from the excitation directly.
+    /// The part that does not depend on the excitation directly.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn of_state(&self, state: &State) -> [f64; ROWS] {
         let mut out = self.constant;
@@ -68,12 +68,12 @@ impl<const ROWS: usize> Linear<ROWS> {
     }
 }
 
-/// A link that is not linear, and what a unit of its loads adds to a quantity.
+/// A nonlinear link, and what a unit of its loads adds to the quantity.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NonlinearLink<'a, const ROWS: usize> {
     pub row: &'a LinkRow,
     pub elastic: [f64; ROWS],
-    /// Of its damper, if that acts in contact only.
+    /// Per unit of the load of its damper, if that acts in contact only.
     pub damping: [f64; ROWS],
 }
 
@@ -84,18 +84,18 @@ pub type Axial<'a> = Recovery<'a, 1>;
 pub type Wrench<'a> = Recovery<'a, 6>;
 
 impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
-    /// Zero, whatever the state.
+    /// The quantity that is always zero.
     fn nothing(system: &'a System) -> Self {
         let none = NonlinearLink { row: &system.rows()[0], elastic: [0.0; ROWS], damping: [0.0; ROWS] };
         Self { linear: Linear::NOTHING, nonlinear: BoundedVec::filled(none, 0) }
     }
 
-    /// At rest, before anything moves.
+    /// Value at rest.
     pub fn at_rest(&self) -> [f64; ROWS] {
         self.at(&[0.0; 12], &[0.0; 9])
     }
 
-    /// At one instant.
+    /// Value at one instant.
     #[cfg_attr(feature = "std", inline(always))]
     pub fn at(&self, state: &State, input: &Input) -> [f64; ROWS] {
         let mut out = self.linear.at(state, input);
@@ -107,7 +107,7 @@ impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
         out
     }
 
-    /// Adds the load of a link, as a multiple of `direction`.
+    /// Adds the load of a link times `direction`.
     fn add_link(&mut self, row: &'a LinkRow, part: Part, direction: &[f64; ROWS]) {
         let none = [0.0; ROWS];
         let (elastic, damping) = (part != Part::Damping, part != Part::Elastic);
@@ -131,7 +131,7 @@ impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
         }
     }
 
-    /// Adds what a unit of the loads of a link gives, to what it gave before.
+    /// Adds a nonlinear link, once per link.
     fn add_nonlinear(&mut self, link: NonlinearLink<'a, ROWS>) {
         match self.nonlinear.as_mut_slice().iter_mut().find(|known| core::ptr::eq(known.row, link.row)) {
             Some(known) => {
@@ -208,7 +208,7 @@ pub fn acceleration(system: &System) -> Wrench<'_> {
         }
     }
     if bent {
-        // Link by link: their loads less those at rest, which the weight balances.
+        // Link by link: the loads less those at rest, which balance the weight.
         for row in system.rows() {
             let direction = spread(&row.rate.map(|rate| -rate));
             add_scaled(&mut out.linear.constant, &direction, -row.load);
@@ -221,10 +221,10 @@ pub fn acceleration(system: &System) -> Wrench<'_> {
     out
 }
 
-/// Reaction of the held degrees of freedom, that of a held x being the drive force: N, N m (eqs. 34-36 solved for F); zero for the
-/// free ones.
+/// Reaction of the held degrees of freedom, N, N m; that of a held x is the drive force (eqs. 34-36 solved for F). Zero for the free
+/// ones.
 ///
-/// `reaction = M q'' + M_u a - Q - E + C q' + K q` in the held rows; the last two are the loads of all links about L.
+/// `reaction = M q'' + M_u a - Q - E + C q' + K q` in the held rows; the last two terms are the loads of all links about L.
 pub fn reaction<'a>(system: &'a System) -> Wrench<'a> {
     let matrices = system.matrices();
     let mut out = Wrench::nothing(system);

@@ -1,4 +1,4 @@
-//! Where the instants of a run go: memory is the caller's choice.
+//! What a run records: every state, or running extremes only. Memory is the choice of the caller.
 
 use super::loads::Wrench;
 use crate::error::RunError;
@@ -6,24 +6,24 @@ use crate::numeric::float::{fma, sqrt};
 use crate::numeric::simd::{Kernel, dispatch};
 use crate::system::{Input, State};
 
-/// Takes the instants of a run.
+/// Receives the instants of a run.
 pub trait Record {
-    /// Told the number of instants before the first one.
+    /// Called with the number of instants before the first one.
     ///
     /// # Errors
-    /// [`RunError::Capacity`] if they will not fit.
+    /// [`RunError::Capacity`] if they do not fit.
     fn reserve(&mut self, count: usize) -> Result<(), RunError>;
 
-    /// Whether it looks at the excitation at the instants; one that does not may be told zeros.
+    /// Whether it uses the excitation; if not, it may be given zeros.
     fn needs_input(&self) -> bool {
         true
     }
 
-    /// One instant: time, state, excitation.
+    /// Called at each instant with time, state and excitation.
     fn instant(&mut self, time: f64, state: &State, input: &Input);
 }
 
-/// Keeps every state in memory that the caller owns.
+/// Stores every state in memory of the caller.
 #[derive(Debug)]
 pub struct History<'a> {
     states: &'a mut [State],
@@ -31,7 +31,7 @@ pub struct History<'a> {
 }
 
 impl<'a> History<'a> {
-    /// A history that fills `states` from the first on.
+    /// A history that fills `states` from the first entry on.
     pub fn new(states: &'a mut [State]) -> Self {
         Self { states, filled: 0 }
     }
@@ -54,7 +54,7 @@ impl Record for History<'_> {
     }
 }
 
-/// Keeps every state, one after the other.
+/// Stores every state.
 #[cfg(feature = "std")]
 impl Record for Vec<State> {
     fn reserve(&mut self, count: usize) -> Result<(), RunError> {
@@ -86,7 +86,7 @@ pub struct Extremes {
 }
 
 impl Extremes {
-    /// Before the first instant.
+    /// Extremes before the first instant.
     pub const NONE: Self = Self {
         smallest: [f64::INFINITY; 8],
         largest: [f64::NEG_INFINITY; 8],
@@ -96,7 +96,7 @@ impl Extremes {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn update(&mut self, time: f64, [x, y, z, mx, my, mz]: [f64; 6]) {
-        // No branch: a peak comes seldom, but a rising load is a new largest one at every sample.
+        // Without branches: new peaks are rare, but a rising load is a new largest value at every sample.
         let across = sqrt(fma(y, y, z * z));
         let values = [x, y, z, mx, my, mz, across, sqrt(fma(mx, mx, fma(my, my, mz * mz)))];
         for (i, value) in values.into_iter().enumerate() {
@@ -109,7 +109,7 @@ impl Extremes {
     }
 }
 
-/// Keeps the running extremes of some loads and nothing else.
+/// Stores the running extremes of some loads and nothing else.
 #[derive(Debug)]
 pub struct Peaks<'a> {
     loads: &'a [Wrench<'a>],
@@ -117,7 +117,7 @@ pub struct Peaks<'a> {
 }
 
 impl<'a> Peaks<'a> {
-    /// The extremes of each of `loads` into the entry of `extremes` beside it.
+    /// Writes the extremes of each of `loads` to the entry of `extremes` at the same index.
     pub fn new(loads: &'a [Wrench<'a>], extremes: &'a mut [Extremes]) -> Self {
         extremes.fill(Extremes::NONE);
         Self { loads, extremes }
@@ -135,7 +135,7 @@ impl Record for Peaks<'_> {
     }
 }
 
-/// [`Peaks::instant`] for the processor at hand: a run calls its record through a table, and so cannot bring its own vectors along.
+/// [`Peaks::instant`] as a kernel of its own: a run calls its record through a table, where its own vector code ends.
 struct PeaksKernel<'a, 'b> {
     peaks: &'a mut Peaks<'b>,
     time: f64,

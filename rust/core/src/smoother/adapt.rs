@@ -19,7 +19,7 @@ pub struct Adapted<'a> {
     pub sites: SiteApproximations<'a>,
     /// Variance of the measurement noise before rounding, in and out.
     pub noise_variance: f64,
-    /// Logarithm of each sample's probability density given all cavity, n numbers, out.
+    /// Logarithm of each sample's probability density given all others, n numbers, out.
     pub log_density: &'a mut [f64],
     /// Squared process noise found in each segment over its expected value (normalised innovation variance) in the last round, out.
     pub noise_ratio: &'a mut [f64],
@@ -38,14 +38,10 @@ pub struct AdaptationRule {
     pub min_noise_variance: f64,
 }
 
-/// Adapts the noise of each cell (`of`), the sites and the noise level (variance before rounding), all in place.
+/// Adapts process-noise densities, site approximations and the noise variance, all in place. None if `order` is not 2 to 6.
 ///
-/// `told` (n) gets the logarithm of each sample's probability density given all cavity, as the last round found it.
-/// None for another order.
-///
-/// Each round multiplies an noise by the square root of what the scores show over what they should show, which never
-/// lowers the likelihood (Zhou, Hu, Zhou and Lange 2019), and the noise level likewise; the prior of a cell's noise is
-/// inverse gamma (Student's t).
+/// Each round multiplies a density by the square root of what the scores show over their expectation, which never lowers the likelihood
+/// (Zhou, Hu, Zhou and Lange 2019), and the noise variance likewise. The prior of a segment's density is inverse gamma (Student's t).
 pub fn adapt(order: usize, start: Start, rule: AdaptationRule, adapted: &mut Adapted) -> Option<()> {
     match order {
         2 => dispatch(AdaptKernel::<2> { start, rule, on: adapted }),
@@ -62,7 +58,7 @@ pub fn adapt(order: usize, start: Start, rule: AdaptationRule, adapted: &mut Ada
 const MIN_DENSITY_RATIO: f64 = 1e-9;
 const MAX_DENSITY_RATIO: f64 = 1e12;
 
-/// `adapt` of N states.
+/// [`adapt`] of N states.
 struct AdaptKernel<'a, 'b, const N: usize> {
     start: Start<'a>,
     rule: AdaptationRule,
@@ -109,7 +105,7 @@ impl<const N: usize> Kernel for AdaptKernel<'_, '_, N> {
             if round == rule.rounds {
                 on.rounded.log_densities(&cavity, on.noise_variance, on.log_density);
                 for (ratio, [found, expected]) in on.noise_ratio.iter_mut().zip(&shown) {
-                    // What is expected of a cell can vanish in rounding: then nothing is known of it.
+                    // The expectation can vanish in rounding; then nothing is known of the segment.
                     *ratio = if *expected > 0.0 { found / expected } else { 1.0 };
                 }
             }

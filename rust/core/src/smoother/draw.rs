@@ -1,25 +1,25 @@
-//! Draws of a derivative's deviation from its estimate, from all that fit the samples.
+//! Draws of a derivative's deviation from its estimate, from the posterior.
 
 use super::posterior::{MAX_ORDER, MarkovStep, Posterior};
 use crate::numeric::float::add_scaled;
 use crate::numeric::normal::NormalStreams;
 use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch_wide};
 
-/// Deviations of some draws side by side.
+/// Deviations of eight draws side by side.
 #[derive(Debug, Clone)]
 pub(crate) struct DeviationDraws {
     normals: NormalStreams,
-    /// The state's.
+    /// Deviation of the state.
     pub state: [Lanes; MAX_ORDER],
 }
 
 impl DeviationDraws {
-    /// Draws number `first` to `first + LANES - 1` of a seed.
+    /// Draws `first` to `first + LANES - 1` of a seed.
     pub(crate) fn new(seed: u64, first: usize) -> Self {
         Self { normals: NormalStreams::new(seed, first), state: [[0.0; LANES]; MAX_ORDER] }
     }
 
-    /// Goes a step on.
+    /// Advances by one step of the chain.
     #[inline(always)]
     pub(crate) fn advance(&mut self, step: &MarkovStep, order: usize) {
         let before = self.state;
@@ -40,10 +40,10 @@ impl DeviationDraws {
     }
 }
 
-/// Writes draws of the deviation of a derivative: `out[draw * n + k]`. A draw depends on the seed and its number alone.
+/// Writes draws of the deviation of a derivative: `out[draw * n + k]`. A draw depends on the seed and its own number only.
 ///
 /// # Panics
-/// If `out` is not of a length that is a multiple of the number of samples, or `derivative` not below the order.
+/// If the length of `out` is not a multiple of the number of samples, or `derivative` is not below the order.
 pub fn draw(posterior: &Posterior, derivative: usize, seed: u64, out: &mut [f64]) {
     assert!(derivative < posterior.order(), "a number of the state");
     let count = posterior.count();
@@ -55,7 +55,7 @@ pub fn draw(posterior: &Posterior, derivative: usize, seed: u64, out: &mut [f64]
     let mut from = 0;
     let mut all = posterior.steps();
     while from < count {
-        // Some samples at a time, so that each draw is written in pieces and not number by number.
+        // In blocks of samples, so that each draw is written in pieces and not number by number.
         steps.clear();
         steps.extend(all.by_ref().take(SAMPLES_AT_A_TIME));
         for (block, rows) in blocks.iter_mut().zip(out.chunks_mut(LANES * count)) {
@@ -66,10 +66,10 @@ pub fn draw(posterior: &Posterior, derivative: usize, seed: u64, out: &mut [f64]
     }
 }
 
-/// Samples that are drawn at a time.
+/// Samples drawn at a time.
 const SAMPLES_AT_A_TIME: usize = 64;
 
-/// Some samples of some draws.
+/// Draws a block of samples for eight draws.
 struct DrawKernel<'a> {
     block: &'a mut DeviationDraws,
     steps: &'a [MarkovStep],

@@ -1,11 +1,11 @@
-//! The filter forwards and the smoother backwards: one sample after the other, shown to the caller.
+//! The filter forwards and the smoother backwards, sample by sample; callers get each result through a closure.
 //!
-//! All of it is inlined into the kernels of `mod`, which are compiled for the widest vectors.
+//! All of it is inlined into the kernels of `smooth` and `adapt`, which are compiled for the widest vectors.
 
 use super::data::{ProcessNoise, Samples, Start};
 use super::transition::Transition;
 
-/// State before a sample, as the filter has it: what the pass backwards needs.
+/// Prediction of a sample by the filter, as the backward pass needs it.
 #[derive(Clone, Copy)]
 pub(super) struct Prediction<const N: usize> {
     pub mean: [f64; N],
@@ -14,7 +14,7 @@ pub(super) struct Prediction<const N: usize> {
     pub variance: f64,
 }
 
-/// Mean and covariance given the samples so far.
+/// Mean and covariance of the state given the samples so far.
 #[derive(Clone, Copy)]
 struct State<const N: usize> {
     mean: [f64; N],
@@ -27,8 +27,8 @@ pub(super) struct Score<const N: usize> {
     pub variance: [[f64; N]; N],
 }
 
-/// Both passes over the same samples. The forward one keeps its state before each block only; the backward one runs it
-/// again block by block, which is faster than fetching all of it from memory, and takes next to none.
+/// Both passes over the same samples. The forward pass stores its state before each block only. The backward pass repeats it block by
+/// block, which is faster than fetching all of it from memory and needs little of it.
 pub(super) struct ForwardBackward<const N: usize> {
     before: Vec<State<N>>,
     block: Vec<Prediction<N>>,
@@ -41,7 +41,7 @@ impl<const N: usize> ForwardBackward<N> {
         Self { before: Vec::new(), block: Vec::new() }
     }
 
-    /// Runs the filter and shows each prediction.
+    /// Runs the filter and passes each prediction to `show`.
     #[inline(always)]
     pub fn forward(samples: Samples, start: Start, noise: ProcessNoise, mut show: impl FnMut(Prediction<N>)) {
         let mut state = State::of(start);
@@ -51,7 +51,7 @@ impl<const N: usize> ForwardBackward<N> {
         }
     }
 
-    /// Runs the filter for the pass backwards.
+    /// Runs the filter for a backward pass.
     #[inline(always)]
     pub fn filter(&mut self, samples: Samples, start: Start, noise: ProcessNoise) {
         self.before.clear();
@@ -65,7 +65,7 @@ impl<const N: usize> ForwardBackward<N> {
         }
     }
 
-    /// Runs backwards. Shows each interval's transition with the score after it, then the sample before with its own.
+    /// Runs backwards. Passes each interval with the score after it to `interval`, then the sample before with its score to `sample`.
     #[inline(always)]
     pub fn backward(
         &mut self,
@@ -125,7 +125,7 @@ impl<const N: usize> State<N> {
         }
     }
 
-    /// On to sample k and past it; what is predicted of it.
+    /// Predicts sample k, and updates with it.
     #[inline(always)]
     fn pass(
         &mut self,

@@ -1,9 +1,9 @@
-//! What samples leave open about a motion: a Markov chain forward in time.
+//! The posterior of the motion given all samples, as a Markov chain forward in time.
 //!
-//! PosteriorInput all samples, the deviations of the states from their estimates obey d(k+1) = A d(k) + L w, w standard normal, for what
-//! the samples up to k say of x(k+1) is all in x(k). Backwards, the information that samples k to n give on x(k) is kept as a
-//! root R: R x is known but for standard normal noise (square-root information filter, Bierman 1977). Over an interval,
-//! x(k+1) = Phi x(k) + G w, and orthogonal transformations of
+//! Given all samples, the deviations of the states from their estimates obey d(k+1) = A d(k) + L w, w standard normal, as x(k) contains
+//! all that the samples up to k say about x(k+1). Backwards, the information of the samples k to n on x(k) is stored as a square root R:
+//! R x is known up to standard normal noise (square-root information filter, Bierman 1977). Over an interval, x(k+1) = Phi x(k) + G w,
+//! and orthogonal transformations of
 //!
 //! ```text
 //! [  I    0   ]        [ U  V ]
@@ -11,20 +11,20 @@
 //! ```
 //!
 //! give both the root R' before the interval and w given x(k) and the later samples: U w + V x(k) is standard normal. No covariance is
-//! inverted, so intensities may differ by many decades between intervals.
+//! inverted, so noise densities may differ by many decades between intervals.
 
 use super::data::ProcessNoise;
 use super::square_root::{Columns, MeasurementUpdate, TimeUpdate, TimeUpdated, upper_cholesky};
 use super::transition::Transition;
 use crate::numeric::simd::{Kernel, dispatch};
 
-/// Most numbers that a state has.
+/// Largest order: numbers of a state.
 pub const MAX_ORDER: usize = 6;
 
-/// By rows; those past the order are zero.
+/// A matrix by rows; entries past the order are zero.
 pub type Square = [[f64; MAX_ORDER]; MAX_ORDER];
 
-/// From one sample to the next, or from nothing to the first: d' = `carry` d + `noise` w, w standard normal.
+/// Step of the chain from one sample to the next, or to the first one: d' = `transition` d + `noise_root` w, w standard normal.
 #[derive(Debug, Clone, Copy)]
 pub struct MarkovStep {
     /// A.
@@ -33,16 +33,16 @@ pub struct MarkovStep {
     pub noise_root: Square,
 }
 
-/// What is known beside the values of the samples, which do not matter to the deviations from the estimate.
+/// All of the model but the values of the samples, on which deviations from the estimate do not depend.
 #[derive(Clone, Copy)]
 pub struct PosteriorInput<'a> {
-    /// n - 1 times between the samples, > 0.
+    /// Time from each sample to the next, > 0, n - 1 numbers.
     pub step: &'a [f64],
-    /// n variances of the samples' noise, > 0; infinite for a sample that tells nothing.
+    /// Variance of each sample's measurement noise, > 0, n numbers; infinite for a sample without information.
     pub variance: &'a [f64],
-    /// N x N, of the state before the first sample, by rows.
+    /// Covariance of the state before the first sample, N x N by rows.
     pub covariance: &'a [f64],
-    /// Of the white noise in each interval.
+    /// Process noise.
     pub noise: ProcessNoise<'a>,
 }
 
@@ -68,7 +68,7 @@ impl<'a> Posterior<'a> {
         Some(Self { order, given, information })
     }
 
-    /// Numbers of a state.
+    /// Order: numbers of a state.
     pub fn order(&self) -> usize {
         self.order
     }
@@ -78,7 +78,7 @@ impl<'a> Posterior<'a> {
         self.given.variance.len()
     }
 
-    /// The steps one after the other: first that to the first sample, of which `carry` is zero.
+    /// The steps in order; the first leads to the first sample and has a zero `transition`.
     pub fn steps(&self) -> Box<dyn Iterator<Item = MarkovStep> + '_> {
         match self.order {
             2 => Box::new(ChainSteps::<2>::new(self)),
@@ -129,7 +129,7 @@ impl Kernel for CovarianceKernel<'_> {
     }
 }
 
-/// Upper triangles by rows, of sample 0 first.
+/// Square roots of the information, upper triangles by rows, sample 0 first.
 fn information<const N: usize>(given: PosteriorInput) -> Vec<f64> {
     let count = given.variance.len();
     let size = N * (N + 1) / 2;
@@ -153,7 +153,7 @@ fn information<const N: usize>(given: PosteriorInput) -> Vec<f64> {
     all
 }
 
-/// Free motion over the interval at hand, and the root of its noise.
+/// Transition over one interval, and the root of its noise.
 struct IntervalNoise<const N: usize> {
     transition: Transition<N>,
     step: f64,
@@ -165,7 +165,7 @@ impl<const N: usize> IntervalNoise<N> {
         Self { transition: Transition::new(1.0), step: f64::NAN, root: [[0.0; N]; N] }
     }
 
-    /// Sets the interval after sample k; G.
+    /// Takes up the interval after sample k; returns G.
     fn noise(&mut self, given: PosteriorInput, k: usize) -> Columns<N> {
         if given.step[k] != self.step {
             self.step = given.step[k];
@@ -282,7 +282,8 @@ mod tests {
         }
     }
 
-    /// All that is known as rows of unit noise: of the start, of every interval, of every sample. With QR = rows it is R^-1 R^-T.
+    /// The whole model as rows of unit noise: of the start, of every interval, of every sample. With QR = rows the covariance is R^-1
+    /// R^-T.
     fn dense<const N: usize>(given: PosteriorInput) -> DMatrix<f64> {
         let count = given.variance.len();
         let white = |covariance: DMatrix<f64>| {

@@ -1,37 +1,37 @@
-//! Rounded samples: what is measured is that value plus noise lies within half a quantum of the sample.
+//! Rounded samples: the measured value plus noise lies within half a quantum of the sample.
 //!
-//! Rounding is no white noise where a quantum holds many samples: then it is their changes that log_densities where the axis is. Each
-//! sample is replaced by a normal one, its site, with which the estimate has the moments that the sample gives to what
-//! all cavity say of it (expectation propagation, Minka 2001; Rasmussen and Williams 2006, section 3.6).
+//! Rounding is no white noise where many samples fall into one quantum: then their changes tell where the axis is. Each sample is
+//! replaced by a normal one, its site approximation, with which the estimate has the moments that the rounded sample and all others give
+//! it (expectation propagation, Minka 2001; Rasmussen and Williams 2006, section 3.6).
 
 use super::data::{Rounded, SiteApproximations};
 use crate::numeric::float::log;
 use crate::numeric::simd::{Kernel, dispatch_wide};
 
-/// What all other samples say of each: n means and variances.
+/// Cavity distributions: what all other samples say of each, n means and variances.
 pub(super) struct Cavity {
     pub mean: Vec<f64>,
     pub variance: Vec<f64>,
 }
 
-/// Quantum over standard deviation up to which rounding is normal noise of quantum^2/12: the moments are then right to 3e-4
-/// of the deviation.
+/// Quantum over standard deviation up to which rounding counts as normal noise of variance quantum^2/12: the moments are then right to
+/// 3e-4 of the deviation.
 const FINE_QUANTUM: f64 = 0.7;
-/// Standard deviations to the nearer edge from which on a sample says nothing.
+/// Distance inside the quantum, in standard deviations, from which on a sample has no information.
 const FAR_INSIDE: f64 = 7.0;
-/// Largest variance of a site, in squared quanta: it then says nothing.
+/// Largest variance of a site, in squared quanta; it then has no information.
 const MAX_SITE_VARIANCE: f64 = 1e6;
-/// Share of the site before that is kept: all sites move at once, and would overshoot.
+/// Share of the previous site that is kept (damping): all sites move at once and would overshoot.
 const SITE_DAMPING: f64 = 0.3;
-/// Least variance of a site over the total one, so that sites of noiseless samples stay finite.
+/// Smallest variance of a site over the total one, so that sites of noiseless samples stay finite.
 const MIN_SITE_VARIANCE: f64 = 1e-6;
 /// ln sqrt(2 pi)
 const LOG_ROOT_TWO_PI: f64 = 0.918_938_533_204_672_7;
 
 impl Rounded<'_> {
-    /// Moves the sites to the moments that the samples give to what all cavity say, given the variance `noise_variance` of the
-    /// noise before rounding. Sums over the samples, with the logarithm of a sample's probability as a function of the
-    /// cavity' mean: squares of its first derivative, and negative second ones; their ratio is 1 at the true noise_variance.
+    /// Moves the sites to the moments that samples and cavities give. `noise_variance`: of the measurement noise before rounding. Returns
+    /// sums over the samples, with the logarithm of a sample's probability as a function of the cavity mean: of squared first
+    /// derivatives, and of negative second ones. Their ratio is 1 at the true noise variance.
     pub(super) fn update_sites(
         &self,
         cavity: &mut Cavity,
@@ -48,7 +48,7 @@ impl Rounded<'_> {
         sums
     }
 
-    /// Logarithm of each sample's probability density given all cavity.
+    /// Logarithm of the probability density of each sample given all others.
     pub(super) fn log_densities(&self, cavity: &Cavity, noise_variance: f64, log_density: &mut [f64]) {
         for (k, log_density) in log_density.iter_mut().enumerate() {
             let rest = self.value[k] - cavity.mean[k];
@@ -69,8 +69,7 @@ impl Rounded<'_> {
         self.quantum * self.quantum <= FINE_QUANTUM * FINE_QUANTUM * total
     }
 
-    /// First derivative and negative second one of the logarithm of a sample's probability by the mean, which lies
-    /// `rest` below it.
+    /// First derivative and negative second one of the logarithm of a sample's probability by the mean, which is `rest` below the sample.
     #[inline(always)]
     fn derivatives(&self, rest: f64, total: f64) -> (f64, f64) {
         let rounding = total + self.quantum * self.quantum / 12.0;
@@ -88,7 +87,7 @@ impl Rounded<'_> {
     }
 }
 
-/// All samples; no branches, so that it is done in vectors.
+/// Updates all sites; without branches, for vectors.
 struct SiteUpdate<'a, 'b> {
     of: &'a Rounded<'a>,
     cavity: &'a mut Cavity,
@@ -125,7 +124,7 @@ impl Kernel for SiteUpdate<'_, '_> {
     }
 }
 
-/// Where a sample is rounded, in standard deviations from the mean; by symmetry the near edge is the lower one.
+/// Edges of the quantum of a sample, in standard deviations from the mean; by symmetry the near edge is the lower one.
 struct Edges {
     near: f64,
     far: f64,
@@ -137,8 +136,8 @@ impl Edges {
         Self { near: (rest.abs() - 0.5 * quantum) / deviation, far: (rest.abs() + 0.5 * quantum) / deviation }
     }
 
-    /// Normal density at the far edge, and area between the edges; both over the density at the near one, so that
-    /// nothing vanishes far out.
+    /// Normal density at the far edge, and area between the edges, both over the density at the near edge, so that nothing underflows far
+    /// out.
     #[inline(always)]
     fn area(&self) -> (f64, f64) {
         let at_far = exp(-0.5 * (self.far - self.near) * (self.far + self.near));

@@ -5,7 +5,7 @@ use super::passes::ForwardBackward;
 use super::variance_recovery::{LostRange, recover_variances};
 use crate::numeric::simd::{Kernel, dispatch};
 
-/// Forward pass: (sum of ln F, sum of v^2/F) over the innovations v and their variances F; None if `order` is not 2 to 6.
+/// Likelihood by a forward pass: (sum of ln F, sum of v^2/F) over the innovations v and their variances F; None if `order` is not 2 to 6.
 #[must_use]
 pub fn likelihood(order: usize, samples: Samples, start: Start, noise: ProcessNoise) -> Option<(f64, f64)> {
     match order {
@@ -18,7 +18,7 @@ pub fn likelihood(order: usize, samples: Samples, start: Start, noise: ProcessNo
     }
 }
 
-/// Both passes; None if `order` is not 2 to 6.
+/// Smoothed estimates by both passes; None if `order` is not 2 to 6.
 pub fn smooth(
     order: usize,
     samples: Samples,
@@ -41,7 +41,7 @@ pub fn smooth(
 /// Part of its terms below which a variance has lost its digits in rounding.
 const LOST_DIGITS: f64 = 1e-6;
 
-/// The sums of `likelihood`.
+/// [`likelihood`] of N states.
 struct LikelihoodKernel<'a, const N: usize> {
     samples: Samples<'a>,
     start: Start<'a>,
@@ -63,7 +63,7 @@ impl<const N: usize> Kernel for LikelihoodKernel<'_, N> {
     }
 }
 
-/// `smooth` of N states.
+/// [`smooth`] of N states.
 struct SmoothKernel<'a, 'b, const N: usize> {
     samples: Samples<'a>,
     start: Start<'a>,
@@ -72,7 +72,7 @@ struct SmoothKernel<'a, 'b, const N: usize> {
 }
 
 impl<const N: usize> Kernel for SmoothKernel<'_, '_, N> {
-    /// Where variances are lost in rounding.
+    /// Ranges of samples whose variances are lost in rounding.
     type Output = Vec<LostRange>;
 
     #[inline(always)]

@@ -1,7 +1,7 @@
-//! Orthogonal transformations of roots: what is known of a state, carried over an interval and past a sample.
+//! Square-root updates: orthogonal transformations that carry what is known of a state over an interval and past a sample.
 //!
-//! A root R of an information says that R x is known but for standard normal noise (square-root information filter, Bierman
-//! 1977); see `posterior`.
+//! R is a square root of an information matrix: R x is known up to standard normal noise (square-root information filter, Bierman 1977);
+//! see `posterior`.
 
 use crate::numeric::simd::Kernel;
 
@@ -15,7 +15,7 @@ pub(super) struct TimeUpdated<const N: usize> {
     pub rest: Columns<N>,
 }
 
-/// Takes the noise of an interval out of what is known after it, one number of w after the other.
+/// Time update: eliminates the noise w of an interval, one entry after the other.
 pub(super) struct TimeUpdate<'a, const N: usize> {
     pub root: &'a Columns<N>,
     pub noise: Columns<N>,
@@ -63,7 +63,7 @@ impl<const N: usize> Kernel for TimeUpdate<'_, N> {
     }
 }
 
-/// The triangular root of what `columns` tell of the state and a sample of its first number with the weight `row` (Householder).
+/// Measurement update: the triangular root of `columns` and a sample of the first number of the state with weight `row` (Householder).
 pub(super) struct MeasurementUpdate<'a, const N: usize> {
     pub columns: &'a Columns<N>,
     pub row: f64,
@@ -114,7 +114,7 @@ fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
     sum
 }
 
-/// The upper triangular S with S S^T = P, by columns; a direction without variance, or with less than rounding, gets none.
+/// The upper triangular S with S S^T = P, by columns. A direction with no variance, or less than rounding, gets none.
 pub(super) fn upper_cholesky<const N: usize>(p: &[[f64; N]; N]) -> Columns<N> {
     let mut s = [[0.0; N]; N];
     for j in (0..N).rev() {

@@ -1,12 +1,12 @@
-//! Free transition between two samples: a point whose N-th derivative of position is white noise.
+//! Transition of the state between two samples: a point whose N-th derivative of position is white noise.
 
-/// Transition and noise of one step: x_i(t + h) = sum_j phi[j - i] x_j(t) + w_i, cov(w) = noise noise.
+/// Transition matrix and noise covariance of one step: x_i(t + h) = sum_j phi[j - i] x_j(t) + w_i, cov(w) = density * noise.
 #[derive(Clone)]
 pub(super) struct Transition<const N: usize> {
     step: f64,
     /// h^i/i!
     pub phi: [f64; N],
-    /// Covariance of w for noise 1.
+    /// Covariance of w for a noise density of 1.
     pub noise: [[f64; N]; N],
 }
 
@@ -18,7 +18,7 @@ impl<const N: usize> Transition<N> {
         transition
     }
 
-    /// The same for another step; free where the step is the one before, as with uniform stamps.
+    /// Changes the step; free where it is the last one, as with uniform time stamps.
     #[inline(always)]
     pub fn set(&mut self, step: f64) {
         if step == self.step {
@@ -31,7 +31,7 @@ impl<const N: usize> Transition<N> {
         }
         for i in 0..N {
             for j in 0..N {
-                // integral over s of s^(N-1-i) s^(N-1-j)/((N-1-i)! (N-1-j)!)
+                // Integral over s of s^(N-1-i) s^(N-1-j)/((N-1-i)! (N-1-j)!).
                 let power = (2 * N - 1 - i - j) as f64;
                 self.noise[i][j] = self.phi[N - 1 - i] * self.phi[N - 1 - j] * step / power;
             }
@@ -62,9 +62,9 @@ impl<const N: usize> Transition<N> {
         }
     }
 
-    /// Phi P Phi^T + noise noise
+    /// Phi P Phi^T + density * noise
     #[inline(always)]
-    pub fn spread(&self, p: &mut [[f64; N]; N], noise: f64) {
+    pub fn spread(&self, p: &mut [[f64; N]; N], density: f64) {
         for i in 0..N {
             for j in i + 1..N {
                 let factor = self.phi[j - i];
@@ -75,7 +75,7 @@ impl<const N: usize> Transition<N> {
         }
         for i in 0..N {
             for l in 0..=i {
-                let mut sum = p[i][l] + noise * self.noise[i][l];
+                let mut sum = p[i][l] + density * self.noise[i][l];
                 for j in l + 1..N {
                     sum += self.phi[j - l] * p[i][j];
                 }
@@ -109,7 +109,7 @@ impl<const N: usize> Transition<N> {
     }
 }
 
-/// The upper triangle from the lower one.
+/// Copies the lower triangle to the upper one.
 #[inline(always)]
 fn mirror<const N: usize>(m: &mut [[f64; N]; N]) {
     for i in 0..N {

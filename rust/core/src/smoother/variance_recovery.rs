@@ -1,12 +1,12 @@
-//! Variances that the pass backwards loses in rounding, found again by the chain of `posterior`, which subtracts nothing.
+//! Variance recovery where the backward pass loses its digits.
 //!
-//! After a gap, in a violent jump and at the first samples the filter knows next to nothing, and what the score takes off
-//! its variances leaves rounding alone.
+//! After a gap, in a sudden jump and at the first samples the filter knows next to nothing. The backward pass then subtracts nearly equal
+//! covariances, and only rounding remains. The chain of `posterior`, which subtracts nothing, gives these variances again.
 
 use super::data::{ProcessNoise, Samples};
 use super::posterior::{Posterior, PosteriorInput};
 
-/// A run of samples with lost variances, and what the filter knows of the first one before it is seen.
+/// A range of samples with lost variances, and the covariance predicted for the first one.
 pub(super) struct LostRange {
     first: usize,
     last: usize,
@@ -14,21 +14,22 @@ pub(super) struct LostRange {
 }
 
 impl LostRange {
-    /// Adds sample k; they come from the last to the first.
+    /// Adds sample k; samples come from the last to the first.
     pub fn add<const N: usize>(ranges: &mut Vec<Self>, k: usize, covariance: &[[f64; N]; N]) {
         let covariance = covariance.as_flattened().to_vec();
         match ranges.last_mut() {
-            Some(run) if run.first == k + 1 => (run.first, run.covariance) = (k, covariance),
+            Some(range) if range.first == k + 1 => (range.first, range.covariance) = (k, covariance),
             _ => ranges.push(Self { first: k, last: k, covariance }),
         }
     }
 }
 
-/// Samples after a run that are looked at, first and at most: what later ones tell of it fades in some time constants.
-const NEAR: usize = 64;
-const FAR: usize = 4096;
-/// Share by which the first variances after a run may miss what they are.
-const MISS: f64 = 1e-3;
+/// Number of samples after a range that the chain includes, first and at most: what later ones say about the range fades within some time
+/// constants.
+const FIRST_REACH: usize = 64;
+const MAX_REACH: usize = 4096;
+/// Relative difference up to which the variance after the range agrees with that of the backward pass.
+const AGREEMENT: f64 = 1e-3;
 
 /// Writes the variances of all ranges. order: 2 to 6.
 pub(super) fn recover_variances(
@@ -40,32 +41,32 @@ pub(super) fn recover_variances(
 ) {
     let count = variance.len();
     let mut found = Vec::new();
-    for run in ranges {
-        let mut reach = NEAR;
+    for range in ranges {
+        let mut reach = FIRST_REACH;
         loop {
-            let end = count.min(run.last + 1 + reach);
+            let end = count.min(range.last + 1 + reach);
             let given = PosteriorInput {
-                step: &samples.step[run.first..end - 1],
-                variance: &samples.variance[run.first..end],
-                covariance: &run.covariance,
-                noise: ProcessNoise { segment: &noise.segment[run.first..end - 1], density: noise.density },
+                step: &samples.step[range.first..end - 1],
+                variance: &samples.variance[range.first..end],
+                covariance: &range.covariance,
+                noise: ProcessNoise { segment: &noise.segment[range.first..end - 1], density: noise.density },
             };
             let Some(chain) = Posterior::new(order, given) else { return };
-            // One more than the run: it tells whether enough samples were looked at.
+            // One more than the range: it tells whether enough samples were included.
             found.clear();
-            found.extend(chain.variances().take(run.last + 2 - run.first));
+            found.extend(chain.variances().take(range.last + 2 - range.first));
             let enough = end == count
-                || reach >= FAR
-                || found[run.last + 1 - run.first]
+                || reach >= MAX_REACH
+                || found[range.last + 1 - range.first]
                     .iter()
-                    .zip(&variance[run.last + 1])
-                    .all(|(found, known)| (found - known).abs() <= MISS * known);
+                    .zip(&variance[range.last + 1])
+                    .all(|(found, known)| (found - known).abs() <= AGREEMENT * known);
             if enough {
                 break;
             }
             reach *= 4;
         }
-        let length = run.last + 1 - run.first;
-        variance[run.first..=run.last].copy_from_slice(&found[..length]);
+        let length = range.last + 1 - range.first;
+        variance[range.first..=range.last].copy_from_slice(&found[..length]);
     }
 }

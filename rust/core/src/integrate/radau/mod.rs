@@ -1,10 +1,10 @@
 //! Radau IIA, five stages, order 9: implicit, L-stable and stiffly accurate, for scenes of any stiffness.
 //!
-//! In the eigenvectors of the collocation matrix the stages part into `(λ - h A) w = r`, and the second-order structure of A leaves of
-//! each only the velocity half: `(λ² + λ h Ĉ + h² S ω) w_v = λ r_v - h S r_s`, one real and two complex systems of n
-//! equations. They are inverted once per step length; steps from knot to knot of a uniform trace share one.
+//! In the eigenvectors of the collocation matrix the stages decouple into `(λ - h A) w = r`, and the second-order structure of A leaves
+//! only the velocity half of each: `(λ² + λ h Ĉ + h² S ω) w_v = λ r_v - h S r_s`, one real and two complex systems of n equations. They
+//! are inverted once per step length; all steps of a uniform trace share one.
 //!
-//! Equations that are not linear are solved by Newton's iteration on the same systems ([`newton`]).
+//! `tangent`: these systems. `newton`: the iteration for equations that are not linear.
 
 mod newton;
 mod tangent;
@@ -25,16 +25,16 @@ use tangent::{NO_STAGE_FORCES, Parts, Tangent, end, stages};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Radau;
 
-/// Step lengths of which the tangents are remembered, 2.3 kB each.
+/// Cached tangents, 2.3 kB each.
 const CACHED_TANGENTS: usize = 8;
 
-/// Tangents for some step lengths, and the last step.
+/// Memory of one run: tangents by step length, and the last step.
 #[derive(Debug, Clone)]
 pub struct Stages {
     tangents: StepCache<Tangent, CACHED_TANGENTS>,
     parts: Parts,
     last_step: LastStep,
-    /// What each stage adds to the start of the last step, once it was asked for.
+    /// Differences of the stages from the start of the last step, once dense output was asked for.
     dense: Option<[State; 5]>,
 }
 
@@ -72,7 +72,7 @@ impl Method for Radau {
             *place = Some(Tangent::new(equations, state, ramp.h));
         }
         let Some(tangent) = place else { unreachable!("just made") };
-        // The force is linear in time, so all right-hand sides lie in two vectors.
+        // The force is linear in time, so the right-hand sides of all stages are combinations of two vectors.
         let (rate, rise) = (equations.rate(state, &ramp.force(0.0)), ramp.rise());
         tangent.begin(equations, &rate, &rise, &NO_STAGE_FORCES, parts);
         (end(state, parts), tangent.error(equations, &rate, parts))

@@ -7,13 +7,13 @@ use crate::integrate::tableau::{Eigenpart, RADAU};
 use crate::numeric::float::add_scaled;
 use crate::system::{Force, Square, State};
 
-/// Stage parts of a step, one for each eigenvalue: real and imaginary halves.
+/// The stages of a step along each eigenvector: real and imaginary parts.
 pub(super) type Parts = [[State; 2]; 3];
 
-/// How often each part counts.
+/// Multiplicity of each part: one for the real eigenvalue, two for a conjugate pair.
 pub(super) const COUNTS: [f64; 3] = [1.0, 2.0, 2.0];
 
-/// What the stages of one step length are solved with.
+/// The tangent at a state for one step length, with the inverses that solve for the stages.
 #[derive(Debug, Clone)]
 pub(super) struct Tangent {
     pub h: f64,
@@ -41,8 +41,8 @@ impl Inverse {
                 matrix[(i, j)] += if i == j { lambda * lambda + elastic } else { elastic };
             }
         }
-        // The eigenvalues of A lie in the left half plane and λ in the right: never singular, unless it is out of range, and then
-        // the run ends with that.
+        // The eigenvalues of A lie in the left half plane and λ in the right, so the matrix is singular only where numbers leave their
+        // range; the run then ends with that error.
         let inverse =
             matrix.try_inverse().unwrap_or_else(|| Matrix6::repeat(Complex::new(f64::NAN, f64::NAN)));
         let columns = |pick: fn(Complex<f64>) -> f64| {
@@ -66,7 +66,7 @@ impl Inverse {
 }
 
 impl Tangent {
-    /// That at `state`, for steps of length `h`.
+    /// The tangent at `state` for steps of length `h`.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn new<E: Equations>(equations: &E, state: &State, h: f64) -> Self {
         let (stiffness, damping) = equations.tangent(state);
@@ -86,7 +86,7 @@ impl Tangent {
         if E::PIECEWISE || !E::LINEAR {
             return times(&self.pull, &upper(vector));
         }
-        // Linear throughout: the coordinates are the modes of just these equations, and S = ω.
+        // Linear throughout: the coordinates are the modes of these equations, and S = ω.
         let frequency = equations.frequency();
         let mut out = [0.0; 6];
         for i in 0..6 {
@@ -137,8 +137,8 @@ impl Tangent {
         w
     }
 
-    /// The parts of a step whose right-hand sides are those of the tangent: `rate` at the start, `rise` of the modal force, and
-    /// `extra` more on the velocities (for equations that are not linear).
+    /// Solves for the parts of a step whose right-hand sides are those of the tangent: `rate` at the start, `rise` of the modal force,
+    /// and, for equations that are not linear, the force `extra` on the velocities.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn begin<E: Equations>(
         &self,
@@ -189,7 +189,7 @@ impl Tangent {
     }
 }
 
-/// What each stage adds to the start of a step.
+/// Differences of the stages from the start of the step.
 #[cfg_attr(feature = "std", inline(always))]
 pub(super) fn stages(parts: &Parts) -> [State; 5] {
     let mut stages = [[0.0; 12]; 5];
@@ -203,7 +203,7 @@ pub(super) fn stages(parts: &Parts) -> [State; 5] {
     stages
 }
 
-/// What is added to the velocities' right-hand sides of the parts.
+/// Additional right-hand sides of the velocities, by part.
 pub(super) type StageForces = [[[f64; 6]; 2]; 3];
 
 pub(super) const NO_STAGE_FORCES: StageForces = [[[0.0; 6]; 2]; 3];
