@@ -1,4 +1,55 @@
-//! Dynamic load of linear rolling guides.
+//! Dynamic load of linear rolling guides: one rigid body on elastic and damping links, driven by a measured motion.
+//!
+//! All quantities are SI. Equation numbers are those of the paper "Dynamical load of linear rolling guides".
+//!
+//! # Use
+//!
+//! Describe a [`Scene`] (a [`Body`], its [`Link`]s with their [`Law`]s, gravity, the [`Free`] degrees of freedom), make a [`System`] of it,
+//! [`run`] it through an [`Excitation`] with a [`Method`], and read loads from what the run recorded:
+//!
+//! ```
+//! use guideload::{Body, Control, Exact, Excitation, Extremes, Free, Output, Part, Peaks, Scene, System};
+//! use guideload::{carriage_links, group_load, run};
+//! use nalgebra::{Matrix3, Vector3};
+//!
+//! let inertia = Matrix3::new(420.0, 15.0, -8.0, 15.0, 310.0, 22.0, -8.0, 22.0, 380.0);
+//! let body = Body::new(1250.0, Vector3::new(0.12, -0.65, 0.18), inertia)?;
+//! let centers = [-0.35, 0.35].map(|z| Vector3::new(0.0, 0.05, z));
+//! let guides = [
+//!     carriage_links(centers[0], 0.6, [120e6; 2], [100e3; 2])?,
+//!     carriage_links(centers[1], 0.6, [120e6; 2], [100e3; 2])?,
+//! ];
+//! let scene = Scene::new(body, guides.as_flattened(), Vector3::new(0.0, -9.80665, 0.0), Free::GUIDED)?;
+//! let system = System::new(&scene)?;
+//! let loads = [0, 1].map(|g| group_load(&system, 4 * g..4 * g + 4, centers[g], Part::Total));
+//! let mut extremes = [Extremes::NONE; 2];
+//! let motion = [[0.0, 0.0, 0.0], [2.2, 0.0, 0.0], [2.2, 0.0, 0.0], [0.0, 0.0, 0.0]];
+//! let excitation = Excitation::uniform(0.0, 0.088, &motion)?;
+//! let control = Control::Adaptive { rtol: 1e-6 };
+//! let mut peaks = Peaks::new(&loads, &mut extremes);
+//! run(&system, &Exact::<1>, control, &excitation, Output::Samples, &mut peaks)?;
+//! assert!(extremes[1].largest[6] > 9000.0); // N, the y-z resultant of guide 2
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+//!
+//! Without the feature `std` all of this runs without an allocator. With it there are also [`batch`] (Monte Carlo), [`smoother`] (the motion
+//! behind a measured trace) and [`bands`] (what the trace leaves open about the loads).
+//!
+//! # Source
+//!
+//! The folders are layers in the order of the data; each imports only from those above it, which `tests/layers.rs` checks.
+//!
+//! - `error`: why something is refused, in words.
+//! - `numeric`: elementary functions, vector loops, bounded vector, tensors, random numbers.
+//! - `model`: body, degrees of freedom, laws, links, scene. **A new elastic law goes into `model/law`.**
+//! - `system`: matrices, static equilibrium, undamped modes; the state in energy coordinates.
+//! - `excitation`: acceleration and external load over time, and the modal force that they make.
+//! - `equations`: the equations of motion (linear, piecewise linear, smooth) and the exact solution over a step.
+//! - `contacts`: the instants at which a link leaves a segment of its law.
+//! - `output`: loads and motions from states; what a run records.
+//! - `integrate`: the loop over the samples, step-size control, and the methods. **A new integrator goes into `integrate`, beside `rk45`.**
+//! - `smoother`, `bands`, `batch`: with `std` only. A new statistic of Monte Carlo samples goes into `batch/measure` and
+//!   `batch/requirements`.
 #![cfg_attr(not(feature = "std"), no_std)]
 
 #[cfg(feature = "std")]
@@ -17,19 +68,31 @@ mod output;
 pub mod smoother;
 mod system;
 
-#[cfg(feature = "std")]
-pub use batch::{BatchError, SampleError};
-pub use error::{ExcitationError, RunError, SceneError};
+// Describe: a scene and what drives it.
 pub use excitation::{Excitation, wrench_at};
-pub use integrate::{Control, Exact, Method, Output, Radau, Rk45, Summary, load_scale, run};
 pub use model::{
     Body, Dof, Free, Law, LawParameter, Link, MAX_CURVE_POINTS, Scene, carriage_ends, carriage_links,
 };
 pub use numeric::tensor;
+
+// Solve: the system, its modes, and a run.
+pub use integrate::{Control, Exact, Method, Output, Radau, Rk45, Summary, load_scale, run};
+pub use system::{
+    Input, Matrices, Mode, ModelLevel, State, System, assemble, eigenvalues, input_from, modes,
+};
+
+// Read out: what a run records, and loads and motions from its states.
 pub use output::{
     Axial, Extremes, History, Part, Peaks, Record, Recovery, Wrench, acceleration, evaluate, group_load,
     link_load, position, reaction, velocity,
 };
-pub use system::{
-    Input, Matrices, Mode, ModelLevel, State, System, assemble, eigenvalues, input_from, modes,
-};
+
+// Errors.
+#[cfg(feature = "std")]
+pub use batch::{BatchError, SampleError};
+pub use error::{ExcitationError, RunError, SceneError};
+
+/// The Rust of the README, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

@@ -1,4 +1,4 @@
-//! What samples leave open, drawn and carried to the loads, over arrays.
+//! Credible bands of loads, and draws of motions and peaks, over arrays.
 
 use guideload::bands::{self, Deviation, NominalLoads, StandardDeviations};
 use guideload::smoother::{self, Posterior, PosteriorInput, ProcessNoise};
@@ -11,8 +11,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::convert::{Array1, Array2, not_contiguous, rows, slice};
+use crate::links::group_loads;
 use crate::scene::PyScene;
-use crate::solution::groups_of;
 
 type Array3<'py> = Bound<'py, PyArray3<f64>>;
 
@@ -25,7 +25,7 @@ type Chain<'py> = (
     PyReadonlyArray1<'py, f64>,
 );
 
-/// A chain whose arrays agree; it is made without the interpreter.
+/// A checked chain; it is computed without the interpreter.
 struct Checked<'a> {
     order: usize,
     given: PosteriorInput<'a>,
@@ -98,7 +98,7 @@ pub fn draw_motion<'py>(
     drawn.into_pyarray(py).reshape([count, width])
 }
 
-/// Loads that deviations are from, with the groups that they are of.
+/// Nominal loads, and the groups that they are of.
 struct Loads<'a> {
     instants: &'a [f64],
     loads: &'a [f64],
@@ -113,7 +113,7 @@ impl<'a> Loads<'a> {
         groups: &[PyReadonlyArray1<'_, i64>],
         centers: &PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Self> {
-        let groups = groups_of(&scene.0, groups, rows::<3>(centers, "centers")?, Part::Total)?;
+        let groups = group_loads(&scene.0, groups, rows::<3>(centers, "centers")?, Part::Total)?;
         let instants = slice(instants, "instants")?;
         if loads.shape() != [instants.len(), groups.len(), 6] || !loads.is_c_contiguous() {
             return Err(PyValueError::new_err(format!(
@@ -128,7 +128,7 @@ impl<'a> Loads<'a> {
     }
 }
 
-/// A number for each sample.
+/// One number for each sample.
 fn per_sample<'a>(
     array: &'a PyReadonlyArray1<'_, f64>,
     name: &str,

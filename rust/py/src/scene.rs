@@ -13,9 +13,10 @@ use pyo3::prelude::*;
 
 use crate::convert::{self, Array1, Array2, CoreError, Samples, matrix3, rows, slice};
 use crate::law::PyLaw;
-use crate::solution::{Inputs, PySolution, groups_of};
+use crate::links::{self, group_loads};
+use crate::solution::{Inputs, PySolution};
 
-/// Interval lengths that an exact run remembers: device clocks tick in a handful of them.
+/// Cached propagators of an exact run: device clocks tick in a handful of interval lengths.
 const CACHED_STEPS: usize = 16;
 
 #[pyclass(name = "Scene", module = "guideload._core", frozen)]
@@ -23,13 +24,13 @@ pub struct PyScene(pub Arc<System>);
 
 /// The methods that a user can name.
 #[derive(Clone, Copy)]
-enum Named {
+enum NamedMethod {
     Exact,
     Rk45,
     Implicit,
 }
 
-impl Named {
+impl NamedMethod {
     fn new(name: &str) -> PyResult<Self> {
         match name {
             "exact" => Ok(Self::Exact),
@@ -75,14 +76,14 @@ impl PyScene {
         damping_in_contact: PyReadonlyArray1<'_, bool>,
     ) -> PyResult<Self> {
         let body = Body::new(mass, center_of_mass.into(), matrix3(inertia)).map_err(CoreError::from)?;
-        let links = convert::links(&points, &directions, &laws, &damping, &damping_in_contact)?;
+        let links = links::links(&points, &directions, &laws, &damping, &damping_in_contact)?;
         let free = convert::free(&free)?;
         let scene = Scene::new(body, &links, gravity.into(), free).map_err(CoreError::from)?;
         let system = System::new(&scene).map_err(CoreError::from)?;
         Ok(Self(Arc::new(system)))
     }
 
-    /// How much of a model the scene needs.
+    /// Model level of the scene.
     #[getter]
     fn model_level(&self) -> &'static str {
         match self.0.model_level() {
@@ -92,7 +93,7 @@ impl PyScene {
         }
     }
 
-    /// Motions of L in which the body is loose within its clearance at rest, (m, 6).
+    /// Motions of L in which the body is free within its clearance at rest, (m, 6).
     #[getter]
     fn free_at_rest<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
         table(py, self.0.free_at_rest().map(<[f64; 6]>::from))
@@ -111,7 +112,7 @@ impl PyScene {
         step: Option<f64>,
         times: Option<PyReadonlyArray1<'_, f64>>,
     ) -> PyResult<PySolution> {
-        let method = Named::new(method)?;
+        let method = NamedMethod::new(method)?;
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let times = times.as_ref().map(|times| slice(times, "times")).transpose()?;
         let system = Arc::clone(&self.0);
@@ -146,9 +147,9 @@ impl PyScene {
         groups: Vec<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<[Array2<'py>; 4]> {
-        let method = Named::new(method)?;
+        let method = NamedMethod::new(method)?;
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
-        let loads = groups_of(&self.0, &groups, rows::<3>(&centers, "centers")?, Part::Total)?;
+        let loads = group_loads(&self.0, &groups, rows::<3>(&centers, "centers")?, Part::Total)?;
         let extremes = py.detach(|| {
             let excitation = samples.excitation()?;
             let mut extremes = vec![Extremes::NONE; loads.len()];
@@ -216,7 +217,7 @@ impl PyScene {
         groups: Vec<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Array2<'py>> {
-        let loads = groups_of(&self.0, &groups, rows::<3>(&centers, "centers")?, Part::Total)?;
+        let loads = group_loads(&self.0, &groups, rows::<3>(&centers, "centers")?, Part::Total)?;
         table(py, loads.iter().map(|load| load.at_rest()))
     }
 }

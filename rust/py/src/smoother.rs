@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use crate::convert::{Array1, Array2, not_contiguous, slice};
 
-/// The arrays of samples and of what is assumed of their motion: step, value, variance, mean, covariance, cell, intensity.
+/// The arrays of samples and of the model of their motion: step, value, variance, mean, covariance, cell, intensity.
 type Arrays<'py> = (
     PyReadonlyArray1<'py, f64>,
     PyReadonlyArray1<'py, f64>,
@@ -20,18 +20,18 @@ type Arrays<'py> = (
     PyReadonlyArray1<'py, f64>,
 );
 
-/// What `adapt_motion` finds: intensities, level, values and variances of the sites, log densities, noise over expected.
+/// What `adapt_motion` returns: intensities, level, values and variances of the sites, log densities, noise over expected.
 type AdaptedArrays<'py> = (Array1<'py>, f64, Array1<'py>, Array1<'py>, Array1<'py>, Array1<'py>);
 
-/// The same, of one motion of `order`, with lengths that agree.
-struct MotionModel<'a> {
+/// Checked arrays of one motion.
+struct Checked<'a> {
     order: usize,
     samples: Samples<'a>,
     start: Start<'a>,
     noise: ProcessNoise<'a>,
 }
 
-impl<'a> MotionModel<'a> {
+impl<'a> Checked<'a> {
     fn new((step, value, variance, mean, covariance, cell, intensity): &'a Arrays<'_>) -> PyResult<Self> {
         let samples = Samples {
             step: slice(step, "step")?,
@@ -62,7 +62,7 @@ impl<'a> MotionModel<'a> {
 
 #[pyfunction]
 pub fn motion_likelihood(py: Python<'_>, given: Arrays<'_>) -> PyResult<Option<(f64, f64)>> {
-    let MotionModel { order, samples, start, noise } = MotionModel::new(&given)?;
+    let Checked { order, samples, start, noise } = Checked::new(&given)?;
     Ok(py.detach(|| smoother::likelihood(order, samples, start, noise)))
 }
 
@@ -71,7 +71,7 @@ pub fn smooth_motion<'py>(
     py: Python<'py>,
     given: Arrays<'py>,
 ) -> PyResult<(Array2<'py>, Array2<'py>, Array2<'py>)> {
-    let MotionModel { order, samples, start, noise } = MotionModel::new(&given)?;
+    let Checked { order, samples, start, noise } = Checked::new(&given)?;
     let count = samples.value.len();
     let (mut means, mut variances, mut residuals) =
         (vec![[0.0; 3]; count], vec![[0.0; 3]; count], vec![[0.0; 2]; count]);
@@ -91,7 +91,7 @@ pub fn adapt_motion<'py>(
     level: f64,
     rule: (usize, f64, f64, f64),
 ) -> PyResult<AdaptedArrays<'py>> {
-    let MotionModel { order, samples, start, noise } = MotionModel::new(&given)?;
+    let Checked { order, samples, start, noise } = Checked::new(&given)?;
     let (rounds, usual, weight, floor) = rule;
     for (name, number) in [("level", level), ("usual", usual), ("floor", floor)] {
         if !(number > 0.0 && number.is_finite()) {

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use guideload::input_from;
-use guideload::{Input, Part, State, Summary, System, Wrench, group_load, link_load};
+use guideload::{Input, State, Summary, System, Wrench, link_load};
 use guideload::{Recovery, acceleration, evaluate, position, reaction, velocity};
 use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use crate::convert::{self, links_of, rows};
+use crate::convert::{self, rows};
+use crate::links::group_loads;
 
 /// Excitation at the recorded instants: as it was given, or at times between its samples.
 pub enum Inputs {
@@ -65,7 +66,8 @@ impl PySolution {
         centers: PyReadonlyArray2<'_, f64>,
         part: &str,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let loads = groups_of(&self.system, &groups, rows::<3>(&centers, "centers")?, convert::part(part)?)?;
+        let loads =
+            group_loads(&self.system, &groups, rows::<3>(&centers, "centers")?, convert::part(part)?)?;
         let flat = self.recover(py, &loads);
         flat.into_pyarray(py).reshape([self.states.len(), loads.len(), 6])
     }
@@ -122,17 +124,4 @@ impl PySolution {
             out
         })
     }
-}
-
-/// The load of each group of links about its centre.
-pub fn groups_of<'a>(
-    system: &'a System,
-    groups: &[PyReadonlyArray1<'_, i64>],
-    centers: &[[f64; 3]],
-    part: Part,
-) -> PyResult<Vec<Wrench<'a>>> {
-    Ok(links_of(system.links().len(), groups, centers)?
-        .into_iter()
-        .map(|(links, center)| group_load(system, links, center.into(), part))
-        .collect())
 }

@@ -6,36 +6,36 @@ use super::change::Target;
 use super::measure::Measure;
 use crate::error::{RunError, SceneError};
 
-/// What is wrong with a batch, before anything runs.
+/// Why a batch is refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BatchError {
-    /// The base scene has no such place.
+    /// A target that the base scene does not have.
     Target {
-        /// The place.
+        /// The target.
         target: Target,
     },
-    /// Two changes of one place.
+    /// Two changes of one target.
     Repeated {
-        /// The place.
+        /// The target.
         target: Target,
     },
     /// A constant or factor that is not finite.
     NotFinite {
-        /// Of the change of this place.
+        /// Target of the change.
         target: Target,
     },
-    /// A measure of a group that there is not, or a mean load without a speed.
+    /// A measure of a missing group.
     Measure {
         /// The measure.
         measure: Measure,
     },
-    /// A group with a link that there is not.
+    /// A group with a missing link.
     Group {
         /// Index of the group.
         group: usize,
         /// The link.
         link: usize,
-        /// How many there are.
+        /// Their number.
         count: usize,
     },
     /// An exponent of the mean load below 1 or not finite.
@@ -43,20 +43,20 @@ pub enum BatchError {
         /// As given.
         got: f64,
     },
-    /// A history or table of another length.
+    /// An array of the wrong length.
     Length {
         /// Which one.
         field: &'static str,
-        /// Numbers that belong there.
+        /// Its length.
         expected: usize,
-        /// Numbers that are there.
+        /// Length given.
         got: usize,
     },
     /// Fewer columns of values than the changes name.
     Columns {
-        /// How many they name.
+        /// Number that they name.
         expected: usize,
-        /// How many there are.
+        /// Their number.
         got: usize,
     },
     /// A speed that is not finite.
@@ -64,9 +64,9 @@ pub enum BatchError {
         /// At which sample, from 0.
         index: usize,
     },
-    /// The base scene.
+    /// The base is no scene.
     Scene(SceneError),
-    /// A setting of the method.
+    /// A setting of the method is refused.
     Run(RunError),
 }
 
@@ -117,18 +117,18 @@ impl core::error::Error for BatchError {}
 /// Why a sample has no result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SampleError {
-    /// No such scene.
+    /// It is no scene.
     Scene(SceneError),
-    /// No such link, by its index.
+    /// A link, by its index, is none.
     Link(usize, SceneError),
     /// A value that is not finite.
     NotFinite {
-        /// Of which place.
+        /// Its target.
         target: Target,
-        /// As it came out.
+        /// Its value.
         got: f64,
     },
-    /// The run stopped.
+    /// The run has stopped.
     Run(RunError),
 }
 

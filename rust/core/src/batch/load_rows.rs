@@ -1,23 +1,23 @@
-//! Loads at a block of instants: linear combinations of the entries of the states, and of the forces of links that are not linear.
+//! Load rows: loads at a block of instants, as linear combinations of the entries of the states and of the forces of nonlinear links.
 
 use super::instance::Group;
 use super::requirements::{LoadRow, Requirements};
 use crate::excitation::Excitation;
-use crate::model::Law;
-use crate::numeric::float::{fma, sqrt};
+use crate::model::{Law, ball_force, sided_force};
+use crate::numeric::float::fma;
 use crate::numeric::simd::LANES;
 use crate::output::{Part, Wrench, group_load, reaction};
 use crate::system::LinkRow;
 use crate::system::{State, System};
 use nalgebra::Vector3;
 
-/// Instants that are worked on at a time: their states stay in the first cache.
+/// Instants of a block: their states stay in the first-level cache.
 pub(super) const BLOCK: usize = 64;
 
-/// A number at each instant of a block.
+/// One number at each instant of a block.
 type Values = [f64; BLOCK];
 
-/// Entries of the states and of the excitation at the instants of a block, entry by entry.
+/// States and excitation at the instants of a block, entry by entry.
 #[derive(Debug)]
 pub(super) struct StateBlock {
     states: [Values; 12],
@@ -36,7 +36,7 @@ impl StateBlock {
         }
     }
 
-    /// Repeats the last of the instants that are there.
+    /// Fills the block up with its last instant.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn pad(&mut self, filled: usize) {
         if filled < BLOCK {
@@ -47,7 +47,7 @@ impl StateBlock {
         }
     }
 
-    /// Takes the excitation from sample `from` on.
+    /// Sets the excitation from sample `from` on.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn set_inputs(&mut self, excitation: &Excitation, from: usize, filled: usize) {
         for (component, entry) in self.inputs.iter_mut().enumerate() {
@@ -58,11 +58,11 @@ impl StateBlock {
     }
 }
 
-/// `constant + Σ factor * values[index]`, without the terms that are zero.
+/// `constant + Σ factor * values[index]`, without terms that are zero.
 #[derive(Debug, Clone, Default)]
 struct LinearCombination {
     constant: f64,
-    /// Of the states, the excitation, the forces of links, and of dampers that act in contact only.
+    /// Terms of the states, the excitation, the forces of links, and the forces of dampers that act in contact only.
     terms: [Vec<(usize, f64)>; 4],
 }
 
@@ -100,7 +100,7 @@ impl LinearCombination {
     }
 }
 
-/// A link that is not linear.
+/// A nonlinear link.
 #[derive(Debug, Clone)]
 struct NonlinearLink {
     link: usize,
@@ -115,12 +115,12 @@ struct NonlinearLink {
 pub(super) struct LoadRows {
     sums: Vec<LinearCombination>,
     nonlinear: Vec<NonlinearLink>,
-    /// Which of `nonlinear` are watched for contact, and as which group.
+    /// Nonlinear links that are monitored for contact, with the index of their group.
     watched: Vec<(usize, usize)>,
     deflections: Vec<Values>,
     forces: Vec<Values>,
     dampers: Vec<Values>,
-    /// What comes out.
+    /// The loads at the block.
     pub values: Vec<Values>,
 }
 
@@ -137,7 +137,7 @@ impl LoadRows {
         }
     }
 
-    /// The rows of a system, of which the excitation counts times `factors`.
+    /// Sets the rows to those of a system. `factors`: on the accelerations and external loads of the excitation.
     pub(super) fn take_up(
         &mut self,
         system: &System,
@@ -182,7 +182,7 @@ impl LoadRows {
         }
     }
 
-    /// Puts one row of a load in.
+    /// Sets one row from a load.
     fn set(&mut self, index: usize, system: &System, load: &Wrench, row: usize, factors: [f64; 2]) {
         let mut sum = core::mem::take(&mut self.sums[index]);
         sum.clear();
@@ -205,7 +205,7 @@ impl LoadRows {
         self.sums[index] = sum;
     }
 
-    /// The place of a link that is not linear.
+    /// The place of a nonlinear link, which is appended if it is new.
     fn bend(&mut self, row: &LinkRow, link: usize) -> usize {
         if let Some(place) = self.nonlinear.iter().position(|bend| bend.link == link) {
             return place;
@@ -221,7 +221,7 @@ impl LoadRows {
         self.nonlinear.len() - 1
     }
 
-    /// Works out all rows at a block, and marks in `lost` the groups that lose contact in it.
+    /// Evaluates all rows at a block, and marks in `lost` the groups that lose contact in it.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn evaluate(&mut self, block: &StateBlock, lost: &mut [bool]) {
         let Self { sums, nonlinear, watched, deflections, forces, dampers, values } = self;
@@ -253,18 +253,13 @@ impl LoadRows {
 /// Forces of a law at a block of deflections.
 #[cfg_attr(feature = "std", inline(always))]
 fn force(law: &Law, at: &Values, out: &mut Values) {
-    if let Some([positive, negative, clearance]) = law.sides() {
+    if let Some(sides) = law.sides() {
         for i in 0..BLOCK {
-            let (above, below) = (at[i] - clearance, at[i] + clearance);
-            let (above, below) =
-                (if above > 0.0 { above } else { 0.0 }, if below < 0.0 { below } else { 0.0 });
-            out[i] = positive * above + negative * below;
+            out[i] = sided_force(sides, at[i]);
         }
     } else if let Some([opening, coefficient]) = law.balls() {
         for i in 0..BLOCK {
-            let (a, b) = (opening + at[i], opening - at[i]);
-            let (a, b) = (if a > 0.0 { a } else { 0.0 }, if b > 0.0 { b } else { 0.0 });
-            out[i] = coefficient * (a * sqrt(a) - b * sqrt(b));
+            out[i] = coefficient * ball_force(opening, at[i]);
         }
     } else {
         for i in 0..BLOCK {
@@ -273,7 +268,7 @@ fn force(law: &Law, at: &Values, out: &mut Values) {
     }
 }
 
-/// Whether a link carries nothing at one of these deflections, or, preloaded, has a row open.
+/// Whether a link has no force at one of these deflections, or, preloaded, has a row open.
 #[cfg_attr(feature = "std", inline(always))]
 fn is_lost(law: &Law, at: &Values) -> bool {
     let [from, to, inside] = lost_between(law);
@@ -284,12 +279,12 @@ fn is_lost(law: &Law, at: &Values) -> bool {
     lost
 }
 
-/// The deflections at which contact is lost: those from the first number to below the second one, or those that are not.
+/// (from, to, inside): contact is lost at deflections from `from` to below `to` if `inside` is 1, otherwise at all others.
 #[cfg_attr(feature = "std", inline(always))]
 fn lost_between(law: &Law) -> [f64; 3] {
     let edges = law.edges();
     if !law.is_piecewise_linear() {
-        // At the edges themselves a row is open.
+        // At an edge itself a row is open.
         return [f64::from_bits(edges[0].to_bits() - 1), edges[1], 0.0];
     }
     for segment in 0..=edges.len() {

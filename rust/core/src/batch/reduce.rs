@@ -10,7 +10,7 @@ use crate::numeric::simd::{Kernel, LANES, dispatch_wide};
 use crate::output::Record;
 use crate::system::{Input, State};
 
-/// Memory of a worker.
+/// Memory of one thread.
 #[derive(Debug)]
 pub(super) struct Memory {
     pub rows: LoadRows,
@@ -25,19 +25,19 @@ impl Memory {
     }
 }
 
-/// Reduces one run.
+/// Reduction of one run.
 #[derive(Debug)]
 pub(super) struct Reduce<'a> {
     requirements: &'a Requirements,
     excitation: &'a Excitation<'a>,
     memory: &'a mut Memory,
-    /// Instants before the present block, and in it.
+    /// Number of instants before the present block, and in it.
     before: usize,
     filled: usize,
 }
 
 impl<'a> Reduce<'a> {
-    /// A reduction by the rows that stand in `memory`.
+    /// A reduction with the load rows in `memory`.
     pub(super) fn new(
         requirements: &'a Requirements,
         excitation: &'a Excitation<'a>,
@@ -50,7 +50,7 @@ impl<'a> Reduce<'a> {
         Self { requirements, excitation, memory, before: 0, filled: 0 }
     }
 
-    /// Ends the reduction: one number per measure to `out`.
+    /// Ends the reduction; writes one number per measure to `out`.
     pub(super) fn finish(mut self, out: &mut [f64]) {
         self.flush();
         self.requirements.put(self.excitation, &self.memory.statistics, &self.memory.lost, out);
@@ -85,7 +85,7 @@ impl Record for Reduce<'_> {
     }
 }
 
-/// Takes up a block.
+/// Updates the statistics with a block.
 struct FlushKernel<'a, 'b>(&'a mut Reduce<'b>);
 
 impl Kernel for FlushKernel<'_, '_> {
@@ -96,7 +96,7 @@ impl Kernel for FlushKernel<'_, '_> {
         let Reduce { requirements, excitation, memory, before, filled } = self.0;
         let Memory { rows, block, statistics, lost } = &mut **memory;
         let (before, filled) = (*before, *filled);
-        // What is past the end is as the last instant, and counts nowhere.
+        // Past the end the last instant is repeated; it counts nowhere.
         block.pad(filled);
         if requirements.drive() {
             block.set_inputs(excitation, before, filled);
@@ -165,7 +165,7 @@ fn extremes(values: &[f64; BLOCK]) -> (f64, f64) {
     (smallest, largest)
 }
 
-/// The first place of a value that is there.
+/// The first place of a value that occurs.
 #[cfg_attr(feature = "std", inline(always))]
 fn first(values: &[f64; BLOCK], value: f64) -> usize {
     let mut found = BLOCK - 1;
@@ -175,7 +175,7 @@ fn first(values: &[f64; BLOCK], value: f64) -> usize {
     found
 }
 
-/// `Σ weight * value` over as many as there are weights.
+/// `Σ weight * value`, over the number of weights.
 #[cfg_attr(feature = "std", inline(always))]
 fn weighted(values: &[f64; BLOCK], weights: &[f64]) -> f64 {
     let mut sums = [0.0; LANES];

@@ -6,17 +6,17 @@ use crate::excitation::Excitation;
 use crate::numeric::float::sqrt;
 use crate::numeric::power::Power;
 
-/// A history that something is made of, by the rows of loads that it requirements.
+/// A signal: a history from which statistics are computed, by the load rows that it is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Signal {
     Row(usize),
-    /// Of two rows, `√(y² + z²)`.
+    /// `√(y² + z²)` of two rows.
     Resultant(usize, usize),
-    /// Of two rows, `|y| + |z|`, to the power of the mean load.
+    /// `|y| + |z|` of two rows, to be raised to the exponent of the mean load.
     SumOfSizes(usize, usize),
 }
 
-/// One load: a component of a group's, or the drive force.
+/// One load: a component of a group's load, or the drive force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum LoadRow {
     Group(usize, usize),
@@ -32,26 +32,26 @@ enum Source {
     Nothing,
 }
 
-/// What the measures ask for, each thing once.
+/// What the measures need, each thing once.
 #[derive(Debug, Clone)]
 pub(super) struct Requirements {
     pub rows: Vec<LoadRow>,
-    /// Groups whose contact is watched.
+    /// Groups whose contacts are monitored.
     pub contacts: Vec<usize>,
     pub signals: Vec<SignalRequest>,
     sources: Vec<Source>,
-    /// Weights of the samples in time and in travel; no travel for a motion that never moves, or says nothing of it.
+    /// Weights of the samples in time and in distance; empty for a motion without speed, or that never moves.
     pub time: Vec<f64>,
     pub travel: Vec<f64>,
     pub power: Power,
 }
 
-/// A signal, and what is asked of it.
+/// A signal and the statistics that it is needed for.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SignalRequest {
     pub signal: Signal,
     pub extremes: bool,
-    /// And when they were.
+    /// Times of the extremes.
     pub times: bool,
     pub squares: bool,
 }
@@ -129,7 +129,7 @@ impl Requirements {
         index
     }
 
-    /// One number per measure to `out`, of what is known of each signal and of whether each watched group lost contact.
+    /// Writes one number per measure to `out`, from the statistics of each signal and whether each monitored group lost contact.
     pub(super) fn put(
         &self,
         excitation: &Excitation,
@@ -157,13 +157,13 @@ impl Requirements {
         }
     }
 
-    /// Whether the excitation reaches a row other than through the state.
+    /// Whether the drive force is needed, into which the excitation enters directly.
     pub(super) fn drive(&self) -> bool {
         self.rows.contains(&LoadRow::Drive)
     }
 }
 
-/// The place of an item, which it gets at the end if it has none.
+/// The place of an item, which is appended if it is new.
 fn place<T: PartialEq + Copy>(items: &mut Vec<T>, item: T) -> usize {
     items.iter().position(|known| *known == item).unwrap_or_else(|| {
         items.push(item);

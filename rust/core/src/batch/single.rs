@@ -1,10 +1,10 @@
-//! One sample by itself: what every scene can do.
+//! One sample by itself, for any scene.
 
-use super::Solver;
 use super::error::SampleError;
 use super::instance::{Group, Instance};
 use super::reduce::{Memory, Reduce};
 use super::requirements::Requirements;
+use super::solver::Solver;
 use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::excitation::ScaledExcitation;
@@ -14,16 +14,16 @@ use crate::output::{Part, evaluate, group_load};
 use crate::system::eigenvalues;
 use crate::system::{ModelLevel, State, System, input_from};
 
-/// Interval lengths that an exact run remembers: device clocks tick in a handful of them.
+/// Cached propagators of an exact run: device clocks tick in a handful of interval lengths.
 const CACHED_STEPS: usize = 16;
 
-/// How samples are run.
+/// Excitation, method and tolerance of all samples.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RunSettings<'a> {
     pub excitation: &'a Excitation<'a>,
-    /// Its peaks.
+    /// Largest magnitude of each component.
     pub peak: [f64; 9],
-    /// Its median interval, s.
+    /// Median interval between samples, s.
     pub typical_interval: f64,
     pub solver: Solver,
     pub rtol: f64,
@@ -43,7 +43,7 @@ impl RunSettings<'_> {
         Ok(())
     }
 
-    /// The solver, chosen where that was left open.
+    /// The solver; chosen here for `Auto`.
     fn solver_for(&self, system: &System) -> Solver {
         match self.solver {
             Solver::Auto if system.model_level() != ModelLevel::SmoothNonlinear => Solver::Exact,
@@ -62,12 +62,12 @@ impl RunSettings<'_> {
     }
 }
 
-/// Steps of rk45 that cost as much as one of the implicit method on a scene with smooth laws, and the product of step and fastest eigenvalue
-/// up to which rk45 is stable, about.
+/// Cost of an implicit step in rk45 steps, on a scene with smooth laws, and the product of step and fastest eigenvalue up to which rk45
+/// is about stable.
 const STEP_COST: f64 = 4.0;
 const STABLE: f64 = 3.3;
 
-/// RunSettings a sample and puts its measures into `out`.
+/// Runs a sample and writes its measures to `out`.
 pub(super) fn measure(
     runs: &RunSettings,
     requirements: &Requirements,
@@ -84,7 +84,7 @@ pub(super) fn measure(
     Ok(())
 }
 
-/// RunSettings a sample and puts the loads of its groups into `out`, as (time, group, 6).
+/// Runs a sample and writes the loads of its groups to `out`, (time, group, 6).
 pub(super) fn history(
     runs: &RunSettings,
     groups: &[Group],
@@ -99,7 +99,7 @@ pub(super) fn history(
         .zip(sample.centers())
         .map(|(group, center)| group_load(&system, group.links.iter().copied(), *center, Part::Total))
         .collect();
-    // No load of links asks for the excitation.
+    // Loads of links do not depend on the excitation directly.
     evaluate(&loads, &states, |_| input_from([0.0; 3], [0.0; 6]), out);
     Ok(())
 }

@@ -1,11 +1,11 @@
-//! Running statistics of a signal.
+//! Running statistics of one signal of one sample.
 
-/// What is known of a signal so far.
+/// Running statistics of a signal.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RunningStatistics {
     pub smallest: f64,
     pub largest: f64,
-    /// At which instants.
+    /// Instants of the extremes.
     pub at_smallest: usize,
     pub at_largest: usize,
     /// Weighted sum of squares, or of powers.

@@ -2,6 +2,7 @@
 
 use super::Equations;
 use super::piecewise::SegmentEquations;
+use crate::model::{ball_compressions, ball_force};
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
@@ -60,48 +61,24 @@ impl BallLinks {
         at
     }
 
-    /// Compression of both rows of balls of each link, d₀ + δ and d₀ - δ, m; zero where a row is open.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn presses(&self, state: &State) -> [Lanes; 2] {
-        let at = self.deflections(state);
-        let mut presses = [[0.0; LANES]; 2];
-        for i in 0..LANES {
-            presses[0][i] = self.opening[i] + at[i];
-        }
-        for i in 0..LANES {
-            presses[1][i] = self.opening[i] - at[i];
-        }
-        for press in &mut presses {
-            for i in 0..LANES {
-                press[i] = if press[i] > 0.0 { press[i] } else { 0.0 };
-            }
-        }
-        presses
-    }
-
     /// Loads above those at rest, N.
     #[cfg_attr(feature = "std", inline(always))]
     fn loads(&self, state: &State) -> Lanes {
-        let [mut closing, mut opening] = self.presses(state);
+        let mut at = self.deflections(state);
         for i in 0..LANES {
-            closing[i] *= sqrt(closing[i]);
+            at[i] = fma(self.coefficient[i], ball_force(self.opening[i], at[i]), -self.load[i]);
         }
-        for i in 0..LANES {
-            opening[i] *= sqrt(opening[i]);
-        }
-        for i in 0..LANES {
-            closing[i] = fma(self.coefficient[i], closing[i] - opening[i], -self.load[i]);
-        }
-        closing
+        at
     }
 
     #[cfg_attr(feature = "std", inline(always))]
     fn tangents(&self, state: &State) -> Lanes {
-        let [mut closing, opening] = self.presses(state);
+        let mut at = self.deflections(state);
         for i in 0..LANES {
-            closing[i] = 1.5 * self.coefficient[i] * (sqrt(closing[i]) + sqrt(opening[i]));
+            let [a, b] = ball_compressions(self.opening[i], at[i]);
+            at[i] = 1.5 * self.coefficient[i] * (sqrt(a) + sqrt(b));
         }
-        closing
+        at
     }
 }
 

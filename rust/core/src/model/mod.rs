@@ -9,5 +9,6 @@ mod scene;
 pub use body::Body;
 pub use dof::{Dof, Free};
 pub use law::{Law, LawParameter, MAX_CURVE_POINTS};
+pub(crate) use law::{ball_compressions, ball_force, sided_force};
 pub use link::{Link, carriage_ends, carriage_links};
 pub use scene::Scene;

@@ -1,7 +1,8 @@
 //! Evaluation of quantities at all instants of a run, several at a time in vector loops.
 
 use super::loads::{Linear, NonlinearLink, Recovery};
-use crate::numeric::float::{add_scaled, sqrt};
+use crate::model::{ball_force, sided_force};
+use crate::numeric::float::add_scaled;
 use crate::numeric::simd::{Kernel, LANES, dispatch};
 use crate::system::{Input, State};
 
@@ -138,10 +139,7 @@ impl LaneLaws for SidedLanes {
     fn force(&self, mut at: [f64; LINKS]) -> [f64; LINKS] {
         let [positive, negative, clearance] = &self.0;
         for i in 0..LINKS {
-            let (above, below) = (at[i] - clearance[i], at[i] + clearance[i]);
-            let (above, below) =
-                (if above > 0.0 { above } else { 0.0 }, if below < 0.0 { below } else { 0.0 });
-            at[i] = positive[i] * above + negative[i] * below;
+            at[i] = sided_force([positive[i], negative[i], clearance[i]], at[i]);
         }
         at
     }
@@ -165,9 +163,7 @@ impl LaneLaws for BallLanes {
     fn force(&self, mut at: [f64; LINKS]) -> [f64; LINKS] {
         let [opening, coefficient] = &self.0;
         for i in 0..LINKS {
-            let (a, b) = (opening[i] + at[i], opening[i] - at[i]);
-            let (a, b) = (if a > 0.0 { a } else { 0.0 }, if b > 0.0 { b } else { 0.0 });
-            at[i] = coefficient[i] * (a * sqrt(a) - b * sqrt(b));
+            at[i] = coefficient[i] * ball_force(opening[i], at[i]);
         }
         at
     }

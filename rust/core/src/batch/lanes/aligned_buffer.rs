@@ -1,8 +1,8 @@
-//! Memory for vectors of any width, so that one kernel can leave what another takes up.
+//! Aligned buffer: vectors of any width in plain memory, so that one kernel can write what another reads.
 
 use pulp::Simd;
 
-/// Numbers that begin at a cache line, which a load of the widest vector must not straddle.
+/// Numbers that begin at a cache line, which loads of the widest vectors must not straddle.
 #[derive(Debug, Default)]
 pub(super) struct AlignedBuffer {
     numbers: Vec<f64>,
@@ -13,7 +13,7 @@ pub(super) struct AlignedBuffer {
 const LINE: usize = 64;
 
 impl AlignedBuffer {
-    /// Zeros for `count` vectors.
+    /// Sets the buffer to `count` vectors of zeros.
     #[inline(always)]
     pub(super) fn clear<S: Simd>(&mut self, count: usize) -> &mut [S::f64s] {
         self.count = count * S::F64_LANES;
@@ -23,19 +23,19 @@ impl AlignedBuffer {
         self.vectors_mut::<S>()
     }
 
-    /// What is there.
+    /// The vectors.
     #[inline(always)]
     pub(super) fn vectors<S: Simd>(&self) -> &[S::f64s] {
         S::as_simd_f64s(&self.numbers[self.start..self.start + self.count]).0
     }
 
-    /// What is there, to be changed.
+    /// The vectors, mutable.
     #[inline(always)]
     pub(super) fn vectors_mut<S: Simd>(&mut self) -> &mut [S::f64s] {
         S::as_mut_simd_f64s(&mut self.numbers[self.start..self.start + self.count]).0
     }
 
-    /// The number of a lane of a vector, where vectors hold `lanes`.
+    /// One number: a lane of a vector, where vectors have `lanes`.
     pub(super) fn lane(&self, vector: usize, lane: usize, lanes: usize) -> f64 {
         self.numbers[self.start + vector * lanes + lane]
     }

@@ -1,4 +1,4 @@
-//! Masses, weights and links of many scenes side by side: the matrices of `crate::assemble`, a scene in each lane.
+//! Mass matrices, weights and links of many scenes, one in each lane: as `crate::assemble`.
 
 use pulp::Simd;
 
@@ -51,7 +51,7 @@ fn cross<S: Simd>(a: &[Real<S>; 3], b: &[Real<S>; 3]) -> [Real<S>; 3] {
     })
 }
 
-/// A link in all scenes.
+/// One link in all scenes.
 #[derive(Debug)]
 pub(super) struct LaneLink<S: Simd> {
     /// Deflection per unit of each free degree of freedom (eqs. 14-17).
@@ -60,7 +60,7 @@ pub(super) struct LaneLink<S: Simd> {
     pub damping: Real<S>,
 }
 
-/// All links.
+/// All links in all scenes.
 #[derive(Debug)]
 pub(super) struct Links<S: Simd> {
     pub all: Vec<LaneLink<S>>,
@@ -114,7 +114,7 @@ impl<S: Simd> Links<S> {
         (k, c)
     }
 
-    /// What a unit of the load of a link adds to a component of the load of a group.
+    /// Component of the load of a group per unit of the load of a link.
     #[inline(always)]
     pub(super) fn arm(
         &self,

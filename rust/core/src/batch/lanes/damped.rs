@@ -28,7 +28,7 @@ pub(super) struct Damped<S: Simd> {
     modes: DampedModes<S>,
     /// λ of each mode, 1/s.
     pub eigenvalues: [Complex<S>; MAX_MODES],
-    /// Lanes in which they are found, and rounding leaves enough digits.
+    /// Lanes that have converged and in which rounding leaves enough digits.
     pub sound: Mask<S>,
 }
 
@@ -49,7 +49,7 @@ impl<S: Simd> Damped<S> {
         }
         let mut modes = DampedModes::new(simd, a, b, n);
         modes.turn();
-        let mut sound = modes.creeps.not();
+        let mut sound = modes.does_not_oscillate.not();
         let mut eigenvalues = [none; MAX_MODES];
         let (mut size, mut trace, mut damped) = (zero, zero, zero);
         for k in 0..n {

@@ -1,4 +1,4 @@
-//! BoundedVec scenes side by side from block to block of a motion.
+//! The lane integrator: many linear scenes, one in each lane, from block to block of a motion.
 
 use pulp::{Simd, WithSimd};
 
@@ -11,7 +11,7 @@ use super::timeline::{BLOCK, Timeline};
 use super::vector::{Complex, Real};
 use crate::batch::requirements::Requirements;
 
-/// Memory of a worker, and what a integrate leaves in it.
+/// Memory of one thread, and the results of a run.
 #[derive(Debug, Default)]
 pub(super) struct Memory {
     states: AlignedBuffer,
@@ -24,12 +24,12 @@ pub(super) struct Memory {
     pub end: AlignedBuffer,
 }
 
-/// RunSettings as many scenes as there are lanes through a motion.
+/// Runs one scene per lane through a motion.
 pub(super) struct LaneIntegrator<'a, const N: usize> {
     pub modal: &'a ModalScenes,
     pub line: &'a Timeline,
     pub requirements: &'a Requirements,
-    /// Whether more is asked than the extremes of rows.
+    /// Whether values at the samples are needed, not only extremes of rows.
     pub stores_values: bool,
     pub memory: &'a mut Memory,
 }
@@ -90,14 +90,14 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
     }
 }
 
-/// From sample to sample of a block by the same step.
+/// Advances from sample to sample of a block with one interval length.
 struct Advance<'a, const N: usize> {
     steps: &'a AlignedBuffer,
     kind: usize,
     line: &'a Timeline,
     block: usize,
     states: &'a mut AlignedBuffer,
-    /// v before and after.
+    /// v before the block, and after it.
     end: &'a mut AlignedBuffer,
 }
 
@@ -118,7 +118,7 @@ impl<const N: usize> WithSimd for Advance<'_, N> {
         let Some(states) = states.first_chunk_mut::<N>() else { return };
         let inside = usize::min(BLOCK, line.count - block * BLOCK);
         let mut state = *end;
-        // One component, as mostly: a loop of its own, of which the compiler knows that it has one.
+        // A loop of its own for one component, the usual case, in which the compiler knows the count.
         if let [by_input] = by_input {
             let Some(changes) = changes.first_chunk::<BLOCK>() else { return };
             for k in 0..inside {
@@ -145,7 +145,7 @@ impl<const N: usize> WithSimd for Advance<'_, N> {
     }
 }
 
-/// To one sample of a block.
+/// Advances to one sample of a block, with an interval length of its own.
 struct AdvanceOnce<'a, const N: usize> {
     modal: &'a ModalScenes,
     steps: &'a mut AlignedBuffer,
@@ -196,7 +196,7 @@ fn advanced<S: Simd, const N: usize>(
     changes: &[f64],
     state: &[[S::f64s; 2]; N],
 ) -> [[S::f64s; 2]; N] {
-    // What the excitation adds first, as it is known before the state.
+    // The share of the excitation first, as it does not depend on the state.
     let zero = Real::splat(simd, 0.0);
     let mut rise = [Complex::new(zero, zero); N];
     for (index, (by_input, &change)) in by_input.iter().zip(changes).enumerate() {

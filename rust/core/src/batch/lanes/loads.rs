@@ -1,4 +1,4 @@
-//! LaneLoads of many scenes side by side at the samples of a block.
+//! Loads of many scenes, one in each lane, at the samples of a block.
 
 use pulp::{Simd, WithSimd};
 
@@ -8,10 +8,10 @@ use super::modal::{ModalScenes, TILE};
 use super::timeline::{BLOCK, Timeline};
 use super::vector::Real;
 
-/// Samples of which the values of a tile of rows are worked out at a time: sixteen sums in the registers, which share each number loaded.
+/// Samples evaluated at a time for a tile of rows: sixteen sums in registers share each number loaded.
 const SAMPLES: usize = 4;
 
-/// Smallest and largest value of all rows: if the values at the samples are stores_values, over a block; else over all blocks so far.
+/// Smallest and largest value of all rows: over a block if the values at the samples are stored, otherwise over all blocks so far.
 pub(super) struct LaneLoads<'a, const STORES_VALUES: bool> {
     pub modal: &'a ModalScenes,
     pub line: &'a Timeline,
@@ -59,7 +59,7 @@ impl<const STORES_VALUES: bool> WithSimd for LaneLoads<'_, STORES_VALUES> {
                         }
                     }
                 }
-                // A loop that is not unrolled: 16 sums, 4 + 4 numbers loaded, and nothing to keep elsewhere.
+                // Not unrolled: 16 sums and 4 + 4 loaded numbers fill the registers.
                 for (coefficients, states) in tile.iter().zip(states) {
                     let states = &states.as_chunks::<SAMPLES>().0[part];
                     for row in 0..TILE {
@@ -97,8 +97,8 @@ fn largest<S: Simd>(simd: S, values: &[S::f64s; BLOCK]) -> Real<S> {
     most[0].max(most[1]).max(most[2].max(most[3]))
 }
 
-/// Whether in any lane a row of a tile may have a new extreme in a block: from the range of the excitation there and the largest deviations,
-/// which costs a tenth of looking. Mostly there is none: after the overshoot of a ramp, and wherever the drive rests.
+/// Whether a row of a tile may have a new extreme in a block, in any lane: from the range of the excitation there and the largest
+/// deviations, which costs a tenth of evaluating it. Usually it has none: after the overshoot of a ramp, and wherever the drive rests.
 #[inline(always)]
 fn may_be_new<S: Simd>(
     simd: S,
@@ -108,7 +108,7 @@ fn may_be_new<S: Simd>(
     sizes: &[S::f64s; 2 * MAX_MODES],
     extremes: &[[S::f64s; 2]; TILE],
 ) -> bool {
-    // Rounding of a sum of some twenty terms is far less than this part of their sizes.
+    // Rounding of a sum of some twenty terms is far below this part of their sizes.
     let rounding = Real::splat(simd, 1e-13);
     let mut new = rounding.less_than(Real::splat(simd, 0.0));
     for row in 0..TILE {

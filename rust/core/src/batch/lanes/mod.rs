@@ -1,8 +1,9 @@
-//! Linear scenes side by side in the lanes of vector registers, a scene in each: the widest of the processor at hand, chosen when they run.
+//! Linear scenes in vector lanes: one scene in each lane, with the widest vectors of the processor.
 //!
-//! Files in the order of the data: `vector`, `aligned_buffer` (numbers in lanes, and memory for them), `assemble` → `dense`, `jacobi` → `modal` (from
-//! scenes to damped modes), `timeline` (the motion) → `step` → `integrate` (from sample to sample) → `loads` → `statistics` (what is stores_values of them). A
-//! scene gives the same bits in any lane of any width, whatever its neighbours are.
+//! Files in the order of the data: `vector`, `aligned_buffer`, `matrix` (numbers in lanes, memory for them) → `request` (what is wanted)
+//! → `assemble`, `dense`, `jacobi` → `undamped` → `damped` → `modal` (from scenes to damped modes); `timeline` (the motion) → `step` →
+//! `integrate` (from sample to sample) → `loads` → `statistics`. A scene gives the same bits in any lane of any width, whatever its
+//! neighbours are. See `numeric::simd` for why these files use `pulp`.
 
 mod aligned_buffer;
 mod assemble;
@@ -31,7 +32,7 @@ use modal::{ModalScenes, ModalSetup};
 use request::ModalRequest;
 use timeline::Timeline;
 
-/// Width of the vectors that linear scenes are run in.
+/// Width of the vectors in which linear scenes run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Width {
     /// The widest of the processor: 8 lanes with AVX-512, 4 with AVX2 and FMA, 2 with NEON.
@@ -53,7 +54,7 @@ impl Width {
 /// Most lanes of any processor.
 pub(super) const MAX_LANES: usize = 8;
 
-/// A batch, ready to be run in lanes.
+/// A batch prepared for lanes.
 #[derive(Debug, Clone)]
 pub(super) struct Lanes<'a> {
     wanted: ModalRequest<'a>,
@@ -62,7 +63,7 @@ pub(super) struct Lanes<'a> {
     width: Width,
 }
 
-/// What one thread owns.
+/// Memory of one thread.
 #[derive(Debug, Default)]
 pub(super) struct LaneMemory {
     modal: ModalScenes,
@@ -91,18 +92,18 @@ impl<'a> Lanes<'a> {
         Self { wanted, line, stores_values: requirements.signals.iter().any(more), width }
     }
 
-    /// Scenes that run at a time.
+    /// Number of scenes that run at a time.
     pub(super) fn count(&self) -> usize {
         self.dispatch(Count)
     }
 
-    /// RunSettings up to [`Lanes::count`] scenes of linear links.
+    /// Runs up to [`Lanes::count`] scenes with linear links.
     pub(super) fn run(&self, requirements: &Requirements, scenes: &[&Instance], memory: &mut LaneMemory) {
         self.dispatch(Run { lanes: self, requirements, scenes, memory });
     }
 
-    /// What is known of a scene of the last run, a signal each; false where the lanes are not right to what the arithmetic allows: such a
-    /// scene is left to be run by itself.
+    /// Statistics of each signal of a scene of the last run. False where the arithmetic of the lanes does not leave enough digits; such a
+    /// scene must run by itself.
     pub(super) fn statistics(
         &self,
         requirements: &Requirements,
@@ -142,7 +143,7 @@ impl WithSimd for Count {
     }
 }
 
-/// [`Lanes::run`] for the processor at hand.
+/// [`Lanes::run`] as a kernel.
 struct Run<'a, 'b> {
     lanes: &'a Lanes<'b>,
     requirements: &'a Requirements,
@@ -171,7 +172,7 @@ impl Run<'_, '_> {
     fn run<S: Simd, const N: usize>(self, simd: S) {
         let Self { lanes, requirements, scenes, memory } = self;
         let LaneMemory { modal, memory } = memory;
-        // Lanes without a scene of their own repeat the last one.
+        // Unused lanes repeat the last scene.
         let mut all = [scenes[scenes.len() - 1]; MAX_LANES];
         all[..scenes.len()].copy_from_slice(scenes);
         simd.vectorize(ModalSetup { scenes: &all, wanted: &lanes.wanted, to: modal });

@@ -9,7 +9,7 @@ use super::undamped::Undamped;
 use super::vector::{Complex, Real};
 use crate::batch::instance::Instance;
 
-/// As many scenes as there are lanes, in damped modes: numbers for the kernels, complex ones as pairs.
+/// Scenes in damped modes, one in each lane; complex numbers as pairs.
 #[derive(Debug, Default)]
 pub(super) struct ModalScenes {
     /// λ of each mode, 1/s.
@@ -18,22 +18,22 @@ pub(super) struct ModalScenes {
     pub(super) drive: AlignedBuffer,
     /// Number of wanted rows.
     pub(super) rows: usize,
-    /// Of each [`TILE`] rows side by side: their values at rest, what a unit of each component of the excitation adds, then, mode by mode, what
-    /// a unit of the real and of the imaginary part of v adds. Rows that fill the last tile up are zero.
+    /// For each [`TILE`] rows side by side: the values at rest, the coefficients of each component of the excitation, then, mode by mode,
+    /// those of the real and the imaginary part of v. The last tile is filled up with zeros.
     pub(super) tiles: AlignedBuffer,
     /// Value of each row at the first sample, before anything has moved.
     pub(super) starts: AlignedBuffer,
-    /// One in the lanes in which all this is right to what the arithmetic allows; the others need the careful way.
+    /// One in the lanes in which rounding leaves enough digits, zero in the others, which must run by themselves.
     pub(super) sound: AlignedBuffer,
 }
 
 /// Largest size of a row: beyond it squares leave the range of numbers.
 const LARGEST: f64 = 1e150;
 
-/// Rows that are worked out side by side.
+/// Load rows evaluated side by side.
 pub(super) const TILE: usize = 4;
 
-/// Fills a [`ModalScenes`] from as many scenes as there are lanes.
+/// Computes the [`ModalScenes`] of one scene per lane.
 pub(super) struct ModalSetup<'a> {
     pub scenes: &'a [&'a Instance],
     pub wanted: &'a ModalRequest<'a>,

@@ -15,6 +15,6 @@ pub(super) struct ModalRequest<'a> {
     pub rows: Vec<LoadRow>,
     /// Values of these components at the first sample.
     pub first: Vec<f64>,
-    /// Of the motion, s.
+    /// Duration of the motion, s.
     pub duration: f64,
 }

@@ -1,4 +1,4 @@
-//! What is known of the loads of many scenes side by side, block by block.
+//! Running statistics of signals, one scene in each lane, block by block.
 
 use pulp::{Simd, WithSimd};
 
@@ -10,10 +10,10 @@ use crate::batch::statistics::RunningStatistics;
 use crate::numeric::power::Power;
 use crate::numeric::simd;
 
-/// Numbers that are known of a signal, in the order of [`RunningStatistics`]; of a resultant those of its square.
+/// Numbers of a signal, in the order of [`RunningStatistics`]; of a resultant those of its square.
 pub(super) const STATISTICS: usize = 6;
 
-/// What is known of a signal so far.
+/// Running statistics of a signal in each lane.
 struct LaneStatistics<S: Simd> {
     low: Real<S>,
     high: Real<S>,
@@ -23,7 +23,7 @@ struct LaneStatistics<S: Simd> {
     first: Real<S>,
 }
 
-/// What is known before the first block.
+/// Statistics before the first block.
 #[inline(always)]
 pub(super) fn nothing<S: Simd>(simd: S) -> [S::f64s; STATISTICS] {
     let (zero, infinite) = (Real::splat(simd, 0.0), Real::splat(simd, f64::INFINITY));
@@ -31,7 +31,7 @@ pub(super) fn nothing<S: Simd>(simd: S) -> [S::f64s; STATISTICS] {
         .lanes()
 }
 
-/// What is known of one scene, a signal each; whether all that is asked for is finite.
+/// Statistics of one scene, one entry per signal; whether all that are needed are finite.
 pub(super) fn statistics(
     requirements: &Requirements,
     found: &AlignedBuffer,
@@ -47,7 +47,7 @@ pub(super) fn statistics(
         finite &= !wanted.extremes || (number(0).is_finite() && number(1).is_finite());
         let root = |x: f64| if let Signal::Resultant(..) = wanted.signal { x.sqrt() } else { x };
         out.push(RunningStatistics {
-            // Without the sign of a zero, which is not the same on all processors.
+            // Removes the sign of a zero, which differs between processors.
             smallest: root(number(0)) + 0.0,
             largest: root(number(1)) + 0.0,
             at_smallest: number(2) as usize,
@@ -59,7 +59,7 @@ pub(super) fn statistics(
     finite
 }
 
-/// What a block adds to what is known.
+/// Updates the statistics with a block.
 pub(super) struct Reduce<'a> {
     pub requirements: &'a Requirements,
     pub line: &'a Timeline,
@@ -148,7 +148,7 @@ impl<S: Simd> LaneStatistics<S> {
         [self.low, self.high, self.low_at, self.high_at, self.sum, self.first].map(|number| number.lanes)
     }
 
-    /// Takes the smallest and the largest value of a block that begins with the sample `start`, and, if asked for, when they were.
+    /// Updates with the extremes of a block that begins with the sample `start` and, if wanted, with their times.
     #[inline(always)]
     fn take_extremes(
         &mut self,
@@ -161,7 +161,7 @@ impl<S: Simd> LaneStatistics<S> {
         if wanted.times
             && let Some(values) = values
         {
-            // Seldom, and so searched for when it comes: the first sample with that value.
+            // New extremes are rare, so the first sample with that value is searched for only then.
             let (lower, higher) = (low.less_than(self.low), self.high.less_than(high));
             if lower.any() {
                 let mut at = low;
@@ -183,7 +183,7 @@ impl<S: Simd> LaneStatistics<S> {
         (self.low, self.high) = (self.low.min(low), self.high.max(high));
     }
 
-    /// Takes the integral of the square over a block.
+    /// Adds the weighted squares of a block.
     #[inline(always)]
     fn take_squares(
         &mut self,
@@ -208,7 +208,7 @@ impl<S: Simd> LaneStatistics<S> {
         }
     }
 
-    /// Takes what loads of y and z do over a block of travel.
+    /// Adds the weighted powers of the loads of a block.
     #[inline(always)]
     fn take_loads(&mut self, simd: S, [y, z]: [&[S::f64s; BLOCK]; 2], travel: &[f64; BLOCK], power: &Power) {
         let load = |k: usize| Real::new(simd, y[k]).abs() + Real::new(simd, z[k]).abs();
@@ -225,7 +225,7 @@ impl<S: Simd> LaneStatistics<S> {
     }
 }
 
-/// Of the values over a block.
+/// Smallest and largest value of a block.
 #[inline(always)]
 fn least_and_largest<S: Simd>(simd: S, values: &[S::f64s; BLOCK]) -> [Real<S>; 2] {
     let first = Real::new(simd, values[0]);

@@ -1,39 +1,40 @@
-//! The motion as all scenes see it: values and changes at the samples, interval lengths that come again, weights.
+//! The motion as all scenes share it: values and changes at the samples, recurring interval lengths, weights.
 
 use crate::excitation::Excitation;
 
-/// Samples that are worked on at a time: their states and loads stay in the first cache.
+/// Samples of a block: their states and loads stay in the first-level cache.
 pub(super) const BLOCK: usize = 16;
 
-/// Interval lengths of which the step is stores_values; from a trace with more, each is made when it comes.
+/// Interval lengths whose step is stored; for a trace with more, each step is computed when it comes.
 const MAX_LENGTHS: usize = 64;
 
-/// A motion, laid out for marching from block to block.
+/// A motion, laid out in blocks.
 #[derive(Debug, Clone)]
 pub(super) struct Timeline {
     /// Number of samples.
     pub count: usize,
     /// Components of the excitation that are not zero throughout.
     pub components: Vec<usize>,
-    /// Their values at the samples, and the changes from the sample before, sample by sample; whole blocks, the last value repeated.
+    /// Their values at the samples, and the changes from the sample before, sample by sample, in whole blocks with the last value
+    /// repeated.
     pub values: Vec<f64>,
     pub changes: Vec<f64>,
     /// Smallest and largest value of each component in each block.
     ranges: Vec<[f64; 2]>,
     /// Time from the sample before, s.
     pub intervals: Vec<f64>,
-    /// Lengths that come again, and which of them each interval has; none if there are too many.
+    /// Recurring lengths, and which of them each interval has; none if there are too many.
     pub lengths: Vec<f64>,
     pub kinds: Option<Vec<u32>>,
-    /// Weights of the samples in time and in travel, zero past the last one.
+    /// Weights of the samples in time and in distance, zero past the last one.
     pub time: Vec<f64>,
     pub travel: Vec<f64>,
-    /// s.
+    /// Duration, s.
     pub duration: f64,
 }
 
 impl Timeline {
-    /// Of an excitation, and of the weights of its samples in time and, if anything, in travel.
+    /// The timeline of an excitation. `time`, `travel`: weights of its samples in time and in distance (empty if there are none).
     pub(super) fn new(excitation: &Excitation, time: &[f64], travel: &[f64]) -> Self {
         let count = excitation.count();
         let peak = excitation.peak();
@@ -67,7 +68,7 @@ impl Timeline {
         }
     }
 
-    /// Blocks of [`BLOCK`] samples, the last one filled up.
+    /// Number of blocks of [`BLOCK`] samples, the last one filled up.
     pub(super) fn blocks(&self) -> usize {
         self.count.div_ceil(BLOCK)
     }
@@ -77,7 +78,7 @@ impl Timeline {
         &self.ranges[block * self.components.len()..][..self.components.len()]
     }
 
-    /// Which length the intervals up to all samples of a block have, if it is the same.
+    /// The one length of all intervals of a block, if they have the same.
     pub(super) fn kind(&self, block: usize) -> Option<usize> {
         let kinds = self.kinds.as_ref()?;
         let kinds = &kinds[block * BLOCK..usize::min((block + 1) * BLOCK, self.count)];

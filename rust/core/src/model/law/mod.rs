@@ -7,6 +7,7 @@
 //! consists of straight segments it needs nothing else: contacts are located at its [`Law::edges`].
 
 mod curve;
+mod kernels;
 mod parameter;
 mod preloaded;
 mod sided;
@@ -17,6 +18,7 @@ use preloaded::Preloaded;
 use sided::Sided;
 
 pub use curve::MAX_CURVE_POINTS;
+pub(crate) use kernels::{ball_compressions, ball_force, sided_force};
 pub use parameter::LawParameter;
 
 /// An elastic law, checked when it is made.

@@ -1,5 +1,7 @@
 //! Another stiffness on either side, with a clearance between them.
 
+use super::kernels::sided_force;
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sided {
     positive: f64,
@@ -25,6 +27,7 @@ impl Sided {
         Self { positive, negative, clearance, edges, count }
     }
 
+    #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn sides(&self) -> [f64; 3] {
         [self.positive, self.negative, self.clearance]
     }
@@ -45,7 +48,7 @@ impl Sided {
 
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn force(&self, d: f64) -> f64 {
-        self.positive * f64::max(d - self.clearance, 0.0) - self.negative * f64::max(-d - self.clearance, 0.0)
+        sided_force(self.sides(), d)
     }
 
     #[cfg_attr(feature = "std", inline(always))]
