@@ -116,7 +116,7 @@ pub(super) struct LoadRows {
     sums: Vec<LinearCombination>,
     nonlinear: Vec<NonlinearLink>,
     /// Nonlinear links that are monitored for contact, with the index of their group.
-    watched: Vec<(usize, usize)>,
+    monitored: Vec<(usize, usize)>,
     deflections: Vec<Values>,
     forces: Vec<Values>,
     dampers: Vec<Values>,
@@ -129,7 +129,7 @@ impl LoadRows {
         Self {
             sums: Vec::new(),
             nonlinear: Vec::new(),
-            watched: Vec::new(),
+            monitored: Vec::new(),
             deflections: Vec::new(),
             forces: Vec::new(),
             dampers: Vec::new(),
@@ -138,7 +138,7 @@ impl LoadRows {
     }
 
     /// Sets the rows to those of a system. `factors`: on the accelerations and external loads of the excitation.
-    pub(super) fn take_up(
+    pub(super) fn set_system(
         &mut self,
         system: &System,
         requirements: &Requirements,
@@ -147,7 +147,7 @@ impl LoadRows {
         factors: [f64; 2],
     ) {
         self.nonlinear.clear();
-        self.watched.clear();
+        self.monitored.clear();
         self.sums.resize_with(requirements.rows.len(), LinearCombination::default);
         self.values.resize(requirements.rows.len(), [0.0; BLOCK]);
         let mut last: Option<(usize, Wrench)> = None;
@@ -172,8 +172,8 @@ impl LoadRows {
         for (index, &group) in requirements.contacts.iter().enumerate() {
             for &link in &groups[group].links {
                 if !system.rows()[link].link.law().is_linear() {
-                    let bend = self.bend(&system.rows()[link], link);
-                    self.watched.push((bend, index));
+                    let place = self.nonlinear_place(&system.rows()[link], link);
+                    self.monitored.push((place, index));
                 }
             }
         }
@@ -193,11 +193,11 @@ impl LoadRows {
             let columns = load.linear.by_input.iter().enumerate();
             sum.add(1, columns.map(|(component, column)| (component, factor(component) * column[row])));
         }
-        for bend in load.nonlinear.as_slice() {
-            let link = system.rows().iter().position(|row| core::ptr::eq(row, bend.row)).unwrap_or(0);
-            let (elastic, damping) = (bend.elastic[row], bend.damping[row]);
+        for known in load.nonlinear.as_slice() {
+            let link = system.rows().iter().position(|row| core::ptr::eq(row, known.row)).unwrap_or(0);
+            let (elastic, damping) = (known.elastic[row], known.damping[row]);
             if elastic != 0.0 || damping != 0.0 {
-                let place = self.bend(bend.row, link);
+                let place = self.nonlinear_place(known.row, link);
                 sum.add(2, [(place, elastic)].into_iter());
                 sum.add(3, [(place, damping)].into_iter());
             }
@@ -206,8 +206,8 @@ impl LoadRows {
     }
 
     /// The place of a nonlinear link, which is appended if it is new.
-    fn bend(&mut self, row: &LinkRow, link: usize) -> usize {
-        if let Some(place) = self.nonlinear.iter().position(|bend| bend.link == link) {
+    fn nonlinear_place(&mut self, row: &LinkRow, link: usize) -> usize {
+        if let Some(place) = self.nonlinear.iter().position(|known| known.link == link) {
             return place;
         }
         let mut deflection = LinearCombination { constant: row.rest, ..LinearCombination::default() };
@@ -224,24 +224,24 @@ impl LoadRows {
     /// Evaluates all rows at a block, and marks in `lost` the groups that lose contact in it.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn evaluate(&mut self, block: &StateBlock, lost: &mut [bool]) {
-        let Self { sums, nonlinear, watched, deflections, forces, dampers, values } = self;
+        let Self { sums, nonlinear, monitored, deflections, forces, dampers, values } = self;
         let (states, inputs): (&[Values], &[Values]) = (&block.states, &block.inputs);
-        for (place, bend) in nonlinear.iter().enumerate() {
+        for (place, link) in nonlinear.iter().enumerate() {
             let at = &mut deflections[place];
-            bend.deflection.at([states, inputs, &[], &[]], at);
-            force(&bend.law, at, &mut forces[place]);
-            if let Some(damper) = &bend.damper {
+            link.deflection.at([states, inputs, &[], &[]], at);
+            force(&link.law, at, &mut forces[place]);
+            if let Some(damper) = &link.damper {
                 damper.at([states, inputs, &[], &[]], &mut dampers[place]);
                 for i in 0..BLOCK {
-                    if bend.law.tangent(at[i]) == 0.0 {
+                    if link.law.tangent(at[i]) == 0.0 {
                         dampers[place][i] = 0.0;
                     }
                 }
             }
         }
-        for &(bend, group) in watched.iter() {
+        for &(link, group) in monitored.iter() {
             if !lost[group] {
-                lost[group] = is_lost(&nonlinear[bend].law, &deflections[bend]);
+                lost[group] = is_lost(&nonlinear[link].law, &deflections[link]);
             }
         }
         for (sum, out) in sums.iter().zip(values) {

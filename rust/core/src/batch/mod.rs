@@ -299,22 +299,22 @@ impl Worker {
         rows: &mut [f64],
     ) {
         let width = batch.measures.len();
-        let mut sound = Vec::with_capacity(count);
+        let mut valid = Vec::with_capacity(count);
         for (index, sample) in self.samples[..count].iter_mut().enumerate() {
             let values = &values[index * columns..(index + 1) * columns];
             match batch.plan.apply(&batch.base, values, sample) {
-                Ok(()) => sound.push(index),
+                Ok(()) => valid.push(index),
                 Err(error) => {
                     rows[index * width..(index + 1) * width].fill(f64::NAN);
                     self.failures.push((first + index, error));
                 }
             }
         }
-        // Linear scenes side by side; those not sound there, and all others, one by one.
+        // Linear scenes side by side; those not valid there, and all others, one by one.
         let lost = vec![false; batch.requirements.contacts.len()];
         if let Solver::Auto | Solver::Exact = batch.solver {
             let (linear, mut rest): (Vec<usize>, Vec<usize>) =
-                sound.into_iter().partition(|&index| self.samples[index].is_linear());
+                valid.into_iter().partition(|&index| self.samples[index].is_linear());
             if !linear.is_empty() {
                 let scenes: Vec<&Instance> = linear.iter().map(|&index| &self.samples[index]).collect();
                 batch.lanes.run(&batch.requirements, &scenes, &mut self.lanes);
@@ -322,14 +322,14 @@ impl Worker {
             for (lane, &index) in linear.iter().enumerate() {
                 if batch.lanes.statistics(&batch.requirements, &self.lanes, lane, &mut self.statistics) {
                     let out = &mut rows[index * width..(index + 1) * width];
-                    batch.requirements.put(&batch.motion.excitation, &self.statistics, &lost, out);
+                    batch.requirements.write_measures(&batch.motion.excitation, &self.statistics, &lost, out);
                 } else {
                     rest.push(index);
                 }
             }
-            sound = rest;
+            valid = rest;
         }
-        for index in sound {
+        for index in valid {
             let out = &mut rows[index * width..(index + 1) * width];
             let sample = &self.samples[index];
             let done = single::measure(

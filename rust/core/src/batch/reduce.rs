@@ -53,7 +53,7 @@ impl<'a> Reduce<'a> {
     /// Ends the reduction; writes one number per measure to `out`.
     pub(super) fn finish(mut self, out: &mut [f64]) {
         self.flush();
-        self.requirements.put(self.excitation, &self.memory.statistics, &self.memory.lost, out);
+        self.requirements.write_measures(self.excitation, &self.memory.statistics, &self.memory.lost, out);
     }
 
     #[inline(never)]
@@ -98,7 +98,7 @@ impl Kernel for FlushKernel<'_, '_> {
         let (before, filled) = (*before, *filled);
         // Past the end the last instant is repeated; it counts nowhere.
         block.pad(filled);
-        if requirements.drive() {
+        if requirements.needs_drive() {
             block.set_inputs(excitation, before, filled);
         }
         rows.evaluate(block, lost);

@@ -98,7 +98,7 @@ impl Requirements {
                     Source::Mean(requirements.signal(signal, None))
                 }
                 Measure::Drive(_) | Measure::MeanLoad(_) => Source::Nothing,
-                Measure::ContactLost(group) => Source::Contact(place(&mut requirements.contacts, group)),
+                Measure::ContactLost(group) => Source::Contact(index_of(&mut requirements.contacts, group)),
             };
             requirements.sources.push(source);
         }
@@ -106,7 +106,7 @@ impl Requirements {
     }
 
     fn row(&mut self, row: LoadRow) -> usize {
-        place(&mut self.rows, row)
+        index_of(&mut self.rows, row)
     }
 
     fn signal(&mut self, signal: Signal, statistic: Option<Statistic>) -> usize {
@@ -130,7 +130,7 @@ impl Requirements {
     }
 
     /// Writes one number per measure to `out`, from the statistics of each signal and whether each monitored group lost contact.
-    pub(super) fn put(
+    pub(super) fn write_measures(
         &self,
         excitation: &Excitation,
         statistics: &[RunningStatistics],
@@ -158,13 +158,13 @@ impl Requirements {
     }
 
     /// Whether the drive force is needed, into which the excitation enters directly.
-    pub(super) fn drive(&self) -> bool {
+    pub(super) fn needs_drive(&self) -> bool {
         self.rows.contains(&LoadRow::Drive)
     }
 }
 
 /// The place of an item, which is appended if it is new.
-fn place<T: PartialEq + Copy>(items: &mut Vec<T>, item: T) -> usize {
+fn index_of<T: PartialEq + Copy>(items: &mut Vec<T>, item: T) -> usize {
     items.iter().position(|known| *known == item).unwrap_or_else(|| {
         items.push(item);
         items.len() - 1

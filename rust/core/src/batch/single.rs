@@ -77,7 +77,7 @@ pub(super) fn measure(
     out: &mut [f64],
 ) -> Result<(), SampleError> {
     let system = System::new(&sample.scene()?)?;
-    memory.rows.take_up(&system, requirements, groups, sample.centers(), sample.factors());
+    memory.rows.set_system(&system, requirements, groups, sample.centers(), sample.factors());
     let mut reduce = Reduce::new(requirements, runs.excitation, memory);
     runs.run(&system, sample.factors(), &mut reduce)?;
     reduce.finish(out);

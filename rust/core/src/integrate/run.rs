@@ -2,7 +2,7 @@
 
 use super::control::{Control, Controller, ErrorNorm, scale_of};
 use super::method::{Method, Output, Summary};
-use super::runner::Runner;
+use super::runner::{Recorder, Runner, StepControl};
 use super::switched::{SwitchedEquations, Unswitched};
 use crate::contacts::Contacts;
 use crate::equations::SmoothEquations;
@@ -103,20 +103,12 @@ impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
             }
             _ => None,
         };
-        let runner = Runner {
-            method,
-            memory: method.memory(),
-            equations,
-            control,
-            controller,
-            norm: ErrorNorm::new(system, load_scale),
-            excitation,
-            output,
-            needs_input: record.needs_input(),
-            record,
-            reach: 0.0,
-            summary: Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale },
-        };
+        let (norm, has_error) = (ErrorNorm::new(system, load_scale), M::ERROR_ORDER.is_some());
+        let steps = StepControl { control, controller, norm, has_error, reach: 0.0 };
+        let needs_input = record.needs_input();
+        let recorder = Recorder { excitation, output, needs_input, record, recorded: 0 };
+        let summary = Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale };
+        let runner = Runner { method, memory: method.memory(), equations, steps, recorder, summary };
         runner.run(&forcing)
     }
 }

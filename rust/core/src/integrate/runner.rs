@@ -15,17 +15,30 @@ pub(super) struct Runner<'a, M: Method, C> {
     pub method: &'a M,
     pub memory: M::Memory,
     pub equations: C,
+    pub steps: StepControl,
+    pub recorder: Recorder<'a>,
+    pub summary: Summary,
+}
+
+/// Step sizes of a run, and whether its steps are good enough.
+pub(super) struct StepControl {
     pub control: Control,
     /// None for fixed steps, and for a method without step error.
     pub controller: Option<Controller>,
     pub norm: ErrorNorm,
-    pub excitation: &'a Excitation<'a>,
-    pub output: Output<'a>,
-    pub record: &'a mut dyn Record,
-    pub needs_input: bool,
+    /// Whether the method has a step error.
+    pub has_error: bool,
     /// Bound on the speed `|η'|`: the impulse of the excitation so far, for fixed steps.
     pub reach: f64,
-    pub summary: Summary,
+}
+
+/// The instants of a run, on their way to its record.
+pub(super) struct Recorder<'a> {
+    pub excitation: &'a Excitation<'a>,
+    pub output: Output<'a>,
+    pub needs_input: bool,
+    pub record: &'a mut dyn Record,
+    pub recorded: usize,
 }
 
 /// One interval of the excitation, or several that lie on one straight line: from sample `first` to sample `until`.
@@ -48,18 +61,15 @@ struct Plan {
 impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn run(mut self, forcing: &Forcing) -> Result<Summary, RunError> {
-        let excitation = self.excitation;
+        let excitation = self.recorder.excitation;
         // States behind references that swap, and so in memory: in registers their entries would be taken apart and put together every step.
         let (mut state, mut next): (&mut State, &mut State) = (&mut [0.0; 12], &mut [0.0; 12]);
         let (mut from, mut to) = (&mut [0.0; 9], &mut [0.0; 9]);
         forcing.sample(excitation, 0, from);
         // A method with a step error may step over samples at which the excitation does not bend. Where contacts change, short steps are
         // cheaper to search.
-        let merges = self.controller.is_some() && !C::Equations::PIECEWISE;
-        if let Output::Samples = self.output {
-            self.record.instant(excitation.time(0), state, &excitation.input(0));
-            self.summary.recorded += 1;
-        }
+        let merges = self.steps.controller.is_some() && !C::Equations::PIECEWISE;
+        self.recorder.first_sample(state);
         let mut k = 0;
         while k + 1 < excitation.count() {
             let until = if merges { forcing.straight_until(excitation, k) } else { k + 1 };
@@ -67,36 +77,31 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             let length = if until == k + 1 { excitation.interval(k) } else { excitation.time(until) - start };
             forcing.sample(excitation, until, to);
             let ramp = Ramp { h: length, start: from, end: to, forcing, spans_interval: true };
-            if let Control::Fixed { step } = self.control
+            if let Control::Fixed { step } = self.steps.control
                 && step < SHORTEST * length
             {
                 return Err(RunError::Step { got: step });
             }
             let interval = Interval { first: k, until, start, length };
-            self.cross_interval(interval, &ramp, &mut state, &mut next)?;
+            self.step_over(interval, &ramp, &mut state, &mut next)?;
             core::mem::swap(&mut from, &mut to);
             k = until;
-            if let Output::Samples = self.output {
-                self.record_sample(k, state);
+            if let Output::Samples = self.recorder.output {
+                self.recorder.sample(k, state);
             }
         }
         if !finite(state) {
             return Err(RunError::OutOfRange);
         }
-        if let Output::Times(times) = self.output {
-            // All that is left when the excitation has no duration.
-            for &time in &times[self.summary.recorded..] {
-                self.record.instant(time, state, &excitation.input_at(time));
-                self.summary.recorded += 1;
-            }
-        }
+        self.recorder.remaining_times(state);
+        self.summary.recorded = self.recorder.recorded;
         self.summary.contact_changes = self.equations.changes();
         Ok(self.summary)
     }
 
     /// Steps from the start of an interval, where `state` stands, to its end.
     #[cfg_attr(feature = "std", inline(always))]
-    fn cross_interval<'s>(
+    fn step_over<'s>(
         &mut self,
         interval: Interval,
         whole: &Ramp,
@@ -109,7 +114,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let mut done = 0.0;
         let mut plan = Plan { left: 0.0, h: 0.0 };
         while done < length {
-            self.update_plan(&mut plan, length - done, length);
+            self.steps.update_plan(&mut plan, length - done, length);
             let mut last = plan.left == 1.0;
             let mut ramp = if last && done == 0.0 {
                 plan.h = length;
@@ -166,26 +171,89 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         interval: Interval,
         done: f64,
     ) -> Result<bool, RunError> {
-        let (time, h) = (interval.start + done, ramp.h);
         let error;
         (*next, error) = self.method.step(self.equations.equations(), &mut self.memory, ramp, state);
+        let accepted = self.steps.judge(ramp, next, &error, interval, done)?;
+        self.summary.rejected += usize::from(!accepted);
+        Ok(accepted)
+    }
+
+    /// Dense output of the last step.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn between(&mut self, ramp: &Ramp, state: &State, theta: f64) -> State {
+        self.method.between(self.equations.equations(), &mut self.memory, ramp, state, theta)
+    }
+
+    /// Records what lies within the last step, which began `done` s after the start of the interval: samples from `k` on, or output times.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn record_step(
+        &mut self,
+        k: &mut usize,
+        ramp: &Ramp,
+        state: &State,
+        interval: Interval,
+        done: f64,
+        last: bool,
+    ) {
+        let Interval { until, start, .. } = interval;
+        match self.recorder.output {
+            Output::Samples => {
+                while *k < until && (last || self.recorder.excitation.time(*k) - start <= done + ramp.h) {
+                    let theta = f64::min((self.recorder.excitation.time(*k) - start - done) / ramp.h, 1.0);
+                    let there = self.between(ramp, state, theta);
+                    self.recorder.sample(*k, &there);
+                    *k += 1;
+                }
+            }
+            Output::Times(times) => {
+                let end = last && until + 1 == self.recorder.excitation.count();
+                self.record_times(times, ramp, state, start, done, end);
+            }
+        }
+    }
+
+    /// Records the output times within the last step, which began `done` s after `start`; all that are left where it is the `end`.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn record_times(&mut self, times: &[f64], ramp: &Ramp, state: &State, start: f64, done: f64, end: bool) {
+        while let Some(&time) = times.get(self.recorder.recorded) {
+            let theta = if ramp.h > 0.0 { (time - start - done) / ramp.h } else { f64::INFINITY };
+            if theta > 1.0 && !end {
+                break;
+            }
+            let there = self.between(ramp, state, theta.clamp(0.0, 1.0));
+            self.recorder.time(time, &there);
+        }
+    }
+}
+
+impl StepControl {
+    /// Whether a step to `next` with this estimated error is accepted.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn judge(
+        &mut self,
+        ramp: &Ramp,
+        next: &State,
+        error: &State,
+        interval: Interval,
+        done: f64,
+    ) -> Result<bool, RunError> {
+        let (time, h) = (interval.start + done, ramp.h);
         // Without step error nothing grows by itself, and what is out of range stays so: tested once, at the end.
-        let mut sound = M::ERROR_ORDER.is_none() || finite(next);
+        let mut bounded = !self.has_error || finite(next);
         if let Some(controller) = &mut self.controller {
-            let error = if sound { self.norm.of(&error) } else { f64::INFINITY };
+            let error = if bounded { self.norm.of(error) } else { f64::INFINITY };
             if !controller.accept(h, error, interval.until > interval.first + 1) {
-                self.summary.rejected += 1;
                 if h <= 2.0 * SHORTEST * interval.length {
                     return Err(RunError::StepTooSmall { time, step: h, error: controller.error_ratio() });
                 }
                 return Ok(false);
             }
-        } else if M::ERROR_ORDER.is_some() {
+        } else if self.has_error {
             // Springs and dampers are passive, and the start is the lowest point of their potential: |η'| grows no faster than |f|.
             self.reach += ramp.impulse();
-            sound &= speed(next) <= DIVERGENCE * self.reach;
+            bounded &= speed(next) <= DIVERGENCE * self.reach;
         }
-        if sound { Ok(true) } else { Err(RunError::Diverged { time, step: h }) }
+        if bounded { Ok(true) } else { Err(RunError::Diverged { time, step: h }) }
     }
 
     /// Replans the `rest` of an interval of `length` s where other steps are wanted than planned.
@@ -205,16 +273,20 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             }
         }
     }
+}
 
-    /// Dense output of the last step.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn between(&mut self, ramp: &Ramp, state: &State, theta: f64) -> State {
-        self.method.between(self.equations.equations(), &mut self.memory, ramp, state, theta)
+impl Recorder<'_> {
+    /// Records the first sample, if samples are recorded.
+    fn first_sample(&mut self, state: &State) {
+        if let Output::Samples = self.output {
+            self.record.instant(self.excitation.time(0), state, &self.excitation.input(0));
+            self.recorded += 1;
+        }
     }
 
     /// Records sample `k`.
     #[cfg_attr(feature = "std", inline(always))]
-    fn record_sample(&mut self, k: usize, state: &State) {
+    fn sample(&mut self, k: usize, state: &State) {
         let input: Input;
         let input = if self.needs_input {
             input = self.excitation.input(k);
@@ -223,48 +295,21 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             &NO_INPUT
         };
         self.record.instant(self.excitation.time(k), state, input);
-        self.summary.recorded += 1;
+        self.recorded += 1;
     }
 
-    /// Records what lies within the last step, which began `done` s after the start of the interval: samples from `k` on, or output times.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn record_step(
-        &mut self,
-        k: &mut usize,
-        ramp: &Ramp,
-        state: &State,
-        interval: Interval,
-        done: f64,
-        last: bool,
-    ) {
-        let Interval { until, start, .. } = interval;
-        match self.output {
-            Output::Samples => {
-                while *k < until && (last || self.excitation.time(*k) - start <= done + ramp.h) {
-                    let theta = f64::min((self.excitation.time(*k) - start - done) / ramp.h, 1.0);
-                    let there = self.between(ramp, state, theta);
-                    self.record_sample(*k, &there);
-                    *k += 1;
-                }
-            }
-            Output::Times(times) => {
-                let end = last && until + 1 == self.excitation.count();
-                self.record_times(times, ramp, state, start, done, end);
-            }
-        }
+    /// Records an output time.
+    fn time(&mut self, time: f64, state: &State) {
+        self.record.instant(time, state, &self.excitation.input_at(time));
+        self.recorded += 1;
     }
 
-    /// Records the output times within the last step, which began `done` s after `start`; all that are left where it is the `end`.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn record_times(&mut self, times: &[f64], ramp: &Ramp, state: &State, start: f64, done: f64, end: bool) {
-        while let Some(&time) = times.get(self.summary.recorded) {
-            let theta = if ramp.h > 0.0 { (time - start - done) / ramp.h } else { f64::INFINITY };
-            if theta > 1.0 && !end {
-                break;
+    /// Records the output times that are left, as where the excitation has no duration.
+    fn remaining_times(&mut self, state: &State) {
+        if let Output::Times(times) = self.output {
+            for &time in &times[self.recorded..] {
+                self.time(time, state);
             }
-            let there = self.between(ramp, state, theta.clamp(0.0, 1.0));
-            self.record.instant(time, &there, &self.excitation.input_at(time));
-            self.summary.recorded += 1;
         }
     }
 }

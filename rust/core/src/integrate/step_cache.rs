@@ -21,7 +21,7 @@ impl<T, const N: usize> StepCache<T, N> {
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn entry(&mut self, length: f64, key: u32) -> (&mut Option<T>, u32) {
         if self.places[self.last] != (length, key) {
-            self.last = match self.places.iter().position(|kept| *kept == (length, key)) {
+            self.last = match self.places.iter().position(|place| *place == (length, key)) {
                 Some(found) => found,
                 None => {
                     let oldest = (self.last + 1) % N;

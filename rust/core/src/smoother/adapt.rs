@@ -44,11 +44,11 @@ pub struct AdaptationRule {
 /// (Zhou, Hu, Zhou and Lange 2019), and the noise variance likewise. The prior of a segment's density is inverse gamma (Student's t).
 pub fn adapt(order: usize, start: Start, rule: AdaptationRule, adapted: &mut Adapted) -> Option<()> {
     match order {
-        2 => dispatch(AdaptKernel::<2> { start, rule, on: adapted }),
-        3 => dispatch(AdaptKernel::<3> { start, rule, on: adapted }),
-        4 => dispatch(AdaptKernel::<4> { start, rule, on: adapted }),
-        5 => dispatch(AdaptKernel::<5> { start, rule, on: adapted }),
-        6 => dispatch(AdaptKernel::<6> { start, rule, on: adapted }),
+        2 => dispatch(AdaptKernel::<2> { start, rule, adapted }),
+        3 => dispatch(AdaptKernel::<3> { start, rule, adapted }),
+        4 => dispatch(AdaptKernel::<4> { start, rule, adapted }),
+        5 => dispatch(AdaptKernel::<5> { start, rule, adapted }),
+        6 => dispatch(AdaptKernel::<6> { start, rule, adapted }),
         _ => return None,
     }
     Some(())
@@ -62,7 +62,7 @@ const MAX_DENSITY_RATIO: f64 = 1e12;
 struct AdaptKernel<'a, 'b, const N: usize> {
     start: Start<'a>,
     rule: AdaptationRule,
-    on: &'a mut Adapted<'b>,
+    adapted: &'a mut Adapted<'b>,
 }
 
 impl<const N: usize> Kernel for AdaptKernel<'_, '_, N> {
@@ -70,16 +70,17 @@ impl<const N: usize> Kernel for AdaptKernel<'_, '_, N> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { start, rule, on } = self;
+        let Self { start, rule, adapted } = self;
         let mut passes = ForwardBackward::<N>::new();
-        let mut shown = vec![[0.0; 2]; on.density.len()];
-        let count = on.log_density.len();
+        let mut evidence = vec![[0.0; 2]; adapted.density.len()];
+        let count = adapted.log_density.len();
         let mut cavity = Cavity { mean: vec![0.0; count], variance: vec![0.0; count] };
         for round in 1..=rule.rounds {
-            let samples = Samples { step: on.step, value: on.sites.value, variance: on.sites.variance };
-            let noise = ProcessNoise { segment: on.segment, density: on.density };
+            let samples =
+                Samples { step: adapted.step, value: adapted.sites.value, variance: adapted.sites.variance };
+            let noise = ProcessNoise { segment: adapted.segment, density: adapted.density };
             passes.filter(samples, start, noise);
-            shown.fill([0.0; 2]);
+            evidence.fill([0.0; 2]);
             passes.backward(
                 samples,
                 noise,
@@ -93,24 +94,25 @@ impl<const N: usize> Kernel for AdaptKernel<'_, '_, N> {
                         found += transition.noise[i][i] * score.r[i] * score.r[i];
                         expected += transition.noise[i][i] * score.variance[i][i];
                     }
-                    let sums = &mut shown[on.segment[k] as usize];
+                    let sums = &mut evidence[adapted.segment[k] as usize];
                     sums[0] += found;
                     sums[1] += expected;
                 },
                 |k, _, _, [u, d]| {
-                    cavity.mean[k] = on.sites.value[k] - u / d;
-                    cavity.variance[k] = (1.0 / d - on.sites.variance[k]).max(0.0);
+                    cavity.mean[k] = adapted.sites.value[k] - u / d;
+                    cavity.variance[k] = (1.0 / d - adapted.sites.variance[k]).max(0.0);
                 },
             );
             if round == rule.rounds {
-                on.rounded.log_densities(&cavity, on.noise_variance, on.log_density);
-                for (ratio, [found, expected]) in on.noise_ratio.iter_mut().zip(&shown) {
+                adapted.rounded.log_densities(&cavity, adapted.noise_variance, adapted.log_density);
+                for (ratio, [found, expected]) in adapted.noise_ratio.iter_mut().zip(&evidence) {
                     // The expectation can vanish in rounding; then nothing is known of the segment.
                     *ratio = if *expected > 0.0 { found / expected } else { 1.0 };
                 }
             }
-            let scores = on.rounded.update_sites(&mut cavity, on.noise_variance, &mut on.sites);
-            for (q, [found, expected]) in on.density.iter_mut().zip(&shown) {
+            let scores =
+                adapted.rounded.update_sites(&mut cavity, adapted.noise_variance, &mut adapted.sites);
+            for (q, [found, expected]) in adapted.density.iter_mut().zip(&evidence) {
                 let up = found + rule.prior_weight * rule.typical_density / (*q * *q);
                 let down = expected.max(0.0) + rule.prior_weight / *q + f64::MIN_POSITIVE;
                 *q = (*q * (up / down).sqrt()).clamp(
@@ -118,8 +120,8 @@ impl<const N: usize> Kernel for AdaptKernel<'_, '_, N> {
                     MAX_DENSITY_RATIO * rule.typical_density,
                 );
             }
-            on.noise_variance =
-                (on.noise_variance * (scores[0] / scores[1]).sqrt()).max(rule.min_noise_variance);
+            adapted.noise_variance =
+                (adapted.noise_variance * (scores[0] / scores[1]).sqrt()).max(rule.min_noise_variance);
         }
     }
 }

@@ -77,12 +77,15 @@ impl Rounded<'_> {
         let edges = Edges::new(rest, self.quantum, deviation);
         let (at_far, inside) = edges.area();
         let slope = (1.0 - at_far) / inside;
-        let bend = (edges.near - edges.far * at_far) / inside;
-        let says = if edges.near < -FAR_INSIDE { 0.0 } else { 1.0 };
+        let curvature = (edges.near - edges.far * at_far) / inside;
+        let informative = if edges.near < -FAR_INSIDE { 0.0 } else { 1.0 };
         if self.is_fine(total) {
             (rest / rounding, 1.0 / rounding)
         } else {
-            (says * (slope / deviation).copysign(rest), says * (slope * slope - bend).max(0.0) / total)
+            (
+                informative * (slope / deviation).copysign(rest),
+                informative * (slope * slope - curvature).max(0.0) / total,
+            )
         }
     }
 }
@@ -115,9 +118,9 @@ impl Kernel for SiteUpdate<'_, '_> {
             let before = 1.0 / spread[k];
             precision += SITE_DAMPING * (before - precision);
             shift += SITE_DAMPING * ((site[k] - mean[k]) * before - shift);
-            let says = precision > least;
-            site[k] = if says { mean[k] + shift / precision } else { mean[k] };
-            spread[k] = if says { 1.0 / precision } else { 1.0 / least };
+            let informative = precision > least;
+            site[k] = if informative { mean[k] + shift / precision } else { mean[k] };
+            spread[k] = if informative { 1.0 / precision } else { 1.0 / least };
             mean[k] = slope;
             variance[k] = curvature;
         }

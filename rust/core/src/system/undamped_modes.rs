@@ -170,9 +170,9 @@ fn fold(lower: &mut Matrix6<f64>, dofs: &[usize], row: &Vector6<f64>) {
         }
         let (cos, sin) = (lower[(i, i)] / length, row[pivot] / length);
         for (j, &dof) in dofs.iter().enumerate().skip(i) {
-            let (kept, added) = (lower[(j, i)], row[dof]);
-            lower[(j, i)] = cos * kept + sin * added;
-            row[dof] = cos * added - sin * kept;
+            let (first, second) = (lower[(j, i)], row[dof]);
+            lower[(j, i)] = cos * first + sin * second;
+            row[dof] = cos * second - sin * first;
         }
     }
 }

@@ -29,7 +29,7 @@ pub(super) struct Damped<S: Simd> {
     /// λ of each mode, 1/s.
     pub eigenvalues: [Complex<S>; MAX_MODES],
     /// Lanes that have converged and in which rounding leaves enough digits.
-    pub sound: Mask<S>,
+    pub accurate: Mask<S>,
 }
 
 impl<S: Simd> Damped<S> {
@@ -49,7 +49,7 @@ impl<S: Simd> Damped<S> {
         }
         let mut modes = DampedModes::new(simd, a, b, n);
         modes.turn();
-        let mut sound = modes.does_not_oscillate.not();
+        let mut accurate = modes.does_not_oscillate.not();
         let mut eigenvalues = [none; MAX_MODES];
         let (mut size, mut trace, mut damped) = (zero, zero, zero);
         for k in 0..n {
@@ -70,15 +70,15 @@ impl<S: Simd> Damped<S> {
             let swings = zero.less_than(eigenvalues[k].im);
             let least = square.constant(LEAST_TURN / duration);
             let lasts = (least * least).less_than(square);
-            sound = sound.and(settled).and(turns).and(swings).and(lasts);
+            accurate = accurate.and(settled).and(turns).and(swings).and(lasts);
             trace = trace + eigenvalues[k].re;
             damped = damped + half * damping[k][k];
         }
         // No rotation changes a trace.
         let same_trace =
             (trace + damped).abs().less_than((damped + frequency[n - 1]) * damped.constant(1e-12));
-        let sound = sound.and(same_trace).and(size.less_than(size.constant(CONDITION * n as f64)));
-        Self { modes, eigenvalues, sound }
+        let accurate = accurate.and(same_trace).and(size.less_than(size.constant(CONDITION * n as f64)));
+        Self { modes, eigenvalues, accurate }
     }
 
     /// Writes `g/λ` of each mode for each component of the excitation, `g = Tᵀ (f, -f) / √2`.

@@ -27,7 +27,7 @@ pub(super) struct Memory {
 /// Runs one scene per lane through a motion.
 pub(super) struct LaneIntegrator<'a, const N: usize> {
     pub modal: &'a ModalScenes,
-    pub line: &'a Timeline,
+    pub timeline: &'a Timeline,
     pub requirements: &'a Requirements,
     /// Whether values at the samples are needed, not only extremes of rows.
     pub stores_values: bool,
@@ -39,7 +39,7 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { modal, line, requirements, stores_values, memory } = self;
+        let Self { modal, timeline, requirements, stores_values, memory } = self;
         let Memory { states, values, extremes, steps, found, end } = memory;
         let rows = modal.rows.next_multiple_of(TILE);
         for place in found.clear::<S>(requirements.signals.len() * STATISTICS).as_chunks_mut::<STATISTICS>().0
@@ -50,24 +50,24 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
         states.clear::<S>(2 * N * BLOCK);
         values.clear::<S>(if stores_values { rows * BLOCK } else { 0 });
         extremes.clear::<S>(rows * 2);
-        simd.vectorize(Steps { lengths: &line.lengths, modal, to: steps });
-        for block in 0..line.blocks() {
-            if let Some(kind) = line.kind(block) {
-                simd.vectorize(Advance::<N> { steps, kind, line, block, states, end });
+        simd.vectorize(Steps { lengths: &timeline.lengths, modal, to: steps });
+        for block in 0..timeline.blocks() {
+            if let Some(kind) = timeline.kind(block) {
+                simd.vectorize(Advance::<N> { steps, kind, timeline, block, states, end });
             } else {
                 for sample in 0..BLOCK {
-                    simd.vectorize(AdvanceOnce::<N> { modal, steps, line, block, sample, states, end });
+                    simd.vectorize(AdvanceOnce::<N> { modal, steps, timeline, block, sample, states, end });
                 }
             }
             if stores_values {
-                simd.vectorize(LaneLoads::<true> { modal, line, block, states, values, extremes });
+                simd.vectorize(LaneLoads::<true> { modal, timeline, block, states, values, extremes });
             } else {
-                simd.vectorize(LaneLoads::<false> { modal, line, block, states, values, extremes });
+                simd.vectorize(LaneLoads::<false> { modal, timeline, block, states, values, extremes });
             }
             if stores_values {
                 simd.vectorize(Reduce {
                     requirements,
-                    line,
+                    timeline,
                     block,
                     starts: &modal.starts,
                     values,
@@ -79,7 +79,7 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
         if !stores_values {
             simd.vectorize(Reduce {
                 requirements,
-                line,
+                timeline,
                 block: 0,
                 starts: &modal.starts,
                 values,
@@ -94,7 +94,7 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
 struct Advance<'a, const N: usize> {
     steps: &'a AlignedBuffer,
     kind: usize,
-    line: &'a Timeline,
+    timeline: &'a Timeline,
     block: usize,
     states: &'a mut AlignedBuffer,
     /// v before the block, and after it.
@@ -106,17 +106,17 @@ impl<const N: usize> WithSimd for Advance<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { steps, kind, line, block, states, end } = self;
-        let components = line.components.len();
+        let Self { steps, kind, timeline, block, states, end } = self;
+        let components = timeline.components.len();
         let steps = steps.vectors::<S>().as_chunks::<2>().0.as_chunks::<N>().0;
         let Some((step, by_input)) = steps[kind * (1 + components)..][..1 + components].split_first() else {
             return;
         };
-        let changes = &line.changes[block * BLOCK * components..][..BLOCK * components];
+        let changes = &timeline.changes[block * BLOCK * components..][..BLOCK * components];
         let Some(end) = end.vectors_mut::<S>().as_chunks_mut::<2>().0.first_chunk_mut::<N>() else { return };
         let states = states.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<2>().0;
         let Some(states) = states.first_chunk_mut::<N>() else { return };
-        let inside = usize::min(BLOCK, line.count - block * BLOCK);
+        let inside = usize::min(BLOCK, timeline.count - block * BLOCK);
         let mut state = *end;
         // A loop of its own for one component, the usual case, in which the compiler knows the count.
         if let [by_input] = by_input {
@@ -149,7 +149,7 @@ impl<const N: usize> WithSimd for Advance<'_, N> {
 struct AdvanceOnce<'a, const N: usize> {
     modal: &'a ModalScenes,
     steps: &'a mut AlignedBuffer,
-    line: &'a Timeline,
+    timeline: &'a Timeline,
     block: usize,
     sample: usize,
     states: &'a mut AlignedBuffer,
@@ -161,13 +161,13 @@ impl<const N: usize> WithSimd for AdvanceOnce<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { modal, steps, line, block, sample, states, end } = self;
-        let components = line.components.len();
+        let Self { modal, steps, timeline, block, sample, states, end } = self;
+        let components = timeline.components.len();
         let at = block * BLOCK + sample;
-        let kind = match &line.kinds {
+        let kind = match &timeline.kinds {
             Some(kinds) => kinds[at] as usize,
             None => {
-                let lengths = core::slice::from_ref(&line.intervals[at]);
+                let lengths = core::slice::from_ref(&timeline.intervals[at]);
                 simd.vectorize(Steps { lengths, modal, to: &mut *steps });
                 0
             }
@@ -177,8 +177,14 @@ impl<const N: usize> WithSimd for AdvanceOnce<'_, N> {
             return;
         };
         let Some(end) = end.vectors_mut::<S>().as_chunks_mut::<2>().0.first_chunk_mut::<N>() else { return };
-        if at < line.count {
-            *end = advanced(simd, step, by_input, &line.changes[at * components..(at + 1) * components], end);
+        if at < timeline.count {
+            *end = advanced(
+                simd,
+                step,
+                by_input,
+                &timeline.changes[at * components..(at + 1) * components],
+                end,
+            );
         }
         let states = states.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<2>().0;
         for (states, end) in states.iter_mut().zip(end) {

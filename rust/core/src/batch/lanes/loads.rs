@@ -14,7 +14,7 @@ const SAMPLES: usize = 4;
 /// Smallest and largest value of all rows: over a block if the values at the samples are stored, otherwise over all blocks so far.
 pub(super) struct LaneLoads<'a, const STORES_VALUES: bool> {
     pub modal: &'a ModalScenes,
-    pub line: &'a Timeline,
+    pub timeline: &'a Timeline,
     pub block: usize,
     pub states: &'a AlignedBuffer,
     pub values: &'a mut AlignedBuffer,
@@ -26,9 +26,9 @@ impl<const STORES_VALUES: bool> WithSimd for LaneLoads<'_, STORES_VALUES> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { modal, line, block, states, values, extremes } = self;
-        let components = line.components.len();
-        let inputs = &line.values[block * BLOCK * components..][..BLOCK * components];
+        let Self { modal, timeline, block, states, values, extremes } = self;
+        let components = timeline.components.len();
+        let inputs = &timeline.values[block * BLOCK * components..][..BLOCK * components];
         let states = states.vectors::<S>().as_chunks::<BLOCK>().0;
         let width = 1 + components + states.len();
         let tiles = modal.tiles.vectors::<S>().as_chunks::<TILE>().0.chunks_exact(width);
@@ -44,7 +44,7 @@ impl<const STORES_VALUES: bool> WithSimd for LaneLoads<'_, STORES_VALUES> {
             let (head, tile) = tile.split_at(1 + components);
             if !STORES_VALUES
                 && block > 0
-                && !may_be_new(simd, head, line.range(block), tile, &sizes, extremes)
+                && !may_be_new(simd, head, timeline.range(block), tile, &sizes, extremes)
             {
                 continue;
             }

@@ -1,6 +1,6 @@
 //! Linear scenes in vector lanes: one scene in each lane, with the widest vectors of the processor.
 //!
-//! Files in the order of the data: `vector`, `aligned_buffer`, `matrix` (numbers in lanes, memory for them) → `request` (what is wanted)
+//! Files in the order of the data: `vector`, `aligned_buffer`, `matrix` (numbers in lanes, memory for them) → `request` (what is request)
 //! → `assemble`, `dense`, `jacobi` → `undamped` → `damped` → `modal` (from scenes to damped modes); `timeline` (the motion) → `step` →
 //! `integrate` (from sample to sample) → `loads` → `statistics`. A scene gives the same bits in any lane of any width, whatever its
 //! neighbours are. See `numeric::simd` for why these files use `pulp`.
@@ -57,8 +57,8 @@ pub(super) const MAX_LANES: usize = 8;
 /// A batch prepared for lanes.
 #[derive(Debug, Clone)]
 pub(super) struct Lanes<'a> {
-    wanted: ModalRequest<'a>,
-    line: Timeline,
+    request: ModalRequest<'a>,
+    timeline: Timeline,
     stores_values: bool,
     width: Width,
 }
@@ -77,19 +77,19 @@ impl<'a> Lanes<'a> {
         requirements: &Requirements,
         width: Width,
     ) -> Self {
-        let line = Timeline::new(excitation, &requirements.time, &requirements.travel);
-        let wanted = ModalRequest {
+        let timeline = Timeline::new(excitation, &requirements.time, &requirements.travel);
+        let request = ModalRequest {
             dofs: base.free.iter().map(|dof| dof as usize).collect(),
             groups: base.groups,
-            components: line.components.clone(),
-            first: line.values[..line.components.len()].to_vec(),
+            components: timeline.components.clone(),
+            first: timeline.values[..timeline.components.len()].to_vec(),
             rows: requirements.rows.clone(),
-            duration: line.duration,
+            duration: timeline.duration,
         };
-        let more = |wanted: &SignalRequest| {
-            wanted.times || wanted.squares || !matches!(wanted.signal, Signal::Row(_))
+        let more = |request: &SignalRequest| {
+            request.times || request.squares || !matches!(request.signal, Signal::Row(_))
         };
-        Self { wanted, line, stores_values: requirements.signals.iter().any(more), width }
+        Self { request, timeline, stores_values: requirements.signals.iter().any(more), width }
     }
 
     /// Number of scenes that run at a time.
@@ -113,9 +113,9 @@ impl<'a> Lanes<'a> {
     ) -> bool {
         let lanes = self.count();
         let LaneMemory { modal, memory } = memory;
-        let finite = (0..2 * self.wanted.dofs.len()).all(|i| memory.end.lane(i, lane, lanes).is_finite());
+        let finite = (0..2 * self.request.dofs.len()).all(|i| memory.end.lane(i, lane, lanes).is_finite());
         let finite = statistics::statistics(requirements, &memory.found, lane, lanes, out) && finite;
-        finite && modal.sound.lane(0, lane, lanes) > 0.0
+        finite && modal.accurate.lane(0, lane, lanes) > 0.0
     }
 
     fn dispatch<Op: WithSimd>(&self, op: Op) -> Op::Output {
@@ -156,7 +156,7 @@ impl WithSimd for Run<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        match self.lanes.wanted.dofs.len() {
+        match self.lanes.request.dofs.len() {
             1 => self.run::<S, 1>(simd),
             2 => self.run::<S, 2>(simd),
             3 => self.run::<S, 3>(simd),
@@ -175,10 +175,10 @@ impl Run<'_, '_> {
         // Unused lanes repeat the last scene.
         let mut all = [scenes[scenes.len() - 1]; MAX_LANES];
         all[..scenes.len()].copy_from_slice(scenes);
-        simd.vectorize(ModalSetup { scenes: &all, wanted: &lanes.wanted, to: modal });
+        simd.vectorize(ModalSetup { scenes: &all, request: &lanes.request, to: modal });
         simd.vectorize(LaneIntegrator::<N> {
             modal,
-            line: &lanes.line,
+            timeline: &lanes.timeline,
             requirements,
             stores_values: lanes.stores_values,
             memory,

@@ -24,7 +24,7 @@ pub(super) struct ModalScenes {
     /// Value of each row at the first sample, before anything has moved.
     pub(super) starts: AlignedBuffer,
     /// One in the lanes in which rounding leaves enough digits, zero in the others, which must run by themselves.
-    pub(super) sound: AlignedBuffer,
+    pub(super) accurate: AlignedBuffer,
 }
 
 /// Largest size of a row: beyond it squares leave the range of numbers.
@@ -36,7 +36,7 @@ pub(super) const TILE: usize = 4;
 /// Computes the [`ModalScenes`] of one scene per lane.
 pub(super) struct ModalSetup<'a> {
     pub scenes: &'a [&'a Instance],
-    pub wanted: &'a ModalRequest<'a>,
+    pub request: &'a ModalRequest<'a>,
     pub to: &'a mut ModalScenes,
 }
 
@@ -45,9 +45,9 @@ impl WithSimd for ModalSetup<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { scenes, wanted, to } = self;
-        let undamped = Undamped::new(simd, scenes, wanted);
-        let damped = Damped::new(simd, &undamped, wanted.duration);
+        let Self { scenes, request, to } = self;
+        let undamped = Undamped::new(simd, scenes, request);
+        let damped = Damped::new(simd, &undamped, request.duration);
         let (n, count) = (undamped.n, undamped.influence.len());
         let eigenvalues = to.eigenvalues.clear::<S>(2 * n).as_chunks_mut::<2>().0;
         for (to, value) in eigenvalues.iter_mut().zip(damped.eigenvalues) {
@@ -57,17 +57,17 @@ impl WithSimd for ModalSetup<'_> {
         damped.set_drives(simd, &undamped, drives);
 
         let width = 1 + count + 2 * n;
-        to.rows = wanted.rows.len();
+        to.rows = request.rows.len();
         let tiles = to.tiles.clear::<S>(to.rows.next_multiple_of(TILE) * width).as_chunks_mut::<TILE>().0;
         let starts = to.starts.clear::<S>(to.rows);
         let mut feeds = vec![undamped.zero; count];
         let mut size = undamped.zero;
-        for (index, row) in wanted.rows.iter().enumerate() {
+        for (index, row) in request.rows.iter().enumerate() {
             let (tile, place) = (&mut tiles[index / TILE * width..][..width], index % TILE);
-            let of = undamped.row(simd, scenes, wanted, *row, &mut feeds);
+            let of = undamped.row(simd, scenes, request, *row, &mut feeds);
             tile[0][place] = of.constant.lanes;
             let mut start = of.constant;
-            for (feed, &value) in feeds.iter().zip(&wanted.first) {
+            for (feed, &value) in feeds.iter().zip(&request.first) {
                 start = feed.mul_add(Real::splat(simd, value), start);
             }
             starts[index] = start.lanes;
@@ -88,7 +88,7 @@ impl WithSimd for ModalSetup<'_> {
                 size = size + feed.abs();
             }
         }
-        let sound = undamped.sound.and(damped.sound).and(size.less_than(size.constant(LARGEST)));
-        to.sound.clear::<S>(1)[0] = sound.select(Real::splat(simd, 1.0), undamped.zero).lanes;
+        let accurate = undamped.accurate.and(damped.accurate).and(size.less_than(size.constant(LARGEST)));
+        to.accurate.clear::<S>(1)[0] = accurate.select(Real::splat(simd, 1.0), undamped.zero).lanes;
     }
 }

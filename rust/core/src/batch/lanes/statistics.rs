@@ -62,7 +62,7 @@ pub(super) fn statistics(
 /// Updates the statistics with a block.
 pub(super) struct Reduce<'a> {
     pub requirements: &'a Requirements,
-    pub line: &'a Timeline,
+    pub timeline: &'a Timeline,
     pub block: usize,
     pub starts: &'a AlignedBuffer,
     pub values: &'a AlignedBuffer,
@@ -75,13 +75,13 @@ impl WithSimd for Reduce<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { requirements, line, block, starts, values, extremes, found } = self;
+        let Self { requirements, timeline, block, starts, values, extremes, found } = self;
         let starts = starts.vectors::<S>();
         let values = values.vectors::<S>().as_chunks::<BLOCK>().0;
         let extremes = extremes.vectors::<S>().as_chunks::<2>().0;
         let start = block * BLOCK;
         let (Some(time), Some(travel)) =
-            (line.time[start..].first_chunk::<BLOCK>(), line.travel[start..].first_chunk::<BLOCK>())
+            (timeline.time[start..].first_chunk::<BLOCK>(), timeline.travel[start..].first_chunk::<BLOCK>())
         else {
             return;
         };

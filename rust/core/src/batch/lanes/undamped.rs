@@ -35,14 +35,14 @@ pub(super) struct Undamped<S: Simd> {
     /// Static position, ωη.
     rest: [Real<S>; MAX_MODES],
     /// Lanes in which rounding leaves enough digits.
-    pub sound: Mask<S>,
+    pub accurate: Mask<S>,
 }
 
 impl<S: Simd> Undamped<S> {
     #[inline(always)]
-    pub(super) fn new(simd: S, scenes: &[&Instance], wanted: &ModalRequest) -> Self {
+    pub(super) fn new(simd: S, scenes: &[&Instance], request: &ModalRequest) -> Self {
         let zero = Real::splat(simd, 0.0);
-        let dofs = &wanted.dofs[..usize::min(wanted.dofs.len(), MAX_MODES)];
+        let dofs = &request.dofs[..usize::min(request.dofs.len(), MAX_MODES)];
         let n = dofs.len();
         let mass = mass_matrix(simd, scenes);
         let weight = weight(simd, scenes);
@@ -72,21 +72,21 @@ impl<S: Simd> Undamped<S> {
             (high, low) = (high.max(square), low.min(square));
             frequency[mode] = square.sqrt();
         }
-        let sound = high
+        let accurate = high
             .less_than(low * pivots * low.constant(SPREAD))
             .and(low.constant(SMALLEST).less_than(low))
             .and(high.less_than(high.constant(1.0 / SMALLEST)));
         let damping = projected(&shapes, &damping, n);
         // A loop and no iterator: a closure would be compiled for the oldest processor.
-        let mut influence = Vec::with_capacity(wanted.components.len());
-        for &component in &wanted.components {
+        let mut influence = Vec::with_capacity(request.components.len());
+        for &component in &request.components {
             influence.push(modal_influence(simd, scenes, &mass, &shapes, dofs, component));
         }
         let mut rest = on_modes(&shapes, dofs, &weight);
         for mode in 0..n {
             rest[mode] = rest[mode] / frequency[mode];
         }
-        Self { n, zero, mass, weight, links, shapes, frequency, damping, influence, rest, sound }
+        Self { n, zero, mass, weight, links, shapes, frequency, damping, influence, rest, accurate }
     }
 
     /// A load per unit of `ωη`, of `η'` and, into `feeds`, of each component of the excitation.
@@ -95,7 +95,7 @@ impl<S: Simd> Undamped<S> {
         &self,
         simd: S,
         scenes: &[&Instance],
-        wanted: &ModalRequest,
+        request: &ModalRequest,
         row: LoadRow,
         feeds: &mut [Real<S>],
     ) -> RowParts<S> {
@@ -103,7 +103,7 @@ impl<S: Simd> Undamped<S> {
         let mut of = RowParts::new(simd);
         match row {
             LoadRow::Group(group, component) => {
-                for &link in &wanted.groups[group].links {
+                for &link in &request.groups[group].links {
                     let arm = self.links.arm(simd, scenes, link, group, component);
                     of.add(&self.links.all[link], &self.shapes, &self.frequency, self.n, arm);
                 }
@@ -116,7 +116,7 @@ impl<S: Simd> Undamped<S> {
                 }
                 of.at_rest(&self.rest, self.n);
                 of.constant = of.constant - self.weight[0];
-                self.add_inertia(wanted, &mut of, feeds);
+                self.add_inertia(request, &mut of, feeds);
             }
         }
         of
@@ -124,12 +124,12 @@ impl<S: Simd> Undamped<S> {
 
     /// Adds `M q''` in the row of x, with `η'' = -ω (ωη) - Ĉ η' + f`.
     #[inline(always)]
-    fn add_inertia(&self, wanted: &ModalRequest, of: &mut RowParts<S>, feeds: &mut [Real<S>]) {
+    fn add_inertia(&self, request: &ModalRequest, of: &mut RowParts<S>, feeds: &mut [Real<S>]) {
         let n = self.n;
         let mut inert = [self.zero; MAX_MODES];
         for mode in 0..n {
             for i in 0..n {
-                inert[mode] = self.mass[0][wanted.dofs[i]].mul_add(self.shapes[i][mode], inert[mode]);
+                inert[mode] = self.mass[0][request.dofs[i]].mul_add(self.shapes[i][mode], inert[mode]);
             }
             of.elastic[mode] = (-inert[mode]).mul_add(self.frequency[mode], of.elastic[mode]);
         }
@@ -139,7 +139,7 @@ impl<S: Simd> Undamped<S> {
             }
         }
         for ((feed, &component), (force, factor)) in
-            feeds.iter_mut().zip(&wanted.components).zip(&self.influence)
+            feeds.iter_mut().zip(&request.components).zip(&self.influence)
         {
             let mut sum = match component {
                 0..3 => self.mass[0][component] * *factor,

@@ -51,18 +51,18 @@ impl Curve {
             origin: 0,
             load_at_zero: 0.0,
         };
-        let mut kept = first;
+        let mut corner = first;
         for pair in points[1..].windows(2) {
-            let (before, after) = (slope(kept, pair[0]), slope(pair[0], pair[1]));
+            let (before, after) = (slope(corner, pair[0]), slope(pair[0], pair[1]));
             if (after - before).abs() <= STRAIGHT * f64::max(before, after) {
                 continue;
             }
             [curve.edge[curve.count], curve.load[curve.count]] = pair[0];
             curve.stiffness[curve.count] = before;
             curve.count += 1;
-            kept = pair[0];
+            corner = pair[0];
         }
-        curve.stiffness[curve.count] = slope(kept, last);
+        curve.stiffness[curve.count] = slope(corner, last);
         curve.origin = curve.edges().iter().filter(|&&edge| edge <= 0.0).count();
         let ends = |index: usize| [curve.edge[index], curve.load[index]];
         let [a, b] = [

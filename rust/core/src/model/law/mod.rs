@@ -107,9 +107,10 @@ impl Law {
             Kind::Preloaded(law) => Kind::Preloaded(law.scaled(factor)),
             Kind::Curve(law) => Kind::Curve(law.scaled(factor)),
         });
-        let kept = |before: f64, after: f64| before == 0.0 || after.is_normal();
-        let at = |d: f64| kept(self.force(d), scaled.force(d));
-        let all = kept(self.nominal(), scaled.nominal()) && at(0.0) && self.edges().iter().all(|&d| at(d));
+        let in_range = |before: f64, after: f64| before == 0.0 || after.is_normal();
+        let at = |d: f64| in_range(self.force(d), scaled.force(d));
+        let all =
+            in_range(self.nominal(), scaled.nominal()) && at(0.0) && self.edges().iter().all(|&d| at(d));
         if all { Ok(scaled) } else { Err(refused) }
     }
 
