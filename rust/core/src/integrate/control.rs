@@ -185,6 +185,7 @@ impl Controller {
     }
 
     /// Error, as a multiple of the tolerance, of the step that the next one is derived from; after a rejection that of the rejected step.
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn error_ratio(&self) -> f64 {
         self.error_ratio
     }

@@ -95,7 +95,7 @@ impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> Self::Output {
-        let Self { setup, equations } = self;
+        let Self { setup, mut equations } = self;
         let Setup { system, method, control, excitation, output, record, forcing, load_scale } = setup;
         let controller = match (control, M::ERROR_ORDER) {
             (Control::Adaptive { rtol }, Some(order)) => {
@@ -108,7 +108,8 @@ impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
         let needs_input = record.needs_input();
         let recorder = Recorder { excitation, output, needs_input, record, recorded: 0 };
         let summary = Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale };
-        let runner = Runner { method, memory: method.memory(), equations, steps, recorder, summary };
+        let (mut memory, equations) = (method.memory(), &mut equations);
+        let runner = Runner { method, memory: &mut memory, equations, steps, recorder, summary };
         runner.run(&forcing)
     }
 }

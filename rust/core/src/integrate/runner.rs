@@ -13,8 +13,9 @@ use crate::system::{Input, NO_INPUT, State};
 /// A run under way.
 pub(super) struct Runner<'a, M: Method, C> {
     pub method: &'a M,
-    pub memory: M::Memory,
-    pub equations: C,
+    // By reference: the rest then stays in registers from step to step.
+    pub memory: &'a mut M::Memory,
+    pub equations: &'a mut C,
     pub steps: StepControl,
     pub recorder: Recorder<'a>,
     pub summary: Summary,
@@ -134,7 +135,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                 shorter = ramp.values(theta);
                 ramp = Ramp { h: theta * plan.h, end: &shorter, spans_interval: false, ..ramp };
                 **next = if theta > 0.0 {
-                    self.method.step(self.equations.equations(), &mut self.memory, &ramp, state).0
+                    self.method.step(self.equations.equations(), self.memory, &ramp, state).0
                 } else {
                     **state
                 };
@@ -172,7 +173,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         done: f64,
     ) -> Result<bool, RunError> {
         let error;
-        (*next, error) = self.method.step(self.equations.equations(), &mut self.memory, ramp, state);
+        (*next, error) = self.method.step(self.equations.equations(), self.memory, ramp, state);
         let accepted = self.steps.judge(ramp, next, &error, interval, done)?;
         self.summary.rejected += usize::from(!accepted);
         Ok(accepted)
@@ -181,7 +182,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     /// Dense output of the last step.
     #[cfg_attr(feature = "std", inline(always))]
     fn between(&mut self, ramp: &Ramp, state: &State, theta: f64) -> State {
-        self.method.between(self.equations.equations(), &mut self.memory, ramp, state, theta)
+        self.method.between(self.equations.equations(), self.memory, ramp, state, theta)
     }
 
     /// Records what lies within the last step, which began `done` s after the start of the interval: samples from `k` on, or output times.
@@ -277,6 +278,7 @@ impl StepControl {
 
 impl Recorder<'_> {
     /// Records the first sample, if samples are recorded.
+    #[cfg_attr(feature = "std", inline(always))]
     fn first_sample(&mut self, state: &State) {
         if let Output::Samples = self.output {
             self.record.instant(self.excitation.time(0), state, &self.excitation.input(0));
@@ -299,12 +301,14 @@ impl Recorder<'_> {
     }
 
     /// Records an output time.
+    #[cfg_attr(feature = "std", inline(always))]
     fn time(&mut self, time: f64, state: &State) {
         self.record.instant(time, state, &self.excitation.input_at(time));
         self.recorded += 1;
     }
 
     /// Records the output times that are left, as where the excitation has no duration.
+    #[cfg_attr(feature = "std", inline(always))]
     fn remaining_times(&mut self, state: &State) {
         if let Output::Times(times) = self.output {
             for &time in &times[self.recorded..] {
