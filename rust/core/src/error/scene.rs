@@ -72,7 +72,7 @@ pub enum SceneError {
     /// Too few or too many points of a curve.
     CurvePoints {
         /// Most points of a curve.
-        room: usize,
+        max: usize,
         /// Points.
         got: usize,
     },
@@ -127,7 +127,7 @@ pub enum SceneError {
     /// More links than fit without an allocator.
     TooManyLinks {
         /// Most links.
-        room: usize,
+        max: usize,
         /// Links of the scene.
         got: usize,
     },
@@ -190,9 +190,9 @@ impl fmt::Display for SceneError {
             Self::Exponent { got } => {
                 write!(f, "exponent: expected > 1 and <= 2, got {got}; balls have 3/2, rollers 10/9")
             }
-            Self::CurvePoints { room, got } => {
-                write!(f, "curve: expected 2 to {room} points, got {got}")?;
-                if got > room {
+            Self::CurvePoints { max, got } => {
+                write!(f, "curve: expected 2 to {max} points, got {got}")?;
+                if got > max {
                     f.write_str("; it is linear in between, so leave out points where it is nearly straight")?;
                 }
                 Ok(())
@@ -227,10 +227,10 @@ impl fmt::Display for SceneError {
             }
             Self::NothingFree => f.write_str("free: expected at least one of x y z rx ry rz, got none"),
             Self::NoLinks => f.write_str("links: expected at least one, got none"),
-            Self::TooManyLinks { room, got } => {
+            Self::TooManyLinks { max, got } => {
                 write!(
                     f,
-                    "links: expected up to {room} without an allocator, got {got}; build with the feature std"
+                    "links: expected up to {max} without an allocator, got {got}; build with the feature std"
                 )
             }
             Self::AlwaysInContact => f.write_str(

@@ -35,7 +35,7 @@ impl<T: Copy, const N: usize> BoundedVec<T, N> {
     #[cfg(not(feature = "std"))]
     pub(crate) fn new(value: T, count: usize) -> Result<Self, SceneError> {
         if count > N {
-            return Err(SceneError::TooManyLinks { room: N, got: count });
+            return Err(SceneError::TooManyLinks { max: N, got: count });
         }
         Ok(Self { values: [value; N], count })
     }

@@ -111,9 +111,9 @@ impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
     fn add_link(&mut self, row: &'a LinkRow, part: Part, direction: &[f64; ROWS]) {
         let none = [0.0; ROWS];
         let (elastic, damping) = (part != Part::Damping, part != Part::Elastic);
-        let bent = !row.link.law().is_linear();
+        let is_nonlinear = !row.link.law().is_linear();
         let idle = row.link.is_damped_in_contact();
-        if elastic && !bent {
+        if elastic && !is_nonlinear {
             add_scaled(&mut self.linear.constant, direction, row.load);
             for (column, load) in self.linear.by_state[..6].iter_mut().zip(row.elastic) {
                 add_scaled(column, direction, load);
@@ -124,7 +124,7 @@ impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
                 add_scaled(column, direction, load);
             }
         }
-        let elastic = if elastic && bent { *direction } else { none };
+        let elastic = if elastic && is_nonlinear { *direction } else { none };
         let damping = if damping && idle { *direction } else { none };
         if elastic != none || damping != none {
             self.add_nonlinear(NonlinearLink { row, elastic, damping });
@@ -199,15 +199,15 @@ pub fn acceleration(system: &System) -> Wrench<'_> {
     let spread = |modal: &[f64]| -> [f64; 6] { (shapes * Vector6::from_column_slice(modal)).into() };
     let mut out = Wrench::nothing(system);
     out.linear.by_input_at_all = true;
-    let bent = system.model_level() != ModelLevel::Linear;
+    let is_nonlinear = system.model_level() != ModelLevel::Linear;
     for (index, column) in out.linear.by_state.iter_mut().enumerate() {
         let mut state: State = [0.0; 12];
         state[index] = 1.0;
-        if !bent {
+        if !is_nonlinear {
             *column = spread(&system.linear_rate(&state, &NO_FORCE)[6..]);
         }
     }
-    if bent {
+    if is_nonlinear {
         // Link by link: the loads less those at rest, which balance the weight.
         for row in system.rows() {
             let direction = spread(&row.rate.map(|rate| -rate));

@@ -25,7 +25,7 @@ pub(super) struct Curve {
 impl Curve {
     pub(super) fn new(points: &[[f64; 2]]) -> Result<Self, SceneError> {
         if !(2..=MAX_CURVE_POINTS).contains(&points.len()) {
-            return Err(SceneError::CurvePoints { room: MAX_CURVE_POINTS, got: points.len() });
+            return Err(SceneError::CurvePoints { max: MAX_CURVE_POINTS, got: points.len() });
         }
         if !points.as_flattened().iter().all(|x| x.is_finite()) {
             return Err(SceneError::NotFinite { field: "curve" });
