@@ -1,12 +1,8 @@
 //! Eight links side by side: deflections, rates, and bounds on how far they are from the edges of their segments.
 
-use crate::numeric::float::{add_scaled, fma, sqrt};
+use crate::numeric::float::{add_scaled, fma};
 use crate::numeric::simd::{LANES, Lanes};
 use crate::system::State;
-
-/// Stand for an edge at infinity and for a rate of zero, so that no product or ratio is NaN.
-const FAR: f64 = 1e100;
-const NEAR: f64 = 1e-100;
 
 /// Eight links on their present segments.
 #[derive(Debug, Clone, Copy)]
@@ -51,29 +47,6 @@ impl LinkBlock {
         moving
     }
 
-    /// Time from `state` on in which no link can pass an edge, if the second derivative of the state stays below `curvature`; negative if
-    /// a link is beyond its edge.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn clear_for(&self, state: &State, curvature: f64) -> f64 {
-        let (at, moving) = (self.deflections(state), self.rates(state));
-        let mut times = [0.0; LANES];
-        for i in 0..LANES {
-            // |v| t + b t² / 2 = d on either side.
-            let b = 2.0 * curvature * self.reach[i];
-            let up = smaller(self.high[i] - at[i] + self.tolerance[i], FAR);
-            let down = smaller(at[i] - self.low[i] + self.tolerance[i], FAR);
-            let (rising, falling) = (larger(moving[i], NEAR), larger(-moving[i], NEAR));
-            let to_high = 2.0 * up / (rising + sqrt(fma(rising, rising, b * larger(up, 0.0))));
-            let to_low = 2.0 * down / (falling + sqrt(fma(falling, falling, b * larger(down, 0.0))));
-            times[i] = smaller(to_high, to_low);
-        }
-        let mut first = f64::INFINITY;
-        for time in times {
-            first = smaller(time, first);
-        }
-        first
-    }
-
     /// Whether no link passes an edge between two states, if the path is never farther than `margin` per unit of reach from the straight
     /// line through them.
     #[cfg_attr(feature = "std", inline(always))]
@@ -116,6 +89,6 @@ fn larger(a: f64, b: f64) -> f64 {
 
 /// The smaller of two numbers; the second if one of them is NaN.
 #[cfg_attr(feature = "std", inline(always))]
-pub(super) fn smaller(a: f64, b: f64) -> f64 {
+fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }

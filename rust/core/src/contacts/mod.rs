@@ -1,20 +1,20 @@
 //! Contact changes: the segment of its law that each link is on, and the instant at which it leaves it (event location).
 //!
 //! Between two contact changes the equations are linear, and every deflection is known at any time. No change is missed, and most steps cost
-//! next to nothing, as three tests of rising cost come before the search:
+//! next to nothing, as two tests come before the search:
 //!
-//! 1. A time for which no link can reach an edge, from its position, its velocity and a bound on the second derivative of the state.
-//! 2. The ends of the step, with what a path can bow between them by that bound.
-//! 3. The cubics through the ends, whose control points bound them, with their error from the fourth derivative.
+//! 1. The ends of the step, with what a path can bow between them by a bound on the second derivative of the state. The bound is carried on
+//!    from step to step, and computed anew where it no longer clears the step.
+//! 2. The cubics through the ends, whose control points bound them, with their error from the fourth derivative.
 //!
-//! Only a step that all three leave open is searched, on the power series of the exact solution.
+//! Only a step that both leave open is searched, on the power series of the exact solution. (Measured on the yardstick cart with 5 µm clearance:
+//! without the carried bound a batch takes 25 % longer, without the cubics 7 %.)
 
 mod block;
 mod path;
 mod search;
 mod segments;
 
-use block::smaller;
 use segments::{Change, Segments};
 
 use crate::equations::SegmentEquations;
@@ -22,13 +22,6 @@ use crate::excitation::{Ramp, Values};
 use crate::numeric::float::fma;
 use crate::numeric::simd::{Kernel, dispatch};
 use crate::system::{State, System, size};
-
-/// Factor by which the bound on the second derivative may rise before a look ahead is repeated.
-const CURVATURE_HEADROOM: f64 = 16.0;
-
-/// Steps that a look ahead must clear to pay, and steps without one after it has not.
-const LOOK_AHEAD_STEPS: f64 = 8.0;
-const STEPS_BEFORE_RETRY: u32 = 16;
 
 /// Contacts of one run.
 #[derive(Debug, Clone)]
@@ -39,11 +32,6 @@ pub(crate) struct Contacts<'a> {
     /// Slopes of the excitation over the last step, and its values at the end.
     slopes: Values,
     values: Values,
-    /// Time for which no link can pass an edge, s, while `curvature` stays below `curvature_limit`.
-    clear_for: f64,
-    curvature_limit: f64,
-    /// Steps until the next look ahead.
-    steps_to_wait: u32,
     /// The change that ends the present step.
     change: Option<Change>,
     /// Links that have changed their segment so far.
@@ -60,9 +48,6 @@ impl<'a> Contacts<'a> {
             curvature: f64::INFINITY,
             slopes: [0.0; 9],
             values: [0.0; 9],
-            clear_for: 0.0,
-            curvature_limit: 0.0,
-            steps_to_wait: 0,
             change: None,
             changes: 0,
             searched: 0,
@@ -84,43 +69,17 @@ impl<'a> Contacts<'a> {
         let growth = self.segments.growth(ramp.h);
         let slope_change = growth * ramp.slope_change(&mut self.slopes, &mut self.values);
         self.curvature = fma(growth, self.curvature, slope_change);
-        // In this and the following tests NaN does not count as clear.
-        if self.clear_for >= ramp.h && self.curvature <= self.curvature_limit {
-            self.clear_for -= ramp.h;
+        // In these tests NaN does not count as clear.
+        if self.segments.ends_clear(ramp.h, state, next, self.curvature) {
             return None;
         }
-        self.clear_for = 0.0;
-        let clear = self.segments.ends_clear(ramp.h, state, next, self.curvature);
-        if clear && self.steps_to_wait > 0 {
-            self.steps_to_wait -= 1;
-            return None;
-        }
-        // The bound has grown from step to step: once more with the second derivative itself.
         self.curvature = growth * size(&self.segments.second_derivative(ramp, state));
-        if clear || self.segments.ends_clear(ramp.h, state, next, self.curvature) {
-            self.look_ahead(ramp.h, next);
+        if self.segments.ends_clear(ramp.h, state, next, self.curvature) {
             return None;
         }
         self.change =
             if self.segments.cubics_clear(ramp, state, next) { None } else { self.search(ramp, state) };
         self.change.map(|change| change.theta)
-    }
-
-    /// Sets the time for which no link can pass an edge from a state on.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn look_ahead(&mut self, h: f64, state: &State) {
-        self.curvature_limit = CURVATURE_HEADROOM * self.curvature;
-        // A loop and no iterator: closures would be compiled for the oldest processor.
-        let mut clear_for = f64::INFINITY;
-        for block in self.segments.blocks.as_slice() {
-            clear_for = smaller(block.clear_for(state, self.curvature_limit), clear_for);
-        }
-        if clear_for >= h && self.curvature_limit < f64::INFINITY {
-            self.clear_for = clear_for;
-        }
-        if clear_for < LOOK_AHEAD_STEPS * h {
-            self.steps_to_wait = STEPS_BEFORE_RETRY;
-        }
     }
 
     /// The first change in a step that may contain one.
@@ -154,6 +113,6 @@ impl Kernel for CrossKernel<'_, '_> {
             contacts.changes += contacts.segments.cross(state, crossing);
         }
         contacts.segments.update();
-        (contacts.curvature, contacts.clear_for) = (f64::INFINITY, 0.0);
+        contacts.curvature = f64::INFINITY;
     }
 }
