@@ -7,8 +7,8 @@
 use std::error::Error;
 use std::time::Instant;
 
+use guideload::LawParameter;
 use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Quantity, Solver, Statistic, Target};
-use guideload::law::Parameter;
 use guideload::{Excitation, Free, Law, Link, carriage_ends};
 use nalgebra::{Matrix3, Vector3};
 
@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (samples, clearance) = (number(1, 2000.0)? as usize, 1e-6 * number(2, 0.0)?);
 
     // The base: what does not scatter, and the values that all samples lie around.
-    let law = Law::linear(LINK[0])?.with(Parameter::Clearance, clearance)?;
+    let law = Law::linear(LINK[0])?.with(LawParameter::Clearance, clearance)?;
     let (mut links, mut groups) = (Vec::new(), Vec::new());
     for (x, z) in [(-0.5, -0.35), (-0.5, 0.35), (0.5, -0.35), (0.5, 0.35)] {
         let (center, first) = (Vector3::new(x, 0.05, z), links.len());
@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         changes.push(Change { target, constant: 0.0, terms: vec![(1 + axis, 1.0)] });
     }
     for link in 0..links.len() {
-        let target = Target::Law { link, parameter: Parameter::Stiffness };
+        let target = Target::Law { link, parameter: LawParameter::Stiffness };
         changes.push(Change { target, constant: 0.0, terms: vec![(4 + link / 4, LINK[0])] });
         let target = Target::Damping(link);
         changes.push(Change { target, constant: 0.0, terms: vec![(8 + link / 4, LINK[1])] });

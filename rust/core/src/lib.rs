@@ -1,12 +1,11 @@
 //! Dynamic load of linear rolling guides: one rigid body on elastic and damping links, driven by a measured motion.
 //!
-//! The files follow the data: [`tensor`] → [`body`], [`law`] → [`link`], [`dof`] → [`scene`] → [`assemble`] → `factor` (modes), `statics`
-//! → [`system`] → [`excitation`] → `equations` and who keeps them: [`system`] (linear), `piece` and `contacts` (linear between contact
-//! changes), `smooth` (preloaded) → `propagator`, [`integrate`] → [`record`] → [`loads`], `fill`; [`modes`] stands beside them. With `std` a
-//! `batch` runs many scenes, `smoother` finds the motion behind a trace, and `bands` carries what that leaves open to the loads. All quantities are SI. Source: the paper "Dynamical load of
-//! linear rolling guides", whose equation numbers stand where they are used.
+//! All quantities are SI. Equation numbers are those of the paper "Dynamical load of linear rolling guides".
 //!
-//! A new elastic law goes into [`law`], a new method into [`integrate`] beside the three that are there.
+//! # Use
+//!
+//! Describe a [`Scene`] (a [`Body`], its [`Link`]s with their [`Law`]s, gravity, the [`Free`] degrees of freedom), make a [`System`] of it,
+//! [`run`] it through an [`Excitation`] with a [`Method`], and read loads from what the run recorded:
 //!
 //! ```
 //! use guideload::{Body, Control, Exact, Excitation, Extremes, Free, Output, Part, Peaks, Scene, System};
@@ -32,58 +31,66 @@
 //! assert!(extremes[1].largest[6] > 9000.0); // N, the y-z resultant of guide 2
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
+//!
+//! Without the feature `std` all of this runs without an allocator. With it there are also [`batch`] (Monte Carlo), [`smoother`] (the motion
+//! behind a measured trace) and [`bands`] (what the trace leaves open about the loads).
+//!
+//! # Source
+//!
+//! The folders are layers in the order of the data; each imports only from those above it, which `tests/layers.rs` checks.
+//!
+//! - `error`: why something is refused, in words.
+//! - `numeric`: elementary functions, vector loops, bounded vector, tensors, random numbers.
+//! - `model`: body, degrees of freedom, laws, links, scene. **A new elastic law goes into `model/law`.**
+//! - `system`: matrices, static equilibrium, undamped modes; the state in energy coordinates.
+//! - `excitation`: acceleration and external load over time, and the modal force that they make.
+//! - `equations`: the equations of motion (linear, piecewise linear, smooth) and the exact solution over a step.
+//! - `contacts`: the instants at which a link leaves a segment of its law.
+//! - `output`: loads and motions from states; what a run records.
+//! - `integrate`: the loop over the samples, step-size control, and the methods. **A new integrator goes into `integrate`, beside `rk45`.**
+//! - `smoother`, `bands`, `batch`: with `std` only. A new statistic of Monte Carlo samples goes into `batch/measure` and
+//!   `batch/requirements`.
 #![cfg_attr(not(feature = "std"), no_std)]
 
-pub mod assemble;
 #[cfg(feature = "std")]
 pub mod bands;
 #[cfg(feature = "std")]
 pub mod batch;
-pub mod body;
 mod contacts;
-pub mod dof;
 mod equations;
-pub mod error;
-pub mod excitation;
-mod factor;
-mod fill;
-mod float;
-pub mod integrate;
-pub mod law;
-pub mod link;
-pub mod loads;
-mod many;
-pub mod modes;
-#[cfg(feature = "std")]
-mod normal;
-mod piece;
-mod propagator;
-pub mod record;
-mod rows;
-pub mod scene;
-mod simd;
-mod smooth;
+mod error;
+mod excitation;
+mod integrate;
+mod model;
+mod numeric;
+mod output;
 #[cfg(feature = "std")]
 pub mod smoother;
-mod statics;
-pub mod system;
-pub mod tensor;
+mod system;
 
-pub use assemble::{Matrices, assemble};
-pub use body::Body;
-pub use dof::{Dof, Free};
-#[cfg(feature = "std")]
-pub use error::{BatchError, SampleError};
-pub use error::{ExcitationError, RunError, SceneError};
+// Describe: a scene and what drives it.
 pub use excitation::{Excitation, wrench_at};
+pub use model::{
+    Body, Dof, Free, Law, LawParameter, Link, MAX_CURVE_POINTS, Scene, carriage_ends, carriage_links,
+};
+pub use numeric::tensor;
+
+// Solve: the system, its modes, and a run.
 pub use integrate::{Control, Exact, Method, Output, Radau, Rk45, Summary, load_scale, run};
-pub use law::Law;
-pub use link::{Link, carriage_ends, carriage_links};
-pub use loads::{Axial, Part, Wrench, group_load, link_load};
-pub use modes::{Mode, eigenvalues, modes};
-pub use record::{Extremes, History, Peaks, Record};
-pub use scene::Scene;
-pub use system::{Input, Rung, State, System};
+pub use system::{
+    Input, Matrices, Mode, ModelLevel, State, System, assemble, eigenvalues, input_from, modes,
+};
+
+// Read out: what a run records, and loads and motions from its states.
+pub use output::{
+    Axial, Extremes, History, Part, Peaks, Record, Recovery, Wrench, acceleration, evaluate, group_load,
+    link_load, position, reaction, velocity,
+};
+
+// Errors.
+#[cfg(feature = "std")]
+pub use batch::{BatchError, SampleError};
+pub use error::{ExcitationError, RunError, SceneError};
 
 /// The Rust of the README, run as a test.
 #[cfg(doctest)]

@@ -1,7 +1,7 @@
-//! What samples leave open, drawn and carried to the loads, over arrays.
+//! Credible bands of loads, and draws of motions and peaks, over arrays.
 
-use guideload::bands::{self, Deviation, Nominal, Spread};
-use guideload::smoother::{self, Given, Intensity, Posterior};
+use guideload::bands::{self, Deviation, NominalLoads, StandardDeviations};
+use guideload::smoother::{self, Posterior, PosteriorInput, ProcessNoise};
 use guideload::{Part, Wrench};
 use numpy::{
     IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
@@ -11,8 +11,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::convert::{Array1, Array2, not_contiguous, rows, slice};
+use crate::links::group_loads;
 use crate::scene::PyScene;
-use crate::solution::groups_of;
 
 type Array3<'py> = Bound<'py, PyArray3<f64>>;
 
@@ -25,10 +25,10 @@ type Chain<'py> = (
     PyReadonlyArray1<'py, f64>,
 );
 
-/// A chain whose arrays agree; it is made without the interpreter.
+/// A checked chain; it is computed without the interpreter.
 struct Checked<'a> {
     order: usize,
-    given: Given<'a>,
+    given: PosteriorInput<'a>,
 }
 
 impl<'a> Checked<'a> {
@@ -37,25 +37,25 @@ impl<'a> Checked<'a> {
         derivative: usize,
     ) -> PyResult<Self> {
         let order = covariance.shape()[0];
-        let intensity = Intensity { cell: slice(cell, "cell")?, of: slice(intensity, "intensity")? };
-        let given = Given {
+        let noise = ProcessNoise { segment: slice(cell, "cell")?, density: slice(intensity, "intensity")? };
+        let given = PosteriorInput {
             step: slice(step, "step")?,
             variance: slice(variance, "variance")?,
             covariance: covariance.as_slice().map_err(|_| not_contiguous("covariance"))?,
-            intensity,
+            noise,
         };
-        let intervals = [given.step.len(), given.intensity.cell.len()];
+        let intervals = [given.step.len(), given.noise.segment.len()];
         let fits = intervals.iter().all(|length| length + 1 == given.variance.len());
-        let cells = given.intensity.of.len();
+        let cells = given.noise.density.len();
         if !fits
             || covariance.shape()[1] != order
-            || given.intensity.cell.iter().any(|&cell| cell as usize >= cells)
+            || given.noise.segment.iter().any(|&cell| cell as usize >= cells)
         {
             return Err(PyValueError::new_err(
                 "step, variance, covariance, cell, intensity: lengths do not agree",
             ));
         }
-        if !(2..=smoother::MOST).contains(&order) {
+        if !(2..=smoother::MAX_ORDER).contains(&order) {
             return Err(PyValueError::new_err(format!("covariance: expected 2 to 6 rows, got {order}")));
         }
         if derivative >= order {
@@ -98,7 +98,7 @@ pub fn draw_motion<'py>(
     drawn.into_pyarray(py).reshape([count, width])
 }
 
-/// Loads that deviations are from, with the groups that they are of.
+/// Nominal loads, and the groups that they are of.
 struct Loads<'a> {
     instants: &'a [f64],
     loads: &'a [f64],
@@ -113,7 +113,7 @@ impl<'a> Loads<'a> {
         groups: &[PyReadonlyArray1<'_, i64>],
         centers: &PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Self> {
-        let groups = groups_of(&scene.0, groups, rows::<3>(centers, "centers")?, Part::Total)?;
+        let groups = group_loads(&scene.0, groups, rows::<3>(centers, "centers")?, Part::Total)?;
         let instants = slice(instants, "instants")?;
         if loads.shape() != [instants.len(), groups.len(), 6] || !loads.is_c_contiguous() {
             return Err(PyValueError::new_err(format!(
@@ -128,7 +128,7 @@ impl<'a> Loads<'a> {
     }
 }
 
-/// A number for each sample.
+/// One number for each sample.
 fn per_sample<'a>(
     array: &'a PyReadonlyArray1<'_, f64>,
     name: &str,
@@ -174,13 +174,13 @@ pub fn load_spread<'py>(
     py.detach(|| {
         let chain = checked.chain();
         let deviation = Deviation { posterior: &chain, time, derivative, unit };
-        let mut out = Spread {
+        let mut out = StandardDeviations {
             acceleration: &mut acceleration,
             groups: &mut of_groups,
             sizes: &mut sizes,
             links: &mut of_links,
         };
-        bands::spread(system, deviation, instants, &groups, loads, &mut out)
+        bands::standard_deviations(system, deviation, instants, &groups, loads, &mut out)
     })
     .ok_or_else(not_linear)?;
     Ok((
@@ -222,8 +222,8 @@ pub fn draw_peaks<'py>(
     py.detach(|| {
         let chain = checked.chain();
         let deviation = Deviation { posterior: &chain, time, derivative, unit };
-        let nominal = Nominal { instants, loads, wanted };
-        bands::peaks(system, deviation, nominal, &groups, seed, threads, &mut out)
+        let nominal = NominalLoads { instants, loads, wanted };
+        bands::draw_peaks(system, deviation, nominal, &groups, seed, threads, &mut out)
     })
     .ok_or_else(not_linear)?;
     out.into_pyarray(py).reshape([groups.len(), count])

@@ -1,7 +1,7 @@
 //! Batches of samples of one scene.
 
+use guideload::LawParameter;
 use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Solver, Target, Width};
-use guideload::law::Parameter;
 use guideload::{BatchError, Free, Link, SampleError};
 use numpy::{
     IntoPyArray, PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
@@ -9,10 +9,11 @@ use numpy::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array2, CoreError, Samples, links_of, matrix3, rows, slice};
+use crate::convert::{self, Array2, CoreError, Samples, matrix3, rows, slice};
 use crate::law::PyLaw;
+use crate::links::{group_links, links};
 
-/// What a batch borrows.
+/// Owner of all that a batch borrows.
 #[pyclass(name = "Batch", module = "guideload._core", frozen)]
 pub struct PyBatch {
     mass: f64,
@@ -34,7 +35,7 @@ pub struct PyBatch {
     rtol: f64,
 }
 
-/// Samples without a result, and why.
+/// Samples without a result, and the reasons.
 type Failures = Vec<(usize, String)>;
 
 /// The third part of a target: an axis or a name.
@@ -45,7 +46,7 @@ enum Place {
 }
 
 /// A target, a constant, and columns with their factors.
-type Given = ((String, usize, Place), f64, Vec<(usize, f64)>);
+type ChangeArguments = ((String, usize, Place), f64, Vec<(usize, f64)>);
 
 #[pymethods]
 impl PyBatch {
@@ -72,13 +73,13 @@ impl PyBatch {
         wrench: Option<PyReadonlyArray2<'_, f64>>,
         speed: Option<PyReadonlyArray1<'_, f64>>,
         exponent: f64,
-        changes: Vec<Given>,
+        changes: Vec<ChangeArguments>,
         measures: Vec<(String, usize, String)>,
         method: &str,
         rtol: f64,
     ) -> PyResult<Self> {
-        let links = convert::links(&points, &directions, &laws, &damping, &damping_in_contact)?;
-        let groups = links_of(links.len(), &groups, rows::<3>(&centers, "centers")?)?
+        let links = links(&points, &directions, &laws, &damping, &damping_in_contact)?;
+        let groups = group_links(links.len(), &groups, rows::<3>(&centers, "centers")?)?
             .into_iter()
             .map(|(links, center)| Group { links, center: center.into() })
             .collect();
@@ -102,7 +103,7 @@ impl PyBatch {
             solver: solver(method)?,
             rtol,
         };
-        py.detach(|| batch.of(|_| Ok(())))?;
+        py.detach(|| batch.with_batch(|_| Ok(())))?;
         Ok(batch)
     }
 
@@ -122,10 +123,11 @@ impl PyBatch {
         let columns = self.measures.len();
         let (out, failures) = py.detach(|| {
             let mut out = vec![0.0; count * columns];
-            let failures = self.of(|batch| batch.with_width(width).run(count, values, threads, &mut out))?;
+            let failures =
+                self.with_batch(|batch| batch.with_width(width).run(count, values, threads, &mut out))?;
             Ok::<_, CoreError>((out, failures))
         })?;
-        Ok((out.into_pyarray(py).reshape([count, columns])?, told(failures)))
+        Ok((out.into_pyarray(py).reshape([count, columns])?, messages(failures)))
     }
 
     /// Loads of the groups of samples (n, time, groups, 6), and the samples without a result.
@@ -138,16 +140,16 @@ impl PyBatch {
         let shape = [count, self.time.len(), self.groups.len(), 6];
         let (out, failures) = py.detach(|| {
             let mut out = vec![0.0; shape.iter().product()];
-            let failures = self.of(|batch| batch.histories(count, values, &mut out))?;
+            let failures = self.with_batch(|batch| batch.histories(count, values, &mut out))?;
             Ok::<_, CoreError>((out, failures))
         })?;
-        Ok((out.into_pyarray(py).reshape(shape)?, told(failures)))
+        Ok((out.into_pyarray(py).reshape(shape)?, messages(failures)))
     }
 }
 
 impl PyBatch {
-    /// Does something with the batch.
-    fn of<T>(&self, then: impl FnOnce(Batch) -> Result<T, BatchError>) -> Result<T, CoreError> {
+    /// Calls `then` with the batch.
+    fn with_batch<T>(&self, then: impl FnOnce(Batch) -> Result<T, BatchError>) -> Result<T, CoreError> {
         let base = Base {
             mass: self.mass,
             center_of_mass: self.center_of_mass.into(),
@@ -165,7 +167,7 @@ impl PyBatch {
     }
 }
 
-fn told(failures: Vec<(usize, SampleError)>) -> Failures {
+fn messages(failures: Vec<(usize, SampleError)>) -> Failures {
     failures.into_iter().map(|(sample, error)| (sample, error.to_string())).collect()
 }
 
@@ -177,7 +179,7 @@ fn table<'a>(values: &'a PyReadonlyArray2<'_, f64>) -> PyResult<(usize, &'a [f64
     Ok((values.shape()[0], values.as_slice().map_err(|_| convert::not_contiguous("values"))?))
 }
 
-fn change(((name, index, place), constant, terms): Given) -> PyResult<Change> {
+fn change(((name, index, place), constant, terms): ChangeArguments) -> PyResult<Change> {
     let unknown = || PyValueError::new_err(format!("changes: there is no target ({name:?}, {index}, …)"));
     let target = match (name.as_str(), place) {
         ("mass", _) => Target::Mass,
@@ -187,7 +189,7 @@ fn change(((name, index, place), constant, terms): Given) -> PyResult<Change> {
         ("point", Place::Index(axis)) => Target::Point { link: index, axis },
         ("damping", _) => Target::Damping(index),
         ("law", Place::Name(parameter)) => {
-            Target::Law { link: index, parameter: Parameter::from_name(&parameter).ok_or_else(unknown)? }
+            Target::Law { link: index, parameter: LawParameter::from_name(&parameter).ok_or_else(unknown)? }
         }
         ("center", Place::Index(axis)) => Target::Center { group: index, axis },
         ("acceleration", _) => Target::Acceleration,

@@ -1,16 +1,14 @@
-//! NumPy arrays and errors, from one side to the other.
+//! Conversion of NumPy arrays, names and errors.
 
 use guideload::{
-    BatchError, Control, Dof, Excitation, ExcitationError, Free, Link, Output, Part, RunError, SceneError,
+    BatchError, Control, Dof, Excitation, ExcitationError, Free, Output, Part, RunError, SceneError,
 };
 use nalgebra::{Matrix3, Vector3};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
-use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::law::PyLaw;
-
-/// The exception tree stands in `guideload.base.errors`.
+/// The exception tree is `guideload.base.errors`.
 mod errors {
     pyo3::import_exception!(guideload.base.errors, ArgumentError);
     pyo3::import_exception!(guideload.base.errors, RunError);
@@ -101,7 +99,7 @@ pub fn slice<'a, T: numpy::Element>(array: &'a PyReadonlyArray1<'_, T>, name: &s
     array.as_slice().map_err(|_| not_contiguous(name))
 }
 
-/// The samples of an excitation as they come from Python.
+/// The samples of an excitation, borrowed from Python.
 pub struct Samples<'a> {
     time: &'a [f64],
     pub acceleration: &'a [[f64; 3]],
@@ -163,63 +161,4 @@ pub fn control(rtol: f64, step: Option<f64>) -> Control {
 
 pub fn output(times: Option<&[f64]>) -> Output<'_> {
     times.map_or(Output::Samples, Output::Times)
-}
-
-/// The links of a scene.
-pub fn links(
-    points: &PyReadonlyArray2<'_, f64>,
-    directions: &PyReadonlyArray2<'_, f64>,
-    laws: &[PyRef<'_, PyLaw>],
-    damping: &PyReadonlyArray1<'_, f64>,
-    damping_in_contact: &PyReadonlyArray1<'_, bool>,
-) -> PyResult<Vec<Link>> {
-    let (points, directions) = (rows::<3>(points, "points")?, rows::<3>(directions, "directions")?);
-    let damping = slice(damping, "damping")?;
-    let damping_in_contact = slice(damping_in_contact, "damping_in_contact")?;
-    for (name, length) in [
-        ("directions", directions.len()),
-        ("laws", laws.len()),
-        ("damping", damping.len()),
-        ("damping_in_contact", damping_in_contact.len()),
-    ] {
-        if length != points.len() {
-            let message = format!("{name}: expected {}, one per link, got {length}", points.len());
-            return Err(PyValueError::new_err(message));
-        }
-    }
-    let mut links = Vec::with_capacity(points.len());
-    for i in 0..points.len() {
-        let link = Link::with_law(points[i].into(), directions[i].into(), laws[i].0, damping[i]);
-        let link = if damping_in_contact[i] { link.and_then(Link::damped_in_contact) } else { link };
-        links.push(link.map_err(|error| CoreError::Link(i, error))?);
-    }
-    Ok(links)
-}
-
-/// The links, out of `count`, and the centre of each group.
-pub fn links_of(
-    count: usize,
-    groups: &[PyReadonlyArray1<'_, i64>],
-    centers: &[[f64; 3]],
-) -> PyResult<Vec<(Vec<usize>, [f64; 3])>> {
-    if groups.len() != centers.len() {
-        let message =
-            format!("centers: expected {} rows, one per group, got {}", groups.len(), centers.len());
-        return Err(PyValueError::new_err(message));
-    }
-    if !centers.as_flattened().iter().all(|x| x.is_finite()) {
-        return Err(PyValueError::new_err("centers: expected finite numbers"));
-    }
-    let mut all = Vec::with_capacity(groups.len());
-    for (group, center) in groups.iter().zip(centers) {
-        let mut links = Vec::new();
-        for &index in slice(group, "groups")? {
-            let link = usize::try_from(index).ok().filter(|&link| link < count);
-            links.push(link.ok_or_else(|| {
-                PyIndexError::new_err(format!("groups: there is no link {index} of {count}"))
-            })?);
-        }
-        all.push((links, *center));
-    }
-    Ok(all)
 }

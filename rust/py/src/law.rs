@@ -70,7 +70,7 @@ impl PyLaw {
     }
 }
 
-/// A function of each deflection.
+/// Evaluates a function at each deflection.
 fn over<'py>(
     py: Python<'py>,
     deflection: &PyReadonlyArray1<'_, f64>,

@@ -5,6 +5,7 @@ mod bands;
 mod batch;
 mod convert;
 mod law;
+mod links;
 mod scene;
 mod smoother;
 mod solution;

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use guideload::loads::reaction;
+use guideload::reaction;
 use guideload::{
-    Body, Control, Exact, Excitation, Extremes, Output, Part, Peaks, Radau, Record, Rk45, RunError, Rung,
-    Scene, State, Summary, System, carriage_ends, eigenvalues, link_load, modes, run,
+    Body, Control, Exact, Excitation, Extremes, ModelLevel, Output, Part, Peaks, Radau, Record, Rk45,
+    RunError, Scene, State, Summary, System, carriage_ends, eigenvalues, link_load, modes, run,
 };
 use numpy::{Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
 use pyo3::exceptions::PyValueError;
@@ -13,23 +13,24 @@ use pyo3::prelude::*;
 
 use crate::convert::{self, Array1, Array2, CoreError, Samples, matrix3, rows, slice};
 use crate::law::PyLaw;
-use crate::solution::{Inputs, PySolution, groups_of};
+use crate::links::{self, group_loads};
+use crate::solution::{Inputs, PySolution};
 
-/// Interval lengths that an exact run remembers: device clocks tick in a handful of them.
-const KEPT: usize = 16;
+/// Cached propagators of an exact run: device clocks tick in a handful of interval lengths.
+const CACHED_STEPS: usize = 16;
 
 #[pyclass(name = "Scene", module = "guideload._core", frozen)]
 pub struct PyScene(pub Arc<System>);
 
 /// The methods that a user can name.
 #[derive(Clone, Copy)]
-enum Named {
+enum NamedMethod {
     Exact,
     Rk45,
     Implicit,
 }
 
-impl Named {
+impl NamedMethod {
     fn new(name: &str) -> PyResult<Self> {
         match name {
             "exact" => Ok(Self::Exact),
@@ -50,7 +51,7 @@ impl Named {
         record: &mut R,
     ) -> Result<Summary, CoreError> {
         Ok(match self {
-            Self::Exact => run(system, &Exact::<KEPT>, control, excitation, output, record),
+            Self::Exact => run(system, &Exact::<CACHED_STEPS>, control, excitation, output, record),
             Self::Rk45 => run(system, &Rk45, control, excitation, output, record),
             Self::Implicit => run(system, &Radau, control, excitation, output, record),
         }?)
@@ -75,24 +76,24 @@ impl PyScene {
         damping_in_contact: PyReadonlyArray1<'_, bool>,
     ) -> PyResult<Self> {
         let body = Body::new(mass, center_of_mass.into(), matrix3(inertia)).map_err(CoreError::from)?;
-        let links = convert::links(&points, &directions, &laws, &damping, &damping_in_contact)?;
+        let links = links::links(&points, &directions, &laws, &damping, &damping_in_contact)?;
         let free = convert::free(&free)?;
         let scene = Scene::new(body, &links, gravity.into(), free).map_err(CoreError::from)?;
         let system = System::new(&scene).map_err(CoreError::from)?;
         Ok(Self(Arc::new(system)))
     }
 
-    /// How much of a model the scene needs.
+    /// Model level of the scene.
     #[getter]
-    fn rung(&self) -> &'static str {
-        match self.0.rung() {
-            Rung::Linear => "linear",
-            Rung::PiecewiseLinear => "piecewise linear",
-            Rung::SmoothNonlinear => "smooth nonlinear",
+    fn model_level(&self) -> &'static str {
+        match self.0.model_level() {
+            ModelLevel::Linear => "linear",
+            ModelLevel::PiecewiseLinear => "piecewise linear",
+            ModelLevel::SmoothNonlinear => "smooth nonlinear",
         }
     }
 
-    /// Motions of L in which the body is loose within its clearance at rest, (m, 6).
+    /// Motions of L in which the body is free within its clearance at rest, (m, 6).
     #[getter]
     fn free_at_rest<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
         table(py, self.0.free_at_rest().map(<[f64; 6]>::from))
@@ -111,7 +112,7 @@ impl PyScene {
         step: Option<f64>,
         times: Option<PyReadonlyArray1<'_, f64>>,
     ) -> PyResult<PySolution> {
-        let method = Named::new(method)?;
+        let method = NamedMethod::new(method)?;
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let times = times.as_ref().map(|times| slice(times, "times")).transpose()?;
         let system = Arc::clone(&self.0);
@@ -146,9 +147,9 @@ impl PyScene {
         groups: Vec<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<[Array2<'py>; 4]> {
-        let method = Named::new(method)?;
+        let method = NamedMethod::new(method)?;
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
-        let loads = groups_of(&self.0, &groups, rows::<3>(&centers, "centers")?, Part::Total)?;
+        let loads = group_loads(&self.0, &groups, rows::<3>(&centers, "centers")?, Part::Total)?;
         let extremes = py.detach(|| {
             let excitation = samples.excitation()?;
             let mut extremes = vec![Extremes::NONE; loads.len()];
@@ -216,7 +217,7 @@ impl PyScene {
         groups: Vec<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Array2<'py>> {
-        let loads = groups_of(&self.0, &groups, rows::<3>(&centers, "centers")?, Part::Total)?;
+        let loads = group_loads(&self.0, &groups, rows::<3>(&centers, "centers")?, Part::Total)?;
         table(py, loads.iter().map(|load| load.at_rest()))
     }
 }

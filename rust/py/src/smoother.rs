@@ -1,13 +1,15 @@
 //! The smoother's kernels over arrays.
 
-use guideload::smoother::{self, Adapted, Intensity, Rounded, Rule, Samples, Sites, Smoothed, Start};
+use guideload::smoother::{
+    self, AdaptationRule, Adapted, ProcessNoise, Rounded, Samples, SiteApproximations, Smoothed, Start,
+};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::convert::{Array1, Array2, not_contiguous, slice};
 
-/// The arrays of samples and of what is assumed of their motion: step, value, variance, mean, covariance, cell, intensity.
+/// The arrays of samples and of the model of their motion: step, value, variance, mean, covariance, cell, intensity.
 type Arrays<'py> = (
     PyReadonlyArray1<'py, f64>,
     PyReadonlyArray1<'py, f64>,
@@ -18,18 +20,18 @@ type Arrays<'py> = (
     PyReadonlyArray1<'py, f64>,
 );
 
-/// What `adapt_motion` finds: intensities, level, values and variances of the sites, log densities, noise over expected.
-type Found<'py> = (Array1<'py>, f64, Array1<'py>, Array1<'py>, Array1<'py>, Array1<'py>);
+/// What `adapt_motion` returns: intensities, level, values and variances of the sites, log densities, noise over expected.
+type AdaptedArrays<'py> = (Array1<'py>, f64, Array1<'py>, Array1<'py>, Array1<'py>, Array1<'py>);
 
-/// The same, of one motion of `order`, with lengths that agree.
-struct Given<'a> {
+/// Checked arrays of one motion.
+struct Checked<'a> {
     order: usize,
     samples: Samples<'a>,
     start: Start<'a>,
-    intensity: Intensity<'a>,
+    noise: ProcessNoise<'a>,
 }
 
-impl<'a> Given<'a> {
+impl<'a> Checked<'a> {
     fn new((step, value, variance, mean, covariance, cell, intensity): &'a Arrays<'_>) -> PyResult<Self> {
         let samples = Samples {
             step: slice(step, "step")?,
@@ -40,12 +42,13 @@ impl<'a> Given<'a> {
             mean: slice(mean, "mean")?,
             covariance: covariance.as_slice().map_err(|_| not_contiguous("covariance"))?,
         };
-        let intensity = Intensity { cell: slice(cell, "cell")?, of: slice(intensity, "intensity")? };
-        let (count, order, cells) = (samples.value.len(), start.mean.len(), intensity.of.len());
-        let Intensity { cell, .. } = intensity;
+        let noise = ProcessNoise { segment: slice(cell, "cell")?, density: slice(intensity, "intensity")? };
+        let (count, order, segments) = (samples.value.len(), start.mean.len(), noise.density.len());
+        let segment = noise.segment;
         let fits =
-            samples.step.len() + 1 == count && samples.variance.len() == count && cell.len() + 1 == count;
-        if !fits || start.covariance.len() != order * order || cell.iter().any(|&c| c as usize >= cells) {
+            samples.step.len() + 1 == count && samples.variance.len() == count && segment.len() + 1 == count;
+        if !fits || start.covariance.len() != order * order || segment.iter().any(|&s| s as usize >= segments)
+        {
             return Err(PyValueError::new_err(
                 "step, value, variance, cell, mean, covariance: lengths do not agree",
             ));
@@ -53,14 +56,14 @@ impl<'a> Given<'a> {
         if !(2..=6).contains(&order) {
             return Err(PyValueError::new_err(format!("mean: expected 2 to 6 numbers, got {order}")));
         }
-        Ok(Self { order, samples, start, intensity })
+        Ok(Self { order, samples, start, noise })
     }
 }
 
 #[pyfunction]
 pub fn motion_likelihood(py: Python<'_>, given: Arrays<'_>) -> PyResult<Option<(f64, f64)>> {
-    let Given { order, samples, start, intensity } = Given::new(&given)?;
-    Ok(py.detach(|| smoother::likelihood(order, samples, start, intensity)))
+    let Checked { order, samples, start, noise } = Checked::new(&given)?;
+    Ok(py.detach(|| smoother::likelihood(order, samples, start, noise)))
 }
 
 #[pyfunction]
@@ -68,13 +71,13 @@ pub fn smooth_motion<'py>(
     py: Python<'py>,
     given: Arrays<'py>,
 ) -> PyResult<(Array2<'py>, Array2<'py>, Array2<'py>)> {
-    let Given { order, samples, start, intensity } = Given::new(&given)?;
+    let Checked { order, samples, start, noise } = Checked::new(&given)?;
     let count = samples.value.len();
     let (mut means, mut variances, mut residuals) =
         (vec![[0.0; 3]; count], vec![[0.0; 3]; count], vec![[0.0; 2]; count]);
     py.detach(|| {
         let mut out = Smoothed { mean: &mut means, variance: &mut variances, residual: &mut residuals };
-        smoother::smooth(order, samples, start, intensity, &mut out)
+        smoother::smooth(order, samples, start, noise, &mut out)
     });
     Ok((table(py, means)?, table(py, variances)?, table(py, residuals)?))
 }
@@ -87,8 +90,8 @@ pub fn adapt_motion<'py>(
     quantum: f64,
     level: f64,
     rule: (usize, f64, f64, f64),
-) -> PyResult<Found<'py>> {
-    let Given { order, samples, start, intensity } = Given::new(&given)?;
+) -> PyResult<AdaptedArrays<'py>> {
+    let Checked { order, samples, start, noise } = Checked::new(&given)?;
     let (rounds, usual, weight, floor) = rule;
     for (name, number) in [("level", level), ("usual", usual), ("floor", floor)] {
         if !(number > 0.0 && number.is_finite()) {
@@ -100,29 +103,30 @@ pub fn adapt_motion<'py>(
     if rounded.value.len() != count {
         return Err(PyValueError::new_err(format!("rounded: expected {count} numbers")));
     }
-    let (mut values, mut variances, mut of) =
-        (samples.value.to_vec(), samples.variance.to_vec(), intensity.of.to_vec());
-    let (mut told, mut found) = (vec![0.0; count], vec![0.0; of.len()]);
-    let rule = Rule { rounds, usual, weight, floor };
+    let (mut values, mut variances, mut density) =
+        (samples.value.to_vec(), samples.variance.to_vec(), noise.density.to_vec());
+    let (mut log_density, mut noise_ratio) = (vec![0.0; count], vec![0.0; density.len()]);
+    let rule =
+        AdaptationRule { rounds, typical_density: usual, prior_weight: weight, min_noise_variance: floor };
     let mut adapted = Adapted {
         step: samples.step,
         rounded,
-        cell: intensity.cell,
-        of: &mut of,
-        sites: Sites { value: &mut values, variance: &mut variances },
-        level,
-        told: &mut told,
-        found: &mut found,
+        segment: noise.segment,
+        density: &mut density,
+        sites: SiteApproximations { value: &mut values, variance: &mut variances },
+        noise_variance: level,
+        log_density: &mut log_density,
+        noise_ratio: &mut noise_ratio,
     };
     py.detach(|| smoother::adapt(order, start, rule, &mut adapted));
-    let level = adapted.level;
+    let level = adapted.noise_variance;
     Ok((
-        of.into_pyarray(py),
+        density.into_pyarray(py),
         level,
         values.into_pyarray(py),
         variances.into_pyarray(py),
-        told.into_pyarray(py),
-        found.into_pyarray(py),
+        log_density.into_pyarray(py),
+        noise_ratio.into_pyarray(py),
     ))
 }
 

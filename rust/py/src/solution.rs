@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use guideload::loads::{Recovery, acceleration, fill, position, reaction, velocity};
-use guideload::system::joined;
-use guideload::{Input, Part, State, Summary, System, Wrench, group_load, link_load};
+use guideload::input_from;
+use guideload::{Input, State, Summary, System, Wrench, link_load};
+use guideload::{Recovery, acceleration, evaluate, position, reaction, velocity};
 use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use crate::convert::{self, links_of, rows};
+use crate::convert::{self, rows};
+use crate::links::group_loads;
 
 /// Excitation at the recorded instants: as it was given, or at times between its samples.
 pub enum Inputs {
@@ -20,7 +21,7 @@ impl Inputs {
     fn at(&self, k: usize) -> Input {
         match self {
             Self::Samples { acceleration, wrench } => {
-                joined(acceleration[k], wrench.as_ref().map_or([0.0; 6], |wrench| wrench[k]))
+                input_from(acceleration[k], wrench.as_ref().map_or([0.0; 6], |wrench| wrench[k]))
             }
             Self::At(inputs) => inputs[k],
         }
@@ -65,7 +66,8 @@ impl PySolution {
         centers: PyReadonlyArray2<'_, f64>,
         part: &str,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let loads = groups_of(&self.system, &groups, rows::<3>(&centers, "centers")?, convert::part(part)?)?;
+        let loads =
+            group_loads(&self.system, &groups, rows::<3>(&centers, "centers")?, convert::part(part)?)?;
         let flat = self.recover(py, &loads);
         flat.into_pyarray(py).reshape([self.states.len(), loads.len(), 6])
     }
@@ -118,21 +120,8 @@ impl PySolution {
     fn recover<const ROWS: usize>(&self, py: Python<'_>, quantities: &[Recovery<ROWS>]) -> Vec<f64> {
         py.detach(|| {
             let mut out = vec![0.0; self.states.len() * quantities.len() * ROWS];
-            fill(quantities, &self.states, |k| self.inputs.at(k), &mut out);
+            evaluate(quantities, &self.states, |k| self.inputs.at(k), &mut out);
             out
         })
     }
-}
-
-/// The load of each group of links about its centre.
-pub fn groups_of<'a>(
-    system: &'a System,
-    groups: &[PyReadonlyArray1<'_, i64>],
-    centers: &[[f64; 3]],
-    part: Part,
-) -> PyResult<Vec<Wrench<'a>>> {
-    Ok(links_of(system.links().len(), groups, centers)?
-        .into_iter()
-        .map(|(links, center)| group_load(system, links, center.into(), part))
-        .collect())
 }

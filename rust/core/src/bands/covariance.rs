@@ -1,11 +1,11 @@
-//! Covariance of the deviations of the motion and of the machine's state, exactly.
+//! Exact covariance of the deviations of the motion and of the machine's state.
 
-use super::course::{Move, Response};
-use crate::float::{add_scaled, fma};
-use crate::smoother::{MOST, Square, Step};
+use super::schedule::{Event, Response};
+use crate::numeric::float::{add_scaled, fma};
+use crate::smoother::{MAX_ORDER, MarkovStep, Square};
 
-/// Over the interval between two samples: of a, the acceleration at its start, d, the state of the motion at its end, and z, the state
-/// of the machine where we are.
+/// Covariances within the interval between two samples: of a, the acceleration at its start, d, the state of the motion at its end, and
+/// z, the state of the machine at the present time.
 #[derive(Debug, Clone)]
 pub(super) struct Covariance {
     order: usize,
@@ -14,9 +14,9 @@ pub(super) struct Covariance {
     unit: f64,
     a: f64,
     d: Square,
-    a_d: [f64; MOST],
+    a_d: [f64; MAX_ORDER],
     a_z: [f64; 12],
-    d_z: [[f64; 12]; MOST],
+    d_z: [[f64; 12]; MAX_ORDER],
     pub z: [[f64; 12]; 12],
 }
 
@@ -27,21 +27,21 @@ impl Covariance {
             derivative,
             unit: 0.0,
             a: 0.0,
-            d: [[0.0; MOST]; MOST],
-            a_d: [0.0; MOST],
+            d: [[0.0; MAX_ORDER]; MAX_ORDER],
+            a_d: [0.0; MAX_ORDER],
             a_z: [0.0; 12],
-            d_z: [[0.0; 12]; MOST],
+            d_z: [[0.0; 12]; MAX_ORDER],
             z: [[0.0; 12]; 12],
         }
     }
 
-    /// Follows a move.
+    /// Advances by one event.
     #[inline(always)]
-    pub fn follow(&mut self, step: &Move) {
+    pub fn follow(&mut self, step: &Event) {
         match step {
-            Move::Sample { step, unit } => self.begin(step, *unit),
-            Move::Part { response, from, to } => self.advance(response, *from, *to),
-            Move::Instant { .. } => {}
+            Event::Sample { step, unit } => self.begin(step, *unit),
+            Event::Part { response, from, to } => self.advance(response, *from, *to),
+            Event::Instant { .. } => {}
         }
     }
 
@@ -60,17 +60,17 @@ impl Covariance {
         (self.unit * self.a_d[at], self.unit * self.unit * self.d[at][at])
     }
 
-    /// The interval to the next sample begins.
+    /// Begins the interval to the next sample.
     #[inline(always)]
-    fn begin(&mut self, step: &Step, unit: f64) {
+    fn begin(&mut self, step: &MarkovStep, unit: f64) {
         let (order, at) = (self.order, self.derivative);
         let before = self.d;
         (_, self.a) = self.end();
         self.a_z = self.d_z[at].map(|x| self.unit * x);
-        let mut carried = [[0.0; MOST]; MOST];
+        let mut carried = [[0.0; MAX_ORDER]; MAX_ORDER];
         for i in 0..order {
             for j in 0..order {
-                add_scaled(&mut carried[i], &before[j], step.carry[i][j]);
+                add_scaled(&mut carried[i], &before[j], step.transition[i][j]);
             }
         }
         for i in 0..order {
@@ -78,8 +78,8 @@ impl Covariance {
             for j in 0..=i {
                 let mut sum = 0.0;
                 for l in 0..order {
-                    sum = fma(carried[i][l], step.carry[j][l], sum);
-                    sum = fma(step.noise[i][l], step.noise[j][l], sum);
+                    sum = fma(carried[i][l], step.transition[j][l], sum);
+                    sum = fma(step.noise_root[i][l], step.noise_root[j][l], sum);
                 }
                 self.d[i][j] = sum;
                 self.d[j][i] = sum;
@@ -89,7 +89,7 @@ impl Covariance {
         for i in 0..order {
             self.d_z[i] = [0.0; 12];
             for j in 0..order {
-                add_scaled(&mut self.d_z[i], &across[j], step.carry[i][j]);
+                add_scaled(&mut self.d_z[i], &across[j], step.transition[i][j]);
             }
         }
         self.unit = unit;
@@ -161,8 +161,8 @@ fn times(columns: &[[f64; 12]; 12], vector: &[f64; 12]) -> [f64; 12] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bands::course::{Course, Deviation};
-    use crate::smoother::{Given, Intensity, Posterior};
+    use crate::bands::schedule::{Deviation, Schedule};
+    use crate::smoother::{Posterior, PosteriorInput, ProcessNoise};
     use crate::{Body, Free, Scene, System, carriage_links};
     use nalgebra::{Matrix3, Vector3};
 
@@ -180,14 +180,14 @@ mod tests {
     #[test]
     fn instants_between_samples_change_nothing() {
         let system = system();
-        let (step, variance, cell) = ([1.0; 9], [1.0; 10], [0; 9]);
+        let (step, variance, segment) = ([1.0; 9], [1.0; 10], [0; 9]);
         let mut covariance = [0.0; 9];
         (covariance[0], covariance[4], covariance[8]) = (3.0, 3.0, 3.0);
-        let given = Given {
+        let given = PosteriorInput {
             step: &step,
             variance: &variance,
             covariance: &covariance,
-            intensity: Intensity { cell: &cell, of: &[0.7] },
+            noise: ProcessNoise { segment: &segment, density: &[0.7] },
         };
         let posterior = Posterior::new(3, given).expect("order 3");
         let time: [f64; 10] = core::array::from_fn(|k| 0.004 * k as f64);
@@ -198,7 +198,7 @@ mod tests {
         cut.sort_by(f64::total_cmp);
         let follow = |instants: &[f64]| {
             let mut covariance = Covariance::new(3, 2);
-            for step in Course::new(&system, deviation, instants) {
+            for step in Schedule::new(&system, deviation, instants) {
                 covariance.follow(&step);
             }
             covariance

@@ -1,16 +1,17 @@
-//! What samples of a motion leave open about the loads of a linear scene.
+//! Credible bands of the loads of a linear scene: what the uncertainty of the estimated motion leaves open.
 //!
-//! The acceleration along x deviates from its estimate: at the stamps of the samples by a number of the chain of [`Posterior`], linear in
-//! between, as the exact method has it. The machine's state z deviates with it, z' = A z + f a(t), from nothing at the first stamp: a run starts at
-//! rest. (d, z) is a Markov chain again. [`spread`] takes its covariance along, [`peaks`] draws of it.
+//! The acceleration along x deviates from its estimate: at the time stamps by a number of the state of
+//! [`Posterior`](crate::smoother::Posterior), linearly in between, as the exact method has it. The state z of the machine deviates with
+//! it, z' = A z + f a(t), from zero at the first time stamp, as a run starts at rest. (d, z) is again a Markov chain.
+//! [`standard_deviations`] propagates its covariance, [`draw_peaks`] draws from it.
 //!
-//! `course` (what happens when) → `covariance` → `spread`; `course` → `peaks`.
+//! `schedule` (what happens when) → `covariance` → `deviations`; `schedule` → `peaks`.
 
-mod course;
 mod covariance;
+mod deviations;
 mod peaks;
-mod spread;
+mod schedule;
 
-pub use course::Deviation;
-pub use peaks::{Nominal, peaks};
-pub use spread::{Spread, spread};
+pub use deviations::{StandardDeviations, standard_deviations};
+pub use peaks::{NominalLoads, draw_peaks};
+pub use schedule::Deviation;

@@ -1,47 +1,46 @@
-//! Peaks of the loads, drawn from all that fit the samples.
+//! Peaks of the loads, drawn from the posterior of the motion.
 
-use super::course::{Course, Deviation, Move, Response};
-use crate::float::{add_scaled, fma, sqrt};
-use crate::loads::Wrench;
-use crate::normal::{LANES, Lanes};
-use crate::simd::{Kernel, widest_of_all};
-use crate::smoother::Drawn;
-use crate::system::{Rung, System};
+use super::schedule::{Deviation, Event, Response, Schedule};
+use crate::numeric::float::{add_scaled, fma, sqrt};
+use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch_wide};
+use crate::output::Wrench;
+use crate::smoother::DeviationDraws;
+use crate::system::{ModelLevel, System};
 
-/// The loads that deviations are from.
+/// The loads to which deviations are added.
 #[derive(Debug, Clone, Copy)]
-pub struct Nominal<'a> {
+pub struct NominalLoads<'a> {
     /// m ascending times, s.
     pub instants: &'a [f64],
     /// m x groups x 6: force (N) and moment (N m).
     pub loads: &'a [f64],
-    /// m x groups: where a group is looked at.
+    /// m x groups: whether a group is evaluated at an instant.
     pub wanted: &'a [bool],
 }
 
-/// The largest y-z resultant of each group over the instants at which it is wanted, in each draw: `out[group * draws + draw]`, N, zero
-/// if there are none; None for a scene that is not linear. A draw depends on the seed and its number alone, on any number of `threads`.
+/// Draws the largest y-z resultant of each group over the instants at which it is wanted: `out[group * draws + draw]`, N, zero if there
+/// are none; None for a scene that is not linear. A draw depends on the seed and its own number only, whatever the number of `threads`.
 ///
 /// # Panics
 /// If lengths do not agree.
-pub fn peaks(
+pub fn draw_peaks(
     system: &System,
     deviation: Deviation,
-    nominal: Nominal,
+    nominal: NominalLoads,
     groups: &[Wrench],
     seed: u64,
     threads: usize,
     out: &mut [f64],
 ) -> Option<()> {
-    if system.rung() != Rung::Linear {
+    if system.model_level() != ModelLevel::Linear {
         return None;
     }
-    let Nominal { instants, loads, wanted } = nominal;
+    let NominalLoads { instants, loads, wanted } = nominal;
     let draws = out.len() / groups.len().max(1);
     assert_eq!(out.len(), draws * groups.len(), "room for every draw of every group");
     assert_eq!(loads.len(), 6 * groups.len() * instants.len(), "loads at every instant");
     assert_eq!(wanted.len(), groups.len() * instants.len(), "every group at every instant");
-    // Nothing is looked at after the last one.
+    // Nothing is evaluated after the last wanted instant.
     let last = wanted.iter().rposition(|wanted| *wanted).map_or(0, |at| at / groups.len() + 1);
     let plan = Plan {
         active: system.mode_count(),
@@ -54,19 +53,34 @@ pub fn peaks(
         loads,
         wanted,
     };
-    let mut blocks: Vec<Block> =
-        (0..draws).step_by(LANES).map(|first| Block::new(seed, first, groups.len())).collect();
-    let follow = |blocks: &mut [Block]| {
-        let mut course = Course::new(system, deviation, &instants[..last]);
-        let mut moves = Vec::with_capacity(STRETCH);
+    let mut blocks: Vec<DrawBlock> =
+        (0..draws).step_by(LANES).map(|first| DrawBlock::new(seed, first, groups.len())).collect();
+    follow_on_threads(threads, &mut blocks, &plan, || Schedule::new(system, deviation, &instants[..last]));
+    for (index, out) in out.iter_mut().enumerate() {
+        let (group, draw) = (index / draws, index % draws);
+        *out = sqrt(blocks[draw / LANES].largest[group][draw % LANES]);
+    }
+    Some(())
+}
+
+/// Takes all draws along a schedule, each thread a share of them along a schedule of its own.
+fn follow_on_threads<'a>(
+    threads: usize,
+    blocks: &mut [DrawBlock],
+    plan: &Plan,
+    schedule: impl Fn() -> Schedule<'a> + Sync,
+) {
+    let follow = |blocks: &mut [DrawBlock]| {
+        let mut schedule = schedule();
+        let mut events = Vec::with_capacity(EVENTS_AT_A_TIME);
         loop {
-            moves.clear();
-            moves.extend(course.by_ref().take(STRETCH));
-            if moves.is_empty() {
+            events.clear();
+            events.extend(schedule.by_ref().take(EVENTS_AT_A_TIME));
+            if events.is_empty() {
                 return;
             }
             for block in &mut *blocks {
-                widest_of_all(Following { block, moves: &moves, plan: &plan });
+                dispatch_wide(FollowKernel { block, events: &events, plan });
             }
         }
     };
@@ -81,15 +95,10 @@ pub fn peaks(
             follow(blocks);
         }
     });
-    for (index, out) in out.iter_mut().enumerate() {
-        let (group, draw) = (index / draws, index % draws);
-        *out = sqrt(blocks[draw / LANES].largest[group][draw % LANES]);
-    }
-    Some(())
 }
 
-/// Moves that all draws follow before the next ones are made.
-const STRETCH: usize = 48;
+/// Events that all draws follow before the next ones are prepared.
+const EVENTS_AT_A_TIME: usize = 48;
 
 struct Plan<'a> {
     /// Number of modes.
@@ -102,9 +111,9 @@ struct Plan<'a> {
     wanted: &'a [bool],
 }
 
-/// Some draws side by side.
-struct Block {
-    drawn: Drawn,
+/// Eight draws side by side.
+struct DrawBlock {
+    drawn: DeviationDraws,
     /// Acceleration at the start and at the end of the interval, m/s².
     before: Lanes,
     after: Lanes,
@@ -113,10 +122,10 @@ struct Block {
     largest: Vec<Lanes>,
 }
 
-impl Block {
+impl DrawBlock {
     fn new(seed: u64, first: usize, groups: usize) -> Self {
         Self {
-            drawn: Drawn::new(seed, first),
+            drawn: DeviationDraws::new(seed, first),
             before: [0.0; LANES],
             after: [0.0; LANES],
             state: [[0.0; LANES]; 12],
@@ -176,30 +185,30 @@ impl Block {
     }
 }
 
-/// Takes some draws along moves.
-struct Following<'a> {
-    block: &'a mut Block,
-    moves: &'a [Move],
+/// Takes eight draws through some events.
+struct FollowKernel<'a> {
+    block: &'a mut DrawBlock,
+    events: &'a [Event],
     plan: &'a Plan<'a>,
 }
 
-impl Kernel for Following<'_> {
+impl Kernel for FollowKernel<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        let Self { block, moves, plan } = self;
-        for step in moves {
+        let Self { block, events, plan } = self;
+        for step in events {
             match step {
-                Move::Sample { step, unit } => {
+                Event::Sample { step, unit } => {
                     block.before = block.after;
                     block.drawn.advance(step, plan.order);
                     for lane in 0..LANES {
                         block.after[lane] = unit * block.drawn.state[plan.derivative][lane];
                     }
                 }
-                Move::Part { response, from, to } => block.advance(plan, response, *from, *to),
-                Move::Instant { index, .. } => block.look(plan, *index),
+                Event::Part { response, from, to } => block.advance(plan, response, *from, *to),
+                Event::Instant { index, .. } => block.look(plan, *index),
             }
         }
     }

@@ -1,10 +1,10 @@
-//! What varies: a number of the scene or its motion, as a sum over the values of a sample.
+//! Changes: which numbers of the scene or the motion vary, as linear functions of the values of a sample.
 
 use core::fmt;
 
-use crate::law::Parameter;
+use crate::model::LawParameter;
 
-/// A number that a sample sets. SI; axes and directions are x y z = 0 1 2.
+/// A number that a change sets. SI; axes and directions are x y z = 0 1 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Target {
     /// Mass of the body.
@@ -15,7 +15,7 @@ pub enum Target {
     Inertia(usize, usize),
     /// Gravity along an axis.
     Gravity(usize),
-    /// Where a link holds the body, along an axis, from L.
+    /// Point at which a link holds the body, along an axis, from L.
     Point {
         /// Which link.
         link: usize,
@@ -24,12 +24,12 @@ pub enum Target {
     },
     /// Damping of a link.
     Damping(usize),
-    /// A number of the law of a link.
+    /// A parameter of the law of a link.
     Law {
         /// Which link.
         link: usize,
-        /// Which number.
-        parameter: Parameter,
+        /// Which parameter.
+        parameter: LawParameter,
     },
     /// Centre of a group, about which its moments are, along an axis, from L.
     Center {
@@ -62,12 +62,12 @@ impl fmt::Display for Target {
     }
 }
 
-/// How a number follows from the values of a sample: `constant + Σ factor * value[column]`.
+/// A number as a function of the values of a sample: `constant + Σ factor * value[column]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
     /// The number that is set.
     pub target: Target,
-    /// What it is where all terms are zero.
+    /// Its value where all terms are zero.
     pub constant: f64,
     /// Columns and factors.
     pub terms: Vec<(usize, f64)>,

@@ -1,15 +1,15 @@
-//! One scene with the values of a sample in place.
+//! Instances: the base scene with the values of one sample put in, by a plan of changes.
 
 use core::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::change::{Change, Target};
-use crate::body::Body;
-use crate::dof::Free;
-use crate::error::{BatchError, SampleError};
-use crate::link::Link;
-use crate::scene::Scene;
+use super::error::{BatchError, SampleError};
+use crate::model::Body;
+use crate::model::Free;
+use crate::model::Link;
+use crate::model::Scene;
 
 /// The scene that samples change.
 #[derive(Debug, Clone, Copy)]
@@ -28,12 +28,12 @@ pub struct Base<'a> {
     pub gravity: Vector3<f64>,
     /// The free degrees of freedom.
     pub free: Free,
-    /// Groups of links (carriages), of which loads are measured.
+    /// Groups of links (carriages) whose loads are measured.
     pub groups: &'a [Group],
 }
 
 impl Base<'_> {
-    /// The body as it is without changes.
+    /// The body without changes.
     ///
     /// # Errors
     /// As [`Body::new`].
@@ -43,7 +43,7 @@ impl Base<'_> {
     }
 }
 
-/// Links of which the loads are taken together.
+/// Links whose loads are added up, such as those of a carriage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Group {
     /// Their indices in the scene.
@@ -52,7 +52,7 @@ pub struct Group {
     pub center: Vector3<f64>,
 }
 
-/// One scene with the values of a sample in place.
+/// The base scene with the values of one sample put in.
 #[derive(Debug, Clone)]
 pub struct Instance {
     body: Body,
@@ -64,7 +64,7 @@ pub struct Instance {
 }
 
 impl Instance {
-    /// The base as it stands.
+    /// The base without changes.
     ///
     /// # Errors
     /// As [`Base::body`] and [`Scene::new`].
@@ -125,7 +125,7 @@ impl Instance {
     }
 }
 
-/// Changes in the order in which they are made, so that what belongs to one link stands together.
+/// Changes sorted by what they change, so that those of one link stand together.
 #[derive(Debug, Clone)]
 pub struct Plan {
     changes: Vec<Change>,
@@ -139,10 +139,10 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The plan of some changes of a base.
+    /// Checks and sorts changes of a base.
     ///
     /// # Errors
-    /// [`BatchError`] for a place that the base does not have, or one that is changed twice.
+    /// [`BatchError`] for a target that the base does not have, or that is changed twice.
     pub fn new(base: &Base, changes: &[Change]) -> Result<Self, BatchError> {
         let mut changes = changes.to_vec();
         for change in &changes {
@@ -187,15 +187,15 @@ impl Plan {
         })
     }
 
-    /// How many columns of values the changes need.
+    /// Number of columns of values that the changes use.
     pub fn columns(&self) -> usize {
         self.columns
     }
 
-    /// Puts the values of a sample into an instance of the base; what they do not change is that of the base.
+    /// Puts the values of a sample into an instance of the base; all else is as in the base.
     ///
     /// # Errors
-    /// What [`Body`], [`Link`] and [`Scene`] refuse; the instance then serves the next sample, but not this one.
+    /// Those of [`Body`], [`Link`] and [`Scene`]; the instance is then not valid for this sample, but serves the next one.
     pub fn apply(&self, base: &Base, values: &[f64], to: &mut Instance) -> Result<(), SampleError> {
         if !self.body.is_empty() {
             to.body = self.body(base, values, &to.body)?;
@@ -227,7 +227,7 @@ impl Plan {
     /// The body of a sample; `last`: that of the sample before.
     fn body(&self, base: &Base, values: &[f64], last: &Body) -> Result<Body, SampleError> {
         let (mut mass, mut center, mut inertia) = (base.mass, base.center_of_mass, base.inertia);
-        // Moments about the centre of mass that no change reaches are those that were checked.
+        // An inertia about the centre of mass that no change touches has been checked already.
         let mut same = !base.inertia_about_reference;
         for change in &self.changes[self.body.clone()] {
             let value = change.at(values);
@@ -248,10 +248,10 @@ impl Plan {
     }
 }
 
-/// Sorts targets into kinds (body, gravity, links, all else), and within them by what is made together.
+/// Sort key: kind (body, gravity, links, all else), then link, then target.
 fn order(target: Target) -> (usize, usize, Target) {
     match target {
-        // Mirrored entries are one.
+        // Mirrored entries are one target.
         Target::Inertia(i, j) => (0, 0, Target::Inertia(usize::min(i, j), usize::max(i, j))),
         Target::Mass | Target::CenterOfMass(_) => (0, 0, target),
         Target::Gravity(_) => (1, 0, target),
@@ -268,7 +268,7 @@ fn set(base: &Link, changes: &[Change], values: &[f64], to: &mut Link) -> Result
         match change.target {
             Target::Point { axis, .. } => point[axis] = value,
             Target::Damping(_) => damping = value,
-            // In the order of `Parameter`, the factor last.
+            // In the order of `LawParameter`, the factor last.
             Target::Law { parameter, .. } => {
                 law = Some(law.as_ref().unwrap_or(base.law()).with(parameter, value)?);
             }

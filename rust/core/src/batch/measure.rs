@@ -1,4 +1,4 @@
-//! What is measured of a sample: one number each, of the loads at the samples of the motion.
+//! Measures: the numbers that a batch returns for each sample, computed from its loads.
 
 use crate::excitation::Excitation;
 
@@ -22,7 +22,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// All of them: the components in the order of a wrench, then what is made of them.
+    /// All quantities: the components in the order of a wrench, then the resultant.
     pub const ALL: [Self; 7] = [Self::Fx, Self::Fy, Self::Fz, Self::Mx, Self::My, Self::Mz, Self::Resultant];
 
     /// Its name: `Fx`, …, `Mz` or `resultant`.
@@ -36,7 +36,7 @@ impl Quantity {
     }
 }
 
-/// What is made of a history. The first of equal extremes counts.
+/// Statistic of the history of a quantity. Of equal extremes the first counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Statistic {
     /// Smallest value.
@@ -54,11 +54,11 @@ pub enum Statistic {
 }
 
 impl Statistic {
-    /// All of them.
+    /// All statistics.
     pub const ALL: [Self; 6] =
         [Self::Min, Self::TimeOfMin, Self::Max, Self::TimeOfMax, Self::Rms, Self::Start];
 
-    /// Its name, `time_of_min` for one.
+    /// Its name, such as `time_of_min`.
     pub const fn name(self) -> &'static str {
         ["min", "time_of_min", "max", "time_of_max", "rms", "start"][self as usize]
     }
@@ -69,17 +69,17 @@ impl Statistic {
     }
 }
 
-/// One number of a sample.
+/// One number returned for each sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measure {
-    /// Of the load of a group, by its index.
+    /// Statistic of a load of a group, by the index of the group.
     Load(usize, Quantity, Statistic),
-    /// Of the reaction of a held x, the drive force, N; no number where x is free.
+    /// Statistic of the drive force, the reaction of a held x, N; NaN where x is free.
     Drive(Statistic),
-    /// Distance-weighted mean load of a group, `(∫ P^p |v| dt / ∫ |v| dt)^(1/p)` with `P = |Fy| + |Fz|`, by [`travel_weights`], N.
-    /// No number where the motion has no speed, or never moves.
+    /// Distance-weighted mean load of a group, `(∫ P^p |v| dt / ∫ |v| dt)^(1/p)` with `P = |Fy| + |Fz|`, by [`travel_weights`], N. NaN
+    /// where the motion has no speed, or never moves.
     MeanLoad(usize),
-    /// 1 if at some sample a link of the group carries nothing, neither force nor stiffness, or is preloaded and has a row open; else 0.
+    /// 1 if at some sample of the motion a link of the group has neither force nor stiffness, or, preloaded, has a row open; otherwise 0.
     ContactLost(usize),
 }
 
@@ -94,7 +94,7 @@ impl Measure {
         }
     }
 
-    /// The group that it is of.
+    /// Index of its group, if it has one.
     pub fn group(self) -> Option<usize> {
         match self {
             Self::Load(group, ..) | Self::MeanLoad(group) | Self::ContactLost(group) => Some(group),
@@ -103,7 +103,8 @@ impl Measure {
     }
 }
 
-/// Part of the duration that each sample stands for, by the trapezoidal rule; equal parts for a motion without duration. Their sum is 1.
+/// Weight of each sample in time means: its part of the duration by the trapezoidal rule; equal for a motion without duration. Their sum
+/// is 1.
 pub fn time_weights(excitation: &Excitation) -> Vec<f64> {
     let (count, duration) = (excitation.count(), excitation.duration());
     if duration == 0.0 {
@@ -118,7 +119,7 @@ pub fn time_weights(excitation: &Excitation) -> Vec<f64> {
     weights
 }
 
-/// Part of the distance that each sample stands for at `speed` m/s, by the trapezoidal rule over time; none for a motion that never moves.
+/// Weight of each sample in means over distance at `speed` m/s, by the trapezoidal rule over time; none for a motion that never moves.
 pub fn travel_weights(excitation: &Excitation, speed: &[f64]) -> Option<Vec<f64>> {
     let mut weights = time_weights(excitation);
     for (weight, speed) in weights.iter_mut().zip(speed) {

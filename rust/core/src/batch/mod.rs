@@ -1,63 +1,44 @@
-//! Many samples of one scene under one motion, for Monte Carlo: values in, measures out, on any number of threads.
+//! Monte Carlo: many samples of one scene under one motion; values in, measures out, on any number of threads.
 //!
-//! The files follow the data: `change` (what varies) → `instance` (a scene with the values of a sample in place) → `single` (one run) →
-//! `rows`, `reduce` (its loads, a block of instants at a time) → `measure` (what is asked of them). What a sample gives depends on its own
-//! values alone, to the last bit.
+//! Files in the order of the data: `change` (what varies) → `instance` (the scene of a sample) → `lanes` (linear scenes, one per vector
+//! lane) or `single` (any other scene, with `load_rows` and `reduce`) → `requirements`, `statistics` (what the measures need) →
+//! `measure`. The result of a sample depends on its own values only, to the last bit.
 
 mod change;
+mod error;
 mod instance;
 mod lanes;
+mod load_rows;
 mod measure;
-mod power;
 mod reduce;
-mod rows;
+mod requirements;
 mod single;
+mod solver;
+mod statistics;
 
 pub use change::{Change, Target};
+pub use error::{BatchError, SampleError};
 pub use instance::{Base, Group, Instance, Plan};
 pub use lanes::Width;
 pub use measure::{Measure, Quantity, Statistic, time_weights, travel_weights};
+pub use solver::Solver;
 
 use std::sync::Mutex;
 
-use crate::dof::Dof;
-use crate::error::{BatchError, SampleError};
+use crate::model::Dof;
+
 use crate::excitation::Excitation;
 use crate::integrate::Control;
 use lanes::{LaneMemory, Lanes};
-use reduce::{Memory, Needs, Tally};
-use single::Runs;
-
-/// The method that samples are run with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Solver {
-    /// Exact where the laws of a sample allow it; for preloaded ones rk45, or the implicit method where rk45 would not be stable.
-    Auto,
-    /// [`crate::Exact`].
-    Exact,
-    /// [`crate::Rk45`].
-    Rk45,
-    /// [`crate::Radau`].
-    Implicit,
-}
-
-impl Solver {
-    /// The solver of that name: `auto`, `exact`, `rk45` or `implicit`.
-    pub fn from_name(name: &str) -> Option<Self> {
-        let all = [
-            ("auto", Self::Auto),
-            ("exact", Self::Exact),
-            ("rk45", Self::Rk45),
-            ("implicit", Self::Implicit),
-        ];
-        all.into_iter().find(|(known, _)| *known == name).map(|(_, solver)| solver)
-    }
-}
+use reduce::Memory;
+use requirements::Requirements;
+use single::RunSettings;
+use statistics::RunningStatistics;
 
 /// The motion that all samples follow.
 #[derive(Debug, Clone, Copy)]
 pub struct Motion<'a> {
-    /// What drives the scene.
+    /// Excitation of all samples.
     pub excitation: Excitation<'a>,
     /// Speed of travel at its samples, m/s, for mean loads.
     pub speed: Option<&'a [f64]>,
@@ -65,10 +46,10 @@ pub struct Motion<'a> {
     pub exponent: f64,
 }
 
-/// Samples that a worker takes at a time.
+/// Samples that a thread takes at a time.
 pub const SAMPLES: usize = 64;
 
-/// One base scene and motion, what varies and what is measured. Immutable: one serves all threads.
+/// A batch: base scene, motion, changes and measures. Immutable; one serves all threads.
 #[derive(Debug, Clone)]
 pub struct Batch<'a> {
     base: Base<'a>,
@@ -76,21 +57,21 @@ pub struct Batch<'a> {
     plan: Plan,
     start: Instance,
     measures: Vec<Measure>,
-    needs: Needs,
+    requirements: Requirements,
     lanes: Lanes<'a>,
     peak: [f64; 9],
-    usual: f64,
+    typical_interval: f64,
     solver: Solver,
     rtol: f64,
 }
 
 impl<'a> Batch<'a> {
-    /// A batch of `changes` of a `base` under a `motion`. `rtol`: error of the link loads of the methods that have one, relative to
-    /// [`crate::load_scale`].
+    /// A batch of `changes` of a `base` under a `motion`. `rtol`: error of the link loads relative to [`crate::load_scale`], for methods
+    /// with a step error.
     ///
     /// # Errors
-    /// [`BatchError`] for what the base does not have, what is given twice or is out of range, and for a base that is no scene even before
-    /// it is changed. Whether it is supported and has an equilibrium is asked of each sample.
+    /// [`BatchError`] for a missing target, something given twice or out of range, and for a base that is no scene even without changes.
+    /// Support and equilibrium are checked for each sample.
     pub fn new(
         base: Base<'a>,
         motion: Motion<'a>,
@@ -125,15 +106,16 @@ impl<'a> Batch<'a> {
         let mut intervals: Vec<f64> = (1..excitation.count()).map(|k| excitation.interval(k - 1)).collect();
         intervals.retain(|length| *length > 0.0);
         intervals.sort_unstable_by(f64::total_cmp);
-        let needs = Needs::new(measures, drive_is_held, excitation, motion.speed, motion.exponent);
+        let requirements =
+            Requirements::new(measures, drive_is_held, excitation, motion.speed, motion.exponent);
         Ok(Self {
-            lanes: Lanes::new(&base, excitation, &needs, Width::Widest),
+            lanes: Lanes::new(&base, excitation, &requirements, Width::Widest),
             plan: Plan::new(&base, changes)?,
             start: Instance::new(&base)?,
             measures: measures.to_vec(),
-            needs,
+            requirements,
             peak: excitation.peak(),
-            usual: intervals.get(intervals.len() / 2).copied().unwrap_or(0.0),
+            typical_interval: intervals.get(intervals.len() / 2).copied().unwrap_or(0.0),
             base,
             motion,
             solver,
@@ -141,9 +123,9 @@ impl<'a> Batch<'a> {
         })
     }
 
-    /// The same batch with linear scenes in vectors of another width: another speed, but the same bits.
+    /// The same batch with linear scenes in vectors of another width: another speed, the same bits.
     pub fn with_width(mut self, width: Width) -> Self {
-        self.lanes = Lanes::new(&self.base, &self.motion.excitation, &self.needs, width);
+        self.lanes = Lanes::new(&self.base, &self.motion.excitation, &self.requirements, width);
         self
     }
 
@@ -152,13 +134,13 @@ impl<'a> Batch<'a> {
         self.plan.columns()
     }
 
-    /// What is measured, in the order of the columns of results.
+    /// The measures, in the order of the columns of results.
     pub fn measures(&self) -> &[Measure] {
         &self.measures
     }
 
-    /// Runs `count` samples with `values` (count, columns), row by row, on so many `threads`, and puts their measures into `out`
-    /// (count, measures). A sample that has no result has a row of NaN and is returned with its reason, in order.
+    /// Runs `count` samples with `values` (count, columns), row by row, on `threads` threads, and writes their measures to `out` (count,
+    /// measures). A sample without result has a row of NaN and is returned with the reason, in order.
     ///
     /// # Errors
     /// [`BatchError::Columns`], [`BatchError::Length`].
@@ -183,7 +165,7 @@ impl<'a> Batch<'a> {
         let work = || {
             let mut worker = Worker::new(self);
             loop {
-                // The queue is sound even where a thread died with it in hand, as none does.
+                // A poisoned queue is still valid: a thread cannot leave it half taken.
                 let next = queue.lock().unwrap_or_else(std::sync::PoisonError::into_inner).next();
                 let Some((group, rows)) = next else { return worker.failures };
                 let samples = group * SAMPLES..usize::min((group + 1) * SAMPLES, count);
@@ -203,7 +185,7 @@ impl<'a> Batch<'a> {
         Ok(failures)
     }
 
-    /// Runs `count` samples and puts the loads of all groups into `out` (count, time, groups, 6): force in N and moment in N m about the
+    /// Runs `count` samples and writes the loads of all groups to `out` (count, time, groups, 6): force in N and moment in N m about the
     /// group's centre. Rows and failures as in [`Batch::run`].
     ///
     /// # Errors
@@ -234,7 +216,7 @@ impl<'a> Batch<'a> {
         Ok(failures)
     }
 
-    /// Number of columns of `values`, if all tables are of the right size.
+    /// Checks the sizes of the tables; returns the number of columns of `values`.
     fn check(&self, count: usize, values: &[f64], out: &[f64], width: usize) -> Result<usize, BatchError> {
         let columns = values.len().checked_div(count).unwrap_or(self.columns());
         if columns < self.columns() {
@@ -249,24 +231,24 @@ impl<'a> Batch<'a> {
         Ok(columns)
     }
 
-    fn runs(&self) -> Runs<'_> {
-        Runs {
+    fn runs(&self) -> RunSettings<'_> {
+        RunSettings {
             excitation: &self.motion.excitation,
             peak: self.peak,
-            usual: self.usual,
+            typical_interval: self.typical_interval,
             solver: self.solver,
             rtol: self.rtol,
         }
     }
 }
 
-/// What one thread owns.
+/// Memory of one thread.
 struct Worker {
-    /// Scenes that run side by side: no more, as they are to stay in the cache.
+    /// Scenes that run side by side; no more, so that they stay in the cache.
     samples: Vec<Instance>,
     memory: Memory,
     lanes: LaneMemory,
-    tallies: Vec<Tally>,
+    statistics: Vec<RunningStatistics>,
     failures: Vec<(usize, SampleError)>,
 }
 
@@ -276,12 +258,12 @@ impl Worker {
             samples: vec![batch.start.clone(); batch.lanes.count()],
             memory: Memory::new(),
             lanes: LaneMemory::default(),
-            tallies: Vec::new(),
+            statistics: Vec::new(),
             failures: Vec::new(),
         }
     }
 
-    /// Runs a group of samples, the first of which is `first`.
+    /// Runs a group of samples, the first of which has the index `first`.
     fn run(
         &mut self,
         batch: &Batch,
@@ -306,7 +288,7 @@ impl Worker {
         }
     }
 
-    /// Runs as many samples as there are lanes, or fewer.
+    /// Runs at most as many samples as there are lanes.
     fn run_together(
         &mut self,
         batch: &Batch,
@@ -317,42 +299,42 @@ impl Worker {
         rows: &mut [f64],
     ) {
         let width = batch.measures.len();
-        let mut sound = Vec::with_capacity(count);
+        let mut valid = Vec::with_capacity(count);
         for (index, sample) in self.samples[..count].iter_mut().enumerate() {
             let values = &values[index * columns..(index + 1) * columns];
             match batch.plan.apply(&batch.base, values, sample) {
-                Ok(()) => sound.push(index),
+                Ok(()) => valid.push(index),
                 Err(error) => {
                     rows[index * width..(index + 1) * width].fill(f64::NAN);
                     self.failures.push((first + index, error));
                 }
             }
         }
-        // Linear scenes side by side; what they leave runs one by one.
-        let lost = vec![false; batch.needs.contacts.len()];
+        // Linear scenes side by side; those not valid there, and all others, one by one.
+        let lost = vec![false; batch.requirements.contacts.len()];
         if let Solver::Auto | Solver::Exact = batch.solver {
             let (linear, mut rest): (Vec<usize>, Vec<usize>) =
-                sound.into_iter().partition(|&index| self.samples[index].is_linear());
+                valid.into_iter().partition(|&index| self.samples[index].is_linear());
             if !linear.is_empty() {
                 let scenes: Vec<&Instance> = linear.iter().map(|&index| &self.samples[index]).collect();
-                batch.lanes.run(&batch.needs, &scenes, &mut self.lanes);
+                batch.lanes.run(&batch.requirements, &scenes, &mut self.lanes);
             }
             for (lane, &index) in linear.iter().enumerate() {
-                if batch.lanes.tallies(&batch.needs, &self.lanes, lane, &mut self.tallies) {
+                if batch.lanes.statistics(&batch.requirements, &self.lanes, lane, &mut self.statistics) {
                     let out = &mut rows[index * width..(index + 1) * width];
-                    batch.needs.put(&batch.motion.excitation, &self.tallies, &lost, out);
+                    batch.requirements.write_measures(&batch.motion.excitation, &self.statistics, &lost, out);
                 } else {
                     rest.push(index);
                 }
             }
-            sound = rest;
+            valid = rest;
         }
-        for index in sound {
+        for index in valid {
             let out = &mut rows[index * width..(index + 1) * width];
             let sample = &self.samples[index];
             let done = single::measure(
                 &batch.runs(),
-                &batch.needs,
+                &batch.requirements,
                 batch.base.groups,
                 sample,
                 &mut self.memory,
@@ -366,7 +348,7 @@ impl Worker {
     }
 }
 
-/// Does `work` on so many threads, the present one among them, and joins what it gives.
+/// Does `work` on `threads` threads, one of them the present one, and joins the results.
 fn work_on<T: Send>(threads: usize, work: impl Fn() -> Vec<T> + Sync) -> Vec<T> {
     std::thread::scope(|scope| {
         let others: Vec<_> = (1..threads)

@@ -1,86 +1,92 @@
-//! One sample by itself: what every scene can do.
+//! One sample by itself, for any scene.
 
-use super::Solver;
+use super::error::SampleError;
 use super::instance::{Group, Instance};
-use super::reduce::{Memory, Needs, Reduce};
-use crate::error::{RunError, SampleError};
+use super::reduce::{Memory, Reduce};
+use super::requirements::Requirements;
+use super::solver::Solver;
+use crate::error::RunError;
 use crate::excitation::Excitation;
-use crate::fill::fill;
-use crate::integrate::{Control, Exact, Output, Radau, Rk45, Scaled, run_scaled};
-use crate::loads::{Part, group_load};
-use crate::modes::eigenvalues;
-use crate::record::Record;
-use crate::system::{Rung, State, System, joined};
+use crate::excitation::ScaledExcitation;
+use crate::integrate::{Control, Exact, Output, Radau, Rk45, run_scaled};
+use crate::output::Record;
+use crate::output::{Part, evaluate, group_load};
+use crate::system::eigenvalues;
+use crate::system::{ModelLevel, State, System, input_from};
 
-/// Interval lengths that an exact run remembers: device clocks tick in a handful of them.
-const KEPT: usize = 16;
+/// Cached propagators of an exact run: device clocks tick in a handful of interval lengths.
+const CACHED_STEPS: usize = 16;
 
-/// How samples are run.
+/// Excitation, method and tolerance of all samples.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Runs<'a> {
+pub(super) struct RunSettings<'a> {
     pub excitation: &'a Excitation<'a>,
-    /// Its peaks.
+    /// Largest magnitude of each component.
     pub peak: [f64; 9],
-    /// Its median interval, s.
-    pub usual: f64,
+    /// Median interval between samples, s.
+    pub typical_interval: f64,
     pub solver: Solver,
     pub rtol: f64,
 }
 
-impl Runs<'_> {
+impl RunSettings<'_> {
     fn run<R: Record>(&self, system: &System, factors: [f64; 2], record: &mut R) -> Result<(), RunError> {
-        let scaled = Scaled { excitation: self.excitation, peak: self.peak, factors };
+        let scaled = ScaledExcitation { excitation: self.excitation, peak: self.peak, factors };
         let (control, output) = (Control::Adaptive { rtol: self.rtol }, Output::Samples);
         match self.solver_for(system) {
             Solver::Implicit => run_scaled(system, &Radau, control, &scaled, output, record),
             Solver::Rk45 => run_scaled(system, &Rk45, control, &scaled, output, record),
             Solver::Exact | Solver::Auto => {
-                run_scaled(system, &Exact::<KEPT>, control, &scaled, output, record)
+                run_scaled(system, &Exact::<CACHED_STEPS>, control, &scaled, output, record)
             }
         }?;
         Ok(())
     }
 
-    /// The solver, chosen where that was left open.
+    /// The solver; chosen here for `Auto`.
     fn solver_for(&self, system: &System) -> Solver {
         match self.solver {
-            Solver::Auto if system.rung() != Rung::SmoothNonlinear => Solver::Exact,
+            Solver::Auto if system.model_level() != ModelLevel::SmoothNonlinear => Solver::Exact,
             Solver::Auto => {
                 let fastest = eigenvalues(system).map_or(f64::INFINITY, |values| {
                     values.iter().fold(0.0, |most, value| f64::max(most, value.norm()))
                 });
-                if STEP_COST * STABLE < fastest * self.usual { Solver::Implicit } else { Solver::Rk45 }
+                if STEP_COST * STABLE < fastest * self.typical_interval {
+                    Solver::Implicit
+                } else {
+                    Solver::Rk45
+                }
             }
             asked => asked,
         }
     }
 }
 
-/// Steps of rk45 that cost as much as one of the implicit method on a scene with smooth laws, and the product of step and fastest eigenvalue
-/// up to which rk45 is stable, about.
+/// Cost of an implicit step in rk45 steps, on a scene with smooth laws, and the product of step and fastest eigenvalue up to which rk45
+/// is about stable.
 const STEP_COST: f64 = 4.0;
 const STABLE: f64 = 3.3;
 
-/// Runs a sample and puts its measures into `out`.
+/// Runs a sample and writes its measures to `out`.
 pub(super) fn measure(
-    runs: &Runs,
-    needs: &Needs,
+    runs: &RunSettings,
+    requirements: &Requirements,
     groups: &[Group],
     sample: &Instance,
     memory: &mut Memory,
     out: &mut [f64],
 ) -> Result<(), SampleError> {
     let system = System::new(&sample.scene()?)?;
-    memory.rows.take_up(&system, needs, groups, sample.centers(), sample.factors());
-    let mut reduce = Reduce::new(needs, runs.excitation, memory);
+    memory.rows.set_system(&system, requirements, groups, sample.centers(), sample.factors());
+    let mut reduce = Reduce::new(requirements, runs.excitation, memory);
     runs.run(&system, sample.factors(), &mut reduce)?;
     reduce.finish(out);
     Ok(())
 }
 
-/// Runs a sample and puts the loads of its groups into `out`, as (time, group, 6).
+/// Runs a sample and writes the loads of its groups to `out`, (time, group, 6).
 pub(super) fn history(
-    runs: &Runs,
+    runs: &RunSettings,
     groups: &[Group],
     sample: &Instance,
     out: &mut [f64],
@@ -93,7 +99,7 @@ pub(super) fn history(
         .zip(sample.centers())
         .map(|(group, center)| group_load(&system, group.links.iter().copied(), *center, Part::Total))
         .collect();
-    // No load of links asks for the excitation.
-    fill(&loads, &states, |_| joined([0.0; 3], [0.0; 6]), out);
+    // Loads of links do not depend on the excitation directly.
+    evaluate(&loads, &states, |_| input_from([0.0; 3], [0.0; 6]), out);
     Ok(())
 }

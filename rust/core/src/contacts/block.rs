@@ -1,40 +1,33 @@
-//! Links side by side: where they are, how they move, and how far it is to the edges that they may not pass.
+//! Eight links side by side: deflections, rates, and bounds on how far they are from the edges of their segments.
 
-use crate::float::{add_scaled, fma, sqrt};
+use crate::numeric::float::{add_scaled, fma};
+use crate::numeric::simd::{LANES, Lanes};
 use crate::system::State;
 
-/// Links looked at side by side: two AVX2 registers.
-pub(super) const LANES: usize = 8;
-type Lanes = [f64; LANES];
-
-/// In place of an edge that is infinitely far, and of a rate of zero: no product or ratio of them is no number.
-const FAR: f64 = 1e100;
-const NEAR: f64 = 1e-100;
-
-/// Eight links: how they move, where they are and which edges they may not pass.
+/// Eight links on their present segments.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Block {
+pub(super) struct LinkBlock {
     pub deflection: [Lanes; 6],
     pub rate: [Lanes; 6],
-    /// Size of the deflection row: what a state of size one moves the link by.
+    /// Norm of the deflection row: largest deflection for a state of norm one.
     pub reach: Lanes,
-    pub slack: Lanes,
+    pub tolerance: Lanes,
     /// Edges of the present segments, less the deflection at rest.
     pub low: Lanes,
     pub high: Lanes,
 }
 
-pub(super) const EMPTY: Block = Block {
+pub(super) const NO_LINKS: LinkBlock = LinkBlock {
     deflection: [[0.0; LANES]; 6],
     rate: [[0.0; LANES]; 6],
     reach: [0.0; LANES],
-    slack: [0.0; LANES],
+    tolerance: [0.0; LANES],
     low: [f64::NEG_INFINITY; LANES],
     high: [f64::INFINITY; LANES],
 };
 
-impl Block {
-    /// Deflections from rest.
+impl LinkBlock {
+    /// Deflections from rest, m.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn deflections(&self, state: &State) -> Lanes {
         let mut at = [0.0; LANES];
@@ -44,7 +37,7 @@ impl Block {
         at
     }
 
-    /// Their rates.
+    /// Rates of deflection, m/s.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn rates(&self, state: &State) -> Lanes {
         let mut moving = [0.0; LANES];
@@ -54,38 +47,15 @@ impl Block {
         moving
     }
 
-    /// Time in which no link can pass an edge from `state` on, if no second derivative of a state is above `bending`; below zero if one
-    /// is beyond.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn clear_for(&self, state: &State, bending: f64) -> f64 {
-        let (at, moving) = (self.deflections(state), self.rates(state));
-        let mut times = [0.0; LANES];
-        for i in 0..LANES {
-            // |v| t + b t² / 2 = d on either side.
-            let b = 2.0 * bending * self.reach[i];
-            let up = smaller(self.high[i] - at[i] + self.slack[i], FAR);
-            let down = smaller(at[i] - self.low[i] + self.slack[i], FAR);
-            let (rising, falling) = (larger(moving[i], NEAR), larger(-moving[i], NEAR));
-            let to_high = 2.0 * up / (rising + sqrt(fma(rising, rising, b * larger(up, 0.0))));
-            let to_low = 2.0 * down / (falling + sqrt(fma(falling, falling, b * larger(down, 0.0))));
-            times[i] = smaller(to_high, to_low);
-        }
-        let mut first = f64::INFINITY;
-        for time in times {
-            first = smaller(time, first);
-        }
-        first
-    }
-
-    /// Whether no link can pass an edge between two states, from the straight line through which none is farther than `margin` per unit of
-    /// reach.
+    /// Whether no link passes an edge between two states, if the path is never farther than `margin` per unit of reach from the straight
+    /// line through them.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn ends_clear(&self, state: &State, next: &State, margin: f64) -> bool {
         let (at, end) = (self.deflections(state), self.deflections(next));
         let mut worst = [0.0; LANES];
         for i in 0..LANES {
             let (up, down) = (larger(at[i], end[i]) - self.high[i], self.low[i] - smaller(at[i], end[i]));
-            worst[i] = fma(margin, self.reach[i], larger(up, down)) - self.slack[i];
+            worst[i] = fma(margin, self.reach[i], larger(up, down)) - self.tolerance[i];
         }
         let mut clear = true;
         for worst in worst {
@@ -94,7 +64,7 @@ impl Block {
         clear
     }
 
-    /// Whether the cubics through both ends of a step, which they are wrong by no more than `margin` per unit of reach, stay within the edges.
+    /// Whether the cubics through both ends of a step, with an error of at most `margin` per unit of reach, stay within the edges.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn cubics_clear(&self, h: f64, state: &State, next: &State, margin: f64) -> bool {
         let (at, end_at) = (self.deflections(state), self.deflections(next));
@@ -105,20 +75,20 @@ impl Block {
             let (after, before) = (fma(third, moving[i], at[i]), fma(-third, end_moving[i], end_at[i]));
             let top = larger(larger(after, before), larger(at[i], end_at[i])) - self.high[i];
             let bottom = self.low[i] - smaller(smaller(after, before), smaller(at[i], end_at[i]));
-            worst = larger(fma(margin, self.reach[i], larger(top, bottom)) - self.slack[i], worst);
+            worst = larger(fma(margin, self.reach[i], larger(top, bottom)) - self.tolerance[i], worst);
         }
         worst <= 0.0
     }
 }
 
-/// The larger of two; unlike `f64::max` one instruction.
+/// The larger of two numbers; one instruction, unlike `f64::max`.
 #[cfg_attr(feature = "std", inline(always))]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// The smaller of two; the second if one is no number.
+/// The smaller of two numbers; the second if one of them is NaN.
 #[cfg_attr(feature = "std", inline(always))]
-pub(super) fn smaller(a: f64, b: f64) -> f64 {
+fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }

@@ -1,25 +1,26 @@
-//! When a deflection leaves the edges of its segment, on its power series.
+//! The time at which a deflection leaves its segment, on its power series.
 
-use crate::float::fma;
-use crate::propagator::TERMS;
+use crate::equations::TERMS;
+use crate::numeric::float::fma;
 
 /// A deflection over a step: its power series in the fraction of the step.
-pub(super) struct Path {
+pub(super) struct DeflectionPath {
     terms: [f64; TERMS + 1],
-    /// Largest fourth derivative, or more.
+    /// Bound on the fourth derivative.
     fourth: f64,
 }
 
-/// Halvings of a step after which it is not looked into any more: a path that turns within such a part turns within rounding.
+/// Halvings of a step after which it is not divided any further: a path that turns within such a part turns within rounding.
 const HALVINGS: usize = 30;
 
-/// Parts of a step after which none is halved any more: a path that turns at an edge needs some sixty, one along it would need all.
-const MOST_LOOKS: usize = 1000;
+/// Parts of a step after which none is halved any more: a path that touches an edge needs some sixty, one that runs along it would need
+/// all.
+const MAX_LOOKS: usize = 1000;
 
-/// Steps of a root search that gains a digit or more each.
+/// Most steps of the root search, each of which gains a digit or more.
 const ROOT_STEPS: usize = 60;
 
-impl Path {
+impl DeflectionPath {
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn new(terms: [f64; TERMS + 1]) -> Self {
         let mut fourth = 0.0;
@@ -29,7 +30,7 @@ impl Path {
         Self { terms, fourth }
     }
 
-    /// Value and slope.
+    /// Value and slope at a fraction of the step.
     #[cfg_attr(feature = "std", inline(always))]
     fn at(&self, theta: f64) -> [f64; 2] {
         let (mut value, mut slope) = (0.0, 0.0);
@@ -40,8 +41,8 @@ impl Path {
         [value, slope]
     }
 
-    /// The first fraction up to `limit` at which the path leaves `low..=high`, and whether upwards. A start outside counts once the path
-    /// moves further out.
+    /// The first fraction up to `limit` at which the path leaves `low..=high`, and whether upwards. A path that starts outside leaves
+    /// once it moves farther out.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn first_exit(&self, low: f64, high: f64, limit: f64) -> Option<(f64, bool)> {
         let mut start = [self.terms[0], self.terms[1]];
@@ -49,7 +50,7 @@ impl Path {
             return Some((0.0, start[0] > high));
         }
         let (low, high) = (f64::min(low, start[0]), f64::max(high, start[0]));
-        // Parts that lie ahead, the nearest last: the end of each.
+        // Ends of the parts that lie ahead, the nearest last.
         let mut ends = [(0.0, [0.0; 2]); HALVINGS + 1];
         ends[0] = (limit, self.at(limit));
         let (mut ahead, mut a, mut looks) = (1, 0.0, 0);
@@ -57,16 +58,16 @@ impl Path {
             let (b, end) = ends[ahead - 1];
             looks += 1;
             match self.look(a, start, b, end, low, high) {
-                Look::Inside => {}
-                Look::Exit(theta, up) => return Some((theta, up)),
-                Look::Closer if ahead <= HALVINGS && looks < MOST_LOOKS => {
+                Verdict::Inside => {}
+                Verdict::Exit(theta, up) => return Some((theta, up)),
+                Verdict::Undecided if ahead <= HALVINGS && looks < MAX_LOOKS => {
                     let middle = 0.5 * (a + b);
                     ends[ahead] = (middle, self.at(middle));
                     ahead += 1;
                     continue;
                 }
-                Look::Closer if end[0] < low || end[0] > high => return Some((b, end[0] > high)),
-                Look::Closer => {}
+                Verdict::Undecided if end[0] < low || end[0] > high => return Some((b, end[0] > high)),
+                Verdict::Undecided => {}
             }
             (a, start) = (b, end);
             ahead -= 1;
@@ -74,17 +75,17 @@ impl Path {
         None
     }
 
-    /// What the values and slopes at both ends of a part tell of it.
+    /// What the values and slopes at both ends of a part say about it.
     #[cfg_attr(feature = "std", inline(always))]
-    fn look(&self, a: f64, start: [f64; 2], b: f64, end: [f64; 2], low: f64, high: f64) -> Look {
+    fn look(&self, a: f64, start: [f64; 2], b: f64, end: [f64; 2], low: f64, high: f64) -> Verdict {
         let h = b - a;
-        // Control points of the cubic, and what it can be wrong by; the same of its slope.
+        // Control points of the cubic and its error; then the same of its slope.
         let margin = self.fourth * h * h * h * h / 384.0;
         let (after, before) = (start[0] + h / 3.0 * start[1], end[0] - h / 3.0 * end[1]);
         let (top, bottom) =
             (f64::max(f64::max(after, before), end[0]), f64::min(f64::min(after, before), end[0]));
         if bottom - margin >= low && top + margin <= high {
-            return Look::Inside;
+            return Verdict::Inside;
         }
         let up = end[0] > high;
         if up || end[0] < low {
@@ -92,13 +93,13 @@ impl Path {
                 (3.0 * (end[0] - start[0]) / h - start[1] - end[1], self.fourth * h * h * h / 100.0);
             let sign = if up { 1.0 } else { -1.0 };
             if f64::min(f64::min(sign * start[1], sign * end[1]), sign * bow) > margin {
-                return Look::Exit(self.root(a, b, if up { high } else { low }, up), up);
+                return Verdict::Exit(self.root(a, b, if up { high } else { low }, up), up);
             }
         }
-        Look::Closer
+        Verdict::Undecided
     }
 
-    /// Where a path that rises (`up`) or falls all along passes `edge`, from the far side: Newton, held within a bracket.
+    /// The fraction at which a path that only rises (`up`) or only falls passes `edge`: Newton within a bracket.
     #[cfg_attr(feature = "std", inline(always))]
     fn root(&self, mut a: f64, mut b: f64, edge: f64, up: bool) -> f64 {
         let mut theta = 0.5 * (a + b);
@@ -119,12 +120,12 @@ impl Path {
     }
 }
 
-/// What is known of a part of a path.
-enum Look {
-    /// It does not leave.
+/// What is known about a part of a path.
+enum Verdict {
+    /// It stays inside.
     Inside,
-    /// It leaves there, and whether upwards.
+    /// It leaves at this fraction, and whether upwards.
     Exit(f64, bool),
-    /// Its halves will tell.
-    Closer,
+    /// Undecided: look at its halves.
+    Undecided,
 }

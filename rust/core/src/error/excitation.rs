@@ -32,7 +32,7 @@ pub enum ExcitationError {
         /// Its own time, s.
         got: f64,
     },
-    /// More than two samples at one time: two are a jump, three are a mistake.
+    /// Three samples at one time; two are a jump.
     Repeated {
         /// The third sample, from 0.
         index: usize,

@@ -1,13 +1,10 @@
-//! Errors carry the numbers and the next move.
+//! Errors, and all of their wording. Each message names the field, says what was expected and what was given, and what to do next. (Those
+//! of batches stand in `batch`.)
 
-#[cfg(feature = "std")]
-mod batch;
 mod excitation;
 mod run;
 mod scene;
 
-#[cfg(feature = "std")]
-pub use batch::{BatchError, SampleError};
 pub use excitation::ExcitationError;
 pub use run::RunError;
 pub use scene::SceneError;

@@ -2,10 +2,10 @@
 
 use core::fmt;
 
-/// What stops a run.
+/// Why a run is refused or stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RunError {
-    /// Tolerance that double precision cannot hold, or that asks for nothing.
+    /// Tolerance outside 1e-13 to 0.1: below rounding, or no requirement.
     Tolerance {
         /// As asked.
         got: f64,
@@ -15,21 +15,21 @@ pub enum RunError {
         /// s.
         got: f64,
     },
-    /// The exact method on a link that is not linear in pieces.
+    /// The exact method with a preloaded link.
     NotExact {
         /// Its index.
         link: usize,
     },
-    /// The error stays above the tolerance however short the step.
+    /// The error stays above the tolerance at the shortest step.
     StepTooSmall {
         /// When, s.
         time: f64,
-        /// Step at which it gave up, s.
+        /// Shortest step tried, s.
         step: f64,
         /// Estimated error of that step as a multiple of the tolerance.
         error: f64,
     },
-    /// The state left the range of numbers: a fixed step outside the method's stability region.
+    /// The state grows without bound: a fixed step outside the stability region of the method.
     Diverged {
         /// When, s.
         time: f64,
@@ -45,18 +45,18 @@ pub enum RunError {
         /// First and last time allowed there, s.
         range: [f64; 2],
     },
-    /// More steps than anyone wants to wait for.
+    /// More than 1e8 steps.
     TooManySteps {
         /// When it gave up, s.
         time: f64,
-        /// Step by then, s.
+        /// Last step, s.
         step: f64,
     },
-    /// An excitation of which the loads are beyond the range of numbers.
+    /// Loads beyond the range of numbers.
     OutOfRange,
-    /// Eigenvalues that the iteration did not settle.
+    /// The eigenvalue iteration does not converge.
     Eigenvalues,
-    /// A record that cannot hold all samples.
+    /// A record that is too small.
     Capacity {
         /// Samples of the run.
         expected: usize,

@@ -1,4 +1,4 @@
-//! Errors of scenes, and motions in words.
+//! Errors of scenes.
 
 use core::fmt;
 
@@ -64,15 +64,15 @@ pub enum SceneError {
         /// N.
         got: f64,
     },
-    /// Exponent that no rolling contact has.
+    /// Exponent outside 1 to 2.
     Exponent {
         /// As given.
         got: f64,
     },
-    /// Too few points for a curve, or too many.
+    /// Too few or too many points of a curve.
     CurvePoints {
-        /// Points that a curve has room for.
-        room: usize,
+        /// Most points of a curve.
+        max: usize,
         /// Points.
         got: usize,
     },
@@ -85,7 +85,7 @@ pub enum SceneError {
         /// Its own, m.
         got: f64,
     },
-    /// A curve that falls.
+    /// A curve whose force decreases.
     CurveFalls {
         /// At which point, from 0.
         index: usize,
@@ -94,19 +94,19 @@ pub enum SceneError {
         /// Its own, N.
         got: f64,
     },
-    /// A curve with one force everywhere.
+    /// A curve with the same force everywhere.
     CurveFlat {
         /// That force, N.
         load: f64,
     },
-    /// Factor of a law that is not positive, or takes it out of the range of numbers.
+    /// Factor on a law that is not positive, or leaves the range of numbers.
     Factor {
         /// As given.
         got: f64,
     },
-    /// Number that a law of this kind does not have.
+    /// Parameter that a law of this kind does not have.
     NoParameter {
-        /// Which number.
+        /// Name of the parameter.
         parameter: &'static str,
         /// Kind of the law.
         law: &'static str,
@@ -118,34 +118,35 @@ pub enum SceneError {
     },
     /// Link with neither stiffness nor damping.
     IdleLink,
-    /// Link that is to be damped in contact only, but has no clearance to be out of it.
+    /// Damping in contact only, for a link without clearance.
     AlwaysInContact,
     /// No free degree of freedom.
     NothingFree,
     /// No link.
     NoLinks,
-    /// More links than there is room for without an allocator.
+    /// More links than fit without an allocator.
     TooManyLinks {
-        /// That room.
-        room: usize,
+        /// Most links.
+        max: usize,
         /// Links of the scene.
         got: usize,
     },
-    /// The weight drives the body out of its links: there is no static equilibrium.
+    /// No static equilibrium: the weight drives the body out of its links.
     NoEquilibrium {
         /// The motion `(u, φ)` along which it leaves, largest entry 1.
         motion: Vector6<f64>,
     },
-    /// The links leave a motion of the free degrees of freedom unresisted.
+    /// No link resists a motion of the free degrees of freedom.
     Unsupported {
         /// That motion `(u, φ)`, largest entry 1.
         motion: Vector6<f64>,
-        /// How many independent ones there are.
+        /// Number of independent such motions.
         count: usize,
     },
 }
 
 impl fmt::Display for SceneError {
+    // Long: one arm per error, so that all wording stands in one place.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Mass { got } => write!(f, "body.mass: expected > 0 kg, got {got}"),
@@ -189,9 +190,9 @@ impl fmt::Display for SceneError {
             Self::Exponent { got } => {
                 write!(f, "exponent: expected > 1 and <= 2, got {got}; balls have 3/2, rollers 10/9")
             }
-            Self::CurvePoints { room, got } => {
-                write!(f, "curve: expected 2 to {room} points, got {got}")?;
-                if got > room {
+            Self::CurvePoints { max, got } => {
+                write!(f, "curve: expected 2 to {max} points, got {got}")?;
+                if got > max {
                     f.write_str("; it is linear in between, so leave out points where it is nearly straight")?;
                 }
                 Ok(())
@@ -226,10 +227,10 @@ impl fmt::Display for SceneError {
             }
             Self::NothingFree => f.write_str("free: expected at least one of x y z rx ry rz, got none"),
             Self::NoLinks => f.write_str("links: expected at least one, got none"),
-            Self::TooManyLinks { room, got } => {
+            Self::TooManyLinks { max, got } => {
                 write!(
                     f,
-                    "links: expected up to {room} without an allocator, got {got}; build with the feature std"
+                    "links: expected up to {max} without an allocator, got {got}; build with the feature std"
                 )
             }
             Self::AlwaysInContact => f.write_str(
@@ -258,7 +259,7 @@ impl core::error::Error for SceneError {}
 fn write_motion(f: &mut fmt::Formatter<'_>, motion: &Vector6<f64>) -> fmt::Result {
     let u = motion.fixed_rows::<3>(0).into_owned();
     let phi = motion.fixed_rows::<3>(3).into_owned();
-    // A rotation about a point a kilometre away is a translation.
+    // A rotation about a point a kilometre away counts as a translation.
     if phi.norm() < 1e-3 * u.norm() {
         f.write_str("translation along ")?;
         return write_direction(f, &u);

@@ -1,12 +1,12 @@
-//! Step control: how short a step must be, asked in terms of the load.
+//! Step-size control, in terms of the error of the link loads.
 
 use crate::error::RunError;
 use crate::excitation::Excitation;
-use crate::float::{ceil, pow, sqrt};
-use crate::modes::eigenvalues;
+use crate::numeric::float::{ceil, pow, sqrt};
+use crate::system::eigenvalues;
 use crate::system::{Input, State, System};
 
-/// How the steps of a run are chosen. No step passes a sample at which the excitation bends, whatever is asked here.
+/// How the steps of a run are chosen. In any case no step passes a sample at which the excitation bends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Control {
     /// Steps as long as the error of the link loads stays below `rtol` times the load scale.
@@ -22,7 +22,7 @@ pub enum Control {
 }
 
 impl Control {
-    /// Whether it can be followed; `adapts`: by a method that estimates its error.
+    /// Checks the settings. `adapts`: whether the method estimates its error.
     pub(crate) fn check(self, adapts: bool) -> Result<(), RunError> {
         match self {
             Self::Adaptive { .. } if !adapts => Ok(()),
@@ -35,13 +35,13 @@ impl Control {
     }
 }
 
-/// The load that tolerances are relative to, N: the largest that a link can carry at rest plus what it would carry if the peaks of
-/// the excitation stood still (quasi-static). Zero only if neither weight nor excitation reaches any link.
+/// The load that tolerances are relative to, N: the largest load of any link at rest plus the quasi-static load of the peaks of the
+/// excitation. Zero only if neither weight nor excitation loads any link.
 pub fn load_scale(system: &System, excitation: &Excitation) -> f64 {
     scale_of(system, &excitation.peak())
 }
 
-/// [`load_scale`] of an excitation with these peaks.
+/// [`load_scale`] from the peaks of an excitation.
 pub(crate) fn scale_of(system: &System, peak: &Input) -> f64 {
     let mut scale: f64 = 0.0;
     for row in system.rows() {
@@ -61,7 +61,7 @@ pub(crate) fn scale_of(system: &System, peak: &Input) -> f64 {
     scale
 }
 
-/// Errors of a state, weighed as errors of the loads.
+/// Norm of an error of the state, weighted as an error of the loads.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ErrorNorm {
     /// Largest load of any link per unit of each entry of the state, over the load scale.
@@ -77,7 +77,7 @@ impl ErrorNorm {
                 weight[6 + i] = f64::max(weight[6 + i], row.damping[i].abs());
             }
         }
-        // Without damping a velocity carries no load now, but does a quarter of a period later.
+        // Without damping a velocity makes no load now, but it does a quarter of a period later.
         for i in 0..6 {
             weight[6 + i] = f64::max(weight[6 + i], weight[i]);
             (weight[i], weight[6 + i]) = match scale {
@@ -99,37 +99,38 @@ impl ErrorNorm {
     }
 }
 
-/// Steps over which errors may add up before each must be smaller than the tolerance asked.
+/// Steps whose errors the margin of the estimate covers.
 ///
-/// A step's error lives as long as the slowest mode rings. The higher-order result is kept (local extrapolation), whose true error
-/// is well below the estimate; that margin pays for this many steps, a longer memory for the rest.
+/// The error of a step lasts as long as the slowest mode rings. The higher-order result is kept (local extrapolation), and its true error
+/// is well below the estimate. That margin pays for so many steps; over a longer memory each step must be more accurate than the
+/// tolerance.
 const STEPS_WITHIN_MARGIN: f64 = 50.0;
 
-/// How much more the error of a step counts that samples lie within: dense output is less accurate than the end, and a step as long as
-/// its tolerance allows has not the margin of one that a sample has cut short.
-const BETWEEN: f64 = 10.0;
+/// Penalty on the error of a step that has samples inside it, because dense output is less accurate than the end of the step, and such a
+/// step is as long as its tolerance allows.
+const DENSE_OUTPUT_PENALTY: f64 = 10.0;
 
-/// Growth of the step beyond which an estimate is not believed, and caution on the rest (Hairer, Nørsett & Wanner, II.4).
-const GROWTH: f64 = 5.0;
-const SHRINKAGE: f64 = 0.2;
-const CAUTION: f64 = 0.9;
+/// Largest and smallest change of the step size, and the safety factor (Hairer, Nørsett & Wanner, II.4).
+const MAX_GROWTH: f64 = 5.0;
+const MIN_GROWTH: f64 = 0.2;
+const SAFETY: f64 = 0.9;
 
 /// Step-size controller of one run.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Controller {
     rtol: f64,
-    /// Time over which the scene remembers an error, s.
+    /// Time for which an error lasts, s.
     memory: f64,
     exponent: f64,
-    /// The step that the next one is judged by, s, and its error as a multiple of the tolerance.
-    trusted: f64,
-    ratio: f64,
+    /// The step that the next one is derived from, s, and its error as a multiple of the tolerance.
+    reference_step: f64,
+    error_ratio: f64,
 }
 
 impl Controller {
-    /// `order` is that of the error estimate: the estimate falls as `h^(order + 1)`.
+    /// `order`: that of the error estimate, which falls as `h^(order + 1)`.
     pub(crate) fn new(rtol: f64, system: &System, excitation: &Excitation, order: u32) -> Self {
-        // Not the modal damping: modes that are damped together ring longer than each would alone.
+        // From the eigenvalues, not the modal damping ratios: modes that are damped together ring longer than each would alone.
         let slowest = eigenvalues(system).map_or(0.0, |values| {
             values[..2 * system.mode_count()].iter().map(|value| value.re.abs()).fold(f64::INFINITY, f64::min)
         });
@@ -137,57 +138,58 @@ impl Controller {
             rtol,
             memory: f64::min(excitation.duration(), 1.0 / slowest),
             exponent: -1.0 / f64::from(order + 1),
-            trusted: f64::INFINITY,
-            ratio: 0.0,
+            reference_step: f64::INFINITY,
+            error_ratio: 0.0,
         }
     }
 
     /// Number of equal steps for the remaining time `rest` of an interval.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn split(&mut self, rest: f64) -> f64 {
-        if rest <= self.trusted && self.ratio <= CAUTION_RATIO {
+        if rest <= self.reference_step && self.error_ratio <= SAME_STEP_RATIO {
             return 1.0;
         }
-        let allowed = self.allowed(self.trusted, self.ratio);
-        // Up to a few ulp more is the same step, not one step and a crumb.
+        let allowed = self.allowed(self.reference_step, self.error_ratio);
+        // Up to a few ulp more is the same step, not one step and a tiny one.
         if rest <= allowed { 1.0 } else { ceil(rest / allowed * (1.0 - 1e-12)) }
     }
 
-    /// Takes the `error` of a step of length `h`, relative to the load scale; true if the step may stand. `between`: whether samples
-    /// lie within, which dense output gives.
+    /// Registers the `error` of a step of length `h`, relative to the load scale; true if the step is accepted. `between`: whether it has
+    /// samples inside, which need dense output.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn accept(&mut self, h: f64, error: f64, between: bool) -> bool {
-        let error = if between { BETWEEN * error } else { error };
+        let error = if between { DENSE_OUTPUT_PENALTY * error } else { error };
         let share = f64::min(1.0, STEPS_WITHIN_MARGIN * h / self.memory);
-        let mut ratio = error / (self.rtol * share);
+        let mut error_ratio = error / (self.rtol * share);
         if error == 0.0 {
-            ratio = 0.0; // however small the share
-        } else if ratio.is_nan() {
-            ratio = f64::INFINITY; // no number, no trust
+            error_ratio = 0.0; // however small the share
+        } else if error_ratio.is_nan() {
+            error_ratio = f64::INFINITY; // no number, no trust
         }
-        // A step cut short by a knot says little about how long the next may be; if it is very short, nothing.
-        let short = GROWTH * h <= self.trusted && self.ratio <= CAUTION_RATIO;
-        if h >= self.trusted
-            || ratio > CAUTION_RATIO
-            || !short && self.allowed(h, ratio) > self.allowed(self.trusted, self.ratio)
+        // A step cut short by a sample says little about the next step size, and a very short one nothing.
+        let short = MAX_GROWTH * h <= self.reference_step && self.error_ratio <= SAME_STEP_RATIO;
+        if h >= self.reference_step
+            || error_ratio > SAME_STEP_RATIO
+            || !short && self.allowed(h, error_ratio) > self.allowed(self.reference_step, self.error_ratio)
         {
-            (self.trusted, self.ratio) = (h, ratio);
+            (self.reference_step, self.error_ratio) = (h, error_ratio);
         }
-        ratio <= 1.0
+        error_ratio <= 1.0
     }
 
-    /// The step that the error `ratio` of one of length `h` allows.
+    /// The step size that the error of a step of length `h` allows.
     #[cfg_attr(feature = "std", inline(always))]
-    fn allowed(&self, h: f64, ratio: f64) -> f64 {
-        let factor = CAUTION * pow(f64::max(ratio, 1e-30), self.exponent);
-        h * factor.clamp(SHRINKAGE, GROWTH)
+    fn allowed(&self, h: f64, error_ratio: f64) -> f64 {
+        let factor = SAFETY * pow(f64::max(error_ratio, 1e-30), self.exponent);
+        h * factor.clamp(MIN_GROWTH, MAX_GROWTH)
     }
 
-    /// Error of the step that the next one is judged by, after a rejection the rejected one, as a multiple of the tolerance.
-    pub(crate) fn ratio(&self) -> f64 {
-        self.ratio
+    /// Error, as a multiple of the tolerance, of the step that the next one is derived from; after a rejection that of the rejected step.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn error_ratio(&self) -> f64 {
+        self.error_ratio
     }
 }
 
-/// Error ratio up to which a step of the same length will do: below `CAUTION^5` and `CAUTION^6`.
-const CAUTION_RATIO: f64 = 0.5;
+/// Error, as a multiple of the tolerance, up to which the step size stays the same: below `SAFETY^5` and `SAFETY^6`.
+const SAME_STEP_RATIO: f64 = 0.5;

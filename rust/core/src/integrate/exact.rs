@@ -1,38 +1,37 @@
-//! The exact method: the matrix exponential of the first-order-hold system, for linear scenes.
+//! Exact: the matrix exponential of the first-order-hold system, for linear equations.
 
-use super::Method;
-use super::drive::Ramp;
-use super::kept::Kept;
-use crate::equations::Equations;
-use crate::propagator::{Propagator, Series, advance};
+use super::method::Method;
+use super::step_cache::StepCache;
+use crate::equations::{Equations, PowerSeries, Propagator, advance};
+use crate::excitation::Ramp;
 use crate::system::State;
 
-/// Exact propagation from knot to knot; right for defective, overdamped and undamped scenes too.
+/// Exact propagation from sample to sample, also for defective, overdamped and undamped scenes.
 ///
-/// An interval length that comes again is stepped over by a propagator, of which `KEPT` are remembered (3 kB each); one that comes once, as
-/// all do where time stamps jitter, by the power series of the solution itself, which costs a tenth of a propagator.
+/// An interval length that recurs is stepped over by a propagator, of which `CACHE` are kept (3 kB each). One that comes once, as all do
+/// where time stamps jitter, is stepped over by the power series of the solution, which costs a tenth of making a propagator.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Exact<const KEPT: usize = 1>;
+pub struct Exact<const CACHE: usize = 1>;
 
-/// Times that an interval length must have come before a propagator is worth its making: on linear equations once, as it comes then
-/// thousands of times; between contact changes it may not.
+/// How often an interval length must have occurred before its propagator is made: once for linear equations, where it then comes
+/// thousands of times; more often between contact changes, where it may not.
 const SEEN: [u32; 2] = [1, 6];
 
-/// What one run keeps.
+/// Memory of one run.
 #[derive(Debug, Clone)]
-pub struct Memory<const KEPT: usize> {
-    propagators: Kept<Propagator, KEPT>,
+pub struct Memory<const CACHE: usize> {
+    propagators: StepCache<Propagator, CACHE>,
     /// Series of the equations with this key.
-    series: Option<(u32, Series)>,
+    series: Option<(u32, PowerSeries)>,
 }
 
-impl<const KEPT: usize> Memory<KEPT> {
+impl<const CACHE: usize> Memory<CACHE> {
     #[cfg_attr(feature = "std", inline(always))]
-    fn series<E: Equations>(&mut self, equations: &E) -> Series {
+    fn series<E: Equations>(&mut self, equations: &E) -> PowerSeries {
         match self.series {
             Some((key, series)) if key == equations.key() => series,
             _ => {
-                let series = Series::new(equations);
+                let series = PowerSeries::new(equations);
                 self.series = Some((equations.key(), series));
                 series
             }
@@ -40,12 +39,12 @@ impl<const KEPT: usize> Memory<KEPT> {
     }
 }
 
-impl<const KEPT: usize> Method for Exact<KEPT> {
-    type Memory = Memory<KEPT>;
+impl<const CACHE: usize> Method for Exact<CACHE> {
+    type Memory = Memory<CACHE>;
     const ERROR_ORDER: Option<u32> = None;
 
     fn memory(&self) -> Self::Memory {
-        Memory { propagators: Kept::new(), series: None }
+        Memory { propagators: StepCache::new(), series: None }
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -56,17 +55,17 @@ impl<const KEPT: usize> Method for Exact<KEPT> {
         ramp: &Ramp,
         state: &State,
     ) -> (State, State) {
-        if !ramp.whole {
+        if !ramp.spans_interval {
             return (self.between(equations, memory, ramp, state, 1.0), [0.0; 12]);
         }
-        let seen = SEEN[usize::from(E::PIECES)];
-        let (place, before) = memory.propagators.place(ramp.h, equations.key());
+        let seen = SEEN[usize::from(E::PIECEWISE)];
+        let (place, before) = memory.propagators.entry(ramp.h, equations.key());
         if place.is_none() && before < seen {
             return (self.between(equations, memory, ramp, state, 1.0), [0.0; 12]);
         }
         if place.is_none() {
             // Not in a closure, which would be compiled for the oldest processor.
-            *place = Some(Propagator::new(equations, ramp.drive.influence(), ramp.h));
+            *place = Some(Propagator::new(equations, ramp.forcing.influence(), ramp.h));
         }
         match place {
             Some(propagator) => (propagator.apply(state, ramp.start, ramp.end), [0.0; 12]),
@@ -74,7 +73,7 @@ impl<const KEPT: usize> Method for Exact<KEPT> {
         }
     }
 
-    /// Lengths between knots seldom come again, and must not drive out those that do: nothing is kept of them.
+    /// Lengths within an interval seldom recur and must not displace those that do, so they are not cached.
     #[cfg_attr(feature = "std", inline(always))]
     fn between<E: Equations>(
         &self,

@@ -1,10 +1,10 @@
 //! Dormand-Prince 5(4): explicit, for scenes that are not stiff.
 
-use super::Method;
-use super::drive::{Ramp, Values};
+use super::method::Method;
 use super::tableau::DORMAND_PRINCE;
 use crate::equations::Equations;
-use crate::float::add_scaled;
+use crate::excitation::{Ramp, Values};
+use crate::numeric::float::add_scaled;
 use crate::system::State;
 
 /// The explicit Runge-Kutta pair of Dormand and Prince, order 5, error estimate of order 4.
@@ -15,7 +15,7 @@ pub struct Rk45;
 #[derive(Debug, Clone)]
 pub struct Stages {
     rates: [State; 7],
-    /// Equations, state and excitation that the last rate belongs to: the first stage of the next step, unless it jumps there.
+    /// Key, state and excitation to which the last rate belongs: it is the first stage of the next step if that starts there.
     end: Option<(u32, State, Values)>,
 }
 

@@ -1,10 +1,10 @@
-//! The coefficients of the methods: data with laws, which the tests at the end hold.
+//! Coefficients of the methods, and in tests the order conditions that they fulfil.
 
-/// An explicit pair with seven stages of which the last is the first of the next step.
+/// Explicit Runge-Kutta pair with seven stages, the last of which is the first of the next step.
 pub(crate) struct ExplicitPair {
     /// Where the stages stand in the step.
     pub c: [f64; 7],
-    /// Weights of the stages before, row by row from the second stage on; the last row is the result of order 5.
+    /// Row by row from the second stage on: weights of the stages before; the last row is the result of order 5.
     pub a: [[f64; 6]; 6],
     /// Result of order 5 less result of order 4.
     pub error: [f64; 7],
@@ -48,17 +48,16 @@ pub(crate) const DORMAND_PRINCE: ExplicitPair = ExplicitPair {
     ],
 };
 
-/// One eigenvalue of the inverse of a collocation matrix (of a conjugate pair the one above the real axis), and what the method
-/// needs along its eigenvector: real and imaginary parts. A real eigenvalue has zero imaginary parts and counts once, a pair
-/// twice the real part.
+/// One eigenvalue of the inverse of a collocation matrix (of a conjugate pair the one above the real axis) and what the method needs
+/// along its eigenvector, as real and imaginary parts. A real eigenvalue counts once, a pair twice the real part.
 pub(crate) struct Eigenpart {
     /// The eigenvalue λ.
     pub value: [f64; 2],
-    /// The eigenvector, a stage an entry; the last entry is one, so that parts add up to the end of the step.
+    /// The eigenvector, one entry per stage; the last entry is one, so that the parts add up to the end of the step.
     pub vector: [[f64; 2]; 5],
     /// Share of a right-hand side that is the same at all stages.
     pub constant: [f64; 2],
-    /// Share of one that grows as the nodes do.
+    /// Share of a right-hand side that is proportional to the nodes.
     pub linear: [f64; 2],
     /// Weight in the error estimate.
     pub error: [f64; 2],
@@ -75,7 +74,7 @@ pub(crate) struct Collocation {
     pub parts: [Eigenpart; 3],
 }
 
-/// Roots and eigenvectors, computed from their definition with 60 digits and rounded once.
+/// Computed from the definition with 60 digits and rounded once.
 pub(crate) const RADAU: Collocation = Collocation {
     nodes: [0.05710419611451768, 0.2768430136381238, 0.5835904323689168, 0.8602401356562195, 1.0],
     parts: [

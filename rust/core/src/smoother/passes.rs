@@ -1,20 +1,20 @@
-//! The filter forwards and the smoother backwards: one sample after the other, shown to the caller.
+//! The filter forwards and the smoother backwards, sample by sample; callers get each result through a closure.
 //!
-//! All of it is inlined into the kernels of `mod`, which are compiled for the widest vectors.
+//! All of it is inlined into the kernels of `smooth` and `adapt`, which are compiled for the widest vectors.
 
-use super::motion::Motion;
-use super::{Intensity, Samples, Start};
+use super::data::{ProcessNoise, Samples, Start};
+use super::transition::Transition;
 
-/// State before a sample, as the filter has it: what the pass backwards needs.
+/// Prediction of a sample by the filter, as the backward pass needs it.
 #[derive(Clone, Copy)]
-pub(super) struct Predicted<const N: usize> {
+pub(super) struct Prediction<const N: usize> {
     pub mean: [f64; N],
     pub covariance: [[f64; N]; N],
     pub innovation: f64,
     pub variance: f64,
 }
 
-/// Mean and covariance given the samples so far.
+/// Mean and covariance of the state given the samples so far.
 #[derive(Clone, Copy)]
 struct State<const N: usize> {
     mean: [f64; N],
@@ -27,71 +27,71 @@ pub(super) struct Score<const N: usize> {
     pub variance: [[f64; N]; N],
 }
 
-/// Both passes over the same samples. The forward one keeps its state before each block only; the backward one runs it
-/// again block by block, which is faster than fetching all of it from memory, and takes next to none.
-pub(super) struct Passes<const N: usize> {
+/// Both passes over the same samples. The forward pass stores its state before each block only. The backward pass repeats it block by
+/// block, which is faster than fetching all of it from memory and needs little of it.
+pub(super) struct ForwardBackward<const N: usize> {
     before: Vec<State<N>>,
-    block: Vec<Predicted<N>>,
+    block: Vec<Prediction<N>>,
 }
 
 const BLOCK: usize = 32; // samples: even of six states they fit into the cache next to the core
 
-impl<const N: usize> Passes<N> {
+impl<const N: usize> ForwardBackward<N> {
     pub fn new() -> Self {
         Self { before: Vec::new(), block: Vec::new() }
     }
 
-    /// Runs the filter and shows each prediction.
+    /// Runs the filter and passes each prediction to `show`.
     #[inline(always)]
-    pub fn forward(samples: Samples, start: Start, intensity: Intensity, mut show: impl FnMut(Predicted<N>)) {
+    pub fn forward(samples: Samples, start: Start, noise: ProcessNoise, mut show: impl FnMut(Prediction<N>)) {
         let mut state = State::of(start);
-        let mut motion = Motion::<N>::new(1.0);
+        let mut transition = Transition::<N>::new(1.0);
         for k in 0..samples.value.len() {
-            show(state.pass(&mut motion, k, samples, intensity));
+            show(state.pass(&mut transition, k, samples, noise));
         }
     }
 
-    /// Runs the filter for the pass backwards.
+    /// Runs the filter for a backward pass.
     #[inline(always)]
-    pub fn filter(&mut self, samples: Samples, start: Start, intensity: Intensity) {
+    pub fn filter(&mut self, samples: Samples, start: Start, noise: ProcessNoise) {
         self.before.clear();
         let mut state = State::of(start);
-        let mut motion = Motion::<N>::new(1.0);
+        let mut transition = Transition::<N>::new(1.0);
         for k in 0..samples.value.len() {
             if k.is_multiple_of(BLOCK) {
                 self.before.push(state);
             }
-            state.pass(&mut motion, k, samples, intensity);
+            state.pass(&mut transition, k, samples, noise);
         }
     }
 
-    /// Runs backwards. Shows each interval's motion with the score after it, then the sample before with its own.
+    /// Runs backwards. Passes each interval with the score after it to `interval`, then the sample before with its score to `sample`.
     #[inline(always)]
     pub fn backward(
         &mut self,
         samples: Samples,
-        intensity: Intensity,
-        mut interval: impl FnMut(usize, &Motion<N>, &Score<N>),
-        mut sample: impl FnMut(usize, &Predicted<N>, &Score<N>, [f64; 2]),
+        noise: ProcessNoise,
+        mut interval: impl FnMut(usize, &Transition<N>, &Score<N>),
+        mut sample: impl FnMut(usize, &Prediction<N>, &Score<N>, [f64; 2]),
     ) {
         let mut score = Score { r: [0.0; N], variance: [[0.0; N]; N] };
-        let mut motion = Motion::<N>::new(1.0);
-        let mut ahead = motion.clone();
+        let mut transition = Transition::<N>::new(1.0);
+        let mut ahead = transition.clone();
         let count = samples.value.len();
         for (number, &before) in self.before.iter().enumerate().rev() {
             let first = number * BLOCK;
             let mut state = before;
             self.block.clear();
             for k in first..count.min(first + BLOCK) {
-                self.block.push(state.pass(&mut ahead, k, samples, intensity));
+                self.block.push(state.pass(&mut ahead, k, samples, noise));
             }
             for k in (first..first + self.block.len()).rev() {
                 let at = &self.block[k - first];
                 if k + 1 < count {
-                    motion.set(samples.step[k]);
-                    interval(k, &motion, &score);
-                    motion.back(&mut score.r);
-                    motion.gather(&mut score.variance);
+                    transition.set(samples.step[k]);
+                    interval(k, &transition, &score);
+                    transition.back(&mut score.r);
+                    transition.gather(&mut score.variance);
                 }
                 let gain: [f64; N] = core::array::from_fn(|i| at.covariance[i][0] / at.variance);
                 let mut passed = [0.0; N];
@@ -125,19 +125,19 @@ impl<const N: usize> State<N> {
         }
     }
 
-    /// On to sample k and past it; what is predicted of it.
+    /// Predicts sample k, and updates with it.
     #[inline(always)]
     fn pass(
         &mut self,
-        motion: &mut Motion<N>,
+        transition: &mut Transition<N>,
         k: usize,
         samples: Samples,
-        intensity: Intensity,
-    ) -> Predicted<N> {
+        noise: ProcessNoise,
+    ) -> Prediction<N> {
         if k > 0 {
-            motion.set(samples.step[k - 1]);
-            motion.ahead(&mut self.mean);
-            motion.spread(&mut self.covariance, intensity.of[intensity.cell[k - 1] as usize]);
+            transition.set(samples.step[k - 1]);
+            transition.ahead(&mut self.mean);
+            transition.spread(&mut self.covariance, noise.after(k - 1));
         }
         let (mean, p) = (self.mean, self.covariance);
         let variance = p[0][0].max(0.0) + samples.variance[k];
@@ -149,6 +149,6 @@ impl<const N: usize> State<N> {
                 self.covariance[i][j] -= gain * p[j][0];
             }
         }
-        Predicted { mean, covariance: p, innovation, variance }
+        Prediction { mean, covariance: p, innovation, variance }
     }
 }

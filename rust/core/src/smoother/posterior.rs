@@ -1,9 +1,9 @@
-//! What samples leave open about a motion: a Markov chain forward in time.
+//! The posterior of the motion given all samples, as a Markov chain forward in time.
 //!
-//! Given all samples, the deviations of the states from their estimates obey d(k+1) = A d(k) + L w, w standard normal, for what
-//! the samples up to k say of x(k+1) is all in x(k). Backwards, the information that samples k to n give on x(k) is kept as a
-//! root R: R x is known but for standard normal noise (square-root information filter, Bierman 1977). Over an interval,
-//! x(k+1) = Phi x(k) + G w, and orthogonal transformations of
+//! Given all samples, the deviations of the states from their estimates obey d(k+1) = A d(k) + L w, w standard normal, as x(k) contains
+//! all that the samples up to k say about x(k+1). Backwards, the information of the samples k to n on x(k) is stored as a square root R:
+//! R x is known up to standard normal noise (square-root information filter, Bierman 1977). Over an interval, x(k+1) = Phi x(k) + G w,
+//! and orthogonal transformations of
 //!
 //! ```text
 //! [  I    0   ]        [ U  V ]
@@ -11,52 +11,52 @@
 //! ```
 //!
 //! give both the root R' before the interval and w given x(k) and the later samples: U w + V x(k) is standard normal. No covariance is
-//! inverted, so intensities may differ by many decades between intervals.
+//! inverted, so noise densities may differ by many decades between intervals.
 
-use super::Intensity;
-use super::motion::Motion;
-use super::roots::{Columns, Pass, Passed, Sighted, upper_root};
-use crate::simd::{Kernel, widest};
+use super::data::ProcessNoise;
+use super::square_root::{Columns, MeasurementUpdate, TimeUpdate, TimeUpdated, upper_cholesky};
+use super::transition::Transition;
+use crate::numeric::simd::{Kernel, dispatch};
 
-/// Most numbers that a state has.
-pub const MOST: usize = 6;
+/// Largest order: numbers of a state.
+pub const MAX_ORDER: usize = 6;
 
-/// By rows; those past the order are zero.
-pub type Square = [[f64; MOST]; MOST];
+/// A matrix by rows; entries past the order are zero.
+pub type Square = [[f64; MAX_ORDER]; MAX_ORDER];
 
-/// From one sample to the next, or from nothing to the first: d' = `carry` d + `noise` w, w standard normal.
+/// Step of the chain from one sample to the next, or to the first one: d' = `transition` d + `noise_root` w, w standard normal.
 #[derive(Debug, Clone, Copy)]
-pub struct Step {
+pub struct MarkovStep {
     /// A.
-    pub carry: Square,
+    pub transition: Square,
     /// L, upper triangular.
-    pub noise: Square,
+    pub noise_root: Square,
 }
 
-/// What is known beside the values of the samples, which do not matter to the deviations from the estimate.
+/// All of the model but the values of the samples, on which deviations from the estimate do not depend.
 #[derive(Clone, Copy)]
-pub struct Given<'a> {
-    /// n - 1 times between the samples, > 0.
+pub struct PosteriorInput<'a> {
+    /// Time from each sample to the next, > 0, n - 1 numbers.
     pub step: &'a [f64],
-    /// n variances of the samples' noise, > 0; infinite for a sample that tells nothing.
+    /// Variance of each sample's measurement noise, > 0, n numbers; infinite for a sample without information.
     pub variance: &'a [f64],
-    /// N x N, of the state before the first sample, by rows.
+    /// Covariance of the state before the first sample, N x N by rows.
     pub covariance: &'a [f64],
-    /// Of the white noise in each interval.
-    pub intensity: Intensity<'a>,
+    /// Process noise.
+    pub noise: ProcessNoise<'a>,
 }
 
 /// The chain of n states of 2 to 6 numbers, with the information of the later samples on each: N (N + 1) / 2 numbers per sample.
 #[derive(Clone)]
 pub struct Posterior<'a> {
     order: usize,
-    given: Given<'a>,
+    given: PosteriorInput<'a>,
     information: Vec<f64>,
 }
 
 impl<'a> Posterior<'a> {
     /// The chain of states of `order` numbers; None if `order` is not 2 to 6.
-    pub fn new(order: usize, given: Given<'a>) -> Option<Self> {
+    pub fn new(order: usize, given: PosteriorInput<'a>) -> Option<Self> {
         let information = match order {
             2 => information::<2>(given),
             3 => information::<3>(given),
@@ -68,7 +68,7 @@ impl<'a> Posterior<'a> {
         Some(Self { order, given, information })
     }
 
-    /// Numbers of a state.
+    /// Order: numbers of a state.
     pub fn order(&self) -> usize {
         self.order
     }
@@ -78,49 +78,49 @@ impl<'a> Posterior<'a> {
         self.given.variance.len()
     }
 
-    /// The steps one after the other: first that to the first sample, of which `carry` is zero.
-    pub fn steps(&self) -> Box<dyn Iterator<Item = Step> + '_> {
+    /// The steps in order; the first leads to the first sample and has a zero `transition`.
+    pub fn steps(&self) -> Box<dyn Iterator<Item = MarkovStep> + '_> {
         match self.order {
-            2 => Box::new(Forward::<2>::new(self)),
-            3 => Box::new(Forward::<3>::new(self)),
-            4 => Box::new(Forward::<4>::new(self)),
-            5 => Box::new(Forward::<5>::new(self)),
-            _ => Box::new(Forward::<6>::new(self)),
+            2 => Box::new(ChainSteps::<2>::new(self)),
+            3 => Box::new(ChainSteps::<3>::new(self)),
+            4 => Box::new(ChainSteps::<4>::new(self)),
+            5 => Box::new(ChainSteps::<5>::new(self)),
+            _ => Box::new(ChainSteps::<6>::new(self)),
         }
     }
 
     /// The variances of the first three numbers of each state.
     pub(super) fn variances(&self) -> impl Iterator<Item = [f64; 3]> {
-        self.steps().scan([[0.0; MOST]; MOST], |covariance, step| {
-            *covariance = widest(Carry { step: &step, covariance });
+        self.steps().scan([[0.0; MAX_ORDER]; MAX_ORDER], |covariance, step| {
+            *covariance = dispatch(CovarianceKernel { step: &step, covariance });
             Some(core::array::from_fn(|i| covariance[i][i]))
         })
     }
 }
 
 /// A P A^T + L L^T.
-struct Carry<'a> {
-    step: &'a Step,
+struct CovarianceKernel<'a> {
+    step: &'a MarkovStep,
     covariance: &'a Square,
 }
 
-impl Kernel for Carry<'_> {
+impl Kernel for CovarianceKernel<'_> {
     type Output = Square;
 
     #[inline(always)]
     fn run(self) -> Square {
-        let Self { step: Step { carry, noise }, covariance } = self;
-        let (mut carried, mut after) = ([[0.0; MOST]; MOST], [[0.0; MOST]; MOST]);
-        for i in 0..MOST {
-            for j in 0..MOST {
-                for l in 0..MOST {
+        let Self { step: MarkovStep { transition: carry, noise_root: noise }, covariance } = self;
+        let (mut carried, mut after) = ([[0.0; MAX_ORDER]; MAX_ORDER], [[0.0; MAX_ORDER]; MAX_ORDER]);
+        for i in 0..MAX_ORDER {
+            for j in 0..MAX_ORDER {
+                for l in 0..MAX_ORDER {
                     carried[i][j] += carry[i][l] * covariance[l][j];
                 }
             }
         }
-        for i in 0..MOST {
-            for j in 0..MOST {
-                for l in 0..MOST {
+        for i in 0..MAX_ORDER {
+            for j in 0..MAX_ORDER {
+                for l in 0..MAX_ORDER {
                     after[i][j] += carried[i][l] * carry[j][l] + noise[i][l] * noise[j][l];
                 }
             }
@@ -129,19 +129,19 @@ impl Kernel for Carry<'_> {
     }
 }
 
-/// Upper triangles by rows, of sample 0 first.
-fn information<const N: usize>(given: Given) -> Vec<f64> {
+/// Square roots of the information, upper triangles by rows, sample 0 first.
+fn information<const N: usize>(given: PosteriorInput) -> Vec<f64> {
     let count = given.variance.len();
     let size = N * (N + 1) / 2;
     let mut all = vec![0.0; count * size];
-    let mut interval = Interval::<N>::new();
+    let mut interval = IntervalNoise::<N>::new();
     let mut root = [[0.0; N]; N];
     for (k, packed) in all.chunks_exact_mut(size).enumerate().rev() {
         if k + 1 < count {
             let noise = interval.noise(given, k);
-            root = widest(Pass { root: &root, noise, phi: &interval.motion.phi }).rest;
+            root = dispatch(TimeUpdate { root: &root, noise, phi: &interval.transition.phi }).rest;
         }
-        root = widest(Sighted { columns: &root, row: 1.0 / given.variance[k].sqrt() });
+        root = dispatch(MeasurementUpdate { columns: &root, row: 1.0 / given.variance[k].sqrt() });
         let mut at = 0;
         for i in 0..N {
             for j in i..N {
@@ -153,47 +153,47 @@ fn information<const N: usize>(given: Given) -> Vec<f64> {
     all
 }
 
-/// Free motion over the interval at hand, and the root of its noise.
-struct Interval<const N: usize> {
-    motion: Motion<N>,
+/// Transition over one interval, and the root of its noise.
+struct IntervalNoise<const N: usize> {
+    transition: Transition<N>,
     step: f64,
     root: Columns<N>,
 }
 
-impl<const N: usize> Interval<N> {
+impl<const N: usize> IntervalNoise<N> {
     fn new() -> Self {
-        Self { motion: Motion::new(1.0), step: f64::NAN, root: [[0.0; N]; N] }
+        Self { transition: Transition::new(1.0), step: f64::NAN, root: [[0.0; N]; N] }
     }
 
-    /// Sets the interval after sample k; G.
-    fn noise(&mut self, given: Given, k: usize) -> Columns<N> {
+    /// Takes up the interval after sample k; returns G.
+    fn noise(&mut self, given: PosteriorInput, k: usize) -> Columns<N> {
         if given.step[k] != self.step {
             self.step = given.step[k];
-            self.motion.set(self.step);
-            self.root = upper_root(&self.motion.noise);
+            self.transition.set(self.step);
+            self.root = upper_cholesky(&self.transition.noise);
         }
-        let size = given.intensity.of[given.intensity.cell[k] as usize].sqrt();
+        let size = given.noise.after(k).sqrt();
         self.root.map(|column| column.map(|x| size * x))
     }
 }
 
 /// The steps of a chain.
-struct Forward<'a, const N: usize> {
+struct ChainSteps<'a, const N: usize> {
     chain: &'a Posterior<'a>,
     next: usize,
-    interval: Interval<N>,
+    interval: IntervalNoise<N>,
 }
 
-impl<'a, const N: usize> Forward<'a, N> {
+impl<'a, const N: usize> ChainSteps<'a, N> {
     fn new(chain: &'a Posterior<'a>) -> Self {
-        Self { chain, next: 0, interval: Interval::new() }
+        Self { chain, next: 0, interval: IntervalNoise::new() }
     }
 }
 
-impl<const N: usize> Iterator for Forward<'_, N> {
-    type Item = Step;
+impl<const N: usize> Iterator for ChainSteps<'_, N> {
+    type Item = MarkovStep;
 
-    fn next(&mut self) -> Option<Step> {
+    fn next(&mut self) -> Option<MarkovStep> {
         let k = self.next;
         if k >= self.chain.count() {
             return None;
@@ -211,28 +211,28 @@ impl<const N: usize> Iterator for Forward<'_, N> {
         }
         Some(if k == 0 {
             let covariance = core::array::from_fn(|i| core::array::from_fn(|j| given.covariance[i * N + j]));
-            widest(Solve { root: &root, noise: upper_root(&covariance), phi: &[0.0; N] })
+            dispatch(StepKernel { root: &root, noise: upper_cholesky(&covariance), phi: &[0.0; N] })
         } else {
             let noise = self.interval.noise(given, k - 1);
-            widest(Solve { root: &root, noise, phi: &self.interval.motion.phi })
+            dispatch(StepKernel { root: &root, noise, phi: &self.interval.transition.phi })
         })
     }
 }
 
 /// The step of a chain: A = Phi - G U^-1 V, L = G U^-1.
-struct Solve<'a, const N: usize> {
+struct StepKernel<'a, const N: usize> {
     root: &'a Columns<N>,
     noise: Columns<N>,
     phi: &'a [f64; N],
 }
 
-impl<const N: usize> Kernel for Solve<'_, N> {
-    type Output = Step;
+impl<const N: usize> Kernel for StepKernel<'_, N> {
+    type Output = MarkovStep;
 
     #[inline(always)]
-    fn run(self) -> Step {
+    fn run(self) -> MarkovStep {
         let Self { root, noise, phi } = self;
-        let Passed { u, v, .. } = Pass { root, noise, phi }.run();
+        let TimeUpdated { u, v, .. } = TimeUpdate { root, noise, phi }.run();
         // L U = G, column by column.
         let mut l = noise;
         for j in 0..N {
@@ -245,15 +245,18 @@ impl<const N: usize> Kernel for Solve<'_, N> {
                 l[j][i] /= u[j][j];
             }
         }
-        let mut step = Step { carry: [[0.0; MOST]; MOST], noise: [[0.0; MOST]; MOST] };
+        let mut step = MarkovStep {
+            transition: [[0.0; MAX_ORDER]; MAX_ORDER],
+            noise_root: [[0.0; MAX_ORDER]; MAX_ORDER],
+        };
         for i in 0..N {
             for j in i..N {
-                step.noise[i][j] = l[j][i];
-                step.carry[i][j] = phi[j - i];
+                step.noise_root[i][j] = l[j][i];
+                step.transition[i][j] = phi[j - i];
             }
             for j in 0..N {
                 for a in i..N {
-                    step.carry[i][j] -= l[a][i] * v[j][a];
+                    step.transition[i][j] -= l[a][i] * v[j][a];
                 }
             }
         }
@@ -268,14 +271,20 @@ mod tests {
 
     const STEP: [f64; 5] = [0.4, 1.3, 0.7, 2.0, 1.0];
     const VARIANCE: [f64; 6] = [0.5, 2.0, f64::INFINITY, 0.1, 1.0, 0.3];
-    const CELL: [u32; 5] = [0, 1, 1, 2, 0];
+    const SEGMENT: [u32; 5] = [0, 1, 1, 2, 0];
 
-    fn given<'a>(covariance: &'a [f64], of: &'a [f64]) -> Given<'a> {
-        Given { step: &STEP, variance: &VARIANCE, covariance, intensity: Intensity { cell: &CELL, of } }
+    fn given<'a>(covariance: &'a [f64], density: &'a [f64]) -> PosteriorInput<'a> {
+        PosteriorInput {
+            step: &STEP,
+            variance: &VARIANCE,
+            covariance,
+            noise: ProcessNoise { segment: &SEGMENT, density },
+        }
     }
 
-    /// All that is known as rows of unit noise: of the start, of every interval, of every sample. With QR = rows it is R^-1 R^-T.
-    fn dense<const N: usize>(given: Given) -> DMatrix<f64> {
+    /// The whole model as rows of unit noise: of the start, of every interval, of every sample. With QR = rows the covariance is R^-1
+    /// R^-T.
+    fn dense<const N: usize>(given: PosteriorInput) -> DMatrix<f64> {
         let count = given.variance.len();
         let white = |covariance: DMatrix<f64>| {
             let root = covariance.cholesky().expect("positive definite").l();
@@ -285,10 +294,10 @@ mod tests {
         let start = white(DMatrix::from_row_slice(N, N, given.covariance));
         rows.view_mut((0, 0), (N, N)).copy_from(&start);
         for k in 0..count - 1 {
-            let motion = Motion::<N>::new(given.step[k]);
-            let size = given.intensity.of[given.intensity.cell[k] as usize];
-            let white = white(DMatrix::from_fn(N, N, |i, j| size * motion.noise[i][j]));
-            let phi = DMatrix::from_fn(N, N, |i, j| if j >= i { motion.phi[j - i] } else { 0.0 });
+            let transition = Transition::<N>::new(given.step[k]);
+            let size = given.noise.after(k);
+            let white = white(DMatrix::from_fn(N, N, |i, j| size * transition.noise[i][j]));
+            let phi = DMatrix::from_fn(N, N, |i, j| if j >= i { transition.phi[j - i] } else { 0.0 });
             rows.view_mut((N * (k + 1), N * k), (N, N)).copy_from(&(-&white * phi));
             rows.view_mut((N * (k + 1), N * (k + 1)), (N, N)).copy_from(&white);
         }
@@ -311,7 +320,7 @@ mod tests {
         let chain = Posterior::new(N, given).expect("an order from 2 to 6");
         let mut before = DMatrix::zeros(N, N);
         for (k, step) in chain.steps().enumerate() {
-            let (carry, noise) = (square(&step.carry, N), square(&step.noise, N));
+            let (carry, noise) = (square(&step.transition, N), square(&step.noise_root, N));
             let across = &carry * &before;
             before = &across * carry.transpose() + &noise * noise.transpose();
             let block = wanted.view((N * k, N * k), (N, N));
@@ -335,7 +344,7 @@ mod tests {
     #[test]
     fn without_noise_there_is_no_deviation() {
         let chain = Posterior::new(3, given(&[0.0; 9], &[0.0; 3])).expect("order 3");
-        assert!(chain.steps().all(|step| step.noise == [[0.0; MOST]; MOST]));
+        assert!(chain.steps().all(|step| step.noise_root == [[0.0; MAX_ORDER]; MAX_ORDER]));
     }
 
     #[test]

@@ -1,68 +1,64 @@
-//! Rounded samples: what is measured is that value plus noise lies within half a quantum of the sample.
+//! Rounded samples: the measured value plus noise lies within half a quantum of the sample.
 //!
-//! Rounding is no white noise where a quantum holds many samples: then it is their changes that tell where the axis is. Each
-//! sample is replaced by a normal one, its site, with which the estimate has the moments that the sample gives to what
-//! all others say of it (expectation propagation, Minka 2001; Rasmussen and Williams 2006, section 3.6).
+//! Rounding is no white noise where many samples fall into one quantum: then their changes tell where the axis is. Each sample is
+//! replaced by a normal one, its site approximation, with which the estimate has the moments that the rounded sample and all others give
+//! it (expectation propagation, Minka 2001; Rasmussen and Williams 2006, section 3.6).
 
-use super::Sites;
-use crate::float::log;
-use crate::simd::{Kernel, widest_of_all};
+use super::data::{Rounded, SiteApproximations};
+use crate::numeric::float::log;
+use crate::numeric::simd::{Kernel, dispatch_wide};
 
-/// Samples rounded to a quantum (0: not rounded).
-#[derive(Clone, Copy)]
-pub struct Rounded<'a> {
-    /// n values.
-    pub value: &'a [f64],
-    /// Step to which they are rounded, >= 0.
-    pub quantum: f64,
-}
-
-/// What all other samples say of each: n means and variances.
-pub(super) struct Others {
+/// Cavity distributions: what all other samples say of each, n means and variances.
+pub(super) struct Cavity {
     pub mean: Vec<f64>,
     pub variance: Vec<f64>,
 }
 
-/// Quantum over standard deviation up to which rounding is normal noise of quantum^2/12: the moments are then right to 3e-4
-/// of the deviation.
-const FINE: f64 = 0.7;
-/// Standard deviations to the nearer edge from which on a sample says nothing.
-const INSIDE: f64 = 7.0;
-/// Largest variance of a site, in squared quanta: it then says nothing.
-const NOTHING: f64 = 1e6;
-/// Share of the site before that is kept: all sites move at once, and would overshoot.
-const KEPT: f64 = 0.3;
-/// Least variance of a site over the total one, so that sites of noiseless samples stay finite.
-const TIGHT: f64 = 1e-6;
+/// Quantum over standard deviation up to which rounding counts as normal noise of variance quantum^2/12: the moments are then right to
+/// 3e-4 of the deviation.
+const FINE_QUANTUM: f64 = 0.7;
+/// Distance inside the quantum, in standard deviations, from which on a sample has no information.
+const FAR_INSIDE: f64 = 7.0;
+/// Largest variance of a site, in squared quanta; it then has no information.
+const MAX_SITE_VARIANCE: f64 = 1e6;
+/// Share of the previous site that is kept (damping): all sites move at once and would overshoot.
+const SITE_DAMPING: f64 = 0.3;
+/// Smallest variance of a site over the total one, so that sites of noiseless samples stay finite.
+const MIN_SITE_VARIANCE: f64 = 1e-6;
 /// ln sqrt(2 pi)
 const LOG_ROOT_TWO_PI: f64 = 0.918_938_533_204_672_7;
 
 impl Rounded<'_> {
-    /// Moves the sites to the moments that the samples give to what all others say, given the variance `level` of the
-    /// noise before rounding. Sums over the samples, with the logarithm of a sample's probability as a function of the
-    /// others' mean: squares of its first derivative, and negative second ones; their ratio is 1 at the true level.
-    pub(super) fn renew(&self, others: &mut Others, level: f64, sites: &mut Sites) -> [f64; 2] {
-        widest_of_all(Renewal { of: self, others, level, sites });
+    /// Moves the sites to the moments that samples and cavities give. `noise_variance`: of the measurement noise before rounding. Returns
+    /// sums over the samples, with the logarithm of a sample's probability as a function of the cavity mean: of squared first
+    /// derivatives, and of negative second ones. Their ratio is 1 at the true noise variance.
+    pub(super) fn update_sites(
+        &self,
+        cavity: &mut Cavity,
+        noise_variance: f64,
+        sites: &mut SiteApproximations,
+    ) -> [f64; 2] {
+        dispatch_wide(SiteUpdate { of: self, cavity, noise_variance, sites });
         // In order, so that the bits do not depend on the width of vectors.
         let mut sums = [0.0; 2];
-        for (slope, curvature) in others.mean.iter().zip(&others.variance) {
+        for (slope, curvature) in cavity.mean.iter().zip(&cavity.variance) {
             sums[0] += slope * slope;
             sums[1] += curvature;
         }
         sums
     }
 
-    /// Logarithm of each sample's probability density given all others.
-    pub(super) fn tell(&self, others: &Others, level: f64, told: &mut [f64]) {
-        for (k, told) in told.iter_mut().enumerate() {
-            let rest = self.value[k] - others.mean[k];
-            let total = others.variance[k] + level;
-            *told = if self.is_fine(total) {
+    /// Logarithm of the probability density of each sample given all others.
+    pub(super) fn log_densities(&self, cavity: &Cavity, noise_variance: f64, log_density: &mut [f64]) {
+        for (k, log_density) in log_density.iter_mut().enumerate() {
+            let rest = self.value[k] - cavity.mean[k];
+            let total = cavity.variance[k] + noise_variance;
+            *log_density = if self.is_fine(total) {
                 let total = total + self.quantum * self.quantum / 12.0;
                 -0.5 * (rest * rest / total + log(total)) - LOG_ROOT_TWO_PI
             } else {
                 let edges = Edges::new(rest, self.quantum, total.sqrt());
-                let near = edges.near.max(-INSIDE);
+                let near = edges.near.max(-FAR_INSIDE);
                 log(edges.area().1 / self.quantum) - 0.5 * near * near - LOG_ROOT_TWO_PI
             };
         }
@@ -70,65 +66,68 @@ impl Rounded<'_> {
 
     #[inline(always)]
     fn is_fine(&self, total: f64) -> bool {
-        self.quantum * self.quantum <= FINE * FINE * total
+        self.quantum * self.quantum <= FINE_QUANTUM * FINE_QUANTUM * total
     }
 
-    /// First derivative and negative second one of the logarithm of a sample's probability by the mean, which lies
-    /// `rest` below it.
+    /// First derivative and negative second one of the logarithm of a sample's probability by the mean, which is `rest` below the sample.
     #[inline(always)]
-    fn seen(&self, rest: f64, total: f64) -> (f64, f64) {
+    fn derivatives(&self, rest: f64, total: f64) -> (f64, f64) {
         let rounding = total + self.quantum * self.quantum / 12.0;
         let deviation = total.sqrt();
         let edges = Edges::new(rest, self.quantum, deviation);
         let (at_far, inside) = edges.area();
         let slope = (1.0 - at_far) / inside;
-        let bend = (edges.near - edges.far * at_far) / inside;
-        let says = if edges.near < -INSIDE { 0.0 } else { 1.0 };
+        let curvature = (edges.near - edges.far * at_far) / inside;
+        let informative = if edges.near < -FAR_INSIDE { 0.0 } else { 1.0 };
         if self.is_fine(total) {
             (rest / rounding, 1.0 / rounding)
         } else {
-            (says * (slope / deviation).copysign(rest), says * (slope * slope - bend).max(0.0) / total)
+            (
+                informative * (slope / deviation).copysign(rest),
+                informative * (slope * slope - curvature).max(0.0) / total,
+            )
         }
     }
 }
 
-/// All samples; no branches, so that it is done in vectors.
-struct Renewal<'a, 'b> {
+/// Updates all sites; without branches, for vectors.
+struct SiteUpdate<'a, 'b> {
     of: &'a Rounded<'a>,
-    others: &'a mut Others,
-    level: f64,
-    sites: &'a mut Sites<'b>,
+    cavity: &'a mut Cavity,
+    noise_variance: f64,
+    sites: &'a mut SiteApproximations<'b>,
 }
 
-impl Kernel for Renewal<'_, '_> {
+impl Kernel for SiteUpdate<'_, '_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
         let count = self.of.value.len();
-        let (value, mean) = (&self.of.value[..count], &mut self.others.mean[..count]);
-        let variance = &mut self.others.variance[..count];
+        let (value, mean) = (&self.of.value[..count], &mut self.cavity.mean[..count]);
+        let variance = &mut self.cavity.variance[..count];
         let (site, spread) = (&mut self.sites.value[..count], &mut self.sites.variance[..count]);
         let quantum = self.of.quantum;
-        let least = if quantum > 0.0 { 1.0 / (NOTHING * quantum * quantum) } else { 0.0 };
+        let least = if quantum > 0.0 { 1.0 / (MAX_SITE_VARIANCE * quantum * quantum) } else { 0.0 };
         for k in 0..count {
-            let (slope, curvature) = self.of.seen(value[k] - mean[k], variance[k] + self.level);
-            let rest = (1.0 - curvature * variance[k]).max(TIGHT);
+            let (slope, curvature) =
+                self.of.derivatives(value[k] - mean[k], variance[k] + self.noise_variance);
+            let rest = (1.0 - curvature * variance[k]).max(MIN_SITE_VARIANCE);
             let mut precision = curvature / rest;
             let mut shift = slope / rest; // precision times distance from the mean
             let before = 1.0 / spread[k];
-            precision += KEPT * (before - precision);
-            shift += KEPT * ((site[k] - mean[k]) * before - shift);
-            let says = precision > least;
-            site[k] = if says { mean[k] + shift / precision } else { mean[k] };
-            spread[k] = if says { 1.0 / precision } else { 1.0 / least };
+            precision += SITE_DAMPING * (before - precision);
+            shift += SITE_DAMPING * ((site[k] - mean[k]) * before - shift);
+            let informative = precision > least;
+            site[k] = if informative { mean[k] + shift / precision } else { mean[k] };
+            spread[k] = if informative { 1.0 / precision } else { 1.0 / least };
             mean[k] = slope;
             variance[k] = curvature;
         }
     }
 }
 
-/// Where a sample is rounded, in standard deviations from the mean; by symmetry the near edge is the lower one.
+/// Edges of the quantum of a sample, in standard deviations from the mean; by symmetry the near edge is the lower one.
 struct Edges {
     near: f64,
     far: f64,
@@ -140,19 +139,19 @@ impl Edges {
         Self { near: (rest.abs() - 0.5 * quantum) / deviation, far: (rest.abs() + 0.5 * quantum) / deviation }
     }
 
-    /// Normal density at the far edge, and area between the edges; both over the density at the near one, so that
-    /// nothing vanishes far out.
+    /// Normal density at the far edge, and area between the edges, both over the density at the near edge, so that nothing underflows far
+    /// out.
     #[inline(always)]
     fn area(&self) -> (f64, f64) {
         let at_far = exp(-0.5 * (self.far - self.near) * (self.far + self.near));
-        (at_far, tail(self.near.max(-INSIDE)) - at_far * tail(self.far))
+        (at_far, mills_ratio(self.near.max(-FAR_INSIDE)) - at_far * mills_ratio(self.far))
     }
 }
 
 /// Area of the normal density beyond x over the density at x (Mills' ratio), to 2e-7 (Press et al., Numerical Recipes,
 /// section 6.2: Chebyshev approximation of erfc).
 #[inline(always)]
-fn tail(x: f64) -> f64 {
+fn mills_ratio(x: f64) -> f64 {
     const HALF_PI_ROOT: f64 = 1.253_314_137_315_500_3;
     const ROOT_TWO_PI: f64 = 2.506_628_274_631_000_7;
     let t = 1.0 / (1.0 + 0.5 * core::f64::consts::FRAC_1_SQRT_2 * x.abs());
@@ -192,7 +191,7 @@ fn exp(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Others, Rounded, Sites, exp, tail};
+    use super::{Cavity, Rounded, SiteApproximations, exp, mills_ratio};
 
     #[test]
     fn the_exponential_and_the_tail_are_those_of_the_library() {
@@ -203,17 +202,17 @@ mod tests {
         for i in -700..2500 {
             let x = 0.01 * f64::from(i);
             let true_one = 1.253_314_137_315_500_3 * libm::exp(0.5 * x * x) * libm::erfc(x / 2.0_f64.sqrt());
-            assert!((tail(x) / true_one - 1.0).abs() < 4e-7, "{x}");
+            assert!((mills_ratio(x) / true_one - 1.0).abs() < 4e-7, "{x}");
         }
     }
 
     /// Mean and variance of a normal number given that, with noise, it was rounded to `value`: by summing.
-    fn moments(value: f64, quantum: f64, mean: f64, variance: f64, level: f64) -> (f64, f64) {
+    fn moments(value: f64, quantum: f64, mean: f64, variance: f64, noise_variance: f64) -> (f64, f64) {
         let mut sums = [0.0; 3];
         let deviation = variance.sqrt();
         for i in -4000..=4000 {
             let x = mean + deviation * 0.002 * f64::from(i);
-            let edge = |e: f64| 0.5 * libm::erfc(-(e - x) / (2.0 * level).sqrt());
+            let edge = |e: f64| 0.5 * libm::erfc(-(e - x) / (2.0 * noise_variance).sqrt());
             let likely = edge(value + 0.5 * quantum) - edge(value - 0.5 * quantum);
             let weight = likely * (-0.5 * (x - mean) * (x - mean) / variance).exp();
             sums = [sums[0] + weight, sums[1] + weight * x, sums[2] + weight * x * x];
@@ -224,19 +223,19 @@ mod tests {
 
     #[test]
     fn a_site_gives_the_moments_of_the_rounded_sample() {
-        for (mean, variance, level) in
+        for (mean, variance, noise_variance) in
             [(0.2, 0.3, 0.01), (0.9, 0.3, 0.2), (-0.4, 0.02, 0.001), (0.6, 0.01, 0.05), (2.0, 3.0, 1.0)]
         {
             let (mut site, mut spread) = ([0.0], [0.3]);
             for _ in 0..60 {
-                let mut others = Others { mean: vec![mean], variance: vec![variance] };
+                let mut cavity = Cavity { mean: vec![mean], variance: vec![variance] };
                 let rounded = Rounded { value: &[0.0], quantum: 1.0 };
-                let mut sites = Sites { value: &mut site, variance: &mut spread };
-                rounded.renew(&mut others, level, &mut sites);
+                let mut sites = SiteApproximations { value: &mut site, variance: &mut spread };
+                rounded.update_sites(&mut cavity, noise_variance, &mut sites);
             }
             let precision = 1.0 / variance + 1.0 / spread[0];
             let found = ((mean / variance + site[0] / spread[0]) / precision, 1.0 / precision);
-            let right = moments(0.0, 1.0, mean, variance, level);
+            let right = moments(0.0, 1.0, mean, variance, noise_variance);
             assert!((found.0 - right.0).abs() < 3e-4 * variance.sqrt(), "{found:?} {right:?}");
             assert!((found.1 - right.1).abs() < 3e-4 * variance, "{found:?} {right:?}");
         }

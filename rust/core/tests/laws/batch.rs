@@ -1,13 +1,13 @@
 //! A batch is many single runs: the same numbers, whoever computes them beside whom.
 
+use guideload::LawParameter;
 use guideload::batch::{
     Base, Batch, Change, Group, Measure, Motion, Quantity, Solver, Statistic, Target, time_weights,
     travel_weights,
 };
-use guideload::law::Parameter;
-use guideload::loads::reaction;
+use guideload::reaction;
 use guideload::{
-    Body, Control, Exact, Excitation, Free, Law, Link, Output, Part, Radau, Rk45, Rung, SampleError,
+    Body, Control, Exact, Excitation, Free, Law, Link, ModelLevel, Output, Part, Radau, Rk45, SampleError,
     SceneError, State, group_load, run,
 };
 use nalgebra::Vector3;
@@ -51,7 +51,7 @@ pub fn yardstick(links: usize) -> Vec<Change> {
     }
     for link in 0..links {
         changes.push(change(Target::Damping(link), 0.0, &[(8 + link / 4, 5e4)]));
-        let target = Target::Law { link, parameter: Parameter::Stiffness };
+        let target = Target::Law { link, parameter: LawParameter::Stiffness };
         changes.push(change(target, 0.0, &[(4 + link / 4, 6e7)]));
     }
     changes.push(change(Target::Wrench, 0.0, &[(13, 1.0)]));
@@ -197,7 +197,7 @@ fn by_hand(
             sum.powf(1.0 / exponent)
         }
         Measure::ContactLost(group) => {
-            let position = guideload::loads::position(&system);
+            let position = guideload::position(&system);
             let lost = states.iter().any(|state| {
                 let at = nalgebra::Vector6::from(position.at(state, &[0.0; 9]));
                 groups[group].links.iter().any(|&link| {
@@ -221,7 +221,7 @@ fn machine_of(base: &Machine, values: &[f64; 14]) -> Machine {
     let mut machine = base.clone();
     machine.body = Body::new(1250.0 * values[0], center, base.body.inertia()).expect("a body");
     for (i, link) in machine.links.iter_mut().enumerate() {
-        let law = link.law().with(Parameter::Stiffness, 6e7 * values[4 + i / 4]).expect("a law");
+        let law = link.law().with(LawParameter::Stiffness, 6e7 * values[4 + i / 4]).expect("a law");
         *link = Link::with_law(link.point(), link.direction(), law, 5e4 * values[8 + i / 4]).expect("a link");
     }
     machine
@@ -345,11 +345,11 @@ fn samples_without_a_result_have_a_reason_and_leave_others_alone() {
     let mut changes = vec![
         change(Target::Mass, 0.0, &[(0, 1.0)]),
         change(Target::Acceleration, 0.0, &[(2, 1.0)]),
-        change(Target::Law { link: 3, parameter: Parameter::Clearance }, 0.0, &[(1, 1.0)]),
+        change(Target::Law { link: 3, parameter: LawParameter::Clearance }, 0.0, &[(1, 1.0)]),
     ];
     // One side only: with gravity from below nothing bears the weight.
     for link in (0..16).step_by(2) {
-        let target = Target::Law { link, parameter: Parameter::PositiveStiffness };
+        let target = Target::Law { link, parameter: LawParameter::PositiveStiffness };
         changes.push(change(target, 0.0, &[(3, 6e7)]));
     }
     changes.push(change(Target::Gravity(1), 0.0, &[(4, -9.80665)]));
@@ -396,7 +396,7 @@ fn an_unsupported_sample_names_the_motion() {
     let (machine, groups) = cart_on(Law::linear(6e7).expect("a law"));
     let trace = Trace::new(&mut Random::new(3), 5);
     let changes: Vec<Change> = (0..16)
-        .map(|link| change(Target::Law { link, parameter: Parameter::Stiffness }, 0.0, &[(link % 2, 6e7)]))
+        .map(|link| change(Target::Law { link, parameter: LawParameter::Stiffness }, 0.0, &[(link % 2, 6e7)]))
         .collect();
     let measures = [Measure::Load(0, Quantity::Fy, Statistic::Rms)];
     let batch =
@@ -478,7 +478,7 @@ fn auto_takes_what_the_laws_of_the_sample_allow() {
     let excitation = Excitation::uniform(0.0, 1e-3, &motion_samples[..900]).expect("a motion");
     let motion = Motion { excitation, speed: None, exponent: 3.0 };
     let changes: Vec<Change> = (0..16)
-        .map(|link| change(Target::Law { link, parameter: Parameter::Clearance }, 0.0, &[(0, 1.0)]))
+        .map(|link| change(Target::Law { link, parameter: LawParameter::Clearance }, 0.0, &[(0, 1.0)]))
         .collect();
     let measures = [Measure::ContactLost(0), PEAK];
     let batch = Batch::new(base(&machine, &groups), motion, &changes, &measures, Solver::Auto, 1e-6)
@@ -489,8 +489,8 @@ fn auto_takes_what_the_laws_of_the_sample_allow() {
     for (row, clearance) in [0.0, 5e-6].into_iter().enumerate() {
         let (machine, _) = cart_on(Law::sided(6e7, 6e7, clearance).expect("a law"));
         let system = machine.system();
-        let rung = if clearance == 0.0 { Rung::Linear } else { Rung::PiecewiseLinear };
-        assert_eq!(system.rung(), rung);
+        let model_level = if clearance == 0.0 { ModelLevel::Linear } else { ModelLevel::PiecewiseLinear };
+        assert_eq!(system.model_level(), model_level);
         let (states, _) = machine.states(&Exact::<1>, ADAPTIVE, &excitation);
         let load = group_load(&system, 0..4, groups[0].center, Part::Total);
         let peak = states.iter().map(|state| load.at(state, &[0.0; 9])[1]).fold(f64::MIN, f64::max);

@@ -1,7 +1,7 @@
 //! What varies: one number of a law, one scene with the values of a sample in place, and what is refused.
 
+use guideload::LawParameter;
 use guideload::batch::{Base, Batch, Change, Instance, Measure, Plan, Solver, Target};
-use guideload::law::Parameter;
 use guideload::{BatchError, Body, Law, Link, SampleError, SceneError, System};
 use nalgebra::Vector3;
 
@@ -14,44 +14,54 @@ fn one_number_of_a_law_makes_the_law_with_that_number() {
     let (balls, rollers) = (Law::preloaded(6e7, 600.0, 1.5), Law::preloaded(6e7, 600.0, 10.0 / 9.0));
     let curve = Law::curve(&[[-1e-5, -300.0], [0.0, 0.0], [1e-5, 100.0]]);
     let with = [
-        (&linear, Parameter::Stiffness, 5e7, Law::linear(5e7)),
-        (&linear, Parameter::PositiveStiffness, 5e7, Law::sided(5e7, 6e7, 0.0)),
-        (&linear, Parameter::NegativeStiffness, 0.0, Law::sided(6e7, 0.0, 0.0)),
-        (&linear, Parameter::Clearance, 5e-6, Law::sided(6e7, 6e7, 5e-6)),
-        (&linear, Parameter::Clearance, 0.0, Law::linear(6e7)),
-        (&linear, Parameter::Scale, 2.0, Law::linear(1.2e8)),
-        (&sided, Parameter::Stiffness, 8e7, Law::sided(8e7, 4e7, 4e-6)),
-        (&sided, Parameter::PositiveStiffness, 3e7, Law::sided(3e7, 3e7, 4e-6)),
-        (&sided, Parameter::Clearance, 0.0, Law::sided(6e7, 3e7, 0.0)),
-        (&sided, Parameter::Scale, 0.5, Law::sided(3e7, 1.5e7, 4e-6)),
-        (&balls, Parameter::Stiffness, 5e7, Law::preloaded(5e7, 600.0, 1.5)),
-        (&balls, Parameter::Preload, 700.0, Law::preloaded(6e7, 700.0, 1.5)),
-        (&rollers, Parameter::Preload, 700.0, Law::preloaded(6e7, 700.0, 10.0 / 9.0)),
-        (&curve, Parameter::Scale, 2.0, Law::curve(&[[-1e-5, -600.0], [0.0, 0.0], [1e-5, 200.0]])),
+        (&linear, LawParameter::Stiffness, 5e7, Law::linear(5e7)),
+        (&linear, LawParameter::PositiveStiffness, 5e7, Law::sided(5e7, 6e7, 0.0)),
+        (&linear, LawParameter::NegativeStiffness, 0.0, Law::sided(6e7, 0.0, 0.0)),
+        (&linear, LawParameter::Clearance, 5e-6, Law::sided(6e7, 6e7, 5e-6)),
+        (&linear, LawParameter::Clearance, 0.0, Law::linear(6e7)),
+        (&linear, LawParameter::Scale, 2.0, Law::linear(1.2e8)),
+        (&sided, LawParameter::Stiffness, 8e7, Law::sided(8e7, 4e7, 4e-6)),
+        (&sided, LawParameter::PositiveStiffness, 3e7, Law::sided(3e7, 3e7, 4e-6)),
+        (&sided, LawParameter::Clearance, 0.0, Law::sided(6e7, 3e7, 0.0)),
+        (&sided, LawParameter::Scale, 0.5, Law::sided(3e7, 1.5e7, 4e-6)),
+        (&balls, LawParameter::Stiffness, 5e7, Law::preloaded(5e7, 600.0, 1.5)),
+        (&balls, LawParameter::Preload, 700.0, Law::preloaded(6e7, 700.0, 1.5)),
+        (&rollers, LawParameter::Preload, 700.0, Law::preloaded(6e7, 700.0, 10.0 / 9.0)),
+        (&curve, LawParameter::Scale, 2.0, Law::curve(&[[-1e-5, -600.0], [0.0, 0.0], [1e-5, 200.0]])),
     ];
     for (law, parameter, value, want) in with {
         assert_eq!(law.expect("a law").with(parameter, value), want, "{parameter:?} {value}");
     }
     let refused = [
-        (&linear, Parameter::Stiffness, -1.0, SceneError::Stiffness { got: -1.0 }),
-        (&sided, Parameter::Clearance, -1e-6, SceneError::Clearance { got: -1e-6 }),
-        (&sided, Parameter::NegativeStiffness, -1.0, SceneError::Sides { positive: 6e7, negative: -1.0 }),
-        (&balls, Parameter::Preload, 0.0, SceneError::Preload { got: 0.0 }),
-        (&curve, Parameter::Scale, -1.0, SceneError::Factor { got: -1.0 }),
-        (&linear, Parameter::Preload, 1.0, SceneError::NoParameter { parameter: "preload", law: "linear" }),
+        (&linear, LawParameter::Stiffness, -1.0, SceneError::Stiffness { got: -1.0 }),
+        (&sided, LawParameter::Clearance, -1e-6, SceneError::Clearance { got: -1e-6 }),
+        (&sided, LawParameter::NegativeStiffness, -1.0, SceneError::Sides { positive: 6e7, negative: -1.0 }),
+        (&balls, LawParameter::Preload, 0.0, SceneError::Preload { got: 0.0 }),
+        (&curve, LawParameter::Scale, -1.0, SceneError::Factor { got: -1.0 }),
+        (
+            &linear,
+            LawParameter::Preload,
+            1.0,
+            SceneError::NoParameter { parameter: "preload", law: "linear" },
+        ),
         (
             &balls,
-            Parameter::Clearance,
+            LawParameter::Clearance,
             1.0,
             SceneError::NoParameter { parameter: "clearance", law: "preloaded" },
         ),
-        (&curve, Parameter::Stiffness, 1.0, SceneError::NoParameter { parameter: "stiffness", law: "curve" }),
+        (
+            &curve,
+            LawParameter::Stiffness,
+            1.0,
+            SceneError::NoParameter { parameter: "stiffness", law: "curve" },
+        ),
     ];
     for (law, parameter, value, want) in refused {
         assert_eq!(law.expect("a law").with(parameter, value), Err(want));
     }
-    for parameter in Parameter::ALL {
-        assert_eq!(Parameter::from_name(parameter.name()), Some(parameter));
+    for parameter in LawParameter::ALL {
+        assert_eq!(LawParameter::from_name(parameter.name()), Some(parameter));
     }
 }
 
@@ -60,7 +70,7 @@ fn a_stiffness_that_is_set_is_the_nominal_one() {
     let mut random = Random::new(8);
     for _ in 0..100 {
         let (a, b, c) = (random.between(0.0, 1e8), random.between(1.0, 1e8), random.between(0.0, 1e-5));
-        let law = Law::sided(a, b, c).expect("a law").with(Parameter::Stiffness, 3e7).expect("a law");
+        let law = Law::sided(a, b, c).expect("a law").with(LawParameter::Stiffness, 3e7).expect("a law");
         assert_eq!(law.nominal(), 3e7);
         assert_eq!(law.clearance(), c);
     }
@@ -74,9 +84,9 @@ fn a_changed_scene_is_the_one_made_directly() {
     let about_reference = inertia_about(&body.inertia(), body.mass(), &body.center_of_mass());
     let base = Base { inertia: about_reference, inertia_about_reference: true, ..base(&machine, &groups) };
     let changes = [
-        change(Target::Law { link: 2, parameter: Parameter::Scale }, 1.0, &[(0, 0.5)]),
-        change(Target::Law { link: 2, parameter: Parameter::Clearance }, 2e-6, &[(1, 1e-6)]),
-        change(Target::Law { link: 2, parameter: Parameter::Stiffness }, 1e7, &[(0, 1e7), (1, 2e7)]),
+        change(Target::Law { link: 2, parameter: LawParameter::Scale }, 1.0, &[(0, 0.5)]),
+        change(Target::Law { link: 2, parameter: LawParameter::Clearance }, 2e-6, &[(1, 1e-6)]),
+        change(Target::Law { link: 2, parameter: LawParameter::Stiffness }, 1e7, &[(0, 1e7), (1, 2e7)]),
         change(Target::Point { link: 2, axis: 0 }, -0.4, &[(1, 0.1)]),
         change(Target::Center { group: 1, axis: 2 }, 0.3, &[(0, 0.1)]),
         change(Target::Mass, 1200.0, &[(0, 100.0)]),

@@ -1,6 +1,6 @@
 //! The yardstick scenes, the motion `cycle`, and what every law measures with.
 
-use guideload::loads::fill;
+use guideload::evaluate;
 use guideload::{
     Axial, Body, Control, Exact, Excitation, Free, Link, Method, Output, Part, RunError, Scene, State,
     Summary, System, Wrench, carriage_links, group_load, link_load, run,
@@ -86,7 +86,7 @@ impl Machine {
         let system = self.system();
         let loads = self.link_loads(&system);
         let mut out = vec![0.0; states.len() * loads.len()];
-        fill(&loads, states, |_| [0.0; 9], &mut out);
+        evaluate(&loads, states, |_| [0.0; 9], &mut out);
         out
     }
 }

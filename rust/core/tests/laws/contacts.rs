@@ -2,11 +2,11 @@
 
 use core::f64::consts::PI;
 
-use guideload::loads::{acceleration, reaction};
 use guideload::{
-    Body, Control, Dof, Exact, Excitation, Extremes, Free, Law, Link, Output, Part, Peaks, Radau, Rk45, Rung,
-    SceneError, State, System, group_load, run,
+    Body, Control, Dof, Exact, Excitation, Extremes, Free, Law, Link, ModelLevel, Output, Part, Peaks, Radau,
+    Rk45, SceneError, State, System, group_load, run,
 };
+use guideload::{acceleration, reaction};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::common::{
@@ -106,7 +106,7 @@ fn the_exact_solution_does_not_depend_on_where_the_samples_are() {
     let mut random = Random::new(301);
     for _ in 0..6 {
         let machine = any_machine(&mut random);
-        assert_eq!(machine.system().rung(), Rung::PiecewiseLinear);
+        assert_eq!(machine.system().model_level(), ModelLevel::PiecewiseLinear);
         let samples = noise(&mut random, 60);
         let mut time = vec![0.0];
         for k in 1..60 {
@@ -202,8 +202,8 @@ fn a_body_bounces_between_its_stops_for_ever() {
     assert!(summary.contact_changes.abs_diff(800) <= 2, "{summary:?}");
     let energy = |state: &State| {
         let system = machine.system();
-        let q = guideload::loads::position(&system).at(state, &[0.0; 9])[1];
-        let rate = guideload::loads::velocity(&system).at(state, &[0.0; 9])[1];
+        let q = guideload::position(&system).at(state, &[0.0; 9])[1];
+        let rate = guideload::velocity(&system).at(state, &[0.0; 9])[1];
         machine.links[0].law().energy(q) + 0.5 * mass * rate * rate
     };
     for k in [2, 3, 4] {
@@ -211,7 +211,7 @@ fn a_body_bounces_between_its_stops_for_ever() {
     }
     let position = |state: &State| {
         let system = machine.system();
-        guideload::loads::position(&system).at(state, &[0.0; 9])[1]
+        guideload::position(&system).at(state, &[0.0; 9])[1]
     };
     close(position(&states[3]), position(&states[2]), 1e-6, c);
 }
@@ -267,7 +267,7 @@ fn laws_that_never_bend_give_the_linear_scene() {
     let linear = cart().exact_loads(&excitation);
     let far = [[-1.0, -6e7], [0.0, 0.0], [1.0, 6e7], [2.0, 18e7]];
     let machine = with_laws(cart(), |_, _| Law::curve(&far).expect("a law"));
-    assert_eq!(machine.system().rung(), Rung::PiecewiseLinear);
+    assert_eq!(machine.system().model_level(), ModelLevel::PiecewiseLinear);
     alike(&machine.exact_loads(&excitation), &linear, 1e-12);
     // A preload a thousand times the loads: the tangent at no load is all that counts.
     let machine = with_laws(cart(), |_, k| Law::preloaded(k, 1e7, 1.5).expect("a law"));
@@ -287,8 +287,8 @@ fn momentum_balances_whatever_the_laws() {
         let samples = noise(&mut random, 50);
         let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
         let system = machine.system();
-        let (states, _) = match system.rung() {
-            Rung::SmoothNonlinear => machine.states(&Rk45, ADAPTIVE, &excitation),
+        let (states, _) = match system.model_level() {
+            ModelLevel::SmoothNonlinear => machine.states(&Rk45, ADAPTIVE, &excitation),
             _ => machine.states(&Exact::<4>, ADAPTIVE, &excitation),
         };
         let guides = group_load(&system, 0..machine.links.len(), Vector3::zeros(), Part::Total);

@@ -1,7 +1,7 @@
 //! Motion: energy, and the closed forms of one degree of freedom.
 
-use guideload::loads::{position, velocity};
 use guideload::{Body, Dof, Exact, Excitation, Free, Link, Output, State};
+use guideload::{position, velocity};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::common::{

@@ -1,9 +1,9 @@
 //! Contacts where rounding, size or shape is extreme, and against what knows nothing of them.
 
-use guideload::loads::{acceleration, position, velocity};
 use guideload::{
     Body, Control, Dof, Exact, Excitation, Free, Law, Link, Output, Part, Radau, Rk45, State, link_load,
 };
+use guideload::{acceleration, position, velocity};
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3, Vector6};
 
 use crate::common::{ADAPTIVE, Machine, Random, alike, cart, close, cycle, noise, one_dof, random_machine};

@@ -1,6 +1,6 @@
 //! What the choice of axes, origin, order and units must not change.
 
-use guideload::loads::position;
+use guideload::position;
 use guideload::{Body, Exact, Excitation, Free, Link, Part, group_load};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
@@ -39,7 +39,7 @@ fn halves(wrench: &[f64; 6]) -> (Vector3<f64>, Vector3<f64>) {
     (Vector3::from_column_slice(&wrench[..3]), Vector3::from_column_slice(&wrench[3..]))
 }
 
-fn joined(force: Vector3<f64>, moment: Vector3<f64>) -> [f64; 6] {
+fn input_from(force: Vector3<f64>, moment: Vector3<f64>) -> [f64; 6] {
     [force.x, force.y, force.z, moment.x, moment.y, moment.z]
 }
 
@@ -74,7 +74,8 @@ fn turning_the_whole_scene_turns_its_loads() {
             };
             let acceleration: Vec<[f64; 3]> =
                 acceleration.iter().map(|&a| (turn * Vector3::from(a)).into()).collect();
-            let wrench: Vec<_> = wrench.iter().map(halves).map(|(f, m)| joined(turn * f, turn * m)).collect();
+            let wrench: Vec<_> =
+                wrench.iter().map(halves).map(|(f, m)| input_from(turn * f, turn * m)).collect();
             let excitation = Excitation::new(&time, &acceleration, Some(&wrench)).expect("sound");
             alike(&turned.exact_loads(&excitation), &loads, ROUNDING);
 
@@ -85,7 +86,7 @@ fn turning_the_whole_scene_turns_its_loads() {
             for (state, turned_state) in states.iter().zip(&turned_states) {
                 let (f, m) = halves(&group.at(state, &[0.0; 9]));
                 let got = turned_group.at(turned_state, &[0.0; 9]);
-                assert!(difference(&got, &joined(turn * f, turn * m)) <= ROUNDING * largest(&loads));
+                assert!(difference(&got, &input_from(turn * f, turn * m)) <= ROUNDING * largest(&loads));
             }
         }
     }
@@ -110,7 +111,8 @@ fn link_loads_do_not_depend_on_the_origin() {
                 .expect("links"),
             ..machine
         };
-        let wrench: Vec<_> = wrench.iter().map(halves).map(|(f, m)| joined(f, m - by.cross(&f))).collect();
+        let wrench: Vec<_> =
+            wrench.iter().map(halves).map(|(f, m)| input_from(f, m - by.cross(&f))).collect();
         let excitation = Excitation::new(&time, &acceleration, Some(&wrench)).expect("sound");
         alike(&moved.exact_loads(&excitation), &loads, ROUNDING);
     }
@@ -199,7 +201,8 @@ fn displacements_are_reciprocal() {
         let time: Vec<f64> = (0..force.len()).map(|k| STEP * k as f64).collect();
         let [there, back] = [[0, 1], [1, 0]].map(|[at, seen]| {
             let ((a, along_a), (b, along_b)) = (ends[at], ends[seen]);
-            let wrench: Vec<_> = force.iter().map(|f| joined(along_a * *f, a.cross(&along_a) * *f)).collect();
+            let wrench: Vec<_> =
+                force.iter().map(|f| input_from(along_a * *f, a.cross(&along_a) * *f)).collect();
             let excitation = Excitation::new(&time, &rest, Some(&wrench)).expect("sound");
             let (states, _) = machine.states(&Exact::<1>, ADAPTIVE, &excitation);
             let sag = halves(&place.at_rest());

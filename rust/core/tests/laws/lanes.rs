@@ -1,11 +1,11 @@
 //! Linear scenes side by side give what each gives by itself, in lanes of any width and beside any neighbours.
 
+use guideload::LawParameter;
 use guideload::batch::{
     Base, Batch, Change, Group, Measure, Motion, Quantity, Solver, Statistic, Target, Width,
 };
-use guideload::law::Parameter;
-use guideload::loads::{fill, reaction};
 use guideload::{Dof, Exact, Excitation, Free, Part, group_load};
+use guideload::{evaluate, reaction};
 use nalgebra::Vector3;
 
 use crate::common::{
@@ -47,7 +47,7 @@ impl Study {
         let mut changes =
             vec![to(Target::Mass, 0), to(Target::CenterOfMass(1), 1), to(Target::Acceleration, 2)];
         for (link, of) in machine.links.iter().enumerate() {
-            let parameter = Parameter::Stiffness;
+            let parameter = LawParameter::Stiffness;
             changes.push(to(Target::Law { link, parameter }, nominal.len()));
             changes.push(to(Target::Damping(link), nominal.len() + 1));
             nominal.extend([of.stiffness(), of.damping()]);
@@ -111,7 +111,7 @@ fn reduced(study: &Study, index: usize, motion: &Motion, samples: &Samples, expo
         .collect();
     loads.push(reaction(&system));
     let mut flat = vec![0.0; states.len() * 18];
-    fill(&loads, &states, |k| excitation.input(k), &mut flat);
+    evaluate(&loads, &states, |k| excitation.input(k), &mut flat);
     let weights = guideload::batch::time_weights(&motion.excitation);
     let travel = guideload::batch::travel_weights(&motion.excitation, motion.speed.expect("a speed"));
     let of = |values: &[f64]| -> Vec<f64> {

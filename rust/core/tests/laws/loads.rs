@@ -1,10 +1,10 @@
 //! Load recovery, paper section 3.6: at every sample the books balance.
 
-use guideload::loads::{acceleration, fill, position, reaction, velocity};
 use guideload::{
     Control, Dof, Exact, Excitation, Extremes, Free, Link, Output, Part, Peaks, Radau, Rk45, RunError, State,
     Wrench, group_load, link_load, run,
 };
+use guideload::{acceleration, evaluate, position, reaction, velocity};
 use nalgebra::{Vector3, Vector6};
 
 use crate::common::{
@@ -145,7 +145,7 @@ fn peaks_are_the_extremes_of_the_history_bit_for_bit() {
 
     let (states, _) = machine.states(&Exact::<1>, ADAPTIVE, &excitation);
     let mut history = vec![0.0; states.len() * loads.len() * 6];
-    fill(&loads, &states, |k| excitation.input(k), &mut history);
+    evaluate(&loads, &states, |k| excitation.input(k), &mut history);
     for (l, extreme) in extremes.iter().enumerate() {
         for axis in 0..6 {
             let trace: Vec<f64> = history.chunks(6 * loads.len()).map(|row| row[6 * l + axis]).collect();

@@ -1,6 +1,6 @@
 //! Static equilibrium, and bodies without it.
 
-use guideload::loads::reaction;
+use guideload::reaction;
 use guideload::{Body, Dof, Free, Link, SceneError, System};
 use nalgebra::{Matrix3, Rotation3, Vector3, Vector6};
 

@@ -1,9 +1,8 @@
-//! Masses, weights and links of many scenes side by side: the matrices of `crate::assemble`, a scene in each lane.
+//! Mass matrices, weights and links of many scenes, one in each lane: as `crate::assemble`.
 
 use pulp::Simd;
 
-use super::jacobi::Square;
-use super::modal::MOST;
+use super::matrix::{MAX_MODES, Square};
 use super::vector::Real;
 use crate::batch::instance::Instance;
 
@@ -52,16 +51,16 @@ fn cross<S: Simd>(a: &[Real<S>; 3], b: &[Real<S>; 3]) -> [Real<S>; 3] {
     })
 }
 
-/// A link in all scenes.
+/// One link in all scenes.
 #[derive(Debug)]
 pub(super) struct LaneLink<S: Simd> {
     /// Deflection per unit of each free degree of freedom (eqs. 14-17).
-    pub row: [Real<S>; MOST],
+    pub row: [Real<S>; MAX_MODES],
     pub stiffness: Real<S>,
     pub damping: Real<S>,
 }
 
-/// All links.
+/// All links in all scenes.
 #[derive(Debug)]
 pub(super) struct Links<S: Simd> {
     pub all: Vec<LaneLink<S>>,
@@ -80,7 +79,7 @@ impl<S: Simd> Links<S> {
             let o = scenes[0].links()[index].direction();
             let along: [_; 3] = core::array::from_fn(|axis| Real::splat(simd, o[axis]));
             let moment = cross(&point, &along);
-            let mut row = [zero; MOST];
+            let mut row = [zero; MAX_MODES];
             for (i, &dof) in dofs.iter().enumerate() {
                 row[i] = if dof < 3 { along[dof] } else { moment[dof - 3] };
             }
@@ -97,7 +96,7 @@ impl<S: Simd> Links<S> {
     #[inline(always)]
     pub(super) fn matrices(&self, simd: S, n: usize) -> (Square<Real<S>>, Square<Real<S>>) {
         let zero = Real::splat(simd, 0.0);
-        let (mut k, mut c) = ([[zero; MOST]; MOST], [[zero; MOST]; MOST]);
+        let (mut k, mut c) = ([[zero; MAX_MODES]; MAX_MODES], [[zero; MAX_MODES]; MAX_MODES]);
         for link in &self.all {
             for i in 0..n {
                 let (stiff, damped) = (link.stiffness * link.row[i], link.damping * link.row[i]);
@@ -115,7 +114,7 @@ impl<S: Simd> Links<S> {
         (k, c)
     }
 
-    /// What a unit of the load of a link adds to a component of the load of a group.
+    /// Component of the load of a group per unit of the load of a link.
     #[inline(always)]
     pub(super) fn arm(
         &self,

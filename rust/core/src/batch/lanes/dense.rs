@@ -1,12 +1,11 @@
-//! Small symmetric matrices, many side by side.
+//! Small symmetric matrices, one in each lane.
 
 use pulp::Simd;
 
-use super::jacobi::Square;
-use super::modal::MOST;
+use super::matrix::{MAX_MODES, Square};
 use super::vector::Real;
 
-/// Turns a symmetric matrix into its factor L with `L Lᵀ`; the smallest pivot as a part of its diagonal entry, at most 1.
+/// Replaces a symmetric matrix by its Cholesky factor L, `L Lᵀ`. Returns the smallest pivot as a part of its diagonal entry, at most 1.
 #[inline(always)]
 pub(super) fn cholesky<S: Simd>(matrix: &mut Square<Real<S>>, n: usize) -> Real<S> {
     let zero = matrix[0][0].constant(0.0);
@@ -16,7 +15,7 @@ pub(super) fn cholesky<S: Simd>(matrix: &mut Square<Real<S>>, n: usize) -> Real<
         for k in 0..j {
             pivot = (-matrix[j][k]).mul_add(matrix[j][k], pivot);
         }
-        // What is no number is not above zero, and neither is what it is compared with later.
+        // NaN is not above zero, and fails the later comparison.
         let part = pivot / matrix[j][j];
         smallest = zero.less_than(part).select(smallest.min(part), zero);
         let root = pivot.sqrt();
@@ -33,11 +32,11 @@ pub(super) fn cholesky<S: Simd>(matrix: &mut Square<Real<S>>, n: usize) -> Real<
     smallest
 }
 
-/// `L⁻¹ A L⁻ᵀ` in the place of a symmetric A.
+/// Replaces a symmetric A by `L⁻¹ A L⁻ᵀ`.
 #[inline(always)]
 pub(super) fn congruent<S: Simd>(lower: &Square<Real<S>>, matrix: &mut Square<Real<S>>, n: usize) {
     for _ in 0..2 {
-        // Solve for the columns, then turn the result round: twice makes both sides.
+        // Solve for the columns, then transpose; twice does both sides.
         for column in 0..n {
             for i in 0..n {
                 let mut sum = matrix[i][column];
@@ -69,7 +68,7 @@ pub(super) fn projected<S: Simd>(
     n: usize,
 ) -> Square<Real<S>> {
     let zero = matrix[0][0].constant(0.0);
-    let (mut half, mut out) = ([[zero; MOST]; MOST], [[zero; MOST]; MOST]);
+    let (mut half, mut out) = ([[zero; MAX_MODES]; MAX_MODES], [[zero; MAX_MODES]; MAX_MODES]);
     for i in 0..n {
         for mode in 0..n {
             for k in 0..n {

@@ -1,28 +1,26 @@
-//! Eigenvectors by plane rotations, many scenes side by side.
+//! Eigenvectors by Jacobi rotations, one matrix in each lane.
 //!
-//! A lane that has settled is rotated by nothing from then on, to the last bit, so what its neighbours still need does not touch it.
+//! A lane that has converged is rotated by exactly nothing from then on, so its result does not depend on its neighbours.
 
 use pulp::Simd;
 
-use super::modal::MOST;
+use super::matrix::{MAX_MODES, Square};
 use super::vector::{Complex, Mask, Real};
 
-/// A square matrix, of which the first rows and columns count.
-pub(super) type Square<T> = [[T; MOST]; MOST];
-
-/// Sweeps over all pairs. Quadratic convergence settles an ordinary scene in five or six; what is not settled after these is not sound.
+/// Most sweeps over all pairs. Quadratic convergence needs five or six for an ordinary scene; a lane that has not converged then is left
+/// to the scalar path.
 const SWEEPS: usize = 12;
 
-/// An entry off the diagonal up to this part of the geometric mean of the two on it counts as none.
+/// Part of the geometric mean of the two diagonal entries below which an off-diagonal entry counts as zero.
 const NOTHING: f64 = f64::EPSILON;
 
-/// Turns a symmetric positive definite matrix diagonal: leaves the eigenvalues on it and returns the eigenvectors in columns.
+/// Diagonalises a symmetric positive definite matrix: leaves the eigenvalues on its diagonal and returns the eigenvectors in columns.
 #[inline(always)]
 pub(super) fn symmetric<S: Simd>(simd: S, matrix: &mut Square<Real<S>>, n: usize) -> Square<Real<S>> {
-    let n = usize::min(n, MOST);
+    let n = usize::min(n, MAX_MODES);
     let (zero, one) = (Real::splat(simd, 0.0), Real::splat(simd, 1.0));
     let limit = Real::splat(simd, NOTHING * NOTHING);
-    let mut vectors = [[zero; MOST]; MOST];
+    let mut vectors = [[zero; MAX_MODES]; MAX_MODES];
     for (i, row) in vectors.iter_mut().enumerate() {
         row[i] = one;
     }
@@ -65,12 +63,12 @@ pub(super) fn symmetric<S: Simd>(simd: S, matrix: &mut Square<Real<S>>, n: usize
     vectors
 }
 
-/// Damped modes: the upper half of `M = [[A, B], [B̄, Ā]]`, A complex symmetric and B Hermitian, turned diagonal by complex rotations
-/// `RᵀMR` that keep its form, and the columns of the upper half of modes that the rotations make.
+/// Damped modes: the upper half of `M = [[A, B], [B̄, Ā]]`, A complex symmetric and B Hermitian, which complex rotations `RᵀMR`
+/// diagonalise while they keep this form, and the upper half of the modes that the rotations make.
 ///
 /// The form is that of `iΩ - Ĉ/2` beside `Ĉ/2`: a mode and its conjugate. (Jacobi's method for complex symmetric matrices, Seaton 1969;
 /// rotations are orthogonal without conjugation, so `Tᵀ T = I`.)
-pub(super) struct Damped<S: Simd> {
+pub(super) struct DampedModes<S: Simd> {
     n: usize,
     /// Rows of A and B: `[A B]`.
     pub(super) a: Square<Complex<S>>,
@@ -78,24 +76,31 @@ pub(super) struct Damped<S: Simd> {
     /// `T = [[U, V̄], [V, Ū]]`: upper and lower half of the columns of the modes.
     pub(super) upper: Square<Complex<S>>,
     pub(super) lower: Square<Complex<S>>,
-    /// Lanes with a mode that does not swing: it and its conjugate are two real ones then, which have not this form.
-    pub(super) creeps: Mask<S>,
+    /// Lanes with a mode that does not oscillate. It and its conjugate are then two real modes, which do not have this form.
+    pub(super) does_not_oscillate: Mask<S>,
 }
 
-impl<S: Simd> Damped<S> {
-    /// A and B as they are, and no rotation yet.
+impl<S: Simd> DampedModes<S> {
+    /// A and B before any rotation.
     #[inline(always)]
     pub(super) fn new(simd: S, a: Square<Complex<S>>, b: Square<Complex<S>>, n: usize) -> Self {
         let (zero, one) = (Real::splat(simd, 0.0), Real::splat(simd, 1.0));
         let none = Complex::new(zero, zero);
-        let mut upper = [[none; MOST]; MOST];
+        let mut upper = [[none; MAX_MODES]; MAX_MODES];
         for (i, row) in upper.iter_mut().enumerate() {
             row[i] = Complex::new(one, zero);
         }
-        Self { n: usize::min(n, MOST), a, b, upper, lower: [[none; MOST]; MOST], creeps: one.less_than(zero) }
+        Self {
+            n: usize::min(n, MAX_MODES),
+            a,
+            b,
+            upper,
+            lower: [[none; MAX_MODES]; MAX_MODES],
+            does_not_oscillate: one.less_than(zero),
+        }
     }
 
-    /// Turns M diagonal; the eigenvalues are on the diagonal of A then.
+    /// Diagonalises M; the eigenvalues are then on the diagonal of A.
     #[inline(always)]
     pub(super) fn turn(&mut self) {
         let n = self.n;
@@ -114,7 +119,7 @@ impl<S: Simd> Damped<S> {
         }
     }
 
-    /// A rotation of the modes j and k, and of their conjugates by the conjugate one. Whether there was anything to turn.
+    /// Rotates the modes j and k, and their conjugates by the conjugate rotation. Whether there was anything to rotate.
     #[inline(always)]
     fn with_other(&mut self, j: usize, k: usize) -> bool {
         let n = self.n;
@@ -132,13 +137,13 @@ impl<S: Simd> Damped<S> {
                 (half[j][i], half[k][i]) = turned([cos, sin], half[j][i], half[k][i]);
             }
         }
-        // To the last bit, or rounding would go on being turned away.
+        // Exactly zero, or rounding would be rotated away again and again.
         self.a[j][k] = cleared(turns, self.a[j][k]);
         self.a[k][j] = self.a[j][k];
         true
     }
 
-    /// A rotation of the mode j and the conjugate of the mode k, and its conjugate of the conjugate of j and k.
+    /// Rotates the mode j and the conjugate of the mode k, and conjugately the conjugate of j and k.
     #[inline(always)]
     fn with_conjugate_of_other(&mut self, j: usize, k: usize) -> bool {
         let n = self.n;
@@ -168,7 +173,7 @@ impl<S: Simd> Damped<S> {
         true
     }
 
-    /// A rotation of the mode j and its own conjugate, by an imaginary angle.
+    /// Rotates the mode j and its own conjugate, by an imaginary angle.
     #[inline(always)]
     fn with_own_conjugate(&mut self, j: usize) -> bool {
         let n = self.n;
@@ -176,7 +181,8 @@ impl<S: Simd> Damped<S> {
             return false;
         };
         let (swing, coupling) = (self.a[j][j].im, self.b[j][j].re);
-        self.creeps = self.creeps.or(turns.and_not((coupling * coupling).less_than(swing * swing)));
+        self.does_not_oscillate =
+            self.does_not_oscillate.or(turns.and_not((coupling * coupling).less_than(swing * swing)));
         for i in 0..n {
             (self.a[i][j], self.b[i][j]) = turned([cos, sin], self.a[i][j], self.b[i][j]);
             let (u, v) = (self.upper[i][j], self.lower[i][j]);
@@ -193,7 +199,7 @@ impl<S: Simd> Damped<S> {
     }
 }
 
-/// Cosine and sine of the rotation that turns `[[a, b], [b, d]]` diagonal, and in which lanes it does; none if it is so in all of them.
+/// Cosine and sine of the rotation that diagonalises `[[a, b], [b, d]]`, and the lanes in which it does; none if all lanes are diagonal.
 #[inline(always)]
 fn rotation<S: Simd>(
     a: Complex<S>,
@@ -219,9 +225,9 @@ fn rotation<S: Simd>(
     Some((cos, tan * cos, turns))
 }
 
-/// Columns j and k of a row, turned.
+/// Rotates columns j and k of a row.
 #[inline(always)]
-fn turn<S: Simd>(rotation: [Complex<S>; 2], row: &mut [Complex<S>; MOST], [j, k]: [usize; 2]) {
+fn turn<S: Simd>(rotation: [Complex<S>; 2], row: &mut [Complex<S>; MAX_MODES], [j, k]: [usize; 2]) {
     (row[j], row[k]) = turned(rotation, row[j], row[k]);
 }
 
@@ -230,7 +236,7 @@ fn turned<S: Simd>([cos, sin]: [Complex<S>; 2], x: Complex<S>, y: Complex<S>) ->
     (cos.mul_add(x, -(sin * y)), sin.mul_add(x, cos * y))
 }
 
-/// Zero in the lanes that were turned.
+/// Zero in the lanes that were rotated.
 #[inline(always)]
 fn cleared<S: Simd>(turns: Mask<S>, entry: Complex<S>) -> Complex<S> {
     let zero = entry.re.constant(0.0);

@@ -1,47 +1,51 @@
-//! Loads of many scenes side by side at the samples of a block.
+//! Loads of many scenes, one in each lane, at the samples of a block.
 
 use pulp::{Simd, WithSimd};
 
-use super::modal::{MOST, Modal, TILE};
-use super::room::Room;
+use super::aligned_buffer::AlignedBuffer;
+use super::matrix::MAX_MODES;
+use super::modal::{ModalScenes, TILE};
 use super::timeline::{BLOCK, Timeline};
 use super::vector::Real;
 
-/// Samples of which the values of a tile of rows are worked out at a time: sixteen sums in the registers, which share each number loaded.
+/// Samples evaluated at a time for a tile of rows: sixteen sums in registers share each number loaded.
 const SAMPLES: usize = 4;
 
-/// Smallest and largest value of all rows: if the values at the samples are kept, over a block; else over all blocks so far.
-pub(super) struct Loads<'a, const KEPT: bool> {
-    pub modal: &'a Modal,
-    pub line: &'a Timeline,
+/// Smallest and largest value of all rows: over a block if the values at the samples are stored, otherwise over all blocks so far.
+pub(super) struct LaneLoads<'a, const STORES_VALUES: bool> {
+    pub modal: &'a ModalScenes,
+    pub timeline: &'a Timeline,
     pub block: usize,
-    pub states: &'a Room,
-    pub values: &'a mut Room,
-    pub extremes: &'a mut Room,
+    pub states: &'a AlignedBuffer,
+    pub values: &'a mut AlignedBuffer,
+    pub extremes: &'a mut AlignedBuffer,
 }
 
-impl<const KEPT: bool> WithSimd for Loads<'_, KEPT> {
+impl<const STORES_VALUES: bool> WithSimd for LaneLoads<'_, STORES_VALUES> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { modal, line, block, states, values, extremes } = self;
-        let components = line.components.len();
-        let inputs = &line.values[block * BLOCK * components..][..BLOCK * components];
+        let Self { modal, timeline, block, states, values, extremes } = self;
+        let components = timeline.components.len();
+        let inputs = &timeline.values[block * BLOCK * components..][..BLOCK * components];
         let states = states.vectors::<S>().as_chunks::<BLOCK>().0;
         let width = 1 + components + states.len();
         let tiles = modal.tiles.vectors::<S>().as_chunks::<TILE>().0.chunks_exact(width);
         let extremes = extremes.vectors_mut::<S>().as_chunks_mut::<2>().0.as_chunks_mut::<TILE>().0;
         let values = values.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<TILE>().0;
-        let mut sizes = [simd.splat_f64s(0.0); 2 * MOST];
-        if !KEPT {
+        let mut sizes = [simd.splat_f64s(0.0); 2 * MAX_MODES];
+        if !STORES_VALUES {
             for (size, states) in sizes.iter_mut().zip(states) {
                 *size = largest(simd, states).lanes;
             }
         }
         for (index, (tile, extremes)) in tiles.zip(extremes).enumerate() {
             let (head, tile) = tile.split_at(1 + components);
-            if !KEPT && block > 0 && !may_be_new(simd, head, line.range(block), tile, &sizes, extremes) {
+            if !STORES_VALUES
+                && block > 0
+                && !may_be_new(simd, head, timeline.range(block), tile, &sizes, extremes)
+            {
                 continue;
             }
             for part in 0..BLOCK / SAMPLES {
@@ -55,7 +59,7 @@ impl<const KEPT: bool> WithSimd for Loads<'_, KEPT> {
                         }
                     }
                 }
-                // A loop that is not unrolled: 16 sums, 4 + 4 numbers loaded, and nothing to keep elsewhere.
+                // Not unrolled: 16 sums and 4 + 4 loaded numbers fill the registers.
                 for (coefficients, states) in tile.iter().zip(states) {
                     let states = &states.as_chunks::<SAMPLES>().0[part];
                     for row in 0..TILE {
@@ -68,12 +72,12 @@ impl<const KEPT: bool> WithSimd for Loads<'_, KEPT> {
                 for row in 0..TILE {
                     let [a, b, c, d] = sums[row];
                     let (mut low, mut high) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
-                    if part > 0 || (!KEPT && block > 0) {
+                    if part > 0 || (!STORES_VALUES && block > 0) {
                         low = low.min(Real::new(simd, extremes[row][0]));
                         high = high.max(Real::new(simd, extremes[row][1]));
                     }
                     extremes[row] = [low.lanes, high.lanes];
-                    if KEPT {
+                    if STORES_VALUES {
                         values[index][row].as_chunks_mut::<SAMPLES>().0[part] =
                             sums[row].map(|sum| sum.lanes);
                     }
@@ -93,18 +97,18 @@ fn largest<S: Simd>(simd: S, values: &[S::f64s; BLOCK]) -> Real<S> {
     most[0].max(most[1]).max(most[2].max(most[3]))
 }
 
-/// Whether in any lane a row of a tile may have a new extreme in a block: from the range of the excitation there and the largest deviations,
-/// which costs a tenth of looking. Mostly there is none: after the overshoot of a ramp, and wherever the drive rests.
+/// Whether a row of a tile may have a new extreme in a block, in any lane: from the range of the excitation there and the largest
+/// deviations, which costs a tenth of evaluating it. Usually it has none: after the overshoot of a ramp, and wherever the drive rests.
 #[inline(always)]
 fn may_be_new<S: Simd>(
     simd: S,
     head: &[[S::f64s; TILE]],
     range: &[[f64; 2]],
     tile: &[[S::f64s; TILE]],
-    sizes: &[S::f64s; 2 * MOST],
+    sizes: &[S::f64s; 2 * MAX_MODES],
     extremes: &[[S::f64s; 2]; TILE],
 ) -> bool {
-    // Rounding of a sum of some twenty terms is far less than this part of their sizes.
+    // Rounding of a sum of some twenty terms is far below this part of their sizes.
     let rounding = Real::splat(simd, 1e-13);
     let mut new = rounding.less_than(Real::splat(simd, 0.0));
     for row in 0..TILE {

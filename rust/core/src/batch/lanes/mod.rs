@@ -1,31 +1,38 @@
-//! Linear scenes side by side in the lanes of vector registers, a scene in each: the widest of the processor at hand, chosen when they run.
+//! Linear scenes in vector lanes: one scene in each lane, with the widest vectors of the processor.
 //!
-//! Files in the order of the data: `vector`, `room` (numbers in lanes, and memory for them), `assemble` → `dense`, `jacobi` → `modal` (from
-//! scenes to damped modes), `timeline` (the motion) → `step` → `march` (from sample to sample) → `loads` → `tally` (what is kept of them). A
-//! scene gives the same bits in any lane of any width, whatever its neighbours are.
+//! Files in the order of the data: `vector`, `aligned_buffer`, `matrix` (numbers in lanes, memory for them) → `request` (what is request)
+//! → `assemble`, `dense`, `jacobi` → `undamped` → `damped` → `modal` (from scenes to damped modes); `timeline` (the motion) → `step` →
+//! `integrate` (from sample to sample) → `loads` → `statistics`. A scene gives the same bits in any lane of any width, whatever its
+//! neighbours are. See `numeric::simd` for why these files use `pulp`.
 
+mod aligned_buffer;
 mod assemble;
+mod damped;
 mod dense;
+mod integrate;
 mod jacobi;
 mod loads;
-mod march;
+mod matrix;
 mod modal;
-mod room;
+mod request;
+mod statistics;
 mod step;
-mod tally;
 mod timeline;
+mod undamped;
 mod vector;
 
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
 use super::instance::{Base, Instance};
-use super::reduce::{Needs, Tally, Track};
+use super::requirements::{Requirements, Signal, SignalRequest};
+use super::statistics::RunningStatistics;
 use crate::excitation::Excitation;
-use march::{March, Memory};
-use modal::{Modal, SetUp, Wanted};
+use integrate::{LaneIntegrator, Memory};
+use modal::{ModalScenes, ModalSetup};
+use request::ModalRequest;
 use timeline::Timeline;
 
-/// Width of the vectors that linear scenes are run in.
+/// Width of the vectors in which linear scenes run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Width {
     /// The widest of the processor: 8 lanes with AVX-512, 4 with AVX2 and FMA, 2 with NEON.
@@ -45,65 +52,70 @@ impl Width {
 }
 
 /// Most lanes of any processor.
-pub(super) const MOST_LANES: usize = 8;
+pub(super) const MAX_LANES: usize = 8;
 
-/// A batch, ready to be run in lanes.
+/// A batch prepared for lanes.
 #[derive(Debug, Clone)]
 pub(super) struct Lanes<'a> {
-    wanted: Wanted<'a>,
-    line: Timeline,
-    kept: bool,
+    request: ModalRequest<'a>,
+    timeline: Timeline,
+    stores_values: bool,
     width: Width,
 }
 
-/// What one thread owns.
+/// Memory of one thread.
 #[derive(Debug, Default)]
 pub(super) struct LaneMemory {
-    modal: Modal,
+    modal: ModalScenes,
     memory: Memory,
 }
 
 impl<'a> Lanes<'a> {
-    pub(super) fn new(base: &Base<'a>, excitation: &Excitation, needs: &Needs, width: Width) -> Self {
-        let line = Timeline::new(excitation, &needs.time, &needs.travel);
-        let wanted = Wanted {
+    pub(super) fn new(
+        base: &Base<'a>,
+        excitation: &Excitation,
+        requirements: &Requirements,
+        width: Width,
+    ) -> Self {
+        let timeline = Timeline::new(excitation, &requirements.time, &requirements.travel);
+        let request = ModalRequest {
             dofs: base.free.iter().map(|dof| dof as usize).collect(),
             groups: base.groups,
-            components: line.components.clone(),
-            first: line.values[..line.components.len()].to_vec(),
-            rows: needs.rows.clone(),
-            duration: line.duration,
+            components: timeline.components.clone(),
+            first: timeline.values[..timeline.components.len()].to_vec(),
+            rows: requirements.rows.clone(),
+            duration: timeline.duration,
         };
-        let more = |wanted: &super::reduce::Wanted| {
-            wanted.times || wanted.squares || !matches!(wanted.track, Track::Row(_))
+        let more = |request: &SignalRequest| {
+            request.times || request.squares || !matches!(request.signal, Signal::Row(_))
         };
-        Self { wanted, line, kept: needs.tracks.iter().any(more), width }
+        Self { request, timeline, stores_values: requirements.signals.iter().any(more), width }
     }
 
-    /// Scenes that run at a time.
+    /// Number of scenes that run at a time.
     pub(super) fn count(&self) -> usize {
         self.dispatch(Count)
     }
 
-    /// Runs up to [`Lanes::count`] scenes of linear links.
-    pub(super) fn run(&self, needs: &Needs, scenes: &[&Instance], memory: &mut LaneMemory) {
-        self.dispatch(Run { lanes: self, needs, scenes, memory });
+    /// Runs up to [`Lanes::count`] scenes with linear links.
+    pub(super) fn run(&self, requirements: &Requirements, scenes: &[&Instance], memory: &mut LaneMemory) {
+        self.dispatch(Run { lanes: self, requirements, scenes, memory });
     }
 
-    /// What is known of a scene of the last run, a track each; false where the lanes are not right to what the arithmetic allows: such a
-    /// scene is left to be run by itself.
-    pub(super) fn tallies(
+    /// Statistics of each signal of a scene of the last run. False where the arithmetic of the lanes does not leave enough digits; such a
+    /// scene must run by itself.
+    pub(super) fn statistics(
         &self,
-        needs: &Needs,
+        requirements: &Requirements,
         memory: &LaneMemory,
         lane: usize,
-        out: &mut Vec<Tally>,
+        out: &mut Vec<RunningStatistics>,
     ) -> bool {
         let lanes = self.count();
         let LaneMemory { modal, memory } = memory;
-        let finite = (0..2 * self.wanted.dofs.len()).all(|i| memory.end.lane(i, lane, lanes).is_finite());
-        let finite = tally::tallies(needs, &memory.found, lane, lanes, out) && finite;
-        finite && modal.sound.lane(0, lane, lanes) > 0.0
+        let finite = (0..2 * self.request.dofs.len()).all(|i| memory.end.lane(i, lane, lanes).is_finite());
+        let finite = statistics::statistics(requirements, &memory.found, lane, lanes, out) && finite;
+        finite && modal.accurate.lane(0, lane, lanes) > 0.0
     }
 
     fn dispatch<Op: WithSimd>(&self, op: Op) -> Op::Output {
@@ -131,10 +143,10 @@ impl WithSimd for Count {
     }
 }
 
-/// [`Lanes::run`] for the processor at hand.
+/// [`Lanes::run`] as a kernel.
 struct Run<'a, 'b> {
     lanes: &'a Lanes<'b>,
-    needs: &'a Needs,
+    requirements: &'a Requirements,
     scenes: &'a [&'a Instance],
     memory: &'a mut LaneMemory,
 }
@@ -144,7 +156,7 @@ impl WithSimd for Run<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        match self.lanes.wanted.dofs.len() {
+        match self.lanes.request.dofs.len() {
             1 => self.run::<S, 1>(simd),
             2 => self.run::<S, 2>(simd),
             3 => self.run::<S, 3>(simd),
@@ -158,12 +170,18 @@ impl WithSimd for Run<'_, '_> {
 impl Run<'_, '_> {
     #[inline(always)]
     fn run<S: Simd, const N: usize>(self, simd: S) {
-        let Self { lanes, needs, scenes, memory } = self;
+        let Self { lanes, requirements, scenes, memory } = self;
         let LaneMemory { modal, memory } = memory;
-        // Lanes without a scene of their own repeat the last one.
-        let mut all = [scenes[scenes.len() - 1]; MOST_LANES];
+        // Unused lanes repeat the last scene.
+        let mut all = [scenes[scenes.len() - 1]; MAX_LANES];
         all[..scenes.len()].copy_from_slice(scenes);
-        simd.vectorize(SetUp { scenes: &all, wanted: &lanes.wanted, to: modal });
-        simd.vectorize(March::<N> { modal, line: &lanes.line, needs, kept: lanes.kept, memory });
+        simd.vectorize(ModalSetup { scenes: &all, request: &lanes.request, to: modal });
+        simd.vectorize(LaneIntegrator::<N> {
+            modal,
+            timeline: &lanes.timeline,
+            requirements,
+            stores_values: lanes.stores_values,
+            memory,
+        });
     }
 }

@@ -1,17 +1,17 @@
-//! What damped modes do over an interval of time.
+//! Steps: the change of damped modes over an interval of time.
 
 use pulp::{Simd, WithSimd};
 
-use super::modal::Modal;
-use super::room::Room;
+use super::aligned_buffer::AlignedBuffer;
+use super::modal::ModalScenes;
 use super::vector::{Complex, Real};
 
-/// Fills `to` with the step over each of some lengths of time, s: of each mode `E = exp(λ h) - 1`, then, for each component of the excitation,
-/// of each mode what a change of it adds, `(g/λ) E / (λ h)`. So `v <- v + E v + (g/λ) E / (λ h) du`.
+/// Computes the steps over some lengths of time, s: for each mode `E = exp(λ h) - 1`, then, for each component of the excitation and each
+/// mode, the effect of a change of it, `(g/λ) E / (λ h)`. A step is `v <- v + E v + (g/λ) E / (λ h) du`.
 pub(super) struct Steps<'a> {
     pub lengths: &'a [f64],
-    pub modal: &'a Modal,
-    pub to: &'a mut Room,
+    pub modal: &'a ModalScenes,
+    pub to: &'a mut AlignedBuffer,
 }
 
 /// Terms of the series of `(exp(z) - 1) / z` for `|z| <= 1/2`: the first one left out is 0.5^15 / 16! = 1e-18.
@@ -42,12 +42,12 @@ impl WithSimd for Steps<'_> {
     }
 }
 
-/// `exp(z) - 1`, and that by z.
+/// `exp(z) - 1`, and that over z.
 #[inline(always)]
 fn exponential<S: Simd>(simd: S, z: Complex<S>) -> (Complex<S>, Complex<S>) {
     let (zero, one) = (Real::splat(simd, 0.0), Real::splat(simd, 1.0));
     let (half, two) = (Real::splat(simd, 0.5), Real::splat(simd, 2.0));
-    // Of a part of z of a size of at most a half, doubled as often as it was halved.
+    // For a part of z of size at most 1/2, doubled as often as it was halved.
     let (mut part, mut doublings) = (one, zero);
     let size = z.norm_squared();
     loop {

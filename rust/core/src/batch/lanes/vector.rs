@@ -1,7 +1,7 @@
-//! Numbers side by side, one scene in each lane, real and complex.
+//! Real and complex numbers, one scene in each lane.
 //!
-//! Every operation works on each lane by itself and rounds as the same operation on one number does, so a result is the same to the last bit in
-//! any lane of any width. What calls these must be `#[inline(always)]` up to a kernel, or it is compiled for the oldest processor.
+//! Every operation works on each lane separately and rounds as the same operation on one number does, so a result is the same to the last
+//! bit in any lane of any width. Callers must be `#[inline(always)]` up to a kernel, or they are compiled for the oldest processor.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -24,7 +24,7 @@ impl<S: Simd> Clone for Real<S> {
 impl<S: Simd> Copy for Real<S> {}
 
 impl<S: Simd> Real<S> {
-    /// What a vector register holds.
+    /// From a vector register.
     #[inline(always)]
     pub(super) fn new(simd: S, lanes: S::f64s) -> Self {
         Self { simd, lanes }
@@ -36,7 +36,7 @@ impl<S: Simd> Real<S> {
         Self::new(simd, simd.splat_f64s(value))
     }
 
-    /// The number of each lane.
+    /// From a function of the lane.
     #[inline(always)]
     pub(super) fn gather(simd: S, of: impl Fn(usize) -> f64) -> Self {
         let mut lanes = simd.splat_f64s(0.0);
@@ -52,7 +52,7 @@ impl<S: Simd> Real<S> {
         numbers::<S>(&self.lanes)[lane]
     }
 
-    /// A constant beside this one.
+    /// A constant in all lanes.
     #[inline(always)]
     pub(super) fn constant(self, value: f64) -> Self {
         Self::splat(self.simd, value)
@@ -119,6 +119,12 @@ impl<S: Simd> Mask<S> {
     #[inline(always)]
     pub(super) fn and(self, other: Self) -> Self {
         Self { simd: self.simd, lanes: self.simd.and_m64s(self.lanes, other.lanes) }
+    }
+
+    /// The opposite in each lane.
+    #[inline(always)]
+    pub(super) fn not(self) -> Self {
+        Self { simd: self.simd, lanes: self.simd.not_m64s(self.lanes) }
     }
 
     /// Yes here and no there.
@@ -222,7 +228,7 @@ impl<S: Simd> Complex<S> {
         Self { re, im }
     }
 
-    /// Of vector registers that hold the real and the imaginary part.
+    /// From vector registers of the real and the imaginary part.
     #[inline(always)]
     pub(super) fn of(simd: S, [re, im]: [S::f64s; 2]) -> Self {
         Self::new(Real::new(simd, re), Real::new(simd, im))

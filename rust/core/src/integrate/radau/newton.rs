@@ -1,16 +1,17 @@
 //! Simplified Newton iteration on the stages, for equations that are not linear (Hairer & Wanner, IV.8).
 //!
-//! It starts from the solution that the tangent gives, with what the force was beyond the tangent in the last step carried on, and ends
-//! when what is left is small beside the error of the step itself: no tolerance enters. As the rate of `ω η` is linear whatever the
-//! links are, only the velocities' halves are iterated, and those of `ω η` follow.
+//! It starts from the solution of the tangent plus the nonlinear force of the last step, extrapolated. It ends when the remaining
+//! iteration error is small compared with the error of the step itself, so it needs no tolerance of its own. The rate of `ω η` is always
+//! linear; only the velocity halves are iterated, and the halves of `ω η` follow.
 
-use super::{Bend, COUNTS, NO_BEND, Parts, RADAU, Stages, Tangent, end, times, upper};
+use super::tangent::{COUNTS, NO_STAGE_FORCES, Parts, StageForces, Tangent, end, times, upper};
 use crate::equations::Equations;
-use crate::float::{add_scaled, sqrt};
-use crate::integrate::drive::Ramp;
+use crate::excitation::Ramp;
+use crate::integrate::tableau::RADAU;
+use crate::numeric::float::{add_scaled, sqrt};
 use crate::system::{Force, NO_FORCE, State, size};
 
-/// Share of what a right-hand side is at each stage in each part: the inverse of the eigenvectors, computed as they were.
+/// Shares of the right-hand side at each stage in each part: the inverse of the matrix of eigenvectors, computed as they were.
 pub(super) const SHARES: [[[f64; 2]; 5]; 3] = [
     [
         [27.697693775684087, 0.0],
@@ -35,33 +36,33 @@ pub(super) const SHARES: [[[f64; 2]; 5]; 3] = [
     ],
 ];
 
-/// Iterations with one tangent, at most.
-const MOST: usize = 10;
+/// Most iterations with one tangent.
+const MAX_ITERATIONS: usize = 10;
 
-/// Contraction from which on a tangent is made anew for the next step.
-const SLOW: f64 = 0.1;
+/// Contraction from which on a new tangent is made for the next step.
+const SLOW_CONTRACTION: f64 = 0.1;
 
 /// Contraction from which on the iteration has stalled.
-const STALLED: f64 = 0.5;
+const STALLED_CONTRACTION: f64 = 0.5;
 
-/// Least contraction that is believed: a single measured ratio may be better than the next.
-const LEAST: f64 = 1e-4;
+/// Smallest contraction that is believed: a single measured ratio may be better than the next.
+const MIN_CONTRACTION: f64 = 1e-4;
 
-/// Part of the step's own error that the iteration may leave: with a tenth the observed order is as with all iterations.
-const PART: f64 = 0.1;
+/// Part of the error of the step that the iteration may leave: with a tenth the observed order is the same as for a converged iteration.
+const ITERATION_ERROR_SHARE: f64 = 0.1;
 
-/// Updates that are rounding, beside the state.
+/// Size of an update, relative to the state, that is rounding.
 const ROUNDING: f64 = 1e-15;
 
-/// Contraction that the tangents of the stages must promise for a stalled iteration to be taken for rounding.
-const STRAIGHT: f64 = 0.25;
+/// Largest contraction, predicted from the tangents at the stages, at which a stalled iteration counts as converged to rounding.
+const SMALL_TANGENT_CHANGE: f64 = 0.25;
 
-/// Steps further than so many of the last are not begun by carrying it on.
-const FARTHEST: f64 = 2.0;
+/// Step length, relative to the last step, beyond which nothing is extrapolated.
+const MAX_STEP_RATIO: f64 = 2.0;
 
-/// How the last step went.
+/// The last step: stages, nonlinear forces and contraction.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Course {
+pub(super) struct LastStep {
     /// Key of its equations.
     key: u32,
     /// Its length.
@@ -70,36 +71,36 @@ pub(super) struct Course {
     end: State,
     /// The states of its stages.
     states: [State; 5],
-    /// The rates of their velocities less the excitation.
+    /// Rates of their velocities less the excitation.
     own: [[f64; 6]; 5],
-    /// Factor by which an iteration shrinks the update.
+    /// Factor by which an iteration reduces the update.
     contraction: f64,
-    /// Of the length of the last step whose weights are kept.
+    /// Ratio of step lengths that `weights` belong to.
     ratio: f64,
-    /// Weights with which a quantity of the last step's stages is carried on into the parts of the next.
+    /// Weights that extrapolate from the stages of the last step to the parts of the next.
     weights: [[[f64; 5]; 2]; 3],
 }
 
-/// A step of equations that are not linear. Where the iteration does not converge, the state and its error are infinite.
+/// A step of equations that are not linear. Without convergence the state and its error are infinite.
 #[cfg_attr(feature = "std", inline(always))]
 pub(super) fn step<E: Equations>(
     equations: &E,
-    memory: &mut Stages,
+    place: &mut Option<Tangent>,
+    parts: &mut Parts,
+    last_step: &mut LastStep,
     ramp: &Ramp,
     state: &State,
 ) -> (State, State) {
-    let Stages { kept, parts, course, .. } = memory;
-    let place = kept.place(ramp.h, equations.key()).0;
     let (rate, rise) = (equations.rate(state, &ramp.force(0.0)), ramp.rise());
     let mut forces = [NO_FORCE; 5];
     for stage in 0..5 {
         forces[stage] = ramp.force(RADAU.nodes[stage]);
     }
-    let same = course.key == equations.key() && course.h == ramp.h;
+    let same = last_step.key == equations.key() && last_step.h == ramp.h;
     if !same {
-        course.contraction = 1.0;
+        last_step.contraction = 1.0;
     }
-    let mut fresh = place.is_none() || same && course.contraction > SLOW;
+    let mut fresh = place.is_none() || same && last_step.contraction > SLOW_CONTRACTION;
     let mut again = false;
     loop {
         if fresh {
@@ -107,23 +108,23 @@ pub(super) fn step<E: Equations>(
             *place = Some(Tangent::new(equations, state, ramp.h));
         }
         let Some(tangent) = place else { unreachable!("just made") };
-        let bend = if again { NO_BEND } else { course.carried_on(equations, tangent, state) };
-        tangent.begin(equations, &rate, &rise, &bend, parts);
-        if let Some(error) = course.converge(equations, tangent, &forces, state, &rate, parts) {
+        let extra = if again { NO_STAGE_FORCES } else { last_step.extrapolated(equations, tangent, state) };
+        tangent.begin(equations, &rate, &rise, &extra, parts);
+        if let Some(error) = last_step.converge(equations, tangent, &forces, state, &rate, parts) {
             let next = end(state, parts);
-            (course.key, course.h, course.end) = (equations.key(), ramp.h, next);
+            (last_step.key, last_step.h, last_step.end) = (equations.key(), ramp.h, next);
             return (next, error);
         }
         if again {
-            *course = Course::NONE;
+            *last_step = LastStep::NONE;
             return ([f64::INFINITY; 12], [f64::INFINITY; 12]);
         }
-        // Once more, with nothing left of the last step.
+        // Once more, with a new tangent and nothing of the last step.
         (fresh, again) = (true, true);
     }
 }
 
-impl Course {
+impl LastStep {
     /// Before the first step.
     pub(super) const NONE: Self = Self {
         key: 0,
@@ -136,18 +137,18 @@ impl Course {
         weights: [[[0.0; 5]; 2]; 3],
     };
 
-    /// The force beyond the tangent, less that at the start of the step, carried on from the last step by the polynomial through its
-    /// stages; nothing where the step does not continue it.
+    /// The force beyond the tangent, less that at the start of the step, extrapolated by the polynomial through the stages of the last
+    /// step; zero where the step does not continue it.
     #[cfg_attr(feature = "std", inline(always))]
-    fn carried_on<E: Equations>(&mut self, equations: &E, tangent: &Tangent, state: &State) -> Bend {
+    fn extrapolated<E: Equations>(&mut self, equations: &E, tangent: &Tangent, state: &State) -> StageForces {
         let ratio = tangent.h / self.h;
-        if self.key != equations.key() || self.end != *state || ratio > FARTHEST {
-            return NO_BEND;
+        if self.key != equations.key() || self.end != *state || ratio > MAX_STEP_RATIO {
+            return NO_STAGE_FORCES;
         }
         if ratio != self.ratio {
             (self.ratio, self.weights) = (ratio, weights(ratio));
         }
-        let mut bend = NO_BEND;
+        let mut extra = NO_STAGE_FORCES;
         for stage in 0..5 {
             let there = &self.states[stage];
             let mut beyond = times(&tangent.pull, &upper(there));
@@ -157,11 +158,11 @@ impl Course {
             }
             for index in 0..3 {
                 for half in 0..2 {
-                    add_scaled(&mut bend[index][half], &beyond, self.weights[index][half][stage]);
+                    add_scaled(&mut extra[index][half], &beyond, self.weights[index][half][stage]);
                 }
             }
         }
-        bend
+        extra
     }
 
     /// Iterates on the parts; the estimated error of the step, or none without convergence.
@@ -175,40 +176,42 @@ impl Course {
         rate: &State,
         parts: &mut Parts,
     ) -> Option<State> {
-        let whole = f64::max(size(state), size(&end(state, parts)));
-        // Not measured if one iteration does, so believed a little less from step to step.
+        let size_of_state = f64::max(size(state), size(&end(state, parts)));
+        // A single iteration does not measure it, so it is believed a little less from step to step.
         self.contraction = f64::min(1.0, 2.0 * self.contraction);
         let mut before = f64::INFINITY;
-        for iteration in 0..MOST {
+        for iteration in 0..MAX_ITERATIONS {
             self.evaluate(equations, forces, state, parts);
             let update = self.improve(equations, tangent, forces, parts);
             if !update.is_finite() {
                 return None;
             }
             if iteration > 0 {
-                self.contraction = f64::max(LEAST, update / before);
+                self.contraction = f64::max(MIN_CONTRACTION, update / before);
             }
             let error = tangent.error(equations, rate, parts);
-            if update <= ROUNDING * whole || self.contraction < 1.0 && self.small(update, size(&error), whole)
+            if update <= ROUNDING * size_of_state
+                || self.contraction < 1.0 && self.small(update, size(&error), size_of_state)
             {
                 return Some(error);
             }
-            if iteration > 0 && self.contraction > STALLED || iteration + 1 == MOST {
-                // Stalled although all is linear there: this is rounding.
-                return if self.bent(equations, tangent) { None } else { Some(error) };
+            if iteration > 0 && self.contraction > STALLED_CONTRACTION || iteration + 1 == MAX_ITERATIONS {
+                // If the tangent hardly changes between the stages, it has stalled in rounding.
+                return if self.tangent_changes(equations, tangent) { None } else { Some(error) };
             }
             before = update;
         }
         None
     }
 
-    /// Whether what an iteration left after an update is small beside the error of the step.
+    /// Whether the iteration error after an update is small compared with the error of the step.
     ///
-    /// The estimate of that error has order 5, hence grows as `h⁶`, the error itself as `h¹⁰`: as the power 5/3 of it.
+    /// The estimate of that error has order 5, hence is proportional to `h⁶`, the error itself to `h¹⁰`: to the power 5/3 of the
+    /// estimate.
     #[cfg_attr(feature = "std", inline(always))]
-    fn small(&self, update: f64, error: f64, whole: f64) -> bool {
-        let left = update * self.contraction / (1.0 - self.contraction) / PART;
-        left * left * left * (whole * whole) <= error * error * error * (error * error)
+    fn small(&self, update: f64, error: f64, size_of_state: f64) -> bool {
+        let left = update * self.contraction / (1.0 - self.contraction) / ITERATION_ERROR_SHARE;
+        left * left * left * (size_of_state * size_of_state) <= error * error * error * (error * error)
     }
 
     /// States of the stages and their rates.
@@ -278,11 +281,11 @@ impl Course {
         sqrt(sum)
     }
 
-    /// Whether the tangent differs so much from stage to stage that the iteration may not contract.
+    /// Whether the tangent changes so much between the stages that the iteration may not contract.
     #[cfg_attr(feature = "std", inline(always))]
-    fn bent<E: Equations>(&self, equations: &E, tangent: &Tangent) -> bool {
+    fn tangent_changes<E: Equations>(&self, equations: &E, tangent: &Tangent) -> bool {
         let (h, frequency, gamma) = (tangent.h, equations.frequency(), RADAU.parts[0].value[0]);
-        let mut bent = false;
+        let mut changes = false;
         for state in &self.states {
             let (stiffness, damping) = equations.tangent(state);
             let mut sum = 0.0;
@@ -296,14 +299,14 @@ impl Course {
                     sum += entry * entry;
                 }
             }
-            // NaN is no proof either.
-            bent |= sum > STRAIGHT * STRAIGHT || sum.is_nan();
+            // NaN counts as such a change.
+            changes |= sum > SMALL_TANGENT_CHANGE * SMALL_TANGENT_CHANGE || sum.is_nan();
         }
-        bent
+        changes
     }
 }
 
-/// Weights of the last step's stages in the parts of a step `ratio` times as long: Lagrange polynomials, less the value at the end.
+/// Weights of the stages of the last step in the parts of a step `ratio` times as long: Lagrange polynomials, less the value at the end.
 fn weights(ratio: f64) -> [[[f64; 5]; 2]; 3] {
     let nodes = &RADAU.nodes;
     let mut weights = [[[0.0; 5]; 2]; 3];

@@ -5,10 +5,11 @@ use core::cell::Cell;
 use nalgebra::{Matrix3, Vector3};
 
 use super::newton::SHARES;
+use super::tangent::COUNTS;
 use super::*;
+use crate::excitation::Forcing;
 use crate::integrate::Rk45;
-use crate::integrate::drive::Drive;
-use crate::system::{Force, NO_FORCE, System};
+use crate::system::{Force, NO_FORCE, Square, System};
 use crate::{Body, Free, Scene, carriage_links};
 
 /// Force and stiffness of a spring at a deflection.
@@ -43,7 +44,7 @@ impl Springs {
 }
 
 impl Equations for Springs {
-    const PIECES: bool = false;
+    const PIECEWISE: bool = false;
     const LINEAR: bool = false;
 
     fn key(&self) -> u32 {
@@ -98,8 +99,8 @@ impl Equations for Springs {
 /// `steps` equal steps without excitation from `state`.
 fn coast<M: Method>(method: &M, springs: &Springs, mut state: State, length: f64, steps: u32) -> State {
     let h = length / f64::from(steps);
-    let drive = no_drive();
-    let ramp = Ramp { h, start: &[0.0; 9], end: &[0.0; 9], drive: &drive, whole: true };
+    let forcing = no_drive();
+    let ramp = Ramp { h, start: &[0.0; 9], end: &[0.0; 9], forcing: &forcing, spans_interval: true };
     let mut memory = method.memory();
     for _ in 0..steps {
         let (next, error) = method.step(springs, &mut memory, &ramp, &state);
@@ -109,8 +110,8 @@ fn coast<M: Method>(method: &M, springs: &Springs, mut state: State, length: f64
     state
 }
 
-fn no_drive() -> Drive {
-    Drive::new(&cart(), &[0.0; 9], [1.0; 2])
+fn no_drive() -> Forcing {
+    Forcing::new(&cart(), &[0.0; 9], [1.0; 2])
 }
 
 /// The yardstick `cart`.
@@ -250,9 +251,9 @@ fn links_that_open_and_close_converge_and_agree_with_rk45() {
 fn linear_springs_are_stepped_over_as_the_linear_system_is() {
     let system = cart();
     let springs = carried(&system, |x| (6e7 * x, 6e7));
-    let drive = Drive::new(&system, &[1.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0], [1.0; 2]);
+    let forcing = Forcing::new(&system, &[1.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0], [1.0; 2]);
     let (start, end) = ([1.0, -3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [-2.0; 9]);
-    let ramp = Ramp { h: 1e-3, start: &start, end: &end, drive: &drive, whole: true };
+    let ramp = Ramp { h: 1e-3, start: &start, end: &end, forcing: &forcing, spans_interval: true };
     let (mut direct, mut iterated) = (Radau.memory(), Radau.memory());
     let mut state = shaken();
     for _ in 0..20 {
@@ -314,8 +315,8 @@ fn motion_below_the_rounding_of_the_static_load_is_no_failure() {
 #[test]
 fn what_does_not_converge_is_infinite_after_bounded_work_and_a_shorter_step_goes_on() {
     let springs = duffing();
-    let drive = no_drive();
-    let ramp = |h| Ramp { h, start: &[0.0; 9], end: &[0.0; 9], drive: &drive, whole: false };
+    let forcing = no_drive();
+    let ramp = |h| Ramp { h, start: &[0.0; 9], end: &[0.0; 9], forcing: &forcing, spans_interval: false };
     let mut memory = Radau.memory();
     let state = one(3e2, 0.0);
     let (first, _) = Radau.step(&springs, &mut memory, &ramp(1e-4), &state);

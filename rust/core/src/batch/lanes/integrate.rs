@@ -1,0 +1,230 @@
+//! The lane integrator: many linear scenes, one in each lane, from block to block of a motion.
+
+use pulp::{Simd, WithSimd};
+
+use super::aligned_buffer::AlignedBuffer;
+use super::loads::LaneLoads;
+use super::modal::{ModalScenes, TILE};
+use super::statistics::{Reduce, STATISTICS, nothing};
+use super::step::Steps;
+use super::timeline::{BLOCK, Timeline};
+use super::vector::{Complex, Real};
+use crate::batch::requirements::Requirements;
+
+/// Memory of one thread, and the results of a run.
+#[derive(Debug, Default)]
+pub(super) struct Memory {
+    states: AlignedBuffer,
+    values: AlignedBuffer,
+    extremes: AlignedBuffer,
+    steps: AlignedBuffer,
+    /// [`STATISTICS`] numbers for each signal.
+    pub found: AlignedBuffer,
+    /// v at the end.
+    pub end: AlignedBuffer,
+}
+
+/// Runs one scene per lane through a motion.
+pub(super) struct LaneIntegrator<'a, const N: usize> {
+    pub modal: &'a ModalScenes,
+    pub timeline: &'a Timeline,
+    pub requirements: &'a Requirements,
+    /// Whether values at the samples are needed, not only extremes of rows.
+    pub stores_values: bool,
+    pub memory: &'a mut Memory,
+}
+
+impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { modal, timeline, requirements, stores_values, memory } = self;
+        let Memory { states, values, extremes, steps, found, end } = memory;
+        let rows = modal.rows.next_multiple_of(TILE);
+        for place in found.clear::<S>(requirements.signals.len() * STATISTICS).as_chunks_mut::<STATISTICS>().0
+        {
+            *place = nothing(simd);
+        }
+        end.clear::<S>(2 * N);
+        states.clear::<S>(2 * N * BLOCK);
+        values.clear::<S>(if stores_values { rows * BLOCK } else { 0 });
+        extremes.clear::<S>(rows * 2);
+        simd.vectorize(Steps { lengths: &timeline.lengths, modal, to: steps });
+        for block in 0..timeline.blocks() {
+            if let Some(kind) = timeline.kind(block) {
+                simd.vectorize(Advance::<N> { steps, kind, timeline, block, states, end });
+            } else {
+                for sample in 0..BLOCK {
+                    simd.vectorize(AdvanceOnce::<N> { modal, steps, timeline, block, sample, states, end });
+                }
+            }
+            if stores_values {
+                simd.vectorize(LaneLoads::<true> { modal, timeline, block, states, values, extremes });
+            } else {
+                simd.vectorize(LaneLoads::<false> { modal, timeline, block, states, values, extremes });
+            }
+            if stores_values {
+                simd.vectorize(Reduce {
+                    requirements,
+                    timeline,
+                    block,
+                    starts: &modal.starts,
+                    values,
+                    extremes,
+                    found,
+                });
+            }
+        }
+        if !stores_values {
+            simd.vectorize(Reduce {
+                requirements,
+                timeline,
+                block: 0,
+                starts: &modal.starts,
+                values,
+                extremes,
+                found,
+            });
+        }
+    }
+}
+
+/// Advances from sample to sample of a block with one interval length.
+struct Advance<'a, const N: usize> {
+    steps: &'a AlignedBuffer,
+    kind: usize,
+    timeline: &'a Timeline,
+    block: usize,
+    states: &'a mut AlignedBuffer,
+    /// v before the block, and after it.
+    end: &'a mut AlignedBuffer,
+}
+
+impl<const N: usize> WithSimd for Advance<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { steps, kind, timeline, block, states, end } = self;
+        let components = timeline.components.len();
+        let steps = steps.vectors::<S>().as_chunks::<2>().0.as_chunks::<N>().0;
+        let Some((step, by_input)) = steps[kind * (1 + components)..][..1 + components].split_first() else {
+            return;
+        };
+        let changes = &timeline.changes[block * BLOCK * components..][..BLOCK * components];
+        let Some(end) = end.vectors_mut::<S>().as_chunks_mut::<2>().0.first_chunk_mut::<N>() else { return };
+        let states = states.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<2>().0;
+        let Some(states) = states.first_chunk_mut::<N>() else { return };
+        let inside = usize::min(BLOCK, timeline.count - block * BLOCK);
+        let mut state = *end;
+        // A loop of its own for one component, the usual case, in which the compiler knows the count.
+        if let [by_input] = by_input {
+            let Some(changes) = changes.first_chunk::<BLOCK>() else { return };
+            for k in 0..inside {
+                state = advanced(simd, step, core::slice::from_ref(by_input), &changes[k..k + 1], &state);
+                for mode in 0..N {
+                    (states[mode][0][k], states[mode][1][k]) = (state[mode][0], state[mode][1]);
+                }
+            }
+        } else {
+            for k in 0..inside {
+                state =
+                    advanced(simd, step, by_input, &changes[k * components..(k + 1) * components], &state);
+                for mode in 0..N {
+                    (states[mode][0][k], states[mode][1][k]) = (state[mode][0], state[mode][1]);
+                }
+            }
+        }
+        for mode in 0..N {
+            for k in inside..BLOCK {
+                (states[mode][0][k], states[mode][1][k]) = (state[mode][0], state[mode][1]);
+            }
+        }
+        *end = state;
+    }
+}
+
+/// Advances to one sample of a block, with an interval length of its own.
+struct AdvanceOnce<'a, const N: usize> {
+    modal: &'a ModalScenes,
+    steps: &'a mut AlignedBuffer,
+    timeline: &'a Timeline,
+    block: usize,
+    sample: usize,
+    states: &'a mut AlignedBuffer,
+    end: &'a mut AlignedBuffer,
+}
+
+impl<const N: usize> WithSimd for AdvanceOnce<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { modal, steps, timeline, block, sample, states, end } = self;
+        let components = timeline.components.len();
+        let at = block * BLOCK + sample;
+        let kind = match &timeline.kinds {
+            Some(kinds) => kinds[at] as usize,
+            None => {
+                let lengths = core::slice::from_ref(&timeline.intervals[at]);
+                simd.vectorize(Steps { lengths, modal, to: &mut *steps });
+                0
+            }
+        };
+        let steps = steps.vectors::<S>().as_chunks::<2>().0.as_chunks::<N>().0;
+        let Some((step, by_input)) = steps[kind * (1 + components)..][..1 + components].split_first() else {
+            return;
+        };
+        let Some(end) = end.vectors_mut::<S>().as_chunks_mut::<2>().0.first_chunk_mut::<N>() else { return };
+        if at < timeline.count {
+            *end = advanced(
+                simd,
+                step,
+                by_input,
+                &timeline.changes[at * components..(at + 1) * components],
+                end,
+            );
+        }
+        let states = states.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<2>().0;
+        for (states, end) in states.iter_mut().zip(end) {
+            (states[0][sample], states[1][sample]) = (end[0], end[1]);
+        }
+    }
+}
+
+/// One step: see [`Steps`].
+#[inline(always)]
+fn advanced<S: Simd, const N: usize>(
+    simd: S,
+    step: &[[S::f64s; 2]; N],
+    by_input: &[[[S::f64s; 2]; N]],
+    changes: &[f64],
+    state: &[[S::f64s; 2]; N],
+) -> [[S::f64s; 2]; N] {
+    // The share of the excitation first, as it does not depend on the state.
+    let zero = Real::splat(simd, 0.0);
+    let mut rise = [Complex::new(zero, zero); N];
+    for (index, (by_input, &change)) in by_input.iter().zip(changes).enumerate() {
+        let change = Real::splat(simd, change);
+        for mode in 0..N {
+            let by_input = Complex::of(simd, by_input[mode]);
+            rise[mode] = if index == 0 {
+                by_input.scale(change)
+            } else {
+                Complex::new(
+                    by_input.re.mul_add(change, rise[mode].re),
+                    by_input.im.mul_add(change, rise[mode].im),
+                )
+            };
+        }
+    }
+    for mode in 0..N {
+        rise[mode] = Complex::of(simd, step[mode]).mul_add(Complex::of(simd, state[mode]), rise[mode]);
+    }
+    let mut next = *state;
+    for mode in 0..N {
+        next[mode] = (Complex::of(simd, state[mode]) + rise[mode]).lanes();
+    }
+    next
+}

@@ -1,0 +1,20 @@
+//! What a batch asks of all scenes alike.
+
+use crate::batch::instance::Group;
+use crate::batch::requirements::LoadRow;
+
+/// Degrees of freedom, groups, excitation and wanted loads, the same for all scenes of a batch.
+#[derive(Debug, Clone)]
+pub(super) struct ModalRequest<'a> {
+    /// Free degrees of freedom, ascending.
+    pub dofs: Vec<usize>,
+    /// Links of each group.
+    pub groups: &'a [Group],
+    /// Components of the excitation that are not zero throughout.
+    pub components: Vec<usize>,
+    pub rows: Vec<LoadRow>,
+    /// Values of these components at the first sample.
+    pub first: Vec<f64>,
+    /// Duration of the motion, s.
+    pub duration: f64,
+}

@@ -1,0 +1,27 @@
+//! The integrators that a batch offers.
+
+/// Integrator of the samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Solver {
+    /// Exact where the laws of a sample allow it; for preloaded ones rk45, or the implicit method where rk45 would be unstable.
+    Auto,
+    /// [`crate::Exact`].
+    Exact,
+    /// [`crate::Rk45`].
+    Rk45,
+    /// [`crate::Radau`].
+    Implicit,
+}
+
+impl Solver {
+    /// The solver of that name: `auto`, `exact`, `rk45` or `implicit`.
+    pub fn from_name(name: &str) -> Option<Self> {
+        let all = [
+            ("auto", Self::Auto),
+            ("exact", Self::Exact),
+            ("rk45", Self::Rk45),
+            ("implicit", Self::Implicit),
+        ];
+        all.into_iter().find(|(known, _)| *known == name).map(|(_, solver)| solver)
+    }
+}

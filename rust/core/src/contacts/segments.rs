@@ -1,0 +1,236 @@
+//! The present segment of each nonlinear link, and the linear equations that hold while none of them changes.
+
+use super::block::{LinkBlock, NO_LINKS};
+use crate::equations::{Equations, PowerSeries, SegmentEquations};
+use crate::excitation::Ramp;
+use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
+use crate::numeric::float::{add_scaled, fma, sqrt};
+use crate::numeric::simd::LANES;
+use crate::system::{Force, LinkRow, NO_FORCE, State, System, size};
+
+/// Combinations of segments whose equations are cached.
+#[cfg(feature = "std")]
+const CACHED_COMBINATIONS: usize = 32;
+#[cfg(not(feature = "std"))]
+const CACHED_COMBINATIONS: usize = 4;
+
+/// Tolerance of an edge, relative to the deflections of the run: a link counts as beyond its edge once it is farther out than this, some
+/// hundred roundings. The error of the load is no larger, and rounding alone cannot carry a link that has passed an edge back.
+const EDGE_TOLERANCE: f64 = 1e-13;
+
+/// The next contact change of a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Change {
+    /// Fraction of the step at which it happens.
+    pub theta: f64,
+    /// The link that passes an edge, and whether upwards; none where the search only paused.
+    pub crossing: Option<(usize, bool)>,
+}
+
+/// The equations of one combination of segments.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Combination {
+    pub equations: SegmentEquations,
+    pub series: PowerSeries,
+    /// Bound on the growth rate of a state without force, 1/s.
+    growth_rate: f64,
+}
+
+/// The present segments of all nonlinear links.
+#[derive(Debug, Clone)]
+pub(super) struct Segments<'a> {
+    system: &'a System,
+    /// Index of each nonlinear link in the system, and its present segment.
+    links: BoundedVec<(usize, u8)>,
+    pub blocks: BoundedVec<LinkBlock, { MAX_LINKS / LANES }>,
+    /// Equations of the linear links alone.
+    linear: SegmentEquations,
+    pub current: Combination,
+    /// The last combinations of segments.
+    cache: [Option<(BoundedVec<u8>, Combination)>; CACHED_COMBINATIONS],
+    /// Number of combinations made so far; the key of the last one.
+    combinations: u32,
+}
+
+impl<'a> Segments<'a> {
+    /// The segments at rest. `load_scale`: size of the loads, N.
+    pub(super) fn new(system: &'a System, load_scale: f64) -> Self {
+        let is_nonlinear = |row: &LinkRow| !row.link.law().is_linear();
+        let count = system.rows().iter().filter(|row| is_nonlinear(row)).count();
+        let mut links = BoundedVec::filled((0, 0), count);
+        let mut blocks = BoundedVec::filled(NO_LINKS, count.div_ceil(LANES));
+        let rows = system.rows().iter().enumerate().filter(|(_, row)| is_nonlinear(row));
+        for (place, (index, row)) in rows.enumerate() {
+            let law = row.link.law();
+            links.as_mut_slice()[place] = (index, law.segment_of(row.rest) as u8);
+            let (block, lane) = (&mut blocks.as_mut_slice()[place / LANES], place % LANES);
+            for j in 0..6 {
+                block.deflection[j][lane] = row.deflection[j];
+                block.rate[j][lane] = row.rate[j];
+            }
+            block.reach[lane] = sqrt(row.deflection.iter().map(|x| x * x).sum());
+            let edges = law.edges().iter().fold(row.rest.abs(), |most, edge| f64::max(most, edge.abs()));
+            block.tolerance[lane] = EDGE_TOLERANCE * (edges + load_scale / law.nominal());
+        }
+        let linear = SegmentEquations::of_linear_links(system);
+        Self {
+            system,
+            links,
+            blocks,
+            linear,
+            current: Combination { equations: linear, series: PowerSeries::new(&linear), growth_rate: 0.0 },
+            cache: [const { None }; CACHED_COMBINATIONS],
+            combinations: 0,
+        }
+    }
+
+    /// Moves the link that passed an edge in `state` to its next segment, and with it all that stand at their edges, as in a symmetric
+    /// machine. The number of links that changed.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn cross(&mut self, state: &State, (crossed, up): (usize, bool)) -> usize {
+        let segment = &mut self.links.as_mut_slice()[crossed].1;
+        *segment = if up { *segment + 1 } else { *segment - 1 };
+        let mut changes = 1;
+        for link in (0..self.links.as_slice().len()).filter(|&link| link != crossed) {
+            let (block, lane) = (&self.blocks.as_slice()[link / LANES], link % LANES);
+            let (at, moving) = (block.deflections(state)[lane], block.rates(state)[lane]);
+            let tolerance = block.tolerance[lane];
+            let segment = &mut self.links.as_mut_slice()[link].1;
+            // Compared as differences: where there is no edge they are infinite, or NaN for an infinite state, and the test fails.
+            if block.high[lane] - at <= tolerance && moving > 0.0 {
+                *segment += 1;
+            } else if at - block.low[lane] <= tolerance && moving < 0.0 {
+                *segment -= 1;
+            } else {
+                continue;
+            }
+            changes += 1;
+        }
+        changes
+    }
+
+    /// Sets edges and equations to those of the present segments.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn update(&mut self) {
+        for (link, &(index, segment)) in self.links.as_slice().iter().enumerate() {
+            let row = &self.system.rows()[index];
+            let edges = row.link.law().edges();
+            let edge = |i: usize, none: f64| edges.get(i).map_or(none, |edge| edge - row.rest);
+            let (block, lane) = (&mut self.blocks.as_mut_slice()[link / LANES], link % LANES);
+            block.low[lane] = edge((segment as usize).wrapping_sub(1), f64::NEG_INFINITY);
+            block.high[lane] = edge(segment as usize, f64::INFINITY);
+        }
+        let same = |segments: &BoundedVec<u8>| {
+            segments
+                .as_slice()
+                .iter()
+                .zip(self.links.as_slice())
+                .all(|(known, (_, segment))| known == segment)
+        };
+        if let Some((_, known)) = self.cache.iter().flatten().find(|(segments, _)| same(segments)) {
+            self.current = *known;
+            return;
+        }
+        self.combinations += 1;
+        self.current = self.combine(self.combinations);
+        let mut segments = BoundedVec::filled(0, self.links.as_slice().len());
+        for (to, (_, from)) in segments.as_mut_slice().iter_mut().zip(self.links.as_slice()) {
+            *to = *from;
+        }
+        self.cache[self.combinations as usize % CACHED_COMBINATIONS] = Some((segments, self.current));
+    }
+
+    /// The equations of the present segments, under the key `key`.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn combine(&self, key: u32) -> Combination {
+        let mut equations = self.linear;
+        for &(index, segment) in self.links.as_slice() {
+            let row = &self.system.rows()[index];
+            let (load_at_zero, stiffness) = row.link.law().segment(segment as usize);
+            // Exactly zero on the segment of rest, so that a body at rest stays at rest to the last bit.
+            let excess = if segment as usize == row.link.law().segment_of(row.rest) {
+                0.0
+            } else {
+                fma(stiffness, row.rest, load_at_zero) - row.load
+            };
+            // In its clearance a link has no stiffness.
+            equations.add(row, stiffness, excess, stiffness > 0.0 || !row.link.is_damped_in_contact());
+        }
+        let equations = equations.with_key(key);
+        Combination { equations, series: PowerSeries::new(&equations), growth_rate: growth_rate(&equations) }
+    }
+
+    /// Whether no link passes an edge within a step of length `h` between two states, if the second derivative of the state stays below
+    /// `curvature`.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn ends_clear(&self, h: f64, state: &State, next: &State, curvature: f64) -> bool {
+        let margin = 0.125 * h * h * curvature;
+        let mut clear = margin < f64::INFINITY;
+        for block in self.blocks.as_slice() {
+            clear = clear && block.ends_clear(state, next, margin);
+        }
+        clear
+    }
+
+    /// Whether no link passes an edge within a step, judged by the cubics through its ends and a bound on the fourth derivative.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn cubics_clear(&self, ramp: &Ramp, state: &State, next: &State) -> bool {
+        let h = ramp.h;
+        // The fourth derivative, too, follows the equations without force.
+        let third = self.current.equations.linear(&self.second_derivative(ramp, state), &NO_FORCE);
+        let fourth = self.growth(h) * size(&self.current.equations.linear(&third, &NO_FORCE));
+        let margin = h * h * (h * h) / 384.0 * fourth;
+        let mut clear = margin < f64::INFINITY;
+        for block in self.blocks.as_slice() {
+            clear = clear && block.cubics_clear(h, state, next, margin);
+        }
+        clear
+    }
+
+    /// Second derivative of the state at the start of a step. As the force is linear in time, it then follows the equations without force.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn second_derivative(&self, ramp: &Ramp, state: &State) -> State {
+        let rate = self.current.equations.linear(state, &self.force(ramp, 0.0));
+        let mut rise = ramp.rise();
+        for entry in &mut rise {
+            *entry /= ramp.h;
+        }
+        self.current.equations.linear(&rate, &rise)
+    }
+
+    /// Bound on the growth of a state without force in a time h: `exp(x) <= 1 + x + x²` up to x = 1.25; infinite beyond.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn growth(&self, h: f64) -> f64 {
+        let x = self.current.growth_rate * h;
+        if x <= 1.25 { fma(x, x, x) + 1.0 } else { f64::INFINITY }
+    }
+
+    /// Modal force that does not depend on the state: excitation and constant.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn force(&self, ramp: &Ramp, theta: f64) -> Force {
+        let mut force = ramp.force(theta);
+        add_scaled(&mut force, self.current.equations.constant(), 1.0);
+        force
+    }
+}
+
+/// Bound on the growth rate of `|exp(A t)|`: `|S - ω| / 2`. All else in A turns a state or, as the dampers, shortens it.
+#[cfg_attr(feature = "std", inline(always))]
+fn growth_rate<E: Equations>(equations: &E) -> f64 {
+    let (stiffness, _) = equations.tangent(&[0.0; 12]);
+    let (mut rows, mut column): ([f64; 6], f64) = ([0.0; 6], 0.0);
+    for j in 0..6 {
+        let mut sum = 0.0;
+        for i in 0..6 {
+            let off = (stiffness[j][i] - if i == j { equations.frequency()[j] } else { 0.0 }).abs();
+            rows[i] += off;
+            sum += off;
+        }
+        column = f64::max(column, sum);
+    }
+    let mut row = 0.0;
+    for sum in rows {
+        row = f64::max(row, sum);
+    }
+    0.5 * sqrt(row * column)
+}

@@ -1,0 +1,49 @@
+//! The equations of motion as an integrator sees them: linear, linear on the present segments, or smooth.
+//!
+//! In the energy coordinates of `system`, with the elastic loads above those at rest:
+//!
+//! ```text
+//! d/dt (ω η) =  ω η'
+//! d/dt  η'   = -S (ω η) - Ĉ η' + c + f(t) - (nonlinear loads)
+//! ```
+//!
+//! `linear`, `piecewise`, `smooth`: the three kinds. `propagator`, `series`: the exact solution of the first two over one step.
+
+mod linear;
+mod piecewise;
+mod propagator;
+mod series;
+mod smooth;
+
+pub(crate) use piecewise::SegmentEquations;
+pub(crate) use propagator::{Propagator, TERMS};
+pub(crate) use series::{PowerSeries, advance};
+pub(crate) use smooth::SmoothEquations;
+
+use crate::system::{Force, Square, State};
+
+/// Equations of motion over one or more steps.
+pub trait Equations {
+    /// Whether other equations hold after a contact change.
+    const PIECEWISE: bool;
+    /// Whether the rate is linear in the state, so that one factorisation serves every state.
+    const LINEAR: bool;
+
+    /// Key: within one run equations with the same key have the same matrices.
+    fn key(&self) -> u32;
+
+    /// Angular frequencies ω of the coordinates.
+    fn frequency(&self) -> &[f64; 6];
+
+    /// The linear part of the rate of change under the modal force `force`: `A s + (0, f)`.
+    fn linear(&self, state: &State, force: &Force) -> State;
+
+    /// The constant part of the modal force.
+    fn constant(&self) -> &Force;
+
+    /// The whole rate of change of a state under the modal force `force`.
+    fn rate(&self, state: &State, force: &Force) -> State;
+
+    /// Stiffness S (columns, per unit of `ω η`) and damping Ĉ (columns) of the tangent at a state.
+    fn tangent(&self, state: &State) -> (Square, Square);
+}

@@ -1,0 +1,108 @@
+//! The equations between two contact changes: each link is on one segment of its law, so all are linear.
+
+use super::Equations;
+use crate::numeric::float::{add_scaled, fma};
+use crate::system::{Force, LinkRow, NO_FORCE, Square, State, System};
+
+/// Linear equations of one combination of segments.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SegmentEquations {
+    frequency: [f64; 6],
+    /// Columns of S: negative modal force per unit of `ω η`.
+    stiffness: Square,
+    damping: Square,
+    constant: Force,
+    key: u32,
+}
+
+impl SegmentEquations {
+    /// The equations of the linear links alone, to which the others are added.
+    pub(crate) fn of_linear_links(system: &System) -> Self {
+        let mut piece = Self {
+            frequency: *system.frequencies(),
+            stiffness: [[0.0; 6]; 6],
+            damping: [[0.0; 6]; 6],
+            constant: NO_FORCE,
+            key: 0,
+        };
+        for row in system.rows().iter().filter(|row| row.link.law().is_linear()) {
+            piece.add(row, row.stiffness, 0.0, true);
+        }
+        piece
+    }
+
+    /// Adds a link on a segment with this `stiffness`, whose elastic load at the static position is `excess` above the load at rest, and
+    /// its damper if it acts. (Only sums of what acts, no differences: no digits cancel where a stiff link is out of contact.)
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn add(&mut self, row: &LinkRow, stiffness: f64, excess: f64, damped: bool) {
+        for j in 0..6 {
+            add_scaled(&mut self.stiffness[j], &row.rate, stiffness * row.deflection[j]);
+        }
+        for i in 0..6 {
+            self.constant[i] = fma(-excess, row.rate[i], self.constant[i]);
+        }
+        if damped {
+            for j in 0..6 {
+                add_scaled(&mut self.damping[j], &row.rate, row.damping[j]);
+            }
+        }
+    }
+
+    /// The same equations with another key.
+    pub(crate) fn with_key(mut self, key: u32) -> Self {
+        self.key = key;
+        self
+    }
+}
+
+impl Equations for SegmentEquations {
+    const PIECEWISE: bool = true;
+    const LINEAR: bool = true;
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn key(&self) -> u32 {
+        self.key
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn frequency(&self) -> &[f64; 6] {
+        &self.frequency
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn linear(&self, state: &State, force: &Force) -> State {
+        let mut fast = [0.0; 6];
+        let mut slow: [f64; 6] = core::array::from_fn(|i| force[i]);
+        let mut other = [0.0; 6];
+        for i in 0..6 {
+            fast[i] = self.frequency[i] * state[6 + i];
+        }
+        for j in 0..6 {
+            add_scaled(&mut slow, &self.stiffness[j], -state[j]);
+            add_scaled(&mut other, &self.damping[j], -state[6 + j]);
+        }
+        let mut rate = [0.0; 12];
+        for i in 0..6 {
+            rate[i] = fast[i];
+            rate[6 + i] = slow[i] + other[i];
+        }
+        rate
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn constant(&self) -> &Force {
+        &self.constant
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn rate(&self, state: &State, force: &Force) -> State {
+        let mut sum = self.constant;
+        add_scaled(&mut sum, force, 1.0);
+        self.linear(state, &sum)
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn tangent(&self, _: &State) -> (Square, Square) {
+        (self.stiffness, self.damping)
+    }
+}

@@ -1,0 +1,144 @@
+//! The exact solution over one step of linearly changing force, as a power series in time.
+
+use super::Equations;
+use super::propagator::{Propagator, TERMS};
+use crate::excitation::Ramp;
+use crate::numeric::float::{add_scaled, ceil, sqrt};
+use crate::system::{NO_FORCE, State, size};
+
+/// Power series of the solution over a step, or over equal parts of it that are short enough to converge in few terms.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PowerSeries {
+    norm: f64,
+}
+
+impl PowerSeries {
+    /// The series of some linear equations.
+    ///
+    /// Its norm is the largest column sum of A after each `ω η` has been scaled to weigh as much in S as in ω. Where links are soft at
+    /// rest and stiff elsewhere that is smaller by orders of magnitude, and no digit of η' depends on the scale.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn new<E: Equations>(equations: &E) -> Self {
+        let (stiffness, damping) = equations.tangent(&[0.0; 12]);
+        let mut norm = 0.0;
+        for j in 0..6 {
+            let (mut pulls, mut damps) = (0.0, 0.0);
+            for i in 0..6 {
+                pulls += stiffness[j][i].abs();
+                damps += damping[j][i].abs();
+            }
+            norm = f64::max(norm, sqrt(equations.frequency()[j] * pulls) + damps);
+        }
+        Self { norm }
+    }
+
+    /// Number of parts of a step of length `h` whose series converge in [`TERMS`] terms.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn parts(&self, h: f64) -> f64 {
+        f64::max(1.0, ceil(h * self.norm))
+    }
+
+    /// The state at the end of a ramp.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn advance<E: Equations>(&self, equations: &E, ramp: &Ramp, state: &State) -> State {
+        let parts = f64::max(1.0, ceil(ramp.h * self.norm / LONGEST));
+        let mut state = *state;
+        let mut part = 0.0;
+        while part < parts {
+            let mut sum = state;
+            let (mut scale, mut small) = (size(&state), 0);
+            power_series(equations, ramp, [part / parts, 1.0 / parts], &state, MAX_TERMS, |k, term| {
+                add_scaled(&mut sum, term, 1.0);
+                // Two in a row: one may be small only because it is in the other half of the state.
+                let size = size(term);
+                scale = if k == 1 && size > scale { size } else { scale };
+                small = if size <= NEGLIGIBLE * scale { small + 1 } else { 0 };
+                small < 2
+            });
+            state = sum;
+            part += 1.0;
+        }
+        state
+    }
+
+    /// Terms of the power series of the state in the fraction of a ramp that is one part.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn terms<E: Equations>(
+        &self,
+        equations: &E,
+        ramp: &Ramp,
+        state: &State,
+    ) -> [State; TERMS + 1] {
+        let mut terms = [[0.0; 12]; TERMS + 1];
+        terms[0] = *state;
+        power_series(equations, ramp, [0.0, 1.0], state, TERMS, |k, term| {
+            terms[k] = *term;
+            true
+        });
+        terms
+    }
+}
+
+/// Most terms for a norm of at most [`LONGEST`] (2²⁵/25! = 2e-18), and the part of a state below which a term does not change its last
+/// bit.
+const MAX_TERMS: usize = 24;
+const LONGEST: f64 = 2.0;
+const NEGLIGIBLE: f64 = 1e-18;
+
+/// Calls `take` with terms 1, 2, … of the solution until it returns false or `most` is reached. The solution starts in `state` and covers
+/// the part of the ramp from the fraction `from` on, of the fraction `length`.
+#[cfg_attr(feature = "std", inline(always))]
+fn power_series<E: Equations>(
+    equations: &E,
+    ramp: &Ramp,
+    [from, length]: [f64; 2],
+    state: &State,
+    most: usize,
+    mut take: impl FnMut(usize, &State) -> bool,
+) {
+    let tau = ramp.h * length;
+    let mut rise = ramp.rise();
+    for entry in &mut rise {
+        *entry *= length;
+    }
+    let mut force = ramp.force(from);
+    add_scaled(&mut force, equations.constant(), 1.0);
+    // x' = A x + f, x'' = A x' + f'; all further derivatives follow from A alone.
+    let mut term = equations.linear(state, &force);
+    scale(&mut term, tau);
+    take(1, &term);
+    term = equations.linear(&term, &rise);
+    scale(&mut term, tau / 2.0);
+    take(2, &term);
+    for k in 3..=most {
+        term = equations.linear(&term, &NO_FORCE);
+        scale(&mut term, tau / k as f64);
+        if !take(k, &term) {
+            return;
+        }
+    }
+}
+
+/// The state at the end of a ramp whose length does not recur, by whichever is cheaper: the series or a propagator used once.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn advance<E: Equations>(
+    equations: &E,
+    series: &PowerSeries,
+    ramp: &Ramp,
+    state: &State,
+) -> State {
+    if series.parts(ramp.h) <= LONG_SERIES {
+        return series.advance(equations, ramp, state);
+    }
+    Propagator::new(equations, ramp.forcing.influence(), ramp.h).apply(state, ramp.start, ramp.end)
+}
+
+/// Parts of a series beyond which a propagator is cheaper.
+const LONG_SERIES: f64 = 16.0;
+
+#[cfg_attr(feature = "std", inline(always))]
+fn scale(column: &mut [f64; 12], factor: f64) {
+    for entry in column {
+        *entry *= factor;
+    }
+}

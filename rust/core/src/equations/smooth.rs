@@ -1,0 +1,197 @@
+//! The equations of a scene with smooth laws, which are evaluated at every state.
+
+use super::Equations;
+use super::piecewise::SegmentEquations;
+use crate::model::{ball_compressions, ball_force};
+use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
+use crate::numeric::float::{add_scaled, fma, sqrt};
+use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
+use crate::system::{Force, LinkRow, NO_FORCE, Square, State, System};
+
+/// The linear part is that of the linear links and of all dampers. The other links enter with their loads above those at rest, so that a
+/// body at rest stays at rest to the last bit.
+#[derive(Debug)]
+pub(crate) struct SmoothEquations<'a> {
+    linear: SegmentEquations,
+    /// Links with preloaded balls, the common case, eight at a time.
+    balls: BoundedVec<BallLinks, { MAX_LINKS / LANES }>,
+    /// Links with any other nonlinear law.
+    others: BoundedVec<&'a LinkRow>,
+}
+
+/// Eight links with preloaded balls: `K [(d₀ + δ)₊^(3/2) - (d₀ - δ)₊^(3/2)]`. Unused lanes have no stiffness.
+#[derive(Debug, Clone, Copy)]
+struct BallLinks {
+    deflection: [Lanes; 6],
+    /// Modal force of a unit of load of each link.
+    rate: [Force; LANES],
+    rest: Lanes,
+    opening: Lanes,
+    coefficient: Lanes,
+    /// Load at rest, N, computed by `loads`.
+    load: Lanes,
+}
+
+impl BallLinks {
+    const NONE: Self = Self {
+        deflection: [[0.0; LANES]; 6],
+        rate: [NO_FORCE; LANES],
+        rest: [0.0; LANES],
+        opening: [1.0; LANES],
+        coefficient: [0.0; LANES],
+        load: [0.0; LANES],
+    };
+
+    fn set(&mut self, lane: usize, row: &LinkRow, [opening, coefficient]: [f64; 2]) {
+        for j in 0..6 {
+            self.deflection[j][lane] = row.deflection[j];
+            self.rate[lane][j] = row.rate[j];
+        }
+        self.rest[lane] = row.rest;
+        self.opening[lane] = opening;
+        self.coefficient[lane] = coefficient;
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn deflections(&self, state: &State) -> Lanes {
+        let mut at = self.rest;
+        for j in 0..6 {
+            add_scaled(&mut at, &self.deflection[j], state[j]);
+        }
+        at
+    }
+
+    /// Loads above those at rest, N.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn loads(&self, state: &State) -> Lanes {
+        let mut at = self.deflections(state);
+        for i in 0..LANES {
+            at[i] = fma(self.coefficient[i], ball_force(self.opening[i], at[i]), -self.load[i]);
+        }
+        at
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn tangents(&self, state: &State) -> Lanes {
+        let mut at = self.deflections(state);
+        for i in 0..LANES {
+            let [a, b] = ball_compressions(self.opening[i], at[i]);
+            at[i] = 1.5 * self.coefficient[i] * (sqrt(a) + sqrt(b));
+        }
+        at
+    }
+}
+
+/// [`BallLinks::loads`] at rest, by the same instructions as during the run.
+struct LoadsAtRest<'a>(&'a BallLinks);
+
+impl Kernel for LoadsAtRest<'_> {
+    type Output = Lanes;
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) -> Lanes {
+        self.0.loads(&[0.0; 12])
+    }
+}
+
+impl<'a> SmoothEquations<'a> {
+    pub(crate) fn new(system: &'a System) -> Self {
+        let rows = system.rows();
+        let is_balls = |row: &&LinkRow| row.link.law().balls().is_some();
+        let is_other = |row: &&LinkRow| !row.link.law().is_linear() && row.link.law().balls().is_none();
+        let count = rows.iter().filter(is_balls).count();
+        let mut balls = BoundedVec::filled(BallLinks::NONE, count.div_ceil(LANES));
+        for (i, row) in rows.iter().filter(is_balls).enumerate() {
+            if let Some(constants) = row.link.law().balls() {
+                balls.as_mut_slice()[i / LANES].set(i % LANES, row, constants);
+            }
+        }
+        for balls in balls.as_mut_slice() {
+            balls.load = dispatch(LoadsAtRest(balls));
+        }
+        let mut others = BoundedVec::filled(&rows[0], rows.iter().filter(is_other).count());
+        for (to, row) in others.as_mut_slice().iter_mut().zip(rows.iter().filter(is_other)) {
+            *to = row;
+        }
+        let mut linear = SegmentEquations::of_linear_links(system);
+        for row in rows.iter().filter(|row| !row.link.law().is_linear()) {
+            linear.add(row, 0.0, 0.0, true);
+        }
+        Self { linear, balls, others }
+    }
+}
+
+impl Equations for SmoothEquations<'_> {
+    const PIECEWISE: bool = false;
+    const LINEAR: bool = false;
+
+    fn key(&self) -> u32 {
+        0
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn frequency(&self) -> &[f64; 6] {
+        self.linear.frequency()
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn linear(&self, state: &State, force: &Force) -> State {
+        self.linear.linear(state, force)
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn constant(&self) -> &Force {
+        self.linear.constant()
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn rate(&self, state: &State, force: &Force) -> State {
+        let mut rate = self.linear.rate(state, force);
+        let mut pull = NO_FORCE;
+        for balls in self.balls.as_slice() {
+            let loads = balls.loads(state);
+            for i in 0..LANES {
+                add_scaled(&mut pull, &balls.rate[i], loads[i]);
+            }
+        }
+        for j in 0..6 {
+            rate[6 + j] -= pull[j];
+        }
+        for row in self.others.as_slice() {
+            let (elastic, _) = row.loads(state);
+            let idle = if row.damper_is_idle(state) { row.damping_load(state) } else { 0.0 };
+            for j in 0..6 {
+                rate[6 + j] -= row.rate[j] * (elastic - row.load - idle);
+            }
+        }
+        rate
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn tangent(&self, state: &State) -> (Square, Square) {
+        let (mut stiffness, mut damping) = self.linear.tangent(state);
+        for balls in self.balls.as_slice() {
+            let tangents = balls.tangents(state);
+            for i in 0..LANES {
+                for j in 0..6 {
+                    let pull = tangents[i] * balls.deflection[j][i];
+                    for (entry, rate) in stiffness[j].iter_mut().zip(&balls.rate[i]) {
+                        *entry = fma(*rate, pull, *entry);
+                    }
+                }
+            }
+        }
+        for row in self.others.as_slice() {
+            let tangent = row.link.law().tangent(row.deflection_at(state));
+            for j in 0..6 {
+                add_scaled(&mut stiffness[j], &row.rate, tangent * row.deflection[j]);
+            }
+            if row.damper_is_idle(state) {
+                for j in 0..6 {
+                    add_scaled(&mut damping[j], &row.rate, -row.damping[j]);
+                }
+            }
+        }
+        (stiffness, damping)
+    }
+}

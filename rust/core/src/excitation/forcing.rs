@@ -1,0 +1,175 @@
+//! Forcing: the excitation as modal force on a system, over one step a ramp.
+
+use super::Excitation;
+use crate::numeric::float::{add_scaled, fma, sqrt};
+use crate::system::{Force, Input, NO_FORCE, System};
+
+/// An excitation with a factor on its accelerations and one on its external loads.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ScaledExcitation<'a> {
+    pub excitation: &'a Excitation<'a>,
+    /// Largest magnitude of each component, before the factors.
+    pub peak: Input,
+    /// Factor on the accelerations, and on the external loads.
+    pub factors: [f64; 2],
+}
+
+impl<'a> ScaledExcitation<'a> {
+    /// With factors of one.
+    pub(crate) fn unscaled(excitation: &'a Excitation<'a>) -> Self {
+        Self { excitation, peak: excitation.peak(), factors: [1.0; 2] }
+    }
+
+    pub(crate) fn scaled_peak(&self) -> Input {
+        core::array::from_fn(|component| {
+            self.peak[component] * self.factors[usize::from(component >= 3)].abs()
+        })
+    }
+}
+
+/// The components of an excitation that are not zero throughout, usually one of nine, and the modal force of a unit of each.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Forcing {
+    components: [usize; 9],
+    count: usize,
+    influence: [Force; 9],
+    /// Norm of each influence.
+    size: [f64; 9],
+    /// Largest value of each component.
+    peak: [f64; 9],
+}
+
+/// Most intervals that one step may span, and the distance of a sample from the straight line through its neighbours, relative to the
+/// peak, that counts as rounding. Over so many intervals the distances add up to some hundred roundings.
+const MOST_STRAIGHT: usize = 64;
+const STRAIGHT: f64 = 8.0 * f64::EPSILON;
+
+/// Values of the components of a [`Forcing`], in its order.
+pub(crate) type Values = [f64; 9];
+
+impl Forcing {
+    /// The forcing on a system. `peak`: of the excitation before the factors; `factors`: on its accelerations and its external loads.
+    pub(crate) fn new(system: &System, peak: &Input, factors: [f64; 2]) -> Self {
+        let mut forcing =
+            Self { components: [0; 9], count: 0, influence: [NO_FORCE; 9], size: [0.0; 9], peak: [0.0; 9] };
+        for component in (0..9).filter(|&component| peak[component] > 0.0) {
+            forcing.components[forcing.count] = component;
+            let mut influence = system.influence()[component];
+            for force in &mut influence {
+                *force *= factors[usize::from(component >= 3)];
+            }
+            forcing.influence[forcing.count] = influence;
+            forcing.size[forcing.count] = sqrt(influence.iter().map(|f| f * f).sum());
+            forcing.peak[forcing.count] = peak[component];
+            forcing.count += 1;
+        }
+        forcing
+    }
+
+    /// Modal force of a unit of each component.
+    pub(crate) fn influence(&self) -> &[Force] {
+        &self.influence[..self.count]
+    }
+
+    /// The last sample up to which the excitation is a straight line from sample `k` on, within rounding; at least the next one.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn straight_until(&self, excitation: &Excitation, k: usize) -> usize {
+        let farthest = usize::min(k + MOST_STRAIGHT, excitation.count() - 1);
+        let mut until = k + 1;
+        while until < farthest && self.is_straight(excitation, k, until) {
+            until += 1;
+        }
+        until
+    }
+
+    /// Whether sample `middle` is on the line from sample `k` to the one after it.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn is_straight(&self, excitation: &Excitation, k: usize, middle: usize) -> bool {
+        let (before, after) = (excitation.time(middle) - excitation.time(k), excitation.interval(middle));
+        let theta = before / (before + after);
+        // There is no line across a jump.
+        let mut straight = before > 0.0 && after > 0.0;
+        for i in 0..self.count {
+            let at = |k: usize| excitation.component(k, self.components[i]);
+            let line = (1.0 - theta) * at(k) + theta * at(middle + 1);
+            straight &= (at(middle) - line).abs() <= STRAIGHT * self.peak[i];
+        }
+        straight
+    }
+
+    /// Writes the values at sample `k` to `values`.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn sample(&self, excitation: &Excitation, k: usize, values: &mut Values) {
+        for (value, &component) in values.iter_mut().zip(&self.components[..self.count]) {
+            *value = excitation.component(k, component);
+        }
+    }
+}
+
+/// The excitation over one step, linear in time.
+#[derive(Debug, Clone, Copy)]
+pub struct Ramp<'a> {
+    /// Length of the step, s.
+    pub(crate) h: f64,
+    /// Values at its start.
+    pub(crate) start: &'a Values,
+    /// Values at its end.
+    pub(crate) end: &'a Values,
+    pub(crate) forcing: &'a Forcing,
+    /// Whether it spans a whole interval between samples, so that its length may recur.
+    pub(crate) spans_interval: bool,
+}
+
+impl Ramp<'_> {
+    /// Values at the fraction `theta` of the step.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn values(&self, theta: f64) -> Values {
+        // Not start + theta (end - start), which misses the end by a rounding.
+        let mut values = [0.0; 9];
+        for i in 0..self.forcing.count {
+            values[i] = (1.0 - theta) * self.start[i] + theta * self.end[i];
+        }
+        values
+    }
+
+    /// Rise of the modal force over the step.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn rise(&self) -> Force {
+        let (first, mut rise) = (self.force(0.0), self.force(1.0));
+        for (rise, first) in rise.iter_mut().zip(first) {
+            *rise -= first;
+        }
+        rise
+    }
+
+    /// Bound on the change of the slope of the modal force from the previous ramp to this one; infinite after a jump. `slopes` and
+    /// `values` hold the slopes and the last values of the previous ramp, and receive those of this one.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn slope_change(&self, slopes: &mut Values, values: &mut Values) -> f64 {
+        let mut turn = 0.0;
+        for i in 0..self.forcing.count {
+            let slope = (self.end[i] - self.start[i]) / self.h;
+            let jump = if self.start[i] == values[i] { 0.0 } else { f64::INFINITY };
+            turn = fma(self.forcing.size[i], (slope - slopes[i]).abs(), turn + jump);
+            (slopes[i], values[i]) = (slope, self.end[i]);
+        }
+        turn
+    }
+
+    /// Bound on what the force adds to the norm of a state over the step.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn impulse(&self) -> f64 {
+        let size = |force: Force| sqrt(force.iter().map(|f| f * f).sum());
+        self.h * f64::max(size(self.force(0.0)), size(self.force(1.0)))
+    }
+
+    /// Modal force at the fraction `theta` of the step.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn force(&self, theta: f64) -> Force {
+        let mut force = NO_FORCE;
+        for (i, column) in self.forcing.influence().iter().enumerate() {
+            add_scaled(&mut force, column, (1.0 - theta) * self.start[i] + theta * self.end[i]);
+        }
+        force
+    }
+}

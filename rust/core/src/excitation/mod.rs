@@ -1,0 +1,226 @@
+//! Excitation: acceleration of L and external load, given by samples and linear between them (first-order hold).
+//!
+//! `forcing`: the modal force that an excitation makes on a system.
+
+mod forcing;
+
+pub use forcing::Ramp;
+pub(crate) use forcing::{Forcing, ScaledExcitation, Values};
+
+use nalgebra::Vector3;
+
+use crate::error::ExcitationError;
+use crate::system::{Input, input_from};
+
+/// Times of the samples, s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Knots<'a> {
+    Every {
+        start: f64,
+        step: f64,
+    },
+    /// Explicit times, with their step if they are uniform to within rounding.
+    At(&'a [f64], Option<f64>),
+}
+
+/// Acceleration of L and external load over time.
+///
+/// Two samples at one time are a jump. No step passes a sample at which the excitation bends.
+#[derive(Debug, Clone, Copy)]
+pub struct Excitation<'a> {
+    knots: Knots<'a>,
+    acceleration: &'a [[f64; 3]],
+    wrench: Option<&'a [[f64; 6]]>,
+}
+
+impl<'a> Excitation<'a> {
+    /// Samples at `time` s: `acceleration` of L (x y z, m/s²) and optionally an external load `wrench` on the body (force in N and moment
+    /// about L in N m). Times that are uniform to within rounding are taken as exactly uniform.
+    ///
+    /// # Errors
+    /// [`ExcitationError`] names the sample that is out of order, not finite or repeated, or the array that is short.
+    pub fn new(
+        time: &'a [f64],
+        acceleration: &'a [[f64; 3]],
+        wrench: Option<&'a [[f64; 6]]>,
+    ) -> Result<Self, ExcitationError> {
+        if let Some(index) = first_not_finite(time) {
+            return Err(ExcitationError::NotFinite { field: "time", index });
+        }
+        if !every(time.windows(2), |pair| pair[0] < pair[1]) {
+            check_order(time)?;
+        }
+        if acceleration.len() != time.len() {
+            return Err(ExcitationError::Length {
+                field: "acceleration",
+                expected: time.len(),
+                got: acceleration.len(),
+            });
+        }
+        Self { knots: knots(time), acceleration, wrench }.checked()
+    }
+
+    /// Samples every `step` s from `start` s on; only the accelerations need to be stored.
+    ///
+    /// # Errors
+    /// As [`Excitation::new`]; a step that is not positive counts as times out of order.
+    pub fn uniform(start: f64, step: f64, acceleration: &'a [[f64; 3]]) -> Result<Self, ExcitationError> {
+        if !start.is_finite() || !step.is_finite() {
+            return Err(ExcitationError::NotFinite { field: "time", index: 0 });
+        }
+        if step <= 0.0 {
+            return Err(ExcitationError::Order { index: 1, before: start, got: start + step });
+        }
+        let knots = Knots::Every { start, step };
+        Self { knots, acceleration, wrench: None }.checked()
+    }
+
+    fn checked(self) -> Result<Self, ExcitationError> {
+        if self.acceleration.is_empty() {
+            return Err(ExcitationError::Empty);
+        }
+        if let Some(entry) = first_not_finite(self.acceleration.as_flattened()) {
+            return Err(ExcitationError::NotFinite { field: "acceleration", index: entry / 3 });
+        }
+        if let Some(wrench) = self.wrench {
+            if wrench.len() != self.acceleration.len() {
+                let (expected, got) = (self.acceleration.len(), wrench.len());
+                return Err(ExcitationError::Length { field: "wrench", expected, got });
+            }
+            if let Some(entry) = first_not_finite(wrench.as_flattened()) {
+                return Err(ExcitationError::NotFinite { field: "wrench", index: entry / 6 });
+            }
+        }
+        Ok(self)
+    }
+
+    /// Number of samples, at least one.
+    pub fn count(&self) -> usize {
+        self.acceleration.len()
+    }
+
+    /// Time of sample `k`, s.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub fn time(&self, k: usize) -> f64 {
+        match self.knots {
+            Knots::Every { start, step } => start + step * k as f64,
+            Knots::At(time, _) => time[k],
+        }
+    }
+
+    /// Time from sample `k` to the next, s.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub fn interval(&self, k: usize) -> f64 {
+        match self.knots {
+            Knots::Every { step, .. } | Knots::At(_, Some(step)) => step,
+            Knots::At(time, None) => time[k + 1] - time[k],
+        }
+    }
+
+    /// Excitation at sample `k`.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub fn input(&self, k: usize) -> Input {
+        input_from(self.acceleration[k], self.wrench.map_or([0.0; 6], |wrench| wrench[k]))
+    }
+
+    /// One component of the excitation at sample `k`.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn component(&self, k: usize, component: usize) -> f64 {
+        match (component, self.wrench) {
+            (0..3, _) => self.acceleration[k][component],
+            (_, Some(wrench)) => wrench[k][component - 3],
+            (_, None) => 0.0,
+        }
+    }
+
+    /// Excitation at the fraction `theta` of the way from sample `k` to the next.
+    pub fn input_between(&self, k: usize, theta: f64) -> Input {
+        let (mut from, to) = (self.input(k), self.input(k + 1));
+        for (from, to) in from.iter_mut().zip(to) {
+            *from += theta * (to - *from);
+        }
+        from
+    }
+
+    /// Excitation at `time` s; outside the samples that of the nearest one, at a jump that after it.
+    pub fn input_at(&self, time: f64) -> Input {
+        let last = self.count() - 1;
+        // Binary search for the last sample at or before `time`.
+        let (mut low, mut high) = (0, last);
+        while low < high {
+            let middle = (low + high).div_ceil(2);
+            if self.time(middle) <= time { low = middle } else { high = middle - 1 }
+        }
+        if low == last || time <= self.time(low) {
+            return self.input(low);
+        }
+        self.input_between(low, (time - self.time(low)) / self.interval(low))
+    }
+
+    /// Time from the first to the last sample, s.
+    pub fn duration(&self) -> f64 {
+        self.time(self.count() - 1) - self.time(0)
+    }
+
+    /// Largest magnitude of each component.
+    pub(crate) fn peak(&self) -> Input {
+        fn largest<const N: usize>(samples: &[[f64; N]]) -> [f64; N] {
+            let mut peak = [0.0; N];
+            for sample in samples {
+                for (peak, x) in peak.iter_mut().zip(sample) {
+                    *peak = if x.abs() > *peak { x.abs() } else { *peak };
+                }
+            }
+            peak
+        }
+        input_from(largest(self.acceleration), self.wrench.map_or([0.0; 6], largest))
+    }
+}
+
+/// The external load, force and moment about L, of a `force` N at `point` (m from L) and a `moment` N m.
+pub fn wrench_at(point: [f64; 3], force: [f64; 3], moment: [f64; 3]) -> [f64; 6] {
+    let about = Vector3::from(point).cross(&Vector3::from(force)) + Vector3::from(moment);
+    [force[0], force[1], force[2], about.x, about.y, about.z]
+}
+
+/// Whether `test` holds for all. Unlike `Iterator::all` it does not stop early, and so becomes vector code.
+fn every<T>(items: impl Iterator<Item = T>, test: impl Fn(T) -> bool) -> bool {
+    items.fold(true, |all, item| all & test(item))
+}
+
+fn first_not_finite(values: &[f64]) -> Option<usize> {
+    if every(values.iter(), |x| x.abs() <= f64::MAX) {
+        return None;
+    }
+    values.iter().position(|x| !x.is_finite())
+}
+
+/// Checks times that are not strictly ascending; two equal ones, a jump, are allowed.
+fn check_order(time: &[f64]) -> Result<(), ExcitationError> {
+    for index in 1..time.len() {
+        let (before, got) = (time[index - 1], time[index]);
+        if got < before {
+            return Err(ExcitationError::Order { index, before, got });
+        }
+        if index > 1 && got == time[index - 2] {
+            return Err(ExcitationError::Repeated { index, time: got });
+        }
+    }
+    Ok(())
+}
+
+fn knots(time: &[f64]) -> Knots<'_> {
+    let count = time.len();
+    if count < 2 {
+        return Knots::At(time, None);
+    }
+    let (start, end) = (time[0], time[count - 1]);
+    let step = (end - start) / (count - 1) as f64;
+    // Rounding of k * step + start, twice.
+    let rounding = 2.0 * f64::EPSILON * f64::max(start.abs(), end.abs());
+    // A 32-bit index converts to a double in one vector instruction.
+    let on_grid = |(k, t): (u32, &f64)| (start + step * f64::from(k) - t).abs() <= rounding;
+    // With a step of two roundings or less a jump could pass for two samples apart.
+    let uniform = step > 2.0 * rounding && u32::try_from(count).is_ok() && every((0..).zip(time), on_grid);
+    Knots::At(time, uniform.then_some(step))
+}

@@ -1,0 +1,59 @@
+//! What an integrator provides, and what a run of it returns.
+
+use crate::equations::Equations;
+use crate::excitation::Ramp;
+use crate::system::State;
+
+/// An integrator: advances the state over one step of given length.
+pub trait Method {
+    /// Memory of one run: stages, factorisations.
+    type Memory;
+    /// Order of the error estimate of [`Method::step`]; none for a method without step error.
+    const ERROR_ORDER: Option<u32>;
+
+    /// Memory for one run.
+    fn memory(&self) -> Self::Memory;
+
+    /// The state after the step that starts in `state`, and its estimated error.
+    fn step<E: Equations>(
+        &self,
+        equations: &E,
+        memory: &mut Self::Memory,
+        ramp: &Ramp,
+        state: &State,
+    ) -> (State, State);
+
+    /// Dense output: the state at the fraction `theta` of the step that [`Method::step`] made last, from `state`.
+    fn between<E: Equations>(
+        &self,
+        equations: &E,
+        memory: &mut Self::Memory,
+        ramp: &Ramp,
+        state: &State,
+        theta: f64,
+    ) -> State;
+}
+
+/// The instants that a run records.
+#[derive(Debug, Clone, Copy)]
+pub enum Output<'a> {
+    /// Every sample of the excitation.
+    Samples,
+    /// These times, ascending, s; within a step by dense output.
+    Times(&'a [f64]),
+}
+
+/// Work and result of a run in numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Summary {
+    /// Accepted steps.
+    pub steps: usize,
+    /// Rejected steps.
+    pub rejected: usize,
+    /// Instants recorded.
+    pub recorded: usize,
+    /// Contact changes: times that a link passed to another segment of its law; zero where laws are linear or smooth.
+    pub contact_changes: usize,
+    /// The load that the tolerance is relative to, N.
+    pub load_scale: f64,
+}

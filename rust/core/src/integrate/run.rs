@@ -1,0 +1,128 @@
+//! A run: checks, choice of the equations, and the [`Runner`] that steps.
+
+use super::control::{Control, Controller, ErrorNorm, scale_of};
+use super::method::{Method, Output, Summary};
+use super::runner::{Recorder, Runner, StepControl};
+use super::switched::{SwitchedEquations, Unswitched};
+use crate::contacts::Contacts;
+use crate::equations::SmoothEquations;
+use crate::error::RunError;
+use crate::excitation::{Excitation, Forcing, ScaledExcitation};
+use crate::numeric::simd::{Kernel, dispatch};
+use crate::output::Record;
+use crate::system::{ModelLevel, System};
+
+/// Runs a system from static equilibrium through an excitation and hands each instant to `record`.
+///
+/// Where laws have straight segments (clearance, sides, curves), every step ends at the next contact change, which is located on the exact
+/// solution between two of them.
+///
+/// # Errors
+/// [`RunError`] with time, step and error; what was recorded until then stays in `record`.
+pub fn run<M: Method, R: Record>(
+    system: &System,
+    method: &M,
+    control: Control,
+    excitation: &Excitation,
+    output: Output,
+    record: &mut R,
+) -> Result<Summary, RunError> {
+    run_scaled(system, method, control, &ScaledExcitation::unscaled(excitation), output, record)
+}
+
+/// [`run`] with factors on the accelerations and on the external loads of the excitation.
+///
+/// The record is called through a table: compiling the loop for each kind of record would multiply the code, and an instant costs far more
+/// than the call.
+pub(crate) fn run_scaled<M: Method>(
+    system: &System,
+    method: &M,
+    control: Control,
+    scaled: &ScaledExcitation,
+    output: Output,
+    record: &mut dyn Record,
+) -> Result<Summary, RunError> {
+    let excitation = scaled.excitation;
+    if M::ERROR_ORDER.is_none()
+        && let Some(link) = system.first_smooth()
+    {
+        return Err(RunError::NotExact { link });
+    }
+    control.check(M::ERROR_ORDER.is_some())?;
+    check_output(output, excitation)?;
+    let expected = match output {
+        Output::Samples => excitation.count(),
+        Output::Times(times) => times.len(),
+    };
+    record.reserve(expected)?;
+    let load_scale = scale_of(system, &scaled.scaled_peak());
+    if !load_scale.is_finite() {
+        return Err(RunError::OutOfRange);
+    }
+    let forcing = Forcing::new(system, &scaled.peak, scaled.factors);
+    let setup = Setup { system, method, control, excitation, output, record, forcing, load_scale };
+    match system.model_level() {
+        ModelLevel::Linear => dispatch(RunKernel { setup, equations: Unswitched(system) }),
+        ModelLevel::PiecewiseLinear => {
+            dispatch(RunKernel { setup, equations: Contacts::new(system, load_scale) })
+        }
+        ModelLevel::SmoothNonlinear => {
+            dispatch(RunKernel { setup, equations: Unswitched(&SmoothEquations::new(system)) })
+        }
+    }
+}
+
+/// A checked run, before its first step.
+struct Setup<'a, M> {
+    system: &'a System,
+    method: &'a M,
+    control: Control,
+    excitation: &'a Excitation<'a>,
+    output: Output<'a>,
+    record: &'a mut dyn Record,
+    forcing: Forcing,
+    load_scale: f64,
+}
+
+/// A run on equations of one kind.
+struct RunKernel<'a, M, C> {
+    setup: Setup<'a, M>,
+    equations: C,
+}
+
+impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
+    type Output = Result<Summary, RunError>;
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) -> Self::Output {
+        let Self { setup, mut equations } = self;
+        let Setup { system, method, control, excitation, output, record, forcing, load_scale } = setup;
+        let controller = match (control, M::ERROR_ORDER) {
+            (Control::Adaptive { rtol }, Some(order)) => {
+                Some(Controller::new(rtol, system, excitation, order))
+            }
+            _ => None,
+        };
+        let (norm, has_error) = (ErrorNorm::new(system, load_scale), M::ERROR_ORDER.is_some());
+        let steps = StepControl { control, controller, norm, has_error, reach: 0.0 };
+        let needs_input = record.needs_input();
+        let recorder = Recorder { excitation, output, needs_input, record, recorded: 0 };
+        let summary = Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale };
+        let (mut memory, equations) = (method.memory(), &mut equations);
+        let runner = Runner { method, memory: &mut memory, equations, steps, recorder, summary };
+        runner.run(&forcing)
+    }
+}
+
+fn check_output(output: Output, excitation: &Excitation) -> Result<(), RunError> {
+    let Output::Times(times) = output else { return Ok(()) };
+    let last = excitation.time(excitation.count() - 1);
+    let mut from = excitation.time(0);
+    for (index, &got) in times.iter().enumerate() {
+        if !(from..=last).contains(&got) {
+            return Err(RunError::OutputTime { index, got, range: [from, last] });
+        }
+        from = got;
+    }
+    Ok(())
+}

@@ -1,0 +1,347 @@
+//! The one loop of all methods: from sample to sample of the excitation.
+
+use super::control::{Control, Controller, ErrorNorm};
+use super::method::{Method, Output, Summary};
+use super::switched::SwitchedEquations;
+use crate::equations::Equations;
+use crate::error::RunError;
+use crate::excitation::{Excitation, Forcing, Ramp};
+use crate::numeric::float::{ceil, floor, sqrt};
+use crate::output::Record;
+use crate::system::{Input, NO_INPUT, State};
+
+/// A run under way.
+pub(super) struct Runner<'a, M: Method, C> {
+    pub method: &'a M,
+    // By reference: the rest then stays in registers from step to step.
+    pub memory: &'a mut M::Memory,
+    pub equations: &'a mut C,
+    pub steps: StepControl,
+    pub recorder: Recorder<'a>,
+    pub summary: Summary,
+}
+
+/// Step sizes of a run, and whether its steps are good enough.
+pub(super) struct StepControl {
+    pub control: Control,
+    /// None for fixed steps, and for a method without step error.
+    pub controller: Option<Controller>,
+    pub norm: ErrorNorm,
+    /// Whether the method has a step error.
+    pub has_error: bool,
+    /// Bound on the speed `|η'|`: the impulse of the excitation so far, for fixed steps.
+    pub reach: f64,
+}
+
+/// The instants of a run, on their way to its record.
+pub(super) struct Recorder<'a> {
+    pub excitation: &'a Excitation<'a>,
+    pub output: Output<'a>,
+    pub needs_input: bool,
+    pub record: &'a mut dyn Record,
+    pub recorded: usize,
+}
+
+/// One interval of the excitation, or several that lie on one straight line: from sample `first` to sample `until`.
+#[derive(Clone, Copy)]
+struct Interval {
+    first: usize,
+    until: usize,
+    /// Time of the first sample, s.
+    start: f64,
+    /// s.
+    length: f64,
+}
+
+/// Equal steps planned for the rest of an interval: how many are left, and their length, s.
+struct Plan {
+    left: f64,
+    h: f64,
+}
+
+impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn run(mut self, forcing: &Forcing) -> Result<Summary, RunError> {
+        let excitation = self.recorder.excitation;
+        // States behind references that swap, and so in memory: in registers their entries would be taken apart and put together every step.
+        let (mut state, mut next): (&mut State, &mut State) = (&mut [0.0; 12], &mut [0.0; 12]);
+        let (mut from, mut to) = (&mut [0.0; 9], &mut [0.0; 9]);
+        forcing.sample(excitation, 0, from);
+        // A method with a step error may step over samples at which the excitation does not bend. Where contacts change, short steps are
+        // cheaper to search.
+        let merges = self.steps.controller.is_some() && !C::Equations::PIECEWISE;
+        self.recorder.first_sample(state);
+        let mut k = 0;
+        while k + 1 < excitation.count() {
+            let until = if merges { forcing.straight_until(excitation, k) } else { k + 1 };
+            let start = excitation.time(k);
+            let length = if until == k + 1 { excitation.interval(k) } else { excitation.time(until) - start };
+            forcing.sample(excitation, until, to);
+            let ramp = Ramp { h: length, start: from, end: to, forcing, spans_interval: true };
+            if let Control::Fixed { step } = self.steps.control
+                && step < SHORTEST * length
+            {
+                return Err(RunError::Step { got: step });
+            }
+            let interval = Interval { first: k, until, start, length };
+            self.step_over(interval, &ramp, &mut state, &mut next)?;
+            core::mem::swap(&mut from, &mut to);
+            k = until;
+            if let Output::Samples = self.recorder.output {
+                self.recorder.sample(k, state);
+            }
+        }
+        if !finite(state) {
+            return Err(RunError::OutOfRange);
+        }
+        self.recorder.remaining_times(state);
+        self.summary.recorded = self.recorder.recorded;
+        self.summary.contact_changes = self.equations.changes();
+        Ok(self.summary)
+    }
+
+    /// Steps from the start of an interval, where `state` stands, to its end.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn step_over<'s>(
+        &mut self,
+        interval: Interval,
+        whole: &Ramp,
+        state: &mut &'s mut State,
+        next: &mut &'s mut State,
+    ) -> Result<(), RunError> {
+        let Interval { first, start, length, .. } = interval;
+        let mut k = first + 1;
+        let mut parts;
+        let mut done = 0.0;
+        let mut plan = Plan { left: 0.0, h: 0.0 };
+        while done < length {
+            self.steps.update_plan(&mut plan, length - done, length);
+            let mut last = plan.left == 1.0;
+            let mut ramp = if last && done == 0.0 {
+                plan.h = length;
+                *whole
+            } else {
+                let end = if last { 1.0 } else { (done + plan.h) / length };
+                parts = [whole.values(done / length), whole.values(end)];
+                Ramp { h: plan.h, start: &parts[0], end: &parts[1], spans_interval: false, ..*whole }
+            };
+            if !self.attempt(&ramp, state, next, interval, done)? {
+                plan.left = 0.0;
+                continue;
+            }
+            let change = self.equations.first_change(&ramp, state, next);
+            let shorter;
+            if let Some(theta) = change {
+                shorter = ramp.values(theta);
+                ramp = Ramp { h: theta * plan.h, end: &shorter, spans_interval: false, ..ramp };
+                **next = if theta > 0.0 {
+                    self.method.step(self.equations.equations(), self.memory, &ramp, state).0
+                } else {
+                    **state
+                };
+                plan = Plan { left: 1.0, h: ramp.h };
+                last = false;
+            }
+            if self.summary.steps + self.equations.searched() >= MAX_STEPS {
+                return Err(RunError::TooManySteps { time: start + done, step: plan.h });
+            }
+            self.record_step(&mut k, &ramp, state, interval, done, last);
+            core::mem::swap(state, next);
+            if change.is_some() {
+                self.equations.cross(state);
+            }
+            self.summary.steps += 1;
+            done = match (last, change) {
+                (true, _) => length,
+                (false, Some(_)) => done + plan.h,
+                // Not by adding up, which a million steps would round.
+                (false, None) => length - (plan.left - 1.0) * plan.h,
+            };
+            plan.left -= 1.0;
+        }
+        Ok(())
+    }
+
+    /// Makes a step into `next`; false if its error is too large.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn attempt(
+        &mut self,
+        ramp: &Ramp,
+        state: &State,
+        next: &mut State,
+        interval: Interval,
+        done: f64,
+    ) -> Result<bool, RunError> {
+        let error;
+        (*next, error) = self.method.step(self.equations.equations(), self.memory, ramp, state);
+        let accepted = self.steps.judge(ramp, next, &error, interval, done)?;
+        self.summary.rejected += usize::from(!accepted);
+        Ok(accepted)
+    }
+
+    /// Dense output of the last step.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn between(&mut self, ramp: &Ramp, state: &State, theta: f64) -> State {
+        self.method.between(self.equations.equations(), self.memory, ramp, state, theta)
+    }
+
+    /// Records what lies within the last step, which began `done` s after the start of the interval: samples from `k` on, or output times.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn record_step(
+        &mut self,
+        k: &mut usize,
+        ramp: &Ramp,
+        state: &State,
+        interval: Interval,
+        done: f64,
+        last: bool,
+    ) {
+        let Interval { until, start, .. } = interval;
+        match self.recorder.output {
+            Output::Samples => {
+                while *k < until && (last || self.recorder.excitation.time(*k) - start <= done + ramp.h) {
+                    let theta = f64::min((self.recorder.excitation.time(*k) - start - done) / ramp.h, 1.0);
+                    let there = self.between(ramp, state, theta);
+                    self.recorder.sample(*k, &there);
+                    *k += 1;
+                }
+            }
+            Output::Times(times) => {
+                let end = last && until + 1 == self.recorder.excitation.count();
+                self.record_times(times, ramp, state, start, done, end);
+            }
+        }
+    }
+
+    /// Records the output times within the last step, which began `done` s after `start`; all that are left where it is the `end`.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn record_times(&mut self, times: &[f64], ramp: &Ramp, state: &State, start: f64, done: f64, end: bool) {
+        while let Some(&time) = times.get(self.recorder.recorded) {
+            let theta = if ramp.h > 0.0 { (time - start - done) / ramp.h } else { f64::INFINITY };
+            if theta > 1.0 && !end {
+                break;
+            }
+            let there = self.between(ramp, state, theta.clamp(0.0, 1.0));
+            self.recorder.time(time, &there);
+        }
+    }
+}
+
+impl StepControl {
+    /// Whether a step to `next` with this estimated error is accepted.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn judge(
+        &mut self,
+        ramp: &Ramp,
+        next: &State,
+        error: &State,
+        interval: Interval,
+        done: f64,
+    ) -> Result<bool, RunError> {
+        let (time, h) = (interval.start + done, ramp.h);
+        // Without step error nothing grows by itself, and what is out of range stays so: tested once, at the end.
+        let mut bounded = !self.has_error || finite(next);
+        if let Some(controller) = &mut self.controller {
+            let error = if bounded { self.norm.of(error) } else { f64::INFINITY };
+            if !controller.accept(h, error, interval.until > interval.first + 1) {
+                if h <= 2.0 * SHORTEST * interval.length {
+                    return Err(RunError::StepTooSmall { time, step: h, error: controller.error_ratio() });
+                }
+                return Ok(false);
+            }
+        } else if self.has_error {
+            // Springs and dampers are passive, and the start is the lowest point of their potential: |η'| grows no faster than |f|.
+            self.reach += ramp.impulse();
+            bounded &= speed(next) <= DIVERGENCE * self.reach;
+        }
+        if bounded { Ok(true) } else { Err(RunError::Diverged { time, step: h }) }
+    }
+
+    /// Replans the `rest` of an interval of `length` s where other steps are wanted than planned.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn update_plan(&mut self, plan: &mut Plan, rest: f64, length: f64) {
+        let wanted = match (&mut self.controller, self.control) {
+            (Some(controller), _) => controller.split(rest),
+            (None, Control::Fixed { step }) if plan.left == 0.0 => ceil(rest / step * (1.0 - 1e-12)),
+            (None, Control::Fixed { .. }) => plan.left,
+            (None, Control::Adaptive { .. }) => 1.0,
+        };
+        if plan.left == 0.0 || wanted > plan.left || 1.25 * wanted <= plan.left {
+            (plan.left, plan.h) = (1.0, rest);
+            if wanted > 1.0 {
+                plan.left = f64::min(wanted, f64::max(1.0, floor(rest / length / SHORTEST)));
+                plan.h = rest / plan.left;
+            }
+        }
+    }
+}
+
+impl Recorder<'_> {
+    /// Records the first sample, if samples are recorded.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn first_sample(&mut self, state: &State) {
+        if let Output::Samples = self.output {
+            self.record.instant(self.excitation.time(0), state, &self.excitation.input(0));
+            self.recorded += 1;
+        }
+    }
+
+    /// Records sample `k`.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn sample(&mut self, k: usize, state: &State) {
+        let input: Input;
+        let input = if self.needs_input {
+            input = self.excitation.input(k);
+            &input
+        } else {
+            &NO_INPUT
+        };
+        self.record.instant(self.excitation.time(k), state, input);
+        self.recorded += 1;
+    }
+
+    /// Records an output time.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn time(&mut self, time: f64, state: &State) {
+        self.record.instant(time, state, &self.excitation.input_at(time));
+        self.recorded += 1;
+    }
+
+    /// Records the output times that are left, as where the excitation has no duration.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn remaining_times(&mut self, state: &State) {
+        if let Output::Times(times) = self.output {
+            for &time in &times[self.recorded..] {
+                self.time(time, state);
+            }
+        }
+    }
+}
+
+/// Largest speed of a stable run, as a multiple of what the impulse of the excitation can reach.
+const DIVERGENCE: f64 = 100.0;
+
+/// Square root of twice the kinetic energy.
+#[cfg_attr(feature = "std", inline(always))]
+fn speed(state: &State) -> f64 {
+    sqrt(state[6..].iter().map(|entry| entry * entry).sum())
+}
+
+/// Whether no entry is infinite or NaN.
+#[cfg_attr(feature = "std", inline(always))]
+fn finite(state: &State) -> bool {
+    // Four sums side by side, of zeros unless an entry is not finite.
+    let mut sums = [0.0; 4];
+    for entries in state.as_chunks::<4>().0 {
+        for (sum, entry) in sums.iter_mut().zip(entries) {
+            *sum += 0.0 * entry;
+        }
+    }
+    sums == [0.0; 4]
+}
+
+/// Shortest step, as a fraction of the interval that it lies in.
+const SHORTEST: f64 = 1e-9;
+
+/// Most steps of one run, some ten seconds of work.
+const MAX_STEPS: usize = 100_000_000;

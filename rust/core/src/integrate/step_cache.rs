@@ -1,0 +1,39 @@
+//! Step cache: values by step length and equations, such as propagators.
+
+/// Cache for the last `N` pairs of step length and key of equations.
+///
+/// One entry serves a uniform trace, a few a device clock that counts in ticks.
+#[derive(Debug, Clone)]
+pub struct StepCache<T, const N: usize> {
+    places: [(f64, u32); N],
+    uses: [u32; N],
+    values: [Option<T>; N],
+    last: usize,
+}
+
+impl<T, const N: usize> StepCache<T, N> {
+    pub(crate) fn new() -> Self {
+        const { assert!(N > 0, "at least one step length must be cached") };
+        Self { places: [(f64::NAN, 0); N], uses: [0; N], values: [const { None }; N], last: 0 }
+    }
+
+    /// The entry of a step length under the equations `key`, and how often it was asked for before. A new one replaces the oldest.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn entry(&mut self, length: f64, key: u32) -> (&mut Option<T>, u32) {
+        if self.places[self.last] != (length, key) {
+            self.last = match self.places.iter().position(|place| *place == (length, key)) {
+                Some(found) => found,
+                None => {
+                    let oldest = (self.last + 1) % N;
+                    self.places[oldest] = (length, key);
+                    self.uses[oldest] = 0;
+                    self.values[oldest] = None;
+                    oldest
+                }
+            };
+        }
+        let before = self.uses[self.last];
+        self.uses[self.last] = before.saturating_add(1);
+        (&mut self.values[self.last], before)
+    }
+}

@@ -1,0 +1,26 @@
+//! Forces of the two common nonlinear laws in a form for vector loops: no branches, constants as arguments.
+
+use crate::numeric::float::sqrt;
+
+/// Force of a sided law at the deflection `d`, N: `k₊ (d - c)₊ - k₋ (-d - c)₊`.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn sided_force([positive, negative, clearance]: [f64; 3], d: f64) -> f64 {
+    let (above, below) = (d - clearance, d + clearance);
+    let (above, below) = (if above > 0.0 { above } else { 0.0 }, if below < 0.0 { below } else { 0.0 });
+    positive * above + negative * below
+}
+
+/// Compression of both rows of preloaded balls at the deflection `d`: `(d₀ + d)₊` and `(d₀ - d)₊`, m.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn ball_compressions(opening: f64, d: f64) -> [f64; 2] {
+    let (a, b) = (opening + d, opening - d);
+    [if a > 0.0 { a } else { 0.0 }, if b > 0.0 { b } else { 0.0 }]
+}
+
+/// Force of preloaded balls over K at the deflection `d`: `(d₀ + d)₊^(3/2) - (d₀ - d)₊^(3/2)`. Near d = 0 digits cancel, which
+/// [`super::Law::force`] avoids at the price of branches and divisions.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn ball_force(opening: f64, d: f64) -> f64 {
+    let [a, b] = ball_compressions(opening, d);
+    a * sqrt(a) - b * sqrt(b)
+}

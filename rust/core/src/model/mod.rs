@@ -1,0 +1,14 @@
+//! What stands still: the body, its degrees of freedom, the elastic laws, the links, and the scene that they make.
+
+mod body;
+mod dof;
+mod law;
+mod link;
+mod scene;
+
+pub use body::Body;
+pub use dof::{Dof, Free};
+pub use law::{Law, LawParameter, MAX_CURVE_POINTS};
+pub(crate) use law::{ball_compressions, ball_force, sided_force};
+pub use link::{Link, carriage_ends, carriage_links};
+pub use scene::Scene;

@@ -1,0 +1,36 @@
+//! The one place where `std` ends: elementary functions that `core` lacks.
+//!
+//! With `std` all compute the same bits on every platform: `sqrt` and `fma` are correctly rounded, the others come from `libm`.
+
+#[cfg(feature = "std")]
+pub(crate) use libm::log;
+pub(crate) use libm::{atanh, ceil, copysign, exp, expm1, floor, hypot, log1p, pow, sinh};
+
+/// Square root. (With `std` not that of `libm`, which is assembly and would stop vectorisation.)
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn sqrt(x: f64) -> f64 {
+    #[cfg(feature = "std")]
+    return x.sqrt();
+    #[cfg(not(feature = "std"))]
+    return libm::sqrt(x);
+}
+
+/// `a * b + c`.
+///
+/// With `std` it is fused, that is rounded once, on every processor; one without such an instruction is slower but computes the same
+/// bits. Without `std` it is two operations, as most processors there have no fused one.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn fma(a: f64, b: f64, c: f64) -> f64 {
+    #[cfg(feature = "std")]
+    return a.mul_add(b, c);
+    #[cfg(not(feature = "std"))]
+    return a * b + c;
+}
+
+/// Adds `factor * column` to `sum`.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn add_scaled<const N: usize>(sum: &mut [f64; N], column: &[f64; N], factor: f64) {
+    for i in 0..N {
+        sum[i] = fma(column[i], factor, sum[i]);
+    }
+}

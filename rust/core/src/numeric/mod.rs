@@ -1,0 +1,10 @@
+//! Numerical helpers that know nothing of machines: elementary functions, vector loops, tensors, random numbers.
+
+pub(crate) mod bounded_vec;
+pub(crate) mod float;
+#[cfg(feature = "std")]
+pub(crate) mod normal;
+#[cfg(feature = "std")]
+pub(crate) mod power;
+pub(crate) mod simd;
+pub mod tensor;

@@ -1,0 +1,69 @@
+//! Vector loops: one source, compiled for several instruction sets and chosen when the program runs.
+//!
+//! Two tools, for two shapes of loop:
+//!
+//! - [`Kernel`], here: loops over plain `[f64; LANES]` arrays, which the compiler turns into vector code. Used wherever the numbers of *one*
+//!   run lie side by side (entries of a state, links, quantities, draws). AVX2 is as wide as a state of twelve numbers needs: AVX-512 was
+//!   measured slower there, up to 1.6 times in the step methods. [`dispatch_wide`] is for long loops, where AVX-512 pays.
+//! - the crate `pulp`, in `batch::lanes`: *one scene per lane*, with the number of lanes as a type. Used where the algorithm itself is
+//!   written in vectors and masks (Jacobi rotations with another number of sweeps in each lane), which no compiler finds by itself.
+//!
+//! Both perform the same operations in the same order on every number, so results are the same bits at any width.
+
+/// Numbers side by side in array loops: two AVX2 registers, or one of AVX-512.
+pub(crate) const LANES: usize = 8;
+
+/// One number in each lane.
+pub(crate) type Lanes = [f64; LANES];
+
+/// A loop to be compiled for each instruction set. Everything it calls must be `#[cfg_attr(feature = "std", inline(always))]`, closures
+/// included: a function that is not inlined is compiled for the oldest processor. (Without `std` there is one instruction set, and inlining
+/// everything makes programs three times as large.)
+pub(crate) trait Kernel {
+    /// Result of the loop.
+    type Output;
+
+    /// The loop itself, `#[cfg_attr(feature = "std", inline(always))]`.
+    fn run(self) -> Self::Output;
+}
+
+/// Runs a kernel with AVX2 and FMA where the processor has them.
+#[inline]
+pub(crate) fn dispatch<K: Kernel>(kernel: K) -> K::Output {
+    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    {
+        use std::arch::is_x86_feature_detected as has;
+
+        #[target_feature(enable = "avx2,fma")]
+        fn avx2<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run()
+        }
+
+        if has!("avx2") && has!("fma") {
+            // SAFETY: the processor has just been asked for both.
+            return unsafe { avx2(kernel) };
+        }
+    }
+    kernel.run()
+}
+
+/// Runs a kernel with AVX-512 where the processor has it, otherwise as [`dispatch`].
+#[cfg(feature = "std")]
+#[inline]
+pub(crate) fn dispatch_wide<K: Kernel>(kernel: K) -> K::Output {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::is_x86_feature_detected as has;
+
+        #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+        fn avx512<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run()
+        }
+
+        if has!("avx512f") && has!("avx512dq") && has!("avx512vl") && has!("fma") {
+            // SAFETY: the processor has just been asked for all of them; those with AVX-512 have AVX2.
+            return unsafe { avx512(kernel) };
+        }
+    }
+    dispatch(kernel)
+}

@@ -1,0 +1,276 @@
+//! Evaluation of quantities at all instants of a run, several at a time in vector loops.
+
+use super::loads::{Linear, NonlinearLink, Recovery};
+use crate::model::{ball_force, sided_force};
+use crate::numeric::float::add_scaled;
+use crate::numeric::simd::{Kernel, LANES, dispatch};
+use crate::system::{Input, State};
+
+/// Nonlinear links side by side: an AVX2 register, and those of a carriage.
+const LINKS: usize = 4;
+
+/// Evaluates quantities at all instants: `out[(k * quantities + q) * ROWS + row]`. `input` gives the excitation of instant k.
+///
+/// # Panics
+/// If the length of `out` is not `states * quantities * ROWS`.
+pub fn evaluate<const ROWS: usize>(
+    quantities: &[Recovery<ROWS>],
+    states: &[State],
+    input: impl Fn(usize) -> Input,
+    out: &mut [f64],
+) {
+    let width = quantities.len() * ROWS;
+    assert_eq!(out.len(), states.len() * width, "room for every quantity at every state");
+    if quantities.iter().all(|quantity| quantity.nonlinear.as_slice().is_empty()) {
+        for from in (0..width).step_by(LANES) {
+            let mut lanes = Linear::<LANES>::NOTHING;
+            for (lane, row) in (from..usize::min(from + LANES, width)).enumerate() {
+                lanes.copy_row(lane, &quantities[row / ROWS].linear, row % ROWS);
+            }
+            dispatch(LinearKernel { lanes: &lanes, states, input: &input, out, from, width });
+        }
+        return;
+    }
+    for (index, quantity) in quantities.iter().enumerate() {
+        let from = index * ROWS;
+        let nonlinear = quantity.nonlinear.as_slice();
+        if let Some(group) = LinkGroup::<SidedLanes>::of(quantity) {
+            dispatch(GroupKernel { group: &group, states, out, from, width, rows: ROWS });
+        } else if let Some(group) = LinkGroup::<BallLanes>::of(quantity) {
+            dispatch(GroupKernel { group: &group, states, out, from, width, rows: ROWS });
+        } else {
+            for (k, (state, out)) in states.iter().zip(out.chunks_exact_mut(width)).enumerate() {
+                let all = if nonlinear.is_empty() {
+                    quantity.linear.at(state, &input(k))
+                } else {
+                    quantity.at(state, &input(k))
+                };
+                out[from..from + ROWS].copy_from_slice(&all);
+            }
+        }
+    }
+}
+
+impl Linear<LANES> {
+    fn copy_row<const ROWS: usize>(&mut self, lane: usize, from: &Linear<ROWS>, row: usize) {
+        self.constant[lane] = from.constant[row];
+        for (to, from) in self.by_state.iter_mut().zip(&from.by_state) {
+            to[lane] = from[row];
+        }
+        for (to, from) in self.by_input.iter_mut().zip(&from.by_input) {
+            to[lane] = from[row];
+        }
+        self.by_input_at_all |= from.by_input_at_all;
+    }
+}
+
+/// Writes eight rows of linear quantities to `out[k * width + from..]`, fewer at the end of a row.
+struct LinearKernel<'a, I> {
+    lanes: &'a Linear<LANES>,
+    states: &'a [State],
+    input: &'a I,
+    out: &'a mut [f64],
+    from: usize,
+    width: usize,
+}
+
+impl<I: Fn(usize) -> Input> Kernel for LinearKernel<'_, I> {
+    type Output = ();
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) {
+        let Self { lanes, states, input, out, from, width } = self;
+        let count = usize::min(LANES, width - from);
+        if lanes.by_input_at_all || count < LANES {
+            for (k, (state, out)) in states.iter().zip(out.chunks_exact_mut(width)).enumerate() {
+                let values = lanes.at(state, &input(k));
+                for (out, value) in out[from..].iter_mut().zip(&values) {
+                    *out = *value;
+                }
+            }
+        } else {
+            // Two instants at a time share each column while it is in a register.
+            let (pairs, last) = states.as_chunks::<2>();
+            let mut rows = out.chunks_exact_mut(width);
+            for [a, b] in pairs {
+                let (Some(row_a), Some(row_b)) = (rows.next(), rows.next()) else { return };
+                let (mut sum_a, mut sum_b) = (lanes.constant, lanes.constant);
+                for j in 0..12 {
+                    add_scaled(&mut sum_a, &lanes.by_state[j], a[j]);
+                    add_scaled(&mut sum_b, &lanes.by_state[j], b[j]);
+                }
+                row_a[from..from + LANES].copy_from_slice(&sum_a);
+                row_b[from..from + LANES].copy_from_slice(&sum_b);
+            }
+            for (state, row) in last.iter().zip(rows) {
+                row[from..from + LANES].copy_from_slice(&lanes.of_state(state));
+            }
+        }
+    }
+}
+
+/// Elastic laws of one kind, one link per lane.
+trait LaneLaws: Sized {
+    /// Links without stiffness.
+    const NONE: Self;
+
+    /// Puts a link into a lane; false if its law is of another kind.
+    fn set<const ROWS: usize>(&mut self, lane: usize, link: &NonlinearLink<ROWS>) -> bool;
+
+    /// Forces at four deflections.
+    fn force(&self, at: [f64; LINKS]) -> [f64; LINKS];
+}
+
+/// Stiffness to both sides, and clearance.
+struct SidedLanes([[f64; LINKS]; 3]);
+
+impl LaneLaws for SidedLanes {
+    const NONE: Self = Self([[0.0; LINKS]; 3]);
+
+    fn set<const ROWS: usize>(&mut self, lane: usize, link: &NonlinearLink<ROWS>) -> bool {
+        let Some(constants) = link.row.link.law().sides() else { return false };
+        for (to, constant) in self.0.iter_mut().zip(constants) {
+            to[lane] = constant;
+        }
+        true
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn force(&self, mut at: [f64; LINKS]) -> [f64; LINKS] {
+        let [positive, negative, clearance] = &self.0;
+        for i in 0..LINKS {
+            at[i] = sided_force([positive[i], negative[i], clearance[i]], at[i]);
+        }
+        at
+    }
+}
+
+/// d₀ and K of preloaded balls.
+struct BallLanes([[f64; LINKS]; 2]);
+
+impl LaneLaws for BallLanes {
+    const NONE: Self = Self([[1.0; LINKS], [0.0; LINKS]]);
+
+    fn set<const ROWS: usize>(&mut self, lane: usize, link: &NonlinearLink<ROWS>) -> bool {
+        let Some(constants) = link.row.link.law().balls() else { return false };
+        for (to, constant) in self.0.iter_mut().zip(constants) {
+            to[lane] = constant;
+        }
+        true
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn force(&self, mut at: [f64; LINKS]) -> [f64; LINKS] {
+        let [opening, coefficient] = &self.0;
+        for i in 0..LINKS {
+            at[i] = coefficient[i] * ball_force(opening[i], at[i]);
+        }
+        at
+    }
+}
+
+/// A quantity with up to four nonlinear links, such as the load of a carriage.
+struct LinkGroup<L> {
+    linear: Linear<LANES>,
+    deflection: [[f64; LINKS]; 6],
+    rest: [f64; LINKS],
+    laws: L,
+    /// Per unit of the elastic load of each link.
+    elastic: [[f64; LANES]; LINKS],
+}
+
+impl<L: LaneLaws> LinkGroup<L> {
+    /// The group of a quantity, if its nonlinear links are at most four, of one kind, and always damped.
+    fn of<const ROWS: usize>(quantity: &Recovery<ROWS>) -> Option<Self> {
+        let nonlinear = quantity.nonlinear.as_slice();
+        let fits =
+            (1..=LINKS).contains(&nonlinear.len()) && ROWS <= LANES && !quantity.linear.by_input_at_all;
+        if !fits || nonlinear.iter().any(|link| link.row.link.is_damped_in_contact()) {
+            return None;
+        }
+        let mut group = Self {
+            linear: Linear::NOTHING,
+            deflection: [[0.0; LINKS]; 6],
+            rest: [0.0; LINKS],
+            laws: L::NONE,
+            elastic: [[0.0; LANES]; LINKS],
+        };
+        for row in 0..ROWS {
+            group.linear.copy_row(row, &quantity.linear, row);
+        }
+        for (lane, link) in nonlinear.iter().enumerate() {
+            for j in 0..6 {
+                group.deflection[j][lane] = link.row.deflection[j];
+            }
+            group.rest[lane] = link.row.rest;
+            group.elastic[lane][..ROWS].copy_from_slice(&link.elastic);
+            if !group.laws.set(lane, link) {
+                return None;
+            }
+        }
+        Some(group)
+    }
+
+    /// Values at N instants, which share each column while it is in a register. `first`: the first entry of the state with a share in the
+    /// linear part.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn at<const N: usize>(&self, states: &[State; N], first: usize) -> [[f64; LANES]; N] {
+        let (mut sums, mut at) = ([self.linear.constant; N], [self.rest; N]);
+        for j in 0..6 {
+            for n in 0..N {
+                add_scaled(&mut at[n], &self.deflection[j], states[n][j]);
+            }
+        }
+        for j in first..12 {
+            for n in 0..N {
+                add_scaled(&mut sums[n], &self.linear.by_state[j], states[n][j]);
+            }
+        }
+        for n in 0..N {
+            at[n] = self.laws.force(at[n]);
+        }
+        for i in 0..LINKS {
+            for n in 0..N {
+                add_scaled(&mut sums[n], &self.elastic[i], at[n][i]);
+            }
+        }
+        sums
+    }
+}
+
+/// Writes the rows of a group to `out[k * width + from..]`.
+struct GroupKernel<'a, L> {
+    group: &'a LinkGroup<L>,
+    states: &'a [State],
+    out: &'a mut [f64],
+    from: usize,
+    width: usize,
+    rows: usize,
+}
+
+impl<L: LaneLaws> Kernel for GroupKernel<'_, L> {
+    type Output = ();
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) {
+        let Self { group, states, out, from, width, rows } = self;
+        let first = if group.linear.by_state[..6].as_flattened() == [0.0; 6 * LANES] { 6 } else { 0 };
+        let (pairs, last) = states.as_chunks::<2>();
+        let mut places = out.chunks_exact_mut(width);
+        for pair in pairs {
+            let sums = if first == 6 { group.at(pair, 6) } else { group.at(pair, 0) };
+            for sum in &sums {
+                let Some(place) = places.next() else { return };
+                if let Some(place) = place.get_mut(from..from + LANES) {
+                    // The lanes past the rows are overwritten by the next quantity.
+                    place.copy_from_slice(sum);
+                } else {
+                    place[from..from + rows].copy_from_slice(&sum[..rows]);
+                }
+            }
+        }
+        for (state, place) in last.iter().zip(places) {
+            place[from..from + rows].copy_from_slice(&group.at(&[*state], 0)[0][..rows]);
+        }
+    }
+}

@@ -1,0 +1,266 @@
+//! Load recovery, paper section 3.6: loads of links and groups, and the motion of L, from states.
+//!
+//! A load is the force that the body exerts on its guide, `k δ + b δ'` along the link; gravity makes it point down.
+
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+use crate::model::Dof;
+use crate::numeric::bounded_vec::BoundedVec;
+use crate::numeric::float::add_scaled;
+use crate::system::LinkRow;
+use crate::system::{Input, ModelLevel, NO_FORCE, State, System};
+
+/// Part of a load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// Elastic and damping.
+    Total,
+    /// `k δ`, with the static load.
+    Elastic,
+    /// `b δ'`.
+    Damping,
+}
+
+/// A quantity as a function of state and excitation: a linear part, and the links whose elastic loads are nonlinear.
+#[derive(Debug, Clone)]
+pub struct Recovery<'a, const ROWS: usize> {
+    pub(crate) linear: Linear<ROWS>,
+    pub(crate) nonlinear: BoundedVec<NonlinearLink<'a, ROWS>>,
+}
+
+/// `constant + by_state s + by_input u`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Linear<const ROWS: usize> {
+    pub constant: [f64; ROWS],
+    pub by_state: [[f64; ROWS]; 12],
+    pub by_input: [[f64; ROWS]; 9],
+    /// Whether the excitation enters other than through the state; it does not for loads of links.
+    pub by_input_at_all: bool,
+}
+
+impl<const ROWS: usize> Linear<ROWS> {
+    pub(crate) const NOTHING: Self = Self {
+        constant: [0.0; ROWS],
+        by_state: [[0.0; ROWS]; 12],
+        by_input: [[0.0; ROWS]; 9],
+        by_input_at_all: false,
+    };
+
+    /// The part that does not depend on the excitation directly.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn of_state(&self, state: &State) -> [f64; ROWS] {
+        let mut out = self.constant;
+        for (column, &factor) in self.by_state.iter().zip(state) {
+            add_scaled(&mut out, column, factor);
+        }
+        out
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn at(&self, state: &State, input: &Input) -> [f64; ROWS] {
+        let mut out = self.of_state(state);
+        if self.by_input_at_all {
+            for (column, &factor) in self.by_input.iter().zip(input) {
+                add_scaled(&mut out, column, factor);
+            }
+        }
+        out
+    }
+}
+
+/// A nonlinear link, and what a unit of its loads adds to the quantity.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct NonlinearLink<'a, const ROWS: usize> {
+    pub row: &'a LinkRow,
+    pub elastic: [f64; ROWS],
+    /// Per unit of the load of its damper, if that acts in contact only.
+    pub damping: [f64; ROWS],
+}
+
+/// The load of one link, N.
+pub type Axial<'a> = Recovery<'a, 1>;
+
+/// A force (x y z, N) and a moment (N m), or six quantities of L, one per degree of freedom.
+pub type Wrench<'a> = Recovery<'a, 6>;
+
+impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
+    /// The quantity that is always zero.
+    fn nothing(system: &'a System) -> Self {
+        let none = NonlinearLink { row: &system.rows()[0], elastic: [0.0; ROWS], damping: [0.0; ROWS] };
+        Self { linear: Linear::NOTHING, nonlinear: BoundedVec::filled(none, 0) }
+    }
+
+    /// Value at rest.
+    pub fn at_rest(&self) -> [f64; ROWS] {
+        self.at(&[0.0; 12], &[0.0; 9])
+    }
+
+    /// Value at one instant.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub fn at(&self, state: &State, input: &Input) -> [f64; ROWS] {
+        let mut out = self.linear.at(state, input);
+        for link in self.nonlinear.as_slice() {
+            let (elastic, damping) = link.row.loads(state);
+            add_scaled(&mut out, &link.elastic, elastic);
+            add_scaled(&mut out, &link.damping, damping);
+        }
+        out
+    }
+
+    /// Adds the load of a link times `direction`.
+    fn add_link(&mut self, row: &'a LinkRow, part: Part, direction: &[f64; ROWS]) {
+        let none = [0.0; ROWS];
+        let (elastic, damping) = (part != Part::Damping, part != Part::Elastic);
+        let is_nonlinear = !row.link.law().is_linear();
+        let idle = row.link.is_damped_in_contact();
+        if elastic && !is_nonlinear {
+            add_scaled(&mut self.linear.constant, direction, row.load);
+            for (column, load) in self.linear.by_state[..6].iter_mut().zip(row.elastic) {
+                add_scaled(column, direction, load);
+            }
+        }
+        if damping && !idle {
+            for (column, load) in self.linear.by_state[6..].iter_mut().zip(row.damping) {
+                add_scaled(column, direction, load);
+            }
+        }
+        let elastic = if elastic && is_nonlinear { *direction } else { none };
+        let damping = if damping && idle { *direction } else { none };
+        if elastic != none || damping != none {
+            self.add_nonlinear(NonlinearLink { row, elastic, damping });
+        }
+    }
+
+    /// Adds a nonlinear link, once per link.
+    fn add_nonlinear(&mut self, link: NonlinearLink<'a, ROWS>) {
+        match self.nonlinear.as_mut_slice().iter_mut().find(|known| core::ptr::eq(known.row, link.row)) {
+            Some(known) => {
+                add_scaled(&mut known.elastic, &link.elastic, 1.0);
+                add_scaled(&mut known.damping, &link.damping, 1.0);
+            }
+            None => self.nonlinear.push(link),
+        }
+    }
+}
+
+/// The load of one link, by its index in the scene, along its direction, N.
+///
+/// # Panics
+/// If there is no such link.
+pub fn link_load(system: &System, link: usize, part: Part) -> Axial<'_> {
+    let mut load = Axial::nothing(system);
+    load.add_link(&system.rows()[link], part, &[1.0]);
+    load
+}
+
+/// The load of a group of links (a carriage, a rail), by their indices in the scene, as a force and a moment about `center` (m from L).
+///
+/// # Panics
+/// If there is no such link.
+pub fn group_load(
+    system: &System,
+    links: impl IntoIterator<Item = usize>,
+    center: Vector3<f64>,
+    part: Part,
+) -> Wrench<'_> {
+    let mut load = Wrench::nothing(system);
+    for index in links {
+        let row = &system.rows()[index];
+        let o = row.link.direction();
+        let m = (row.link.point() - center).cross(&o);
+        load.add_link(row, part, &[o.x, o.y, o.z, m.x, m.y, m.z]);
+    }
+    load
+}
+
+/// Position `(u, φ)` of L in the carriage frame, static sag included: m, rad.
+pub fn position(system: &System) -> Wrench<'_> {
+    let mut out = velocity(system);
+    out.linear.constant = system.static_position().into();
+    for mode in 0..system.mode_count() {
+        out.linear.by_state[mode] = out.linear.by_state[6 + mode].map(|x| x / system.frequency[mode]);
+        out.linear.by_state[6 + mode] = [0.0; 6];
+    }
+    out
+}
+
+/// Velocity `(u', φ')` of L in the carriage frame: m/s, rad/s.
+pub fn velocity(system: &System) -> Wrench<'_> {
+    let mut out = Wrench::nothing(system);
+    for mode in 0..system.mode_count() {
+        out.linear.by_state[6 + mode] = system.shapes().column(mode).into_owned().into();
+    }
+    out
+}
+
+/// Acceleration `(u'', φ'')` of L in the carriage frame: m/s², rad/s².
+pub fn acceleration(system: &System) -> Wrench<'_> {
+    let shapes = system.shapes();
+    let spread = |modal: &[f64]| -> [f64; 6] { (shapes * Vector6::from_column_slice(modal)).into() };
+    let mut out = Wrench::nothing(system);
+    out.linear.by_input_at_all = true;
+    let is_nonlinear = system.model_level() != ModelLevel::Linear;
+    for (index, column) in out.linear.by_state.iter_mut().enumerate() {
+        let mut state: State = [0.0; 12];
+        state[index] = 1.0;
+        if !is_nonlinear {
+            *column = spread(&system.linear_rate(&state, &NO_FORCE)[6..]);
+        }
+    }
+    if is_nonlinear {
+        // Link by link: the loads less those at rest, which balance the weight.
+        for row in system.rows() {
+            let direction = spread(&row.rate.map(|rate| -rate));
+            add_scaled(&mut out.linear.constant, &direction, -row.load);
+            out.add_link(row, Part::Total, &direction);
+        }
+    }
+    for (column, force) in out.linear.by_input.iter_mut().zip(system.influence()) {
+        *column = spread(&force[..6]);
+    }
+    out
+}
+
+/// Reaction of the held degrees of freedom, N, N m; that of a held x is the drive force (eqs. 34-36 solved for F). Zero for the free
+/// ones.
+///
+/// `reaction = M q'' + M_u a - Q - E + C q' + K q` in the held rows; the last two terms are the loads of all links about L.
+pub fn reaction<'a>(system: &'a System) -> Wrench<'a> {
+    let matrices = system.matrices();
+    let mut out = Wrench::nothing(system);
+    out.linear.by_input_at_all = true;
+    let held = |dof: Dof| !system.free().contains(dof);
+    let mut add = |matrix: &Matrix6<f64>, term: &Wrench<'a>| {
+        let product = |column: &[f64; 6]| matrix * Vector6::from(*column);
+        for link in term.nonlinear.as_slice() {
+            let rows = |column: &[f64; 6]| {
+                let all = product(column);
+                core::array::from_fn(|row| if held(Dof::ALL[row]) { all[row] } else { 0.0 })
+            };
+            let (elastic, damping) = (rows(&link.elastic), rows(&link.damping));
+            out.add_nonlinear(NonlinearLink { row: link.row, elastic, damping });
+        }
+        for dof in Dof::ALL.into_iter().filter(|&dof| held(dof)) {
+            let row = dof as usize;
+            out.linear.constant[row] += product(&term.linear.constant)[row];
+            for (to, from) in out.linear.by_state.iter_mut().zip(&term.linear.by_state) {
+                to[row] += product(from)[row];
+            }
+            for (to, from) in out.linear.by_input.iter_mut().zip(&term.linear.by_input) {
+                to[row] += product(from)[row];
+            }
+        }
+    };
+    add(&matrices.mass, &acceleration(system));
+    add(&Matrix6::identity(), &group_load(system, 0..system.rows().len(), Vector3::zeros(), Part::Total));
+    let mut outside = Wrench::nothing(system);
+    outside.linear.constant = (-matrices.weight).into();
+    for axis in 0..3 {
+        outside.linear.by_input[axis] = matrices.mass.column(axis).into_owned().into();
+    }
+    for axis in 0..6 {
+        outside.linear.by_input[3 + axis][axis] = -1.0;
+    }
+    add(&Matrix6::identity(), &outside);
+    out
+}

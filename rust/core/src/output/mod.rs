@@ -1,0 +1,12 @@
+//! From states to what a user asks for: loads and motions of L (`loads`), at all instants at once (`evaluate`), and what a run records
+//! (`record`).
+
+mod evaluate;
+mod loads;
+mod record;
+
+pub use evaluate::evaluate;
+pub use loads::{
+    Axial, Part, Recovery, Wrench, acceleration, group_load, link_load, position, reaction, velocity,
+};
+pub use record::{Extremes, History, Peaks, Record};

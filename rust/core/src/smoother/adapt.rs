@@ -1,0 +1,127 @@
+//! Adaptation of process noise, measurement noise and site approximations to the samples.
+
+use super::data::{ProcessNoise, Rounded, Samples, SiteApproximations, Start};
+use super::passes::ForwardBackward;
+use super::rounding::Cavity;
+use crate::numeric::simd::{Kernel, dispatch};
+
+/// Input and result of [`adapt`].
+pub struct Adapted<'a> {
+    /// Time from each sample to the next, > 0.
+    pub step: &'a [f64],
+    /// The samples.
+    pub rounded: Rounded<'a>,
+    /// Segment of each interval, n - 1 numbers.
+    pub segment: &'a [u32],
+    /// Process-noise density of each segment, in and out.
+    pub density: &'a mut [f64],
+    /// Site approximations, in and out.
+    pub sites: SiteApproximations<'a>,
+    /// Variance of the measurement noise before rounding, in and out.
+    pub noise_variance: f64,
+    /// Logarithm of each sample's probability density given all others, n numbers, out.
+    pub log_density: &'a mut [f64],
+    /// Squared process noise found in each segment over its expected value (normalised innovation variance) in the last round, out.
+    pub noise_ratio: &'a mut [f64],
+}
+
+/// How [`adapt`] chooses noise densities and noise variance.
+#[derive(Clone, Copy, Debug)]
+pub struct AdaptationRule {
+    /// Number of rounds.
+    pub rounds: usize,
+    /// Process-noise density that the prior draws each segment to.
+    pub typical_density: f64,
+    /// Weight of the prior, in squared noises of the segment: the smaller, the heavier its tail.
+    pub prior_weight: f64,
+    /// Smallest variance of the measurement noise.
+    pub min_noise_variance: f64,
+}
+
+/// Adapts process-noise densities, site approximations and the noise variance, all in place. None if `order` is not 2 to 6.
+///
+/// Each round multiplies a density by the square root of what the scores show over their expectation, which never lowers the likelihood
+/// (Zhou, Hu, Zhou and Lange 2019), and the noise variance likewise. The prior of a segment's density is inverse gamma (Student's t).
+pub fn adapt(order: usize, start: Start, rule: AdaptationRule, adapted: &mut Adapted) -> Option<()> {
+    match order {
+        2 => dispatch(AdaptKernel::<2> { start, rule, adapted }),
+        3 => dispatch(AdaptKernel::<3> { start, rule, adapted }),
+        4 => dispatch(AdaptKernel::<4> { start, rule, adapted }),
+        5 => dispatch(AdaptKernel::<5> { start, rule, adapted }),
+        6 => dispatch(AdaptKernel::<6> { start, rule, adapted }),
+        _ => return None,
+    }
+    Some(())
+}
+
+/// Smallest and largest noise density of a segment, relative to the typical one.
+const MIN_DENSITY_RATIO: f64 = 1e-9;
+const MAX_DENSITY_RATIO: f64 = 1e12;
+
+/// [`adapt`] of N states.
+struct AdaptKernel<'a, 'b, const N: usize> {
+    start: Start<'a>,
+    rule: AdaptationRule,
+    adapted: &'a mut Adapted<'b>,
+}
+
+impl<const N: usize> Kernel for AdaptKernel<'_, '_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { start, rule, adapted } = self;
+        let mut passes = ForwardBackward::<N>::new();
+        let mut evidence = vec![[0.0; 2]; adapted.density.len()];
+        let count = adapted.log_density.len();
+        let mut cavity = Cavity { mean: vec![0.0; count], variance: vec![0.0; count] };
+        for round in 1..=rule.rounds {
+            let samples =
+                Samples { step: adapted.step, value: adapted.sites.value, variance: adapted.sites.variance };
+            let noise = ProcessNoise { segment: adapted.segment, density: adapted.density };
+            passes.filter(samples, start, noise);
+            evidence.fill([0.0; 2]);
+            passes.backward(
+                samples,
+                noise,
+                |k, transition, score| {
+                    let (mut found, mut expected) = (0.0, 0.0);
+                    for i in 0..N {
+                        for j in 0..i {
+                            found += 2.0 * transition.noise[i][j] * score.r[i] * score.r[j];
+                            expected += 2.0 * transition.noise[i][j] * score.variance[i][j];
+                        }
+                        found += transition.noise[i][i] * score.r[i] * score.r[i];
+                        expected += transition.noise[i][i] * score.variance[i][i];
+                    }
+                    let sums = &mut evidence[adapted.segment[k] as usize];
+                    sums[0] += found;
+                    sums[1] += expected;
+                },
+                |k, _, _, [u, d]| {
+                    cavity.mean[k] = adapted.sites.value[k] - u / d;
+                    cavity.variance[k] = (1.0 / d - adapted.sites.variance[k]).max(0.0);
+                },
+            );
+            if round == rule.rounds {
+                adapted.rounded.log_densities(&cavity, adapted.noise_variance, adapted.log_density);
+                for (ratio, [found, expected]) in adapted.noise_ratio.iter_mut().zip(&evidence) {
+                    // The expectation can vanish in rounding; then nothing is known of the segment.
+                    *ratio = if *expected > 0.0 { found / expected } else { 1.0 };
+                }
+            }
+            let scores =
+                adapted.rounded.update_sites(&mut cavity, adapted.noise_variance, &mut adapted.sites);
+            for (q, [found, expected]) in adapted.density.iter_mut().zip(&evidence) {
+                let up = found + rule.prior_weight * rule.typical_density / (*q * *q);
+                let down = expected.max(0.0) + rule.prior_weight / *q + f64::MIN_POSITIVE;
+                *q = (*q * (up / down).sqrt()).clamp(
+                    MIN_DENSITY_RATIO * rule.typical_density,
+                    MAX_DENSITY_RATIO * rule.typical_density,
+                );
+            }
+            adapted.noise_variance =
+                (adapted.noise_variance * (scores[0] / scores[1]).sqrt()).max(rule.min_noise_variance);
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! Samples in, estimates out.
+
+/// The samples: n values, the variances of their noise, n - 1 steps of time between them.
+#[derive(Clone, Copy)]
+pub struct Samples<'a> {
+    /// Time from each sample to the next, > 0.
+    pub step: &'a [f64],
+    /// Measured values, or those of their site approximations.
+    pub value: &'a [f64],
+    /// Variance of each value's measurement noise, > 0.
+    pub variance: &'a [f64],
+}
+
+/// Prior of the state before the first sample.
+#[derive(Clone, Copy)]
+pub struct Start<'a> {
+    /// Mean, N numbers.
+    pub mean: &'a [f64],
+    /// Covariance, N x N by rows.
+    pub covariance: &'a [f64],
+}
+
+/// Process noise: white noise on the N-th derivative, of constant spectral density in each segment, a stretch of intervals between samples.
+#[derive(Clone, Copy)]
+pub struct ProcessNoise<'a> {
+    /// Segment of the interval after each sample, n - 1 numbers.
+    pub segment: &'a [u32],
+    /// Noise density of each segment, >= 0.
+    pub density: &'a [f64],
+}
+
+impl ProcessNoise<'_> {
+    /// Density in the interval after sample k.
+    #[inline(always)]
+    pub(super) fn after(&self, k: usize) -> f64 {
+        self.density[self.segment[k] as usize]
+    }
+}
+
+/// Estimates at each sample, to be filled.
+pub struct Smoothed<'a> {
+    /// n x 3: value and its first two derivatives (of order 2 only the first).
+    pub mean: &'a mut [[f64; 3]],
+    /// n x 3: their variances.
+    pub variance: &'a mut [[f64; 3]],
+    /// n x 2: u and D. u/D is the sample less its estimate from all others (leave-one-out residual), 1/D the variance of that.
+    pub residual: &'a mut [[f64; 2]],
+}
+
+/// Normal samples that stand for rounded ones (expectation propagation): n values and variances > 0, in and out.
+pub struct SiteApproximations<'a> {
+    /// Their values.
+    pub value: &'a mut [f64],
+    /// Variances of their noise.
+    pub variance: &'a mut [f64],
+}
+
+/// Samples rounded to a quantum.
+#[derive(Clone, Copy)]
+pub struct Rounded<'a> {
+    /// n values.
+    pub value: &'a [f64],
+    /// Step to which they are rounded, >= 0; zero for samples that are not rounded.
+    pub quantum: f64,
+}

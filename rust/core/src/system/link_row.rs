@@ -1,0 +1,74 @@
+//! Link rows: deflection and load of each link in the undamped modes.
+
+use super::state::State;
+use crate::model::Link;
+use crate::numeric::float::fma;
+
+/// A link in the undamped modes, per unit of each entry of the state (√J), and at rest.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LinkRow {
+    pub link: Link,
+    /// Stiffness k in the modes, N/m: the slope of the law at rest.
+    pub stiffness: f64,
+    /// Load per unit of `ω η`: `k d·Φ / ω`, N.
+    pub elastic: [f64; 6],
+    /// Load per unit of `η'`: `b d·Φ`, N.
+    pub damping: [f64; 6],
+    /// Deflection rate per unit of `η'`, and also the modal force of a unit of load: `d·Φ`.
+    pub rate: [f64; 6],
+    /// Deflection per unit of `ω η`: `d·Φ / ω`, m.
+    pub deflection: [f64; 6],
+    /// Deflection at rest, m.
+    pub rest: f64,
+    /// Elastic load at rest, N.
+    pub load: f64,
+}
+
+impl LinkRow {
+    /// A row of zeros, with the nominal stiffness of the link.
+    pub(crate) fn new(link: &Link) -> Self {
+        Self {
+            link: *link,
+            stiffness: link.law().nominal(),
+            elastic: [0.0; 6],
+            damping: [0.0; 6],
+            rate: [0.0; 6],
+            deflection: [0.0; 6],
+            rest: 0.0,
+            load: 0.0,
+        }
+    }
+
+    /// Deflection at a state, m.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn deflection_at(&self, state: &State) -> f64 {
+        let mut at = self.rest;
+        for j in 0..6 {
+            at = fma(self.deflection[j], state[j], at);
+        }
+        at
+    }
+
+    /// Load of the damper at a state, N, as if it acted.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn damping_load(&self, state: &State) -> f64 {
+        let mut load = 0.0;
+        for j in 0..6 {
+            load = fma(self.damping[j], state[6 + j], load);
+        }
+        load
+    }
+
+    /// Whether the damper does not act: it acts in contact only, and the link has no stiffness at this state.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn damper_is_idle(&self, state: &State) -> bool {
+        self.link.is_damped_in_contact() && self.link.law().tangent(self.deflection_at(state)) == 0.0
+    }
+
+    /// Elastic and damping load at a state, N.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn loads(&self, state: &State) -> (f64, f64) {
+        let damping = if self.damper_is_idle(state) { 0.0 } else { self.damping_load(state) };
+        (self.link.law().force(self.deflection_at(state)), damping)
+    }
+}

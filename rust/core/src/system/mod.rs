@@ -1,0 +1,301 @@
+//! A scene made ready to integrate: static equilibrium, undamped modes about it, and the equations of motion in energy coordinates.
+//!
+//! With the undamped modes Φ (`Φᵀ M Φ = I`, `Φᵀ K Φ = ω²`) and `q = q_static + Φ η` the state is `s = (ω η, η')`:
+//!
+//! ```text
+//! d/dt (ω η) =                 ω η'
+//! d/dt  η'   = -ω (ω η) - Ĉ η' + f(t),      f = Φᵀ (E(t) - M_u a(t))
+//! ```
+//!
+//! `|s|² / 2` is the energy of the motion. Without damping the system matrix is skew, with damping it only dissipates. Nothing depends on the
+//! unit of length, and small motion is not lost beside the static deflection.
+//!
+//! `state` (plain arrays), `assemble` (M, C, K), `link_row` (each link in the modes), `undamped_modes`, `statics` (equilibrium of any laws),
+//! `modes` (damping ratios, eigenvalues).
+
+mod assemble;
+mod link_row;
+mod modes;
+mod state;
+mod statics;
+mod undamped_modes;
+
+pub use assemble::{Matrices, assemble};
+pub use modes::{Mode, eigenvalues, modes};
+pub use state::{Input, State, input_from};
+
+pub(crate) use link_row::LinkRow;
+pub(crate) use state::{Force, NO_FORCE, NO_INPUT, Square, size};
+
+use nalgebra::{Matrix6, Vector6};
+
+use crate::error::SceneError;
+use crate::model::{Free, Link, Scene};
+use crate::numeric::bounded_vec::BoundedVec;
+use crate::numeric::float::{add_scaled, fma};
+use statics::{NEGLIGIBLE, equilibrium};
+use undamped_modes::{UndampedModes, undamped_modes};
+
+/// Model level: the simplest equations that describe all laws of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ModelLevel {
+    /// All laws are `F = k δ`.
+    Linear,
+    /// Laws of straight segments (clearance, sides, curves): linear between contact changes.
+    PiecewiseLinear,
+    /// Some laws are smooth and nonlinear: preloaded contacts.
+    SmoothNonlinear,
+}
+
+impl ModelLevel {
+    /// The lowest level that describes these links.
+    fn of(links: &[Link]) -> Self {
+        if links.iter().all(|link| link.law().is_linear()) {
+            Self::Linear
+        } else if links.iter().all(|link| link.law().is_piecewise_linear()) {
+            Self::PiecewiseLinear
+        } else {
+            Self::SmoothNonlinear
+        }
+    }
+}
+
+/// A scene ready to integrate: its linear part (the slopes of all laws at rest) and its links.
+#[derive(Debug, Clone)]
+pub struct System {
+    matrices: Matrices,
+    free: Free,
+    model_level: ModelLevel,
+    shapes: Matrix6<f64>,
+    pub(crate) frequency: [f64; 6],
+    /// Columns of `Ĉ = Φᵀ C Φ`.
+    pub(crate) damping: [[f64; 6]; 6],
+    /// Columns of the influence of an [`Input`] on the modal force f.
+    influence: [Force; 9],
+    equilibrium: Rest,
+    rows: BoundedVec<LinkRow>,
+}
+
+impl System {
+    /// Assembles a scene and finds its static equilibrium (section 3.5; `K q = Q` where all links are linear) and its undamped modes
+    /// about it.
+    ///
+    /// A body that is free within its clearance has no single equilibrium. Chosen is the most central one: the limit for vanishing
+    /// springs beside the links, of one common fraction of the nominal stiffnesses. A link without stiffness at rest enters the modes
+    /// with its nominal stiffness.
+    ///
+    /// # Errors
+    /// [`SceneError::Unsupported`] names the motion that no link resists, [`SceneError::NoEquilibrium`] the one in which the weight
+    /// drives the body out of its links; [`SceneError::TooManyLinks`] only without `std`.
+    pub fn new(scene: &Scene) -> Result<Self, SceneError> {
+        let links = scene.links();
+        let mut matrices = assemble(scene);
+        let mut rows = BoundedVec::new(LinkRow::new(&links[0]), links.len())?;
+        for (row, link) in rows.as_mut_slice().iter_mut().zip(links) {
+            *row = LinkRow::new(link);
+        }
+        let mut modes = undamped_modes(scene, rows.as_mut_slice())?;
+        let model_level = ModelLevel::of(links);
+        let weight = modes.shapes.transpose() * matrices.weight;
+        let mut rest = [0.0; 6];
+        for mode in 0..scene.free().count() {
+            rest[mode] = weight[mode] / modes.frequency[mode];
+        }
+        let equilibrium = if model_level == ModelLevel::Linear {
+            linear_equilibrium(&modes, &rest, rows.as_mut_slice())
+        } else {
+            let found = nonlinear_equilibrium(scene, &modes, &rest, rows.as_mut_slice())?;
+            modes = undamped_modes(scene, rows.as_mut_slice())?;
+            matrices.stiffness = Matrix6::zeros();
+            for row in rows.as_slice() {
+                let d = row.link.row();
+                matrices.stiffness.ger(row.stiffness, &d, &d, 1.0);
+            }
+            found
+        };
+        let UndampedModes { shapes, frequency } = modes;
+        let damping = modal_damping(rows.as_slice());
+        let influence = modal_influence(&matrices, &shapes);
+        let loads = rows.as_slice().iter().map(|row| &row.load);
+        let position = &equilibrium.position;
+        let numbers = frequency.iter().chain(position).chain(damping.as_flattened()).chain(loads);
+        if !numbers.chain(influence.as_flattened()).all(|x| x.is_finite()) {
+            return Err(OUT_OF_RANGE);
+        }
+        let free = scene.free();
+        Ok(Self { matrices, free, model_level, shapes, frequency, damping, influence, equilibrium, rows })
+    }
+
+    /// Model level of the scene.
+    pub fn model_level(&self) -> ModelLevel {
+        self.model_level
+    }
+
+    /// Motions `(u, φ)` of L in which the body is free within its clearance at rest, m, rad; the static position is then one of many.
+    pub fn free_at_rest(&self) -> impl ExactSizeIterator<Item = Vector6<f64>> {
+        let Rest { loose, loose_count, .. } = &self.equilibrium;
+        (0..*loose_count).map(|i| loose.column(i).into_owned())
+    }
+
+    /// Index of the first preloaded link.
+    pub(crate) fn first_smooth(&self) -> Option<usize> {
+        self.links().position(|link| !link.law().is_piecewise_linear())
+    }
+
+    /// The links, in the order of the scene.
+    pub fn links(&self) -> impl ExactSizeIterator<Item = &Link> {
+        self.rows.as_slice().iter().map(|row| &row.link)
+    }
+
+    /// The link rows, in the order of the scene.
+    pub(crate) fn rows(&self) -> &[LinkRow] {
+        self.rows.as_slice()
+    }
+
+    /// The matrices of all six degrees of freedom.
+    pub fn matrices(&self) -> &Matrices {
+        &self.matrices
+    }
+
+    /// The free degrees of freedom.
+    pub fn free(&self) -> Free {
+        self.free
+    }
+
+    /// Number of modes: that of free degrees of freedom.
+    pub fn mode_count(&self) -> usize {
+        self.free.count()
+    }
+
+    /// Undamped angular natural frequencies ω about rest, ascending, rad/s; zeros past the number of modes.
+    pub fn frequencies(&self) -> &[f64; 6] {
+        &self.frequency
+    }
+
+    /// Undamped mode shapes in columns, `(u, φ)` of L, mass-normalised (`Φᵀ M Φ = I`).
+    pub fn shapes(&self) -> &Matrix6<f64> {
+        &self.shapes
+    }
+
+    /// Modal damping `Ĉ = Φᵀ C Φ`, 1/s; diagonal where damping is proportional.
+    pub fn modal_damping(&self) -> Matrix6<f64> {
+        Matrix6::from_fn(|i, j| self.damping[j][i])
+    }
+
+    /// Static position `(u, φ)` under the weight: m, rad.
+    pub fn static_position(&self) -> Vector6<f64> {
+        self.equilibrium.position
+    }
+
+    /// Modal force of a unit of each component of an [`Input`].
+    pub(crate) fn influence(&self) -> &[Force; 9] {
+        &self.influence
+    }
+
+    /// Rate of change of a state under the modal force `force`, where all links have their stiffness of the tangent at rest.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn linear_rate(&self, state: &State, force: &Force) -> State {
+        let mut fast = [0.0; 6];
+        let mut slow: [f64; 6] = core::array::from_fn(|i| force[i]);
+        for i in 0..6 {
+            fast[i] = self.frequency[i] * state[6 + i];
+            slow[i] = fma(-self.frequency[i], state[i], slow[i]);
+        }
+        for (j, column) in self.damping.iter().enumerate() {
+            add_scaled(&mut slow, column, -state[6 + j]);
+        }
+        let mut rate = [0.0; 12];
+        rate[..6].copy_from_slice(&fast);
+        rate[6..].copy_from_slice(&slow);
+        rate
+    }
+}
+
+const OUT_OF_RANGE: SceneError =
+    SceneError::NotFinite { field: "scene: mass, inertia, stiffness, damping or gravity out of range" };
+
+/// Static position, and the motions in which nothing resists the body there.
+#[derive(Debug, Clone, Copy)]
+struct Rest {
+    /// `(u, φ)`: m, rad.
+    position: Vector6<f64>,
+    /// Motions in which the body is loose, in the first columns.
+    loose: Matrix6<f64>,
+    loose_count: usize,
+}
+
+/// Rest on linear links, `rest` in energy coordinates; sets the deflections and loads at rest in `rows`.
+fn linear_equilibrium(modes: &UndampedModes, rest: &[f64; 6], rows: &mut [LinkRow]) -> Rest {
+    for row in rows {
+        row.rest = dot(&row.deflection, rest);
+        row.load = dot(&row.elastic, rest);
+    }
+    Rest { position: position(modes, rest), loose: Matrix6::zeros(), loose_count: 0 }
+}
+
+/// Rest on links of any laws, from `linear` in energy coordinates; sets the deflections, loads and tangent stiffnesses at rest in `rows`.
+fn nonlinear_equilibrium(
+    scene: &Scene,
+    modes: &UndampedModes,
+    linear: &[f64; 6],
+    rows: &mut [LinkRow],
+) -> Result<Rest, SceneError> {
+    if !linear.iter().all(|x| x.is_finite()) {
+        return Err(OUT_OF_RANGE);
+    }
+    let springs = rows.iter().map(|row| (row.link.law(), row.deflection));
+    let found = equilibrium(springs, linear, scene.free().count()).map_err(|direction| {
+        let motion = position(modes, &direction);
+        let largest = motion.amax();
+        if largest > 0.0 { SceneError::NoEquilibrium { motion: motion / largest } } else { OUT_OF_RANGE }
+    })?;
+    let mut loose = Matrix6::zeros();
+    for (i, direction) in found.loose[..found.loose_count].iter().enumerate() {
+        loose.set_column(i, &position(modes, direction));
+    }
+    for row in rows {
+        row.rest = dot(&row.deflection, &found.position);
+        row.load = row.link.law().force(row.rest);
+        let tangent = row.link.law().tangent(row.rest);
+        let nominal = row.link.law().nominal();
+        row.stiffness = if tangent > NEGLIGIBLE * nominal { tangent } else { nominal };
+    }
+    Ok(Rest { position: position(modes, &found.position), loose, loose_count: found.loose_count })
+}
+
+/// Columns of `Ĉ = Φᵀ C Φ`, link by link.
+fn modal_damping(rows: &[LinkRow]) -> Square {
+    let mut damping = [[0.0; 6]; 6];
+    for row in rows {
+        for (j, column) in damping.iter_mut().enumerate() {
+            add_scaled(column, &row.damping, row.rate[j]);
+        }
+    }
+    damping
+}
+
+/// Modal force of a unit of each component of an [`Input`].
+fn modal_influence(matrices: &Matrices, shapes: &Matrix6<f64>) -> [Force; 9] {
+    let mut influence = [NO_FORCE; 9];
+    for (axis, column) in influence.iter_mut().enumerate() {
+        let force = match axis {
+            0..3 => -matrices.mass.column(axis),
+            _ => Matrix6::identity().column(axis - 3).into_owned(),
+        };
+        column[..6].copy_from_slice((shapes.transpose() * force).as_slice());
+    }
+    influence
+}
+
+/// `(u, φ)` of the elastic half of a state.
+fn position(modes: &UndampedModes, elastic: &[f64; 6]) -> Vector6<f64> {
+    let mut q = Vector6::zeros();
+    for (mode, frequency) in modes.frequency.iter().enumerate().filter(|(_, frequency)| **frequency > 0.0) {
+        q += modes.shapes.column(mode) * (elastic[mode] / frequency);
+    }
+    q
+}
+
+fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

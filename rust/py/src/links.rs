@@ -1,0 +1,81 @@
+//! Links and groups of links from arrays.
+
+use guideload::{Link, Part, System, Wrench, group_load};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::prelude::*;
+
+use crate::convert::{CoreError, rows, slice};
+use crate::law::PyLaw;
+
+/// The links of a scene, one per row of the arrays.
+pub fn links(
+    points: &PyReadonlyArray2<'_, f64>,
+    directions: &PyReadonlyArray2<'_, f64>,
+    laws: &[PyRef<'_, PyLaw>],
+    damping: &PyReadonlyArray1<'_, f64>,
+    damping_in_contact: &PyReadonlyArray1<'_, bool>,
+) -> PyResult<Vec<Link>> {
+    let (points, directions) = (rows::<3>(points, "points")?, rows::<3>(directions, "directions")?);
+    let damping = slice(damping, "damping")?;
+    let damping_in_contact = slice(damping_in_contact, "damping_in_contact")?;
+    for (name, length) in [
+        ("directions", directions.len()),
+        ("laws", laws.len()),
+        ("damping", damping.len()),
+        ("damping_in_contact", damping_in_contact.len()),
+    ] {
+        if length != points.len() {
+            let message = format!("{name}: expected {}, one per link, got {length}", points.len());
+            return Err(PyValueError::new_err(message));
+        }
+    }
+    let mut links = Vec::with_capacity(points.len());
+    for i in 0..points.len() {
+        let link = Link::with_law(points[i].into(), directions[i].into(), laws[i].0, damping[i]);
+        let link = if damping_in_contact[i] { link.and_then(Link::damped_in_contact) } else { link };
+        links.push(link.map_err(|error| CoreError::Link(i, error))?);
+    }
+    Ok(links)
+}
+
+/// The indices of the links, out of `count`, and the centre of each group.
+pub fn group_links(
+    count: usize,
+    groups: &[PyReadonlyArray1<'_, i64>],
+    centers: &[[f64; 3]],
+) -> PyResult<Vec<(Vec<usize>, [f64; 3])>> {
+    if groups.len() != centers.len() {
+        let message =
+            format!("centers: expected {} rows, one per group, got {}", groups.len(), centers.len());
+        return Err(PyValueError::new_err(message));
+    }
+    if !centers.as_flattened().iter().all(|x| x.is_finite()) {
+        return Err(PyValueError::new_err("centers: expected finite numbers"));
+    }
+    let mut all = Vec::with_capacity(groups.len());
+    for (group, center) in groups.iter().zip(centers) {
+        let mut links = Vec::new();
+        for &index in slice(group, "groups")? {
+            let link = usize::try_from(index).ok().filter(|&link| link < count);
+            links.push(link.ok_or_else(|| {
+                PyIndexError::new_err(format!("groups: there is no link {index} of {count}"))
+            })?);
+        }
+        all.push((links, *center));
+    }
+    Ok(all)
+}
+
+/// The load of each group of links about its centre.
+pub fn group_loads<'a>(
+    system: &'a System,
+    groups: &[PyReadonlyArray1<'_, i64>],
+    centers: &[[f64; 3]],
+    part: Part,
+) -> PyResult<Vec<Wrench<'a>>> {
+    Ok(group_links(system.links().len(), groups, centers)?
+        .into_iter()
+        .map(|(links, center)| group_load(system, links, center.into(), part))
+        .collect())
+}
