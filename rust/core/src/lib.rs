@@ -76,6 +76,8 @@ pub use dof::{Dof, Free};
 pub use error::{BatchError, SampleError};
 pub use error::{ExcitationError, RunError, SceneError};
 pub use excitation::{Excitation, wrench_at};
+#[cfg(feature = "std")]
+pub use integrate::Named;
 pub use integrate::{Control, Exact, Method, Output, Radau, Rk45, Summary, load_scale, run};
 pub use law::Law;
 pub use link::{Link, carriage_ends, carriage_links};

@@ -6,14 +6,11 @@ use super::reduce::{Memory, Needs, Reduce};
 use crate::error::{RunError, SampleError};
 use crate::excitation::Excitation;
 use crate::fill::fill;
-use crate::integrate::{Control, Exact, Output, Radau, Rk45, Scaled, run_scaled};
+use crate::integrate::{Control, Named, Output, Scaled};
 use crate::loads::{Part, group_load};
 use crate::modes::eigenvalues;
 use crate::record::Record;
 use crate::system::{Rung, State, System, joined};
-
-/// Interval lengths that an exact run remembers: device clocks tick in a handful of them.
-const KEPT: usize = 16;
 
 /// How samples are run.
 #[derive(Debug, Clone, Copy)]
@@ -31,27 +28,23 @@ impl Runs<'_> {
     fn run<R: Record>(&self, system: &System, factors: [f64; 2], record: &mut R) -> Result<(), RunError> {
         let scaled = Scaled { excitation: self.excitation, peak: self.peak, factors };
         let (control, output) = (Control::Adaptive { rtol: self.rtol }, Output::Samples);
-        match self.solver_for(system) {
-            Solver::Implicit => run_scaled(system, &Radau, control, &scaled, output, record),
-            Solver::Rk45 => run_scaled(system, &Rk45, control, &scaled, output, record),
-            Solver::Exact | Solver::Auto => {
-                run_scaled(system, &Exact::<KEPT>, control, &scaled, output, record)
-            }
-        }?;
+        self.method_for(system).run_scaled(system, control, &scaled, output, record)?;
         Ok(())
     }
 
-    /// The solver, chosen where that was left open.
-    fn solver_for(&self, system: &System) -> Solver {
+    /// The method, chosen where that was left open.
+    fn method_for(&self, system: &System) -> Named {
         match self.solver {
-            Solver::Auto if system.rung() != Rung::SmoothNonlinear => Solver::Exact,
+            Solver::Exact => Named::Exact,
+            Solver::Rk45 => Named::Rk45,
+            Solver::Implicit => Named::Implicit,
+            Solver::Auto if system.rung() != Rung::SmoothNonlinear => Named::Exact,
             Solver::Auto => {
                 let fastest = eigenvalues(system).map_or(f64::INFINITY, |values| {
                     values.iter().fold(0.0, |most, value| f64::max(most, value.norm()))
                 });
-                if STEP_COST * STABLE < fastest * self.usual { Solver::Implicit } else { Solver::Rk45 }
+                if STEP_COST * STABLE < fastest * self.usual { Named::Implicit } else { Named::Rk45 }
             }
-            asked => asked,
         }
     }
 }
