@@ -155,17 +155,9 @@ impl Series {
         let mut state = *state;
         let mut part = 0.0;
         while part < parts {
-            let mut sum = state;
-            let (mut scale, mut small) = (size(&state), 0);
-            power_series(equations, ramp, [part / parts, 1.0 / parts], &state, MOST_TERMS, |k, term| {
-                add_scaled(&mut sum, term, 1.0);
-                // Two in a row, one of which may hide what is in the other half of the state.
-                let size = size(term);
-                scale = if k == 1 && size > scale { size } else { scale };
-                small = if size <= NEGLIGIBLE * scale { small + 1 } else { 0 };
-                small < 2
-            });
-            state = sum;
+            let mut sum = Sum { state, scale: size(&state), small: 0 };
+            power_series(equations, ramp, [part / parts, 1.0 / parts], &state, MOST_TERMS, &mut sum);
+            state = sum.state;
             part += 1.0;
         }
         state
@@ -181,11 +173,43 @@ impl Series {
     ) -> [State; TERMS + 1] {
         let mut terms = [[0.0; 12]; TERMS + 1];
         terms[0] = *state;
-        power_series(equations, ramp, [0.0, 1.0], state, TERMS, |k, term| {
-            terms[k] = *term;
-            true
-        });
+        power_series(equations, ramp, [0.0, 1.0], state, TERMS, &mut terms);
         terms
+    }
+}
+
+/// Where the terms of a power series go. (Not a closure, which may be compiled for the oldest processor.)
+trait Sink {
+    /// Takes term `k`; whether the next one is wanted.
+    fn take(&mut self, k: usize, term: &State) -> bool;
+}
+
+impl Sink for [State; TERMS + 1] {
+    #[cfg_attr(feature = "std", inline(always))]
+    fn take(&mut self, k: usize, term: &State) -> bool {
+        self[k] = *term;
+        true
+    }
+}
+
+/// The sum of the terms until they no longer matter.
+struct Sum {
+    state: State,
+    /// Size of what the terms are added to.
+    scale: f64,
+    /// Negligible terms in a row.
+    small: u32,
+}
+
+impl Sink for Sum {
+    #[cfg_attr(feature = "std", inline(always))]
+    fn take(&mut self, k: usize, term: &State) -> bool {
+        add_scaled(&mut self.state, term, 1.0);
+        // Two in a row, one of which may hide what is in the other half of the state.
+        let size = size(term);
+        self.scale = if k == 1 && size > self.scale { size } else { self.scale };
+        self.small = if size <= NEGLIGIBLE * self.scale { self.small + 1 } else { 0 };
+        self.small < 2
     }
 }
 
@@ -194,7 +218,7 @@ const MOST_TERMS: usize = 24;
 const LONGEST: f64 = 2.0;
 const NEGLIGIBLE: f64 = 1e-18;
 
-/// Terms 1, 2, … of the solution, as long as `take` wants them, from `state` over the part of a ramp that begins at `from` and is `length` long, in fractions of the ramp.
+/// Terms 1, 2, … of the solution, as long as `sink` wants them, from `state` over the part of a ramp that begins at `from` and is `length` long, in fractions of the ramp.
 #[cfg_attr(feature = "std", inline(always))]
 fn power_series<E: Equations>(
     equations: &E,
@@ -202,7 +226,7 @@ fn power_series<E: Equations>(
     [from, length]: [f64; 2],
     state: &State,
     most: usize,
-    mut take: impl FnMut(usize, &State) -> bool,
+    sink: &mut impl Sink,
 ) {
     let tau = ramp.h * length;
     let mut rise = ramp.rise();
@@ -214,14 +238,14 @@ fn power_series<E: Equations>(
     // Derivatives of the solution: x' = A x + f, x'' = A x' + f', and from there on A alone.
     let mut term = equations.linear(state, &force);
     scale(&mut term, tau);
-    take(1, &term);
+    sink.take(1, &term);
     term = equations.linear(&term, &rise);
     scale(&mut term, tau / 2.0);
-    take(2, &term);
+    sink.take(2, &term);
     for k in 3..=most {
         term = equations.linear(&term, &NO_FORCE);
         scale(&mut term, tau / k as f64);
-        if !take(k, &term) {
+        if !sink.take(k, &term) {
             return;
         }
     }
