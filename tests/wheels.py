@@ -9,7 +9,8 @@ Tried is then that
     the wheel for this processor installs where no compiler is on the path, and `guideload demo` runs there;
     the source distribution holds what a build needs and nothing else, installs, and `guideload demo` runs.
 
-Exit code 0: all made and tried; 2: something was left out, as the last lines say. Ends at the first failure with 1.
+A wheel for another processor is not run. Exit code 0: all made; 2: a wheel was left out, as the last lines say. Ends at
+the first failure with 1.
 """
 
 from __future__ import annotations
@@ -76,7 +77,7 @@ def main() -> None:
             elif platform.machine() in each.tag and sys.platform == "linux":
                 try_wheel(each, work)
             else:
-                left_out.append(f"{each.file.name}: not run, as it is for another processor")
+                each.tried.append("not run: for another processor")
     print()
     print_table(made)
     for reason in left_out:
