@@ -76,6 +76,8 @@ pub use model::{
 pub use numeric::tensor;
 
 // Solve: the system, its modes, and a run.
+#[cfg(feature = "std")]
+pub use integrate::NamedMethod;
 pub use integrate::{Control, Exact, Method, Output, Radau, Rk45, Summary, load_scale, run};
 pub use system::{
     Input, Matrices, Mode, ModelLevel, State, System, assemble, eigenvalues, input_from, modes,

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use guideload::reaction;
 use guideload::{
-    Body, Control, Exact, Excitation, Extremes, ModelLevel, Output, Part, Peaks, Radau, Record, Rk45,
-    RunError, Scene, State, Summary, System, carriage_ends, eigenvalues, link_load, modes, run,
+    Body, Extremes, ModelLevel, NamedMethod, Output, Part, Peaks, RunError, Scene, State, System,
+    carriage_ends, eigenvalues, link_load, modes,
 };
 use numpy::{Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
 use pyo3::exceptions::PyValueError;
@@ -16,46 +16,14 @@ use crate::law::PyLaw;
 use crate::links::{self, group_loads};
 use crate::solution::{Inputs, PySolution};
 
-/// Cached propagators of an exact run: device clocks tick in a handful of interval lengths.
-const CACHED_STEPS: usize = 16;
-
 #[pyclass(name = "Scene", module = "guideload._core", frozen)]
 pub struct PyScene(pub Arc<System>);
 
-/// The methods that a user can name.
-#[derive(Clone, Copy)]
-enum NamedMethod {
-    Exact,
-    Rk45,
-    Implicit,
-}
-
-impl NamedMethod {
-    fn new(name: &str) -> PyResult<Self> {
-        match name {
-            "exact" => Ok(Self::Exact),
-            "rk45" => Ok(Self::Rk45),
-            "implicit" => Ok(Self::Implicit),
-            _ => {
-                Err(PyValueError::new_err(format!("method: expected exact, rk45 or implicit, got {name:?}")))
-            }
-        }
-    }
-
-    fn run<R: Record>(
-        self,
-        system: &System,
-        control: Control,
-        excitation: &Excitation,
-        output: Output,
-        record: &mut R,
-    ) -> Result<Summary, CoreError> {
-        Ok(match self {
-            Self::Exact => run(system, &Exact::<CACHED_STEPS>, control, excitation, output, record),
-            Self::Rk45 => run(system, &Rk45, control, excitation, output, record),
-            Self::Implicit => run(system, &Radau, control, excitation, output, record),
-        }?)
-    }
+/// The method of that name.
+fn named_method(name: &str) -> PyResult<NamedMethod> {
+    NamedMethod::from_name(name).ok_or_else(|| {
+        PyValueError::new_err(format!("method: expected exact, rk45 or implicit, got {name:?}"))
+    })
 }
 
 #[pymethods]
@@ -112,7 +80,7 @@ impl PyScene {
         step: Option<f64>,
         times: Option<PyReadonlyArray1<'_, f64>>,
     ) -> PyResult<PySolution> {
-        let method = NamedMethod::new(method)?;
+        let method = named_method(method)?;
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let times = times.as_ref().map(|times| slice(times, "times")).transpose()?;
         let system = Arc::clone(&self.0);
@@ -147,7 +115,7 @@ impl PyScene {
         groups: Vec<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<[Array2<'py>; 4]> {
-        let method = NamedMethod::new(method)?;
+        let method = named_method(method)?;
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let loads = group_loads(&self.0, &groups, rows::<3>(&centers, "centers")?, Part::Total)?;
         let extremes = py.detach(|| {

@@ -8,14 +8,11 @@ use super::solver::Solver;
 use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::excitation::ScaledExcitation;
-use crate::integrate::{Control, Exact, Output, Radau, Rk45, run_scaled};
+use crate::integrate::{Control, NamedMethod, Output};
 use crate::output::Record;
 use crate::output::{Part, evaluate, group_load};
 use crate::system::eigenvalues;
 use crate::system::{ModelLevel, State, System, input_from};
-
-/// Cached propagators of an exact run: device clocks tick in a handful of interval lengths.
-const CACHED_STEPS: usize = 16;
 
 /// Excitation, method and tolerance of all samples.
 #[derive(Debug, Clone, Copy)]
@@ -33,31 +30,27 @@ impl RunSettings<'_> {
     fn run<R: Record>(&self, system: &System, factors: [f64; 2], record: &mut R) -> Result<(), RunError> {
         let scaled = ScaledExcitation { excitation: self.excitation, peak: self.peak, factors };
         let (control, output) = (Control::Adaptive { rtol: self.rtol }, Output::Samples);
-        match self.solver_for(system) {
-            Solver::Implicit => run_scaled(system, &Radau, control, &scaled, output, record),
-            Solver::Rk45 => run_scaled(system, &Rk45, control, &scaled, output, record),
-            Solver::Exact | Solver::Auto => {
-                run_scaled(system, &Exact::<CACHED_STEPS>, control, &scaled, output, record)
-            }
-        }?;
+        self.method_for(system).run_scaled(system, control, &scaled, output, record)?;
         Ok(())
     }
 
-    /// The solver; chosen here for `Auto`.
-    fn solver_for(&self, system: &System) -> Solver {
+    /// The method; chosen here for `Auto`.
+    fn method_for(&self, system: &System) -> NamedMethod {
         match self.solver {
-            Solver::Auto if system.model_level() != ModelLevel::SmoothNonlinear => Solver::Exact,
+            Solver::Exact => NamedMethod::Exact,
+            Solver::Rk45 => NamedMethod::Rk45,
+            Solver::Implicit => NamedMethod::Implicit,
+            Solver::Auto if system.model_level() != ModelLevel::SmoothNonlinear => NamedMethod::Exact,
             Solver::Auto => {
                 let fastest = eigenvalues(system).map_or(f64::INFINITY, |values| {
                     values.iter().fold(0.0, |most, value| f64::max(most, value.norm()))
                 });
                 if STEP_COST * STABLE < fastest * self.typical_interval {
-                    Solver::Implicit
+                    NamedMethod::Implicit
                 } else {
-                    Solver::Rk45
+                    NamedMethod::Rk45
                 }
             }
-            asked => asked,
         }
     }
 }

@@ -45,17 +45,9 @@ impl PowerSeries {
         let mut state = *state;
         let mut part = 0.0;
         while part < parts {
-            let mut sum = state;
-            let (mut scale, mut small) = (size(&state), 0);
-            power_series(equations, ramp, [part / parts, 1.0 / parts], &state, MAX_TERMS, |k, term| {
-                add_scaled(&mut sum, term, 1.0);
-                // Two in a row: one may be small only because it is in the other half of the state.
-                let size = size(term);
-                scale = if k == 1 && size > scale { size } else { scale };
-                small = if size <= NEGLIGIBLE * scale { small + 1 } else { 0 };
-                small < 2
-            });
-            state = sum;
+            let mut sum = Sum { state, scale: size(&state), small: 0 };
+            power_series(equations, ramp, [part / parts, 1.0 / parts], &state, MAX_TERMS, &mut sum);
+            state = sum.state;
             part += 1.0;
         }
         state
@@ -71,11 +63,43 @@ impl PowerSeries {
     ) -> [State; TERMS + 1] {
         let mut terms = [[0.0; 12]; TERMS + 1];
         terms[0] = *state;
-        power_series(equations, ramp, [0.0, 1.0], state, TERMS, |k, term| {
-            terms[k] = *term;
-            true
-        });
+        power_series(equations, ramp, [0.0, 1.0], state, TERMS, &mut terms);
         terms
+    }
+}
+
+/// Receives the terms of a power series. (A trait: a closure may be compiled for the oldest processor.)
+trait TermSink {
+    /// Takes term `k`; whether the next one is needed.
+    fn take(&mut self, k: usize, term: &State) -> bool;
+}
+
+impl TermSink for [State; TERMS + 1] {
+    #[cfg_attr(feature = "std", inline(always))]
+    fn take(&mut self, k: usize, term: &State) -> bool {
+        self[k] = *term;
+        true
+    }
+}
+
+/// Sum of the terms until they are negligible.
+struct Sum {
+    state: State,
+    /// Size of the state, or of the first term if that is larger.
+    scale: f64,
+    /// Negligible terms in a row.
+    small: u32,
+}
+
+impl TermSink for Sum {
+    #[cfg_attr(feature = "std", inline(always))]
+    fn take(&mut self, k: usize, term: &State) -> bool {
+        add_scaled(&mut self.state, term, 1.0);
+        // Two in a row: one may be small only because it is in the other half of the state.
+        let size = size(term);
+        self.scale = if k == 1 && size > self.scale { size } else { self.scale };
+        self.small = if size <= NEGLIGIBLE * self.scale { self.small + 1 } else { 0 };
+        self.small < 2
     }
 }
 
@@ -85,7 +109,7 @@ const MAX_TERMS: usize = 24;
 const LONGEST: f64 = 2.0;
 const NEGLIGIBLE: f64 = 1e-18;
 
-/// Calls `take` with terms 1, 2, … of the solution until it returns false or `most` is reached. The solution starts in `state` and covers
+/// Gives `sink` terms 1, 2, … of the solution until it returns false or `most` is reached. The solution starts in `state` and covers
 /// the part of the ramp from the fraction `from` on, of the fraction `length`.
 #[cfg_attr(feature = "std", inline(always))]
 fn power_series<E: Equations>(
@@ -94,7 +118,7 @@ fn power_series<E: Equations>(
     [from, length]: [f64; 2],
     state: &State,
     most: usize,
-    mut take: impl FnMut(usize, &State) -> bool,
+    sink: &mut impl TermSink,
 ) {
     let tau = ramp.h * length;
     let mut rise = ramp.rise();
@@ -106,14 +130,14 @@ fn power_series<E: Equations>(
     // x' = A x + f, x'' = A x' + f'; all further derivatives follow from A alone.
     let mut term = equations.linear(state, &force);
     scale(&mut term, tau);
-    take(1, &term);
+    sink.take(1, &term);
     term = equations.linear(&term, &rise);
     scale(&mut term, tau / 2.0);
-    take(2, &term);
+    sink.take(2, &term);
     for k in 3..=most {
         term = equations.linear(&term, &NO_FORCE);
         scale(&mut term, tau / k as f64);
-        if !take(k, &term) {
+        if !sink.take(k, &term) {
             return;
         }
     }

@@ -6,6 +6,8 @@
 mod control;
 mod exact;
 mod method;
+#[cfg(feature = "std")]
+mod named_method;
 mod radau;
 mod rk45;
 mod run;
@@ -17,8 +19,8 @@ mod tableau;
 pub use control::{Control, load_scale};
 pub use exact::Exact;
 pub use method::{Method, Output, Summary};
+#[cfg(feature = "std")]
+pub use named_method::NamedMethod;
 pub use radau::Radau;
 pub use rk45::Rk45;
 pub use run::run;
-#[cfg(feature = "std")]
-pub(crate) use run::run_scaled;

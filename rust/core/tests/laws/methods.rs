@@ -1,6 +1,6 @@
 //! Three methods, one answer: agreement, work, knots.
 
-use guideload::{Control, Exact, Excitation, Method, Output, Radau, Rk45, Summary};
+use guideload::{Control, Exact, Excitation, Method, NamedMethod, Output, Radau, Rk45, State, Summary};
 
 use crate::common::{
     ADAPTIVE, Machine, Random, cart, cart_stiff, close, cycle, difference, largest, noise, paper,
@@ -217,6 +217,21 @@ fn times_are_the_samples_and_what_lies_between_is_exact() {
             }
         }
     }
+}
+
+#[test]
+fn a_method_by_its_name_is_that_method() {
+    let (machine, motion) = (cart(), start_of_cycle());
+    let excitation = Excitation::uniform(0.0, 1e-3, &motion).expect("sound");
+    let by_name = |name| {
+        let (named, mut states): (_, Vec<State>) = (NamedMethod::from_name(name).expect("known"), Vec::new());
+        let done = named.run(&machine.system(), ADAPTIVE, &excitation, Output::Samples, &mut states);
+        (states, done.expect("a run that succeeds"))
+    };
+    assert!(by_name("exact") == machine.states(&Exact::<16>, ADAPTIVE, &excitation));
+    assert!(by_name("rk45") == machine.states(&Rk45, ADAPTIVE, &excitation));
+    assert!(by_name("implicit") == machine.states(&Radau, ADAPTIVE, &excitation));
+    assert_eq!(NamedMethod::from_name("Exact"), None);
 }
 
 fn same<M: Method>(

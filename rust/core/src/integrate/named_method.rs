@@ -1,0 +1,71 @@
+//! The methods by name, for a choice at run time.
+
+use super::control::Control;
+use super::exact::Exact;
+use super::method::{Output, Summary};
+use super::radau::Radau;
+use super::rk45::Rk45;
+use super::run::run_scaled;
+use crate::error::RunError;
+use crate::excitation::{Excitation, ScaledExcitation};
+use crate::output::Record;
+use crate::system::System;
+
+/// Cached propagators of an exact run: device clocks tick in a handful of interval lengths.
+const CACHED_STEPS: usize = 16;
+
+/// A method chosen by its name at run time.
+///
+/// [`super::run`] is compiled once for each method and kind of equations, which takes long. Through this type all callers share one copy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NamedMethod {
+    /// [`Exact`] with 16 cached propagators.
+    Exact,
+    /// [`Rk45`].
+    Rk45,
+    /// [`Radau`].
+    Implicit,
+}
+
+impl NamedMethod {
+    /// The method of that name: `exact`, `rk45` or `implicit`.
+    pub fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "exact" => Some(Self::Exact),
+            "rk45" => Some(Self::Rk45),
+            "implicit" => Some(Self::Implicit),
+            _ => None,
+        }
+    }
+
+    /// [`super::run`] with this method.
+    ///
+    /// # Errors
+    /// As [`super::run`].
+    pub fn run(
+        self,
+        system: &System,
+        control: Control,
+        excitation: &Excitation,
+        output: Output,
+        record: &mut dyn Record,
+    ) -> Result<Summary, RunError> {
+        self.run_scaled(system, control, &ScaledExcitation::unscaled(excitation), output, record)
+    }
+
+    /// [`NamedMethod::run`] with factors on the excitation.
+    pub(crate) fn run_scaled(
+        self,
+        system: &System,
+        control: Control,
+        scaled: &ScaledExcitation,
+        output: Output,
+        record: &mut dyn Record,
+    ) -> Result<Summary, RunError> {
+        match self {
+            Self::Exact => run_scaled(system, &Exact::<CACHED_STEPS>, control, scaled, output, record),
+            Self::Rk45 => run_scaled(system, &Rk45, control, scaled, output, record),
+            Self::Implicit => run_scaled(system, &Radau, control, scaled, output, record),
+        }
+    }
+}
