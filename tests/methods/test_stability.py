@@ -19,8 +19,7 @@ import pytest
 import reference as ref
 from click.testing import CliRunner
 from numpy.typing import NDArray
-from reference import DOFS
-from test_exactness import all_modes_critical, translating
+from reference import DOFS, all_modes_critical, translating
 
 from guideload import ArgumentError, Link, Machine, Motion, RunError, Stability, simulate, stability
 from guideload.cli.main import EXAMPLES, main
