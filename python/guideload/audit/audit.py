@@ -133,14 +133,16 @@ class Audit:
 
     def _contact_lines(self) -> Iterator[tuple[str, str]]:
         """Links that lose contact or change sides, and the preload that would prevent it."""
-        contact = self.contact
+        contact, texts = self.contact, []
         parted = contact.share > 0.0
         if parted.any():
             words = contact.words(np.arange(parted.size))
             share = f"for up to {percent(contact.share.max())} of the time"
-            yield "contact", f"{words} in {int(parted.sum())} of {parted.size} links, {share}"
+            texts.append(f"{words} in {int(parted.sum())} of {parted.size} links, {share}")
         if contact.never_touching:
-            yield "contact", f"never touching: {first_names(contact.never_touching)}"
+            texts.append(f"never touching: {first_names(contact.never_touching)}")
+        if texts:
+            yield "contact", "; ".join(texts)
         sides = len(contact.changing_sign)
         if contact.preload_needed.size and (sides or parted.any()):
             row, column = np.unravel_index(int(contact.preload_needed.argmax()), contact.preload_needed.shape)
