@@ -84,7 +84,7 @@ def _motion(run: Run) -> Iterator[Row]:
     yield "cart_acceleration", ("time", "axis"), inputs[:, :3], "m/s2", "acceleration of the cart"
     if motion.wrench is not None:
         yield "wrench", ("time", "dof"), inputs[:, 3:], SIX, "external force and moment about L"
-    if run.time is motion.time:  # measured histories are not interpolated to other instants
+    if run.times is None:  # measured histories are not interpolated to other instants
         if motion.velocity is not None:
             yield "cart_velocity", ("time", "axis"), motion.velocity, "m/s", "velocity of the cart"
         if motion.position is not None:

@@ -1,7 +1,7 @@
-"""What one step of each method does to a motion that decays or rings: its stability function R(z).
+"""Stability functions: R(z), by which one step of a method multiplies a motion that decays or rings.
 
-Of q' = λ q a step of length h makes R(h λ) q, where the truth is exp(h λ) q. The modes of a linear scene move
-like that, each with its eigenvalue λ. A method is stable where |R| <= 1; exact has R = exp and no step error.
+Of q' = λ q a step of length h makes R(h λ) q, where the exact factor is exp(h λ). Each mode of a linear scene moves
+like that, with its eigenvalue λ. A method is stable where |R| <= 1; exact has R = exp and no step error.
 """
 
 from __future__ import annotations
@@ -23,8 +23,7 @@ RK45 = np.array([1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 
 IMPLICIT_ABOVE = np.array([1.0, 4.0 / 9.0, 1.0 / 12.0, 1.0 / 126.0, 1.0 / 3024.0])
 IMPLICIT_BELOW = np.array([1.0, -5.0 / 9.0, 5.0 / 36.0, -5.0 / 252.0, 5.0 / 3024.0, -1.0 / 15120.0])
 
-# Of |λ|: what rounding leaves of a real part that is zero. Springs and dampers feed no motion, so no real part
-# is above zero.
+# Real parts up to this part of |λ| are rounding. Springs and dampers feed no motion, so no real part is above zero.
 UNDAMPED = 1e-12
 
 
@@ -57,16 +56,9 @@ def _limit(value: complex) -> float:
         raise ValueError(f"expected an eigenvalue of a passive scene, real part <= 0, got {value:g} 1/s")
     decay = 0.0 if decay <= UNDAMPED else decay
     angle = np.pi - np.arccos(min(decay, 1.0))
-    squared = np.array(
-        [
-            sum(
-                RK45[i] * RK45[power - i] * np.cos((2 * i - power) * angle)
-                for i in range(max(0, power - 6), min(6, power) + 1)
-            )
-            for power in range(13)
-        ]
-    )
-    # Up to the order of the method those are the series of exp(-2 decay ρ): without the rounding of the sums.
+    terms = RK45 * np.exp(1j * angle * np.arange(RK45.size))
+    squared = np.convolve(terms, terms.conj()).real
+    # Up to the order of the method these are the series of exp(-2 decay ρ), here without the rounding of the sums.
     for power in range(6):
         squared[power] = squared[power - 1] * -2.0 * decay / power if power else 1.0
     squared[0] = 0.0
@@ -77,7 +69,7 @@ def _limit(value: complex) -> float:
 
 
 def per_period(method: MethodName, steps: float, damping_ratio: float = 0.0) -> tuple[float, float]:
-    """Amplitude lost and phase gained by a method over one period of a mode, beside the truth.
+    """Error of a method over one period of a mode: amplitude lost and phase gained.
 
     steps         per period of the damped vibration
     damping_ratio below 1
