@@ -11,6 +11,7 @@ import reference as ref
 from guideload import Body, Link, Machine, Motion, Rail, Result, simulate
 from guideload._core import Law
 from guideload.audit.checks import BALL_ROW, ROLLERS
+from guideload.base.numbers import percent
 from guideload.reports import result as report
 from guideload.reports.elements import WIDTH
 
@@ -427,7 +428,7 @@ def test_links_that_part_and_rows_that_open_are_told_apart() -> None:
     (line,) = (line for line in audit.lines if line.startswith("contact"))
     share = audit.contact.share
     assert f"contact lost or a row open in {np.count_nonzero(share)} of 16 links" in line
-    assert f"up to {100 * share.max():.2g} % of the time" in line
+    assert f"up to {percent(share.max())} of the time" in line
     links = machine.links_of_carriages
     words = [audit.contact.words(np.concatenate(some)) for some in (links[:2], links[2:], links)]
     assert words == ["contact lost", "a row open", "contact lost or a row open"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -251,10 +250,7 @@ def test_auto_is_exact_for_linear_scenes_and_says_why() -> None:
     assert "linear" in auto.attrs["method_reason"]
     assert exact.attrs["method_reason"] == "asked for"
     result = simulate(machine, motion, "rk45")
-    again = pickle.loads(pickle.dumps(result))
-    for one in (result, again):
-        assert (one.method, one.reason) == ("rk45", "asked for")
-        assert (one.data.attrs["method"], one.data.attrs["method_reason"]) == (one.method, one.reason)
+    assert (result.method, result.reason) == ("rk45", "asked for")
 
 
 REFUSED: list[tuple[dict[str, Any], str]] = [

@@ -143,7 +143,10 @@ def audit_lines(result: Result) -> list[str]:
 
 
 def reactions_section(result: Result) -> list[RenderableType]:
-    """The drive force and the largest reaction of every other held dof, and the loads of the extra links."""
+    """The drive force and the largest reaction of every other held dof, and the loads of the extra links.
+
+    There is one at least: a body that is free along x needs a link along it.
+    """
     data, machine = result.quantities, result.machine
     time = data["time"]
     table = new_table("", "largest", "at\ns", "static", texts=("",))
@@ -161,7 +164,7 @@ def reactions_section(result: Result) -> list[RenderableType]:
     loads, static = data.by_label("link_load"), data.by_label("static_link_load")
     for link in machine.links:
         add(f"link {link.name}", loads[link.name], static[link.name], "N")
-    return [*section("Drive and held dofs"), table] if table.row_count else []
+    return [*section("Drive and held dofs"), table]
 
 
 def motion_lines(motion: Motion) -> list[str]:
