@@ -80,50 +80,29 @@ def test_draws_have_the_posteriors_covariance(states: int, derivative: int) -> N
 
 def exactly(states: int, step: np.ndarray, variance: np.ndarray, intensity: np.ndarray) -> np.ndarray:
     """Posterior variance of the last number of the state, start covariance 1, in fractions: nothing is rounded."""
-    count = variance.size
-    blocks = [[[[Fraction(int(i == j)) for j in range(states)] for i in range(states)]]]
+    count, numbers = variance.size, range(states)
+    fraction = np.vectorize(Fraction, otypes=[object])
+    h, q = fraction(step), fraction(intensity)
+    covariance = {(0, 0): fraction(np.eye(states))}  # of the states at two samples
     for k in range(count - 1):
-        h, q = Fraction(float(step[k])), Fraction(float(intensity[k]))
         phi = [
-            [h ** max(j - i, 0) / factorial(max(j - i, 0)) * int(j >= i) for j in range(states)]
-            for i in range(states)
+            [h[k] ** (j - i) / factorial(j - i) if j >= i else Fraction(0) for j in numbers] for i in numbers
         ]
-
-        def moved(block: list[list[Fraction]], phi: list[list[Fraction]] = phi) -> list[list[Fraction]]:
-            return [
-                [
-                    sum((a * b for a, b in zip(row, column, strict=True)), Fraction(0))
-                    for column in zip(*block, strict=True)
-                ]
-                for row in phi
-            ]
-
-        row = [moved(block) for block in blocks[-1]]
-        own = moved([list(column) for column in zip(*row[-1], strict=True)])
-        for i in range(states):
-            for j in range(states):
-                a, b = states - 1 - i, states - 1 - j
-                own[i][j] += q * h ** (a + b + 1) / ((a + b + 1) * factorial(a) * factorial(b))
-        blocks.append([*row, own])
-    last = states - 1
-    prior = [[blocks[max(i, j)][min(i, j)] for j in range(count)] for i in range(count)]
-    table = [
-        [prior[i][j][0][0] + (Fraction(float(variance[i])) if i == j else 0) for j in range(count)]
-        + [prior[i][j][0][last] if i >= j else prior[i][j][last][0] for j in range(count)]
-        for i in range(count)
-    ]
-    told = [row[count:] for row in table]
+        down = [(states - 1 - i, factorial(states - 1 - i)) for i in numbers]
+        noise = [[q[k] * h[k] ** (a + b + 1) / ((a + b + 1) * c * d) for b, d in down] for a, c in down]
+        for i in range(k + 1):
+            covariance[k + 1, i] = np.array(phi) @ covariance[k, i]
+            covariance[i, k + 1] = covariance[k + 1, i].T
+        covariance[k + 1, k + 1] = covariance[k + 1, k] @ np.array(phi).T + np.array(noise)
+    prior = np.array([[covariance[i, j] for j in range(count)] for i in range(count)])
+    samples, last = prior[:, :, 0, 0] + np.diag(fraction(variance)), prior[:, :, 0, states - 1]
+    table = np.hstack([samples, last])
     for i in range(count):  # Gauss and Jordan; the matrix is positive definite
-        table[i] = [x / table[i][i] for x in table[i]]
-        for j in range(count):
-            if j != i:
-                table[j] = [x - table[j][i] * y for x, y in zip(table[j], table[i], strict=True)]
-    return np.array(
-        [
-            float(prior[k][k][last][last] - sum(told[i][k] * table[i][count + k] for i in range(count)))
-            for k in range(count)
-        ]
-    )
+        table[i] /= table[i, i]
+        for j in set(range(count)) - {i}:
+            table[j] -= table[j, i] * table[i]
+    explained = (last * table[:, count:]).sum(axis=0)
+    return (np.diagonal(prior[:, :, -1, -1]) - explained).astype(float)
 
 
 @pytest.mark.parametrize("decades", [[-8, 12, -8, -8, 10, -10, 0], [10, 6, 2, -2, -6, -10, 10]])

@@ -271,11 +271,6 @@ def junk(path: Path) -> None:
     path.write_bytes(b"\x00\xff\xfejunk\n" * 20)
 
 
-def text(path: Path) -> None:
-    path.write_text("time,load\n0,1\n1,2\n", encoding="utf-8")
-    path.with_suffix(".json").write_text("{}", encoding="utf-8")
-
-
 def empty(path: Path) -> None:
     path.touch()
     path.with_suffix(".json").touch()
@@ -344,7 +339,7 @@ def test_a_netcdf_file_is_byte_for_byte_what_xarray_writes(
 
 @pytest.mark.parametrize("ending", [*WRITERS, "xyz"])
 @pytest.mark.parametrize(
-    "write", [junk, text, empty, nothing, folder, foreign, halved, without_columns, another_machine]
+    "write", [junk, empty, nothing, folder, foreign, halved, without_columns, another_machine]
 )
 def test_what_is_no_result_is_refused_by_name(
     write: Callable[[Path], None], ending: str, tmp_path: Path
