@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.errors import GuideloadError
-from guideload.cli.main import EXAMPLES
+from guideload.cli.inputs import EXAMPLES
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.study.execution import run_study

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from guideload.base.toml import tomllib
-from guideload.cli.main import EXAMPLES, PAPER_DOFS
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.run import PAPER_DOFS
 from guideload.machine.machine import Machine
 from guideload.simulation.simulation import simulate
 from guideload.traces.reading import motion_from_trace, read_trace

@@ -9,7 +9,8 @@ import pytest
 from click.testing import CliRunner, Result
 
 from guideload import Inspection, Machine, motion_from_trace, plots, read_trace
-from guideload.cli.main import EXAMPLES, main
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.main import main
 from guideload.motion.uncertainty import COVER
 from guideload.plots.trace import density, thinned
 from guideload.reports.trace import encoder_report

@@ -13,7 +13,8 @@ import pytest
 from click.testing import CliRunner, Result
 from study_standin import HashedBatch
 
-from guideload.cli.main import EXAMPLES, main
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.main import main
 from guideload.cli.outputs import MANIFEST, STUDY_PICTURES
 from guideload.study import execution as execute
 from guideload.study.result import StudyResult

@@ -1,8 +1,9 @@
-"""Where methods fail: stability regions, steps that blow up, what adaptivity costs, errors over many periods.
+"""Limits of the methods: stability regions, unstable steps, cost of adaptivity, errors over many periods.
 
-`pytest -s tests/test_stability.py` prints what is reached. What is held elsewhere: exact on defective, overdamped,
-undamped and spread-out scenes and on jumps in test_exactness.py; tolerances below rounding in test_methods.py and
-rust/core/tests/laws/stability.rs; a motion of one sample in test_motion.py; contacts in test_contacts.py.
+Tested elsewhere: exact on defective,
+overdamped, undamped and spread-out scenes and on jumps in test_exactness.py; tolerances below rounding in
+test_methods.py and rust/core/tests/laws/stability.rs; a motion of one sample in test_motion.py; contacts in
+test_contacts.py.
 """
 
 from __future__ import annotations
@@ -10,28 +11,28 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from functools import cache
-from math import factorial, pi, sqrt
+from math import comb, factorial, pi, sqrt
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import reference as ref
-from click.testing import CliRunner
+from command_line import MACHINE, TRACE, guideload, refused
 from numpy.typing import NDArray
 from reference import DOFS, all_modes_critical, translating
 
-from guideload import ArgumentError, Link, Machine, Motion, RunError, Stability, simulate, stability
-from guideload.cli.main import EXAMPLES, main
+from guideload import ArgumentError, Link, Machine, Motion, RunError, Stability, plots, simulate, stability
 from guideload.methods.step_stability import step_ends
+from guideload.reports.stability import stability_report
 from guideload.simulation.stability_function import (
-    IMPLICIT_ABOVE,
-    IMPLICIT_BELOW,
+    IMPLICIT_DENOMINATOR,
+    IMPLICIT_NUMERATOR,
     RK45,
     MethodName,
-    amplification,
+    error_per_period,
     longest_stable_steps,
-    per_period,
+    stability_function,
 )
 
 Array = NDArray[np.float64]
@@ -64,14 +65,12 @@ def test_rk45_is_the_series_up_to_order_five_and_then_its_own() -> None:
 
 
 def test_implicit_is_the_pade_approximation_of_order_nine() -> None:
-    def pade(j: int, own: int, sign: int) -> Fraction:
-        return Fraction(
-            sign**j * factorial(9 - j) * factorial(own), factorial(9) * factorial(j) * factorial(own - j)
-        )
+    def pade(j: int, degree: int, sign: int) -> Fraction:
+        return sign**j * Fraction(factorial(9 - j) * comb(degree, j), factorial(9))
 
     above, below = [pade(j, 4, 1) for j in range(5)], [pade(j, 5, -1) for j in range(6)]
-    assert IMPLICIT_ABOVE.tolist() == [float(c) for c in above]
-    assert IMPLICIT_BELOW.tolist() == [float(c) for c in below]
+    assert IMPLICIT_NUMERATOR.tolist() == [float(c) for c in above]
+    assert IMPLICIT_DENOMINATOR.tolist() == [float(c) for c in below]
     # above - below * exp(z): zero up to z^9, and not beyond.
     difference = [
         (above[k] if k < 5 else Fraction(0))
@@ -84,8 +83,8 @@ def test_implicit_is_the_pade_approximation_of_order_nine() -> None:
 def test_implicit_is_stable_everywhere_on_the_left() -> None:
     radii = np.geomspace(1e-3, 1e12, 400)
     z = radii[:, None] * np.exp(1j * np.linspace(pi / 2, pi, 91))
-    assert np.abs(amplification("implicit", z)).max() <= 1.0 + 1e-14
-    assert abs(amplification("implicit", -1e12)) < 1e-11  # and forgets what has died away
+    assert np.abs(stability_function("implicit", z)).max() <= 1.0 + 1e-14
+    assert abs(stability_function("implicit", -1e12)) < 1e-11  # and forgets what has died away
 
 
 def one_dof(omega: float, damping_ratio: float) -> Machine:
@@ -94,14 +93,16 @@ def one_dof(omega: float, damping_ratio: float) -> Machine:
     return translating(1.0, links).model_copy(update={"gravity": (0.0, 0.0, 0.0)})
 
 
-def amplitudes(machine: Machine, method: str, times: Array, **options: Any) -> NDArray[np.complex128]:
-    """Complex amplitude at `times` [s] of the one mode, after a constant force until half of the first of them."""
-    eigenvalue = machine.scene.modes()[3].max()  # the one with positive imaginary part
-    until = 0.5 * float(times[0])
+def free_vibration(machine: Machine, method: str, force_until: float, stop: float, **options: Any) -> Any:
+    """The result's data after a force of 1 N along y until `force_until` [s], and free vibration until `stop` [s]."""
     force = np.zeros((4, 6))
     force[:2, 1] = 1.0
-    motion = Motion(np.array([0.0, until, until, times[-1]]), np.zeros((4, 3)), wrench=force)
-    data = simulate(machine, motion, method, times=times, **options).data
+    motion = Motion(np.array([0.0, force_until, force_until, stop]), np.zeros((4, 3)), wrench=force)
+    return simulate(machine, motion, method, **options).data
+
+
+def amplitude(data: Any, eigenvalue: complex) -> NDArray[np.complex128]:
+    """Complex amplitude of a mode along y."""
     position, velocity = (data[name].values[:, 1] for name in ("displacement", "velocity"))
     return np.asarray(velocity - np.conj(eigenvalue) * position)
 
@@ -113,9 +114,11 @@ def test_a_step_of_the_core_multiplies_by_r(method: MethodName, turn: float, dam
     """turn: h |λ|. Steps of the same length from the start on, so that instants of output are ends of steps."""
     machine = one_dof(100.0, damping_ratio)
     step = turn / 100.0
-    found = amplitudes(machine, method, step * np.array([2.0, 3.0, 4.0]), step=step)
+    times = step * np.array([2.0, 3.0, 4.0])
     eigenvalue = 100.0 * complex(-damping_ratio, sqrt(1.0 - damping_ratio**2))
-    expected = complex(amplification(method, step * eigenvalue))
+    data = free_vibration(machine, method, step, times[-1], step=step, times=times)
+    found = amplitude(data, eigenvalue)
+    expected = complex(stability_function(method, step * eigenvalue))
     assert found[1:] / found[:-1] == pytest.approx(expected, rel=1e-11)
 
 
@@ -129,7 +132,7 @@ def test_no_step_beyond_the_longest_is_stable_and_none_below_is_not() -> None:
     rays.real[0] = 0.0
     limits = longest_stable_steps(rays)
     share = np.concatenate([np.linspace(0.05, 0.999, 400), np.linspace(1.001, 20.0, 4000)])
-    size = np.abs(amplification("rk45", rays[:, None] * limits[:, None] * share))
+    size = np.abs(stability_function("rk45", rays[:, None] * limits[:, None] * share))
     assert np.all(size[:, :400] < 1.0)
     assert np.all(size[:, 400:] > 1.0)
 
@@ -181,6 +184,8 @@ SCENES: dict[str, Callable[[], Machine]] = {
     "damped together": damped_together,
 }
 
+TRIED = [name for name in SCENES if name != "random undamped"]  # a trial of an undamped scene takes seconds
+
 
 @cache
 def stability_of(name: str) -> Stability:
@@ -192,21 +197,14 @@ def noisy_cart() -> Stability:
     return stability(ref.cart(), ref.piece(ref.noisy(), 500, 1200))
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_the_step_that_blows_up_is_the_predicted_one(name: str) -> None:
-    found = stability_of(name)
-    apart = found.measured_step / found.predicted_step - 1.0
-    value = found.eigenvalues[found.limiting]
-    print(
-        f"\n{name}: {found.predicted_step:.4e} s predicted, {found.measured_step:.4e} s measured, {apart:+.2%};"
-        f" {value:.4g} 1/s in {found.moving(found.limiting)}",
-        end="",
-    )
-    assert abs(apart) <= 0.02  # Asked in issue 3; a trial shows 1 % beyond the limit.
+@pytest.mark.parametrize("name", TRIED)
+def test_the_step_from_which_runs_grow_is_the_predicted_one(name: str) -> None:
+    """Within 2 %; a trial shows growth from 1 % beyond the limit on."""
+    assert stability_of(name).measured_step == pytest.approx(stability_of(name).predicted_step, rel=0.02)
 
 
 def test_eigenvalues_are_those_of_the_matrices_and_none_feeds() -> None:
-    for name in ("random", "random undamped", "cart_stiff"):
+    for name in ("random", "cart undamped", "cart_stiff"):
         found = stability_of(name)
         (mass, damping, stiffness), _ = found.machine.scene.matrices()
         free = [DOFS.index(dof) for dof in found.machine.free]
@@ -240,7 +238,6 @@ def test_rk45_pays_what_theory_says_where_a_scene_is_overdamped(rtol: float) -> 
     found = stability(SCENES["cart_stiff"](), ref.piece(ref.cycle(), 400, 2400), rtol=rtol)
     exact, rk45, implicit = found.costs
     assert rk45.steps is not None and implicit.steps is not None and rk45.rejected is not None
-    print(f"\nrtol {rtol:g}: needed {rk45.needed}, took {rk45.steps} + {rk45.rejected}", end="")
     assert rk45.steps == pytest.approx(rk45.needed, rel=0.1)
     assert rk45.rejected <= 0.25 * rk45.steps
     assert found.limited_by == "stability"
@@ -248,7 +245,7 @@ def test_rk45_pays_what_theory_says_where_a_scene_is_overdamped(rtol: float) -> 
     assert implicit.steps <= 1.05 * 1999
 
 
-def test_what_sets_the_steps_of_rk45() -> None:
+def test_what_sets_the_steps_of_rk45_and_what_is_not_run() -> None:
     assert noisy_cart().limited_by == "samples"
     # On the straight parts of a smooth motion, where few steps would do for the tolerance.
     assert stability_of("cart").limited_by == "stability"
@@ -259,13 +256,7 @@ def test_what_sets_the_steps_of_rk45() -> None:
     rk45 = found.costs[1]
     assert rk45.needed > 1e8 and rk45.steps is None and "not worth" in rk45.note
     assert found.limited_by == "stability"
-
-
-def test_exact_is_not_run_for_preloaded_contacts_and_says_why() -> None:
-    cart = ref.cart()
-    preloaded = {"preload_y": 1200.0, "preload_z": 1200.0, "rolling": "ball"}
-    carriages = [carriage.model_copy(update=preloaded) for carriage in cart.carriages]
-    exact, rk45, _ = stability(cart.model_copy(update={"carriages": carriages})).costs
+    exact, rk45, _ = stability(ref.preloaded()).costs
     assert (exact.steps, exact.note) == (None, "preloaded contacts have no exact solution")
     assert rk45.steps is not None
 
@@ -287,10 +278,7 @@ def test_no_step_passes_a_bend_and_those_of_exact_pass_no_sample() -> None:
     np.testing.assert_array_equal(step_ends(cart, motion, "rk45"), [0, 100, 200, 400])
     jump = Motion.along_x([0.0, 0.1, 0.1, 0.2, 0.3], [1.0, 1.0, 1.0, 1.0, 1.0])
     np.testing.assert_array_equal(step_ends(cart, jump, "implicit"), [0, 1, 2, 4])
-    clear = cart.model_copy(
-        update={"carriages": [part.model_copy(update={"clearance_y": 5e-6}) for part in cart.carriages]}
-    )
-    assert step_ends(clear, motion, "rk45").size == 401
+    assert step_ends(ref.cart_clear(), motion, "rk45").size == 401
     # What was counted is never less, however loose the tolerance.
     for found in (stability_of("cart"), noisy_cart(), stability(cart, motion, rtol=1e-2)):
         for cost in found.costs:
@@ -312,17 +300,12 @@ OMEGA = 100.0
 
 def drift(method: str, **options: Any) -> tuple[float, float, float]:
     """Gain of log amplitude and lead of phase [rad] over 1e5 periods, and the number of steps per period."""
-    machine = one_dof(OMEGA, 0.0)
     period = 2.0 * pi / OMEGA
-    force = np.zeros((4, 6))
-    force[:2, 1] = 1.0
-    stamps = np.array([0.0, period / 4.0, period / 4.0, (0.25 + PERIODS) * period])
-    motion = Motion(stamps, np.zeros((4, 3)), wrench=force)
-    data = simulate(machine, motion, method, **options).data
-    position, velocity = (data[name].values[:, 1] for name in ("displacement", "velocity"))
-    amplitude = velocity + 1j * OMEGA * position
-    ratio = amplitude[3] / amplitude[2]
-    turned = OMEGA * (stamps[3] - stamps[1])
+    start, stop = period / 4.0, (0.25 + PERIODS) * period
+    data = free_vibration(one_dof(OMEGA, 0.0), method, start, stop, **options)
+    found = amplitude(data, 1j * OMEGA)
+    ratio = found[3] / found[2]
+    turned = OMEGA * (stop - start)
     return (
         float(np.log(np.abs(ratio))),
         float(np.angle(ratio * np.exp(-1j * turned))),
@@ -338,34 +321,28 @@ ROUNDING_OF_R = 5e-15
 def predicted_drift(method: MethodName, steps: float) -> tuple[complex, float]:
     """Gain of log amplitude and i times the lead over 1e5 periods, by R; and what rounding leaves of that."""
     z = 2j * pi / steps
-    drifted = PERIODS * steps * np.log(amplification(method, z) / np.exp(z))
+    drifted = PERIODS * steps * np.log(stability_function(method, z) / np.exp(z))
     return complex(drifted), ROUNDING + ROUNDING_OF_R * PERIODS * steps
 
 
-@pytest.mark.parametrize(("method", "steps"), [("rk45", 30), ("rk45", 60), ("implicit", 4), ("implicit", 8)])
-def test_amplitude_and_phase_after_1e5_periods_are_those_of_r(method: MethodName, steps: int) -> None:
-    gain, lead, taken = drift(method, step=2.0 * pi / OMEGA / steps)
-    expected, rounding = predicted_drift(method, steps)
-    assert taken == pytest.approx(steps, rel=1e-4)
-    told = f"amplitude {gain:.3e} ({expected.real:.3e}), lead {lead:.3e} ({expected.imag:.3e})"
-    print(f"\n{method}, {steps} steps a period: {told}", end="")
-    assert gain == pytest.approx(expected.real, rel=0.1, abs=rounding)
-    assert lead == pytest.approx(expected.imag, rel=0.1, abs=rounding)
-    assert gain < rounding  # energy, which goes as the square, never grows
+FIXED_STEPS = [("rk45", 30, None), ("rk45", 60, None), ("implicit", 4, None), ("implicit", 8, None)]
+TOLERANCES = [("rk45", None, 1e-1), ("rk45", None, 1e-2), ("implicit", None, 1e-2), ("implicit", None, 1e-4)]
 
 
-@pytest.mark.parametrize(
-    ("method", "rtol"), [("rk45", 1e-1), ("rk45", 1e-2), ("implicit", 1e-2), ("implicit", 1e-4)]
-)
-def test_steps_that_a_tolerance_chooses_drift_as_r_says(method: MethodName, rtol: float) -> None:
-    """And by no more than the tolerance allows over all of the time, for nothing damps."""
-    gain, lead, steps = drift(method, rtol=rtol)
-    expected, rounding = predicted_drift(method, steps)
-    told = f"amplitude {gain:.3e} ({expected.real:.3e}), lead {lead:.3e} ({expected.imag:.3e})"
-    print(f"\n{method}, rtol {rtol:g}, {steps:.1f} steps a period: {told}", end="")
+@pytest.mark.parametrize(("method", "steps", "rtol"), FIXED_STEPS + TOLERANCES)
+def test_amplitude_and_phase_after_1e5_periods_are_those_of_r(
+    method: MethodName, steps: float | None, rtol: float | None
+) -> None:
+    """With fixed steps, and with steps that a tolerance chooses; for nothing damps, its errors add up."""
+    gain, lead, taken = drift(method, **({"step": 2.0 * pi / OMEGA / steps} if steps else {"rtol": rtol}))
+    expected, rounding = predicted_drift(method, steps or taken)
     assert gain == pytest.approx(expected.real, rel=0.1, abs=rounding)
     assert lead == pytest.approx(expected.imag, rel=0.1, abs=rounding)
-    assert max(abs(gain), abs(lead)) <= 10.0 * rtol
+    if steps:
+        assert taken == pytest.approx(steps, rel=1e-4)
+        assert gain < rounding  # energy, which goes as the square, never grows
+    else:
+        assert max(abs(gain), abs(lead)) <= 10.0 * rtol
 
 
 def test_exact_keeps_amplitude_and_phase_for_1e5_periods() -> None:
@@ -378,17 +355,14 @@ def test_exact_keeps_amplitude_and_phase_for_1e5_periods() -> None:
     acceleration[0] = 1.0  # dies away within one sample
     motion = Motion(stamps, np.outer(acceleration, [0.0, 1.0, 0.0]))
     data = simulate(one_dof(OMEGA, 0.0), motion, "exact", times=stamps[[10, -1]]).data
-    amplitude = data["velocity"].values[:, 1] + 1j * OMEGA * data["displacement"].values[:, 1]
+    found = amplitude(data, 1j * OMEGA)
     # Whole periods apart: the same, but for the rounding of a million stamps of up to 6283 s.
-    assert abs(amplitude[1] / amplitude[0] - 1.0) <= ROUNDING
+    assert abs(found[1] / found[0] - 1.0) <= ROUNDING
 
 
 def test_no_implicit_step_damps_a_peak_that_is_real() -> None:
     """The table of the report, and the loads of the plain cart and the undamped one, from sample to sample."""
-    lost = {steps: per_period("implicit", steps)[0] for steps in (4, 10, 30)}
-    print(
-        "".join(f"\nimplicit, {steps} steps a period: takes {part:.1e} of it" for steps, part in lost.items())
-    )
+    lost = {steps: error_per_period("implicit", steps)[0] for steps in (4, 10, 30)}
     assert lost[4] < 1e-6 and lost[10] < 1e-9 and abs(lost[30]) < 1e-13
     motion = ref.piece(ref.pulse(), 4950, 5300)
     for machine in (ref.cart(), ref.cart(0.0)):
@@ -421,14 +395,11 @@ def test_no_tolerance_misses_a_pulse(scene: str, method: str, stamps: str) -> No
     static = exact["static_link_load"].values
     peak = np.abs(exact["link_load"].values - static).max()
     assert peak > 10.0  # N: the pulse is there
-    found = []
     for decade in range(1, 13):
         data = simulate(machine, motion, method, rtol=10.0**-decade).data
         error = np.abs(data["link_load"].values - exact["link_load"].values).max()
-        found.append(error / peak)
         assert error <= 10.0 * 10.0**-decade * data.attrs["load_scale_N"]
         assert error <= 0.2 * peak
-    print(f"\n{scene}, {method}, {stamps}: " + " ".join(f"{error:.0e}" for error in found), end="")
 
 
 # ---- scenes at the edge
@@ -481,9 +452,6 @@ def test_resonance_grows_as_it_must(method: str) -> None:
     share = np.sinc(1.0 / count) ** 2
     expected = share / (2.0 * OMEGA**2) * (OMEGA * time * np.cos(OMEGA * time) - sine)
     error = np.abs(data["displacement"].values[:, 1] - expected).max() / np.abs(expected).max()
-    print(
-        f"\n{method}: {error:.1e} of {np.abs(expected).max() * OMEGA**2:.0f} times the static answer", end=""
-    )
     assert error <= 1e-8
 
 
@@ -516,59 +484,55 @@ def test_samples_1e_9_s_apart(scene: str, method: str) -> None:
 
 
 @pytest.mark.parametrize("method", ["rk45", "implicit", "exact"])
-def test_no_number_that_is_none_leaves_the_library(method: str) -> None:
-    """Histories at the ends of the range: a typed error, or finite loads."""
-    for size in (1e-300, 1e-150, 1e150, 1e290, 1e306):
-        motion = Motion.along_x([0.0, 1e-3, 2e-3, 3e-3], size * np.array([0.0, 1.0, -1.0, 0.0]))
-        for scene in ("cart", "cart_stiff"):
-            try:
-                loads = simulate(SCENES[scene](), motion, method).carriage_loads
-            except RunError as error:
-                assert "range" in str(error) or "step" in str(error)
-                continue
-            assert np.all(np.isfinite(loads))
+@pytest.mark.parametrize("scene", ["cart", "cart_stiff"])
+@pytest.mark.parametrize("size", [1e-300, 1e-150, 1e150, 1e290, 1e306])
+def test_histories_at_the_ends_of_the_range_give_an_error_or_finite_loads(
+    method: str, scene: str, size: float
+) -> None:
+    motion = Motion.along_x([0.0, 1e-3, 2e-3, 3e-3], size * np.array([0.0, 1.0, -1.0, 0.0]))
+    try:
+        assert np.all(np.isfinite(simulate(SCENES[scene](), motion, method).carriage_loads))
+    except RunError as error:
+        assert "range" in str(error) or "step" in str(error)
 
 
 # ---- report and picture
 
 
-def test_the_report_says_what_limits_and_what_it_costs() -> None:
-    from guideload.reports.stability import stability_report
-
-    text = " ".join(stability_report(stability_of("cart_stiff")).split())
+def test_the_report_names_the_limit_and_its_cost() -> None:
     found = stability_of("cart_stiff")
-    assert f"stable up to {1e3 * found.predicted_step:.4g} ms by theory" in text
-    assert f"without bound at {1e3 * found.measured_step:.4g} ms" in text
-    assert "Stability sets the steps of rk45" in text and "Use exact or implicit here" in text
-    assert str(found.costs[1].steps) in text
-    assert "Nothing rings in this machine" in text
-    assert "The samples set the steps of rk45" in " ".join(stability_report(noisy_cart()).split())
-    text = " ".join(stability_report(stability_of("cart")).split())
-    assert "Stability sets the steps of rk45" in text and "That costs little here" in text
-    assert "a peak that is real stays" in text
-    text = " ".join(stability_report(stability_of("cart undamped")).split())
-    assert "almost without damping" in text and "-0 " not in text
+    expected = {
+        "cart_stiff": (
+            f"stable up to {1e3 * found.predicted_step:.4g} ms by theory",
+            f"without bound from {1e3 * found.measured_step:.4g} ms on",
+            "Stability sets the steps of rk45",
+            "Use exact or implicit here",
+            str(found.costs[1].steps),
+            "Nothing vibrates in this machine",
+        ),
+        "noisy": ("The samples set the steps of rk45",),
+        "cart": ("Stability sets the steps of rk45", "That costs little here", "its peaks are kept"),
+        "cart undamped": ("almost without damping",),
+    }
+    for name, sentences in expected.items():
+        text = " ".join(stability_report(noisy_cart() if name == "noisy" else stability_of(name)).split())
+        assert all(sentence in text for sentence in sentences) and "-0 " not in text
 
 
-def test_the_command_tells_and_draws(tmp_path: Path) -> None:
-    machine, trace = (str(EXAMPLES / f"manipulator.{ending}") for ending in ("toml", "csv"))
+def test_the_command_reports_and_draws(tmp_path: Path) -> None:
     picture = tmp_path / "stability.png"
-    ended = CliRunner().invoke(main, ["stability", machine, "-o", str(picture)], catch_exceptions=False)
-    assert ended.exit_code == 0, ended.output
-    assert "rk45 is stable up to" in ended.stdout and "standard move" in ended.stdout
+    printed = guideload("stability", MACHINE, "-o", picture).stdout
+    assert "rk45 is stable up to" in printed and "standard move" in printed
     assert picture.read_bytes().startswith(b"\x89PNG")
-    again = CliRunner().invoke(main, ["stability", machine, "-o", str(picture)])
-    assert again.exit_code == 2 and "exists" in again.stderr
-    measured = CliRunner().invoke(
-        main, ["stability", machine, trace, "--free", "rx,ry,rz"], catch_exceptions=False
-    )
-    assert measured.exit_code == 0 and "manipulator.csv" in measured.stdout
-    assert "free rx, ry, rz" in measured.stdout
+    assert "exists" in refused("stability", MACHINE, "-o", picture)
+    measured = guideload("stability", MACHINE, TRACE, "--free", "rx,ry,rz").stdout
+    assert "manipulator.csv" in measured and "free rx, ry, rz" in measured
+    trace = tmp_path / "trace.png"
+    trace.write_text("mine")
+    assert "is read by this run" in refused("stability", MACHINE, trace, "-o", trace, "--overwrite")
 
 
 def test_the_picture_shows_every_eigenvalue_at_both_steps() -> None:
-    from guideload import plots
-
     for name in ("cart", "cart_stiff"):
         found = stability_of(name)
         region, periods = plots.stability(found)

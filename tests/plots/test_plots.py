@@ -1,22 +1,25 @@
-"""The pictures show the data of the result, with units, and leave the process as it was."""
+"""The pictures show the data of the result, with units, and change no setting of the process."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import matplotlib
+import matplotlib.image
 import numpy as np
 import pytest
 import reference as ref
+import xarray as xr
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from guideload import plots
 from guideload.base.numbers import load_with_unit
-from guideload.cli.main import EXAMPLES, PICTURES
-from guideload.machine.components import Carriage
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.outputs import PICTURE_ENDINGS, PICTURES
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.plots.histories import octave_bands
+from guideload.plots.spectrum import octave_bands
 from guideload.plots.style import LOOK, carriage_look
 from guideload.simulation.result import Result
 from guideload.simulation.simulation import simulate
@@ -46,28 +49,22 @@ def legend_text(ax: matplotlib.axes.Axes) -> str:
     return "\n".join(text.get_text() for text in ax.get_legend().get_texts())
 
 
-def test_motor_speed_is_drawn_in_turns_per_minute(result: Result) -> None:
-    ax = plots.motor_speed(result)
-    np.testing.assert_array_equal(ax.lines[0].get_xdata(), TIME)
-    np.testing.assert_allclose(
-        ax.lines[0].get_ydata() * 2 * np.pi / 60, result.data["motor_speed"], rtol=1e-14
-    )
-    assert ax.get_xlabel() == "time [s]"
-    assert ax.get_ylabel().endswith("[1/min]")
-
-
-def test_without_motor_speed_the_cart_velocity_is_shown_and_said(machine: Machine) -> None:
+def test_the_first_figure_is_the_motor_speed_or_says_what_it_shows_instead(
+    machine: Machine, result: Result
+) -> None:
     velocity = along_x(np.cumsum(MOVE) * 1e-3)
-    ax = plots.motor_speed(simulate(machine, Motion(TIME, along_x(MOVE), velocity=velocity)))
-    np.testing.assert_array_equal(ax.lines[0].get_ydata(), velocity[:, 0])
-    assert "velocity" in ax.get_ylabel() and ax.get_ylabel().endswith("[m/s]")
-    assert "no motor speed" in ax.get_title(loc="left")
-
-
-def test_without_any_speed_the_acceleration_is_shown_and_said(machine: Machine) -> None:
-    ax = plots.motor_speed(simulate(machine, Motion(TIME, along_x(MOVE))))
-    np.testing.assert_array_equal(ax.lines[0].get_ydata(), MOVE)
-    assert ax.get_ylabel().endswith("[m/s²]")
+    with_velocity = simulate(machine, Motion(TIME, along_x(MOVE), velocity=velocity))
+    without_speed = simulate(machine, Motion(TIME, along_x(MOVE)))
+    turns_per_minute = result.data["motor_speed"].values * 60 / (2 * np.pi)
+    for shown, values, label, title in (
+        (result, turns_per_minute, "motor speed n$_M$ [1/min]", "Motor speed"),
+        (with_velocity, velocity[:, 0], "velocity along x [m/s]", "no motor speed"),
+        (without_speed, MOVE, "acceleration [m/s²]", "neither motor speed"),
+    ):
+        ax = plots.motor_speed(shown)
+        np.testing.assert_allclose(ax.lines[0].get_data(), (TIME, values), rtol=1e-14)
+        assert (ax.get_xlabel(), ax.get_ylabel()) == ("time [s]", label)
+        assert title in ax.get_title(loc="left")
 
 
 @pytest.mark.parametrize("axis", ["y", "z"])
@@ -100,52 +97,41 @@ def test_paper_figures_are_7_to_11(result: Result) -> None:
     assert "free y, z, rx, ry, rz" in sheet[0].figure.get_suptitle()
 
 
-def test_resultant_of_every_carriage_with_its_static_level(result: Result) -> None:
-    ax = plots.resultant(result)
-    for index, name in enumerate(result.data["carriage"].values):
-        load, static, peak = ax.lines[3 * index : 3 * index + 3]
-        np.testing.assert_array_equal(load.get_ydata(), result.data["resultant"].sel(carriage=name))
-        level = np.hypot(*result.data["static_force"].sel(carriage=name, axis=["y", "z"]).values)
-        assert set(static.get_ydata()) == {level}
-        assert peak.get_ydata()[0] == load.get_ydata().max()
-    assert ax.get_ylabel().endswith("[N]") and ax.get_xlabel() == "time [s]"
+def test_every_carriage_has_its_history_static_level_and_peak(result: Result) -> None:
+    data = result.data
+    for picture, quantity, axes, unit in (
+        (plots.resultant, "force", ["y", "z"], "N"),
+        (plots.moments, "moment", ["x", "y", "z"], "N m"),
+    ):
+        ax = picture(result)
+        loads, levels = (
+            np.sqrt((data[name].sel(axis=axes) ** 2).sum("axis")).transpose(..., "carriage").values
+            for name in (quantity, f"static_{quantity}")
+        )
+        for index, (load, level) in enumerate(zip(loads.T, levels, strict=True)):
+            drawn, static, peak = ax.lines[3 * index : 3 * index + 3]
+            np.testing.assert_allclose(drawn.get_ydata(), load, rtol=1e-12)
+            assert static.get_ydata()[0] == pytest.approx(level, rel=1e-12)
+            assert peak.get_ydata()[0] == drawn.get_ydata().max()
+            assert load_with_unit(load.max(), unit) in legend_text(ax)
+        assert ax.get_ylabel().endswith(f"[{unit}]") and ax.get_xlabel() == "time [s]"
 
 
-def test_moment_of_every_carriage_with_its_static_level(result: Result) -> None:
-    ax = plots.moments(result)
-    for index, name in enumerate(result.data["carriage"].values):
-        moment, static, _ = ax.lines[3 * index : 3 * index + 3]
-        drawn = result.data["moment"].sel(carriage=name).transpose("time", "axis").values
-        np.testing.assert_allclose(moment.get_ydata() ** 2, (drawn**2).sum(axis=1), rtol=1e-12)
-        level = np.linalg.norm(result.data["static_moment"].sel(carriage=name).values)
-        assert static.get_ydata()[0] == pytest.approx(level, rel=1e-12)
-        assert load_with_unit(moment.get_ydata().max(), "N m") in legend_text(ax)
-    assert ax.get_ylabel().endswith("[N m]") and ax.get_xlabel() == "time [s]"
-
-
-def test_pictures_tell_machine_and_free_dofs(result: Result) -> None:
+def test_titles_name_machine_and_free_dofs_and_count_the_warnings_of_the_audit(
+    machine: Machine, result: Result
+) -> None:
+    under_way = simulate(machine, Motion(TIME, along_x(np.where(TIME < 0.5, 2.2, 0.0))))
+    assert len(under_way.audit.warnings) == 1
+    title = f"{machine.name}: free y, z, rx, ry, rz"
     for picture in (plots.resultant, plots.moments, plots.spectrum):
-        title = picture(result).get_title(loc="left")
-        assert title.splitlines()[1] == f"{result.machine.name}: free y, z, rx, ry, rz"
-
-
-def test_pictures_count_the_warnings_of_the_audit(machine: Machine) -> None:
-    started = simulate(machine, Motion(TIME, along_x(np.where(TIME < 0.5, 2.2, 0.0))))
-    assert len(started.audit.warnings) == 1
-    for picture in (plots.resultant, plots.moments, plots.spectrum):
-        assert picture(started).get_title(loc="left").endswith("; audit: 1 warning, see the report")
-
-
-def cart_clear() -> Machine:
-    cart = ref.cart()
-    play = {"clearance_y": 5e-6, "clearance_z": 5e-6}
-    carriages = [Carriage(**(part.model_dump(exclude_none=True) | play)) for part in cart.carriages]
-    return Machine(**{**dict(cart), "carriages": carriages})
+        assert picture(result).get_title(loc="left").splitlines()[1] == title
+        second = picture(under_way).get_title(loc="left").splitlines()[1]
+        assert second == f"{title}; audit: 1 warning, see the report"
 
 
 def test_lost_contact_is_marked_along_the_time_axis() -> None:
     """In load pictures that of the links along the axis, in the others that of all; where nothing is lost, nothing."""
-    result = simulate(cart_clear(), ref.cycle())
+    result = simulate(ref.cart_clear(), ref.cycle())
     time, lost = result.data["time"].values, result.audit.contact.lost
     for index, (name, links) in enumerate(
         zip(result.data["carriage"].values, result.machine.links_of_carriages, strict=True)
@@ -169,9 +155,7 @@ def test_lost_contact_is_marked_along_the_time_axis() -> None:
 def test_pictures_say_what_their_modes_and_bars_mean() -> None:
     """A preloaded contact is not lost where one of its rows is open; modes are those at the nominal stiffness."""
     motion = ref.piece(ref.cycle(), 500, 900)
-    light = {"preload_y": 300.0, "preload_z": 300.0, "rolling": "ball"}
-    carriages = [part.model_copy(update=light) for part in ref.cart().carriages]
-    result = simulate(ref.cart().model_copy(update={"carriages": carriages}), motion)
+    result = simulate(ref.cart(preload_y=300.0, preload_z=300.0, rolling="ball"), motion)
     assert result.audit.contact.share.max() > 0.5
     for ax in (plots.resultant(result), plots.load_y(result, "2b")):
         assert "a row open" in legend_text(ax) and "contact lost" not in legend_text(ax)
@@ -227,20 +211,11 @@ def test_spectral_density_of_uneven_samples_is_near_that_of_even_ones(result: Re
         assert found[density[:, 0].argmax()] == pytest.approx(10, abs=0.5)
 
 
-def tone(result: Result, time: np.ndarray, load: np.ndarray) -> Result:
+def tone(result: Result, time: np.ndarray, load: np.ndarray) -> SimpleNamespace:
     """A result whose dynamic load is `load` along y, for each carriage."""
-    data = result.data[["static_force"]].copy()
-    force = np.zeros((time.size, data.sizes["carriage"], 3))
-    force[..., 1] = load[:, None]
-    data = data.assign_coords(time=time).assign(force=(("time", "carriage", "axis"), force))
-    data["force"] = data["force"] + data["static_force"]
-
-    class Toned:
-        pass
-
-    toned = Toned()
-    toned.data, toned.modes = data, result.modes
-    return toned
+    static = result.data["static_force"]
+    along_y = xr.DataArray(load, {"time": time}, "time") * (static["axis"] == "y")
+    return SimpleNamespace(data=xr.Dataset({"static_force": static, "force": static + along_y}))
 
 
 def test_spectrum_is_the_root_of_the_density_and_marks_the_modes(result: Result) -> None:
@@ -255,17 +230,14 @@ def test_spectrum_is_the_root_of_the_density_and_marks_the_modes(result: Result)
     assert ax.get_xlabel() == "frequency [Hz]" and ax.get_ylabel().endswith("[N/√Hz]")
 
 
-def test_a_load_that_never_moves_is_drawn(machine: Machine) -> None:
+def test_rounding_noise_of_a_load_that_never_moves_does_not_fill_the_picture(machine: Machine) -> None:
     still = simulate(machine, Motion(TIME, np.zeros((TIME.size, 3))))
-    for ax in (
-        plots.spectrum(still),
-        plots.resultant(still),
-        plots.load_z(still, "1a"),
-        plots.motor_speed(still),
-    ):
+    assert np.ptp(plots.load_z(still, "1a").get_ylim()) > 1e-3
+    for picture in (plots.motor_speed, plots.resultant, plots.spectrum):
+        ax = picture(still)
         ax.figure.draw_without_rendering()
-    low, high = plots.load_z(still, "1a").get_ylim()
-    assert high - low > 1e-3  # rounding noise does not fill the picture
+        low, high = ax.get_ylim()
+        assert low < high and all(low <= value <= high for value in ax.lines[0].get_ydata())
 
 
 def test_equivalent_box_has_the_inertia_of_the_body(machine: Machine) -> None:
@@ -284,15 +256,12 @@ def test_scene_shows_loads_at_the_peak(machine: Machine, result: Result) -> None
     assert f"{TIME[instant]:.3f} s" in text
     for load in np.linalg.norm(result.data["force"].values[instant], axis=1):
         assert load_with_unit(load) in text
-    assert "N per 100 mm" in text
+    assert "N per 100 mm" in text and "loads:" in text
+    assert "loads:" not in legend_text(plots.scene(machine))
     assert all(label.endswith("[m]") for label in (ax.get_xlabel(), ax.get_ylabel(), ax.get_zlabel()))
     assert len([one for one in ax.collections if isinstance(one, Poly3DCollection)]) == 1 + len(
         machine.carriages
     )
-
-
-def test_scene_without_result_has_no_loads(machine: Machine) -> None:
-    assert "loads:" not in legend_text(plots.scene(machine))
 
 
 def test_scene_has_one_scale_and_y_up(machine: Machine, result: Result) -> None:
@@ -333,10 +302,62 @@ def test_axes_given_are_drawn_on_and_the_process_is_left_alone(machine: Machine,
     assert set(LOOK) <= set(before)
 
 
-def test_save_all_writes_every_picture(result: Result, tmp_path: Path) -> None:
-    paths = plots.save_all(result, tmp_path / "new" / "Bilder für Müller")
-    assert sorted(path.name for path in paths) == sorted(PICTURES)
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)
+def test_save_all_saves_the_pictures_of_the_result(
+    result: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They hold the data that each picture of the result holds by the other tests."""
+
+    def data(ax: matplotlib.axes.Axes) -> list[np.ndarray]:
+        return [np.asarray(line.get_data()) for one in ax.figure.axes for line in one.lines]
+
+    saved = {}
+    monkeypatch.setattr(plots, "save", lambda ax, path: saved.setdefault(path, ax) and path)
+    folder = tmp_path / "new" / "Bilder für Müller"
+    assert set(plots.save_all(result, folder)) == {folder / name for name in PICTURES} and folder.is_dir()
+    for name, ax in {
+        "scene.png": plots.scene(result.machine, result),
+        "modes.png": plots.modes(result.machine, result.modes)[0],
+        "figures_7_to_11.png": plots.paper_figures(result)[0],
+        "resultant.png": plots.resultant(result),
+        "moments.png": plots.moments(result),
+        "spectrum.png": plots.spectrum(result),
+    }.items():
+        for drawn, expected in zip(data(saved[folder / name]), data(ax), strict=True):
+            np.testing.assert_array_equal(drawn, expected)
+    sheet = saved[folder / "figures_7_to_11.png"].figure.axes
+    force = result.data["force"].transpose("carriage", "axis", "time").values[:, 1:].reshape(8, -1)
+    np.testing.assert_array_equal([ax.lines[0].get_ydata() for ax in sheet[1:]], force)
+
+
+def test_a_saved_picture_holds_what_was_drawn(tmp_path: Path) -> None:
+    figure = Figure(figsize=(2.0, 1.0))
+    ax = figure.subfigures(1, 1).add_subplot()
+    ax.set_axis_off()
+    ax.axhspan(0.0, 0.5, color="#ff0000")
+    ax.set_ylim(0.0, 1.0)
+    pixels = matplotlib.image.imread(plots.save(ax, tmp_path / "a.png"))[..., :3]
+    assert pixels.shape == (plots.DOTS_PER_INCH, 2 * plots.DOTS_PER_INCH, 3)
+    red = (pixels == (1.0, 0.0, 0.0)).all(axis=2)
+    box = ax.get_position()
+    assert red.mean() == pytest.approx(0.5 * box.width * box.height, rel=0.03)
+    assert red[plots.DOTS_PER_INCH // 2 :].sum() > 0.9 * red.sum()  # the lower half
+
+
+SIGNATURES = {
+    ".png": b"\x89PNG",
+    ".svg": b"<?xml",
+    ".pdf": b"%PDF",
+    ".eps": b"%!PS",
+    ".jpg": b"\xff\xd8",
+    ".tif": b"II*\0",
+    ".webp": b"RIFF",
+}
+
+
+@pytest.mark.parametrize("ending", PICTURE_ENDINGS)
+def test_every_ending_writes_its_format(tmp_path: Path, ending: str) -> None:
+    path = plots.save(Figure(figsize=(1.0, 1.0)).add_subplot(), tmp_path / f"a{ending}")
+    assert path.read_bytes().startswith(SIGNATURES[ending])
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,8 @@ import pytest
 from click.testing import CliRunner
 from texts import one_line
 
-from guideload.cli.main import EXAMPLES, main
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.main import main
 from guideload.machine.components import Carriage, Link
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes

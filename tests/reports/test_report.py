@@ -10,7 +10,7 @@ from texts import one_line, row
 
 from guideload import ArgumentError, Link, Machine, Motion, Result, plots, simulate
 from guideload.base.numbers import load_in_table
-from guideload.cli.main import EXAMPLES
+from guideload.cli.inputs import EXAMPLES
 from guideload.machine.modes import Modes
 from guideload.reports import result as report
 from guideload.reports.elements import WIDTH

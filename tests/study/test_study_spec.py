@@ -14,7 +14,7 @@ from scipy.special import ndtri
 
 import guideload
 from guideload.base.errors import ArgumentError, ConfigError, SceneError, TraceError
-from guideload.cli.shared import trace_options
+from guideload.cli.options import trace_options
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.study.study import Reading, Study

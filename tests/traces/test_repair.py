@@ -5,7 +5,8 @@ import pytest
 from click.testing import CliRunner
 
 from guideload.base.errors import TraceError
-from guideload.cli.main import EXAMPLES, main
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.main import main
 from guideload.traces.quality.repair import (
     REPAIRS,
     doubled_samples,

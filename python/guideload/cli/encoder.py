@@ -7,35 +7,24 @@ from typing import Any
 
 import click
 
-from guideload.cli.outputs import PICTURE_ENDINGS, picture_draft, require_picture
-from guideload.cli.shared import (
-    InputFile,
-    output_encoding,
-    read_inspection,
-    read_machine,
-    tell,
-    trace_options,
-    working,
-)
+from guideload.cli import options
+from guideload.cli.inputs import read_inspection, read_machine
+from guideload.cli.outputs import picture_draft
+from guideload.cli.terminal import output_encoding, print_text, status
 
 
 @click.command()
-@click.argument("trace_file", metavar="TRACE", type=InputFile)
+@options.trace_argument
 @click.option(
     "--machine",
     "machine_file",
     metavar="MACHINE.TOML",
-    type=InputFile,
+    type=options.InputFile,
     help="Machine whose modes the trace is compared with; its [drive] makes a motor's speed the cart's.",
 )
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
-    help=f"Picture to write ({', '.join(ending[1:] for ending in PICTURE_ENDINGS)}).",
-)
-@click.option("--overwrite", is_flag=True, help="Replace the picture if it exists.")
-@trace_options
+@options.picture_option
+@options.overwrite_picture_option
+@options.trace_options
 def encoder(
     trace_file: Path, machine_file: Path | None, output: Path | None, overwrite: bool, **reading: Any
 ) -> None:
@@ -46,18 +35,16 @@ def encoder(
     """
     from guideload.reports.trace import encoder_report
 
-    if output is not None:
-        inputs = (trace_file,) if machine_file is None else (trace_file, machine_file)
-        require_picture(output, overwrite, *inputs)
-    with picture_draft(output) as draft:
+    inputs = (trace_file,) if machine_file is None else (trace_file, machine_file)
+    with picture_draft(output, overwrite, *inputs) as draft:
         machine = None if machine_file is None else read_machine(machine_file)
-        with working("reading and smoothing"):
+        with status("reading and smoothing"):
             inspection = read_inspection(trace_file, machine, **reading)
         if draft is not None:
             from guideload import plots
 
-            with working("drawing the picture"):
+            with status("drawing the picture"):
                 plots.save(plots.encoder(inspection)[0], draft)
-    tell(encoder_report(inspection, encoding=output_encoding()))
+    print_text(encoder_report(inspection, encoding=output_encoding()))
     told = f"guideload encoder {trace_file} ... -o picture.png draws it."
-    tell(told if output is None else f"Wrote {output}.")
+    print_text(told if output is None else f"Wrote {output}.")

@@ -1,4 +1,4 @@
-"""Where the command line writes: whole or not at all, and never over files that are not its own."""
+"""Files and folders that commands write: complete or not at all, and never over files that are not their own."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 
 from guideload.base.atomic import atomic_folder, atomic_write
+from guideload.cli.errors import InputError
 
 FORMATS = {"netcdf": "loads.nc", "parquet": "loads.parquet", "csv": "loads.csv"}
 PICTURES = ("scene.png", "figures_7_to_11.png", "resultant.png", "moments.png", "modes.png", "spectrum.png")
@@ -20,16 +21,9 @@ OUTPUTS = (*FORMATS.values(), "loads.json", *PICTURES, *CHART, *STUDY)
 MANIFEST = ".guideload"  # hidden, in every folder that we write: the names of our files there
 MANIFEST_TITLE = "Files that guideload wrote into this folder; --overwrite replaces these and no others:"
 PICTURE_ENDINGS = (".png", ".svg", ".pdf", ".eps", ".jpg", ".tif", ".webp")
-BAD_INPUT = 2
 
 
-class Refused(click.ClickException):
-    """Input that cannot be used."""
-
-    exit_code = BAD_INPUT
-
-
-def _ours(folder: Path) -> set[str]:
+def _own_files(folder: Path) -> set[str]:
     """Names of files that we wrote into a folder, by its manifest: none but our own names are believed."""
     try:
         lines = (folder / MANIFEST).read_text(encoding="utf-8").splitlines()
@@ -48,16 +42,16 @@ def require_free(
     if not output.is_dir() or not any(output.iterdir()):
         return
     if not overwrite:
-        raise Refused(
+        raise InputError(
             f"the folder {output} is not empty; give another one, or --overwrite to replace the files of an "
             "earlier run in it"
         )
     for below, written in names.items():
         folder = output / below
-        ours = _ours(folder)
+        ours = _own_files(folder)
         for name in sorted({*written, MANIFEST} - ours):
             if (folder / name).exists() or (folder / name).is_symlink():
-                raise Refused(
+                raise InputError(
                     f"{folder / name} was not written by an earlier run, so --overwrite leaves it alone; "
                     "move it, or give another folder"
                 )
@@ -70,38 +64,38 @@ def require_unread(replaced: Iterable[Path], inputs: Iterable[Path]) -> None:
     for file in replaced:
         for path in there:
             if file.exists() and path.samefile(file):
-                raise Refused(
+                raise InputError(
                     f"{path} is read by this run and would be replaced; give another folder to write"
                 )
 
 
-def require_picture(output: Path, overwrite: bool, *inputs: Path) -> None:
-    """Before any work: the picture can have that name, and replaces nothing that is not to be replaced."""
-    if output.suffix.lower() not in PICTURE_ENDINGS:
-        raise Refused(f"{output}: expected a name that ends in {', '.join(PICTURE_ENDINGS)}")
-    if output.exists() and not overwrite:
-        raise Refused(f"{output} exists; give another name, or --overwrite")
-    for path in inputs:
-        if output.exists() and path.exists() and output.samefile(path):
-            raise Refused(f"{output} is read by this run; give another name for the picture")
-
-
-def unwritable(path: Path, error: OSError) -> Refused:
+def unwritable(path: Path, error: OSError) -> InputError:
     """The refusal of a path to write, with the path as the user gave it."""
     above = next((folder for folder in path.absolute().parents if folder.exists()), path)
     if not above.is_dir():
-        return Refused(f"{path}: {above} is a file, not a folder")
+        return InputError(f"{path}: {above} is a file, not a folder")
     if error.errno == errno.ENOENT:
-        return Refused(f"{path}: there is no folder {path.parent}")
-    return Refused(f"{path}: cannot be written: {error.strerror or error}")
+        return InputError(f"{path}: there is no folder {path.parent}")
+    return InputError(f"{path}: cannot be written: {error.strerror or error}")
 
 
 @contextmanager
-def picture_draft(output: Path | None) -> Iterator[Path | None]:
-    """Draft of a picture, created at once to see that it can be; None if no picture is asked for."""
+def picture_draft(output: Path | None, overwrite: bool, *inputs: Path) -> Iterator[Path | None]:
+    """Draft of a picture that replaces `output` when the block ends without an error; None if no picture is wanted.
+
+    Refused before any work: a name of another kind, a file that exists unless `overwrite`, one of `inputs`, and a
+    path that cannot be written.
+    """
     if output is None:
         yield None
         return
+    if output.suffix.lower() not in PICTURE_ENDINGS:
+        raise InputError(f"{output}: expected a name that ends in {', '.join(PICTURE_ENDINGS)}")
+    if output.exists():
+        if not overwrite:
+            raise InputError(f"{output} exists; give another name, or --overwrite")
+        if any(path.exists() and output.samefile(path) for path in inputs):
+            raise InputError(f"{output} is read by this run; give another name for the picture")
     try:
         with atomic_write(output) as draft:
             yield draft
@@ -110,7 +104,7 @@ def picture_draft(output: Path | None) -> Iterator[Path | None]:
 
 
 @contextmanager
-def written_whole(output: Path) -> Iterator[Path]:
+def atomic_output(output: Path) -> Iterator[Path]:
     """Draft folder whose files are moved to `output` when all are written; on failure nothing is left.
 
     It is made before anything is computed, so that a place where nothing can be written is refused early.
@@ -122,6 +116,15 @@ def written_whole(output: Path) -> Iterator[Path]:
         except OSError as error:
             raise unwritable(output, error) from None
         yield draft
+
+
+@contextmanager
+def write_errors(output: Path) -> Iterator[None]:
+    """Report an OSError of a draft with the path that the user gave; exit code 1."""
+    try:
+        yield
+    except OSError as error:
+        raise click.ClickException(f"{output}: cannot be written: {error.strerror or error}") from error
 
 
 def write_manifest(folder: Path) -> None:
@@ -141,7 +144,7 @@ def _move_into(draft: Path, folder: Path) -> None:
     """Files of a draft to their folder; the manifest first, so that no file of ours is ever unlisted."""
     folder.mkdir(exist_ok=True)
     if (draft / MANIFEST).exists():
-        for name in _ours(folder):
+        for name in _own_files(folder):
             if not (draft / name).exists():
                 (folder / name).unlink(missing_ok=True)
         (draft / MANIFEST).replace(folder / MANIFEST)

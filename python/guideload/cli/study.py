@@ -11,16 +11,17 @@ from typing import TYPE_CHECKING
 
 import click
 
+from guideload.cli.errors import InputError
+from guideload.cli.options import InputFile, folder_option, no_pictures_option
 from guideload.cli.outputs import (
     STUDY,
-    Refused,
+    atomic_output,
     require_free,
     require_unread,
     unwritable,
     write_manifest,
-    written_whole,
 )
-from guideload.cli.shared import Folder, InputFile, output_encoding, tell, working
+from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
     from guideload.study.execution import Progress
@@ -32,7 +33,7 @@ INTERRUPTED = 130  # the exit code of a program that Ctrl-C ended
 
 @click.command()
 @click.argument("study_file", metavar="STUDY.TOML", type=InputFile)
-@click.option("-o", "--output", type=Folder, required=True, help="Folder to write.")
+@folder_option(required=True)
 @click.option("--resume", is_flag=True, help="Go on with the study in the folder, if one was begun there.")
 @click.option("--overwrite", is_flag=True, help="Replace the study in the folder.")
 @click.option("--samples", type=click.IntRange(min=1), help="How many are drawn, instead of the file's.")
@@ -40,7 +41,7 @@ INTERRUPTED = 130  # the exit code of a program that Ctrl-C ended
 @click.option(
     "--threads", type=click.IntRange(min=1), help="Threads to run on; as many as there are cores if left out."
 )
-@click.option("--no-pictures", is_flag=True, help="Write the numbers only.")
+@no_pictures_option
 def study(
     study_file: Path,
     output: Path,
@@ -63,7 +64,7 @@ def study(
     again = _command(study_file, output, samples, seed, threads, no_pictures)
     may_go_on = resume
     try:
-        with working("reading"):
+        with status("reading"):
             described = _read(study_file, output if resume else None, samples, seed)
         _require_folder(output, resume, overwrite, described.inputs)
         may_go_on = True
@@ -80,8 +81,8 @@ def study(
             _write(result, output, not no_pictures)
             from guideload.reports.study import study_report
 
-            tell(study_report(result, encoding=output_encoding()))
-            tell(f"Wrote {output}.")
+            print_text(study_report(result, encoding=output_encoding()))
+            print_text(f"Wrote {output}.")
     except KeyboardInterrupt:  # before the first sample, or once more while the report was made
         left = f"Interrupted. To go on: {again}" if may_go_on else "Interrupted."
     if left:
@@ -132,7 +133,7 @@ def _require_folder(output: Path, resume: bool, overwrite: bool, inputs: tuple[P
         require_free(output, {"": {*STUDY}}, True, inputs)
         require_unread(files_of(output), inputs)
     else:
-        raise Refused(
+        raise InputError(
             f"{output} holds a study: --resume goes on with it, --overwrite replaces it; or give another folder"
         )
     if overwrite:
@@ -184,12 +185,12 @@ def _write(result: StudyResult, output: Path, pictures: bool) -> None:
     from guideload.reports.study import study_report
 
     try:
-        with written_whole(output) as folder:
-            with working("writing the summary"):
+        with atomic_output(output) as folder:
+            with status("writing the summary"):
                 result.to_json(folder / "summary.json")
                 (folder / "report.txt").write_text(study_report(result), encoding="utf-8")
             if pictures:
-                with working("drawing the pictures"):
+                with status("drawing the pictures"):
                     from guideload.plots.study import save_study
 
                     save_study(result, folder)

@@ -1,7 +1,7 @@
-"""Speed against accuracy: what a chart of the methods holds.
+"""The work-precision diagram as data: what each setting of each method costs, and how accurate its loads are.
 
-The error of a run is the largest difference of its loads from those of a reference. How far the reference itself
-can be trusted is measured: by how much it differs from a second, different method at its tightest tolerance.
+The error of a run is the largest difference of its loads from those of a reference. The error of the reference
+itself is estimated: by its difference from a second, different method at its tightest tolerance.
 """
 
 from __future__ import annotations
@@ -21,11 +21,16 @@ MODEL_ACCURACY = 1e-4
 
 
 class Setting(NamedTuple):
-    """A method and how it is asked for accuracy: by a tolerance, by a fixed step [s], or not at all."""
+    """A method with its tolerance (kind `rtol`), its fixed step in s (kind `step`), or neither."""
 
     method: str
     kind: Literal["rtol", "step"] | None = None
     value: float | None = None
+
+    @property
+    def curve(self) -> tuple[str, str | None]:
+        """The curve of the diagram that it lies on: all tolerances, or all fixed steps, of a method."""
+        return self[:2]
 
     @property
     def text(self) -> str:
@@ -42,16 +47,16 @@ class Setting(NamedTuple):
 
 @dataclass(frozen=True)
 class Row:
-    """One setting of one method: what it cost and how far its loads are from the reference.
+    """One setting of one method: its cost, and the error of its loads.
 
     seconds         median time from the motion to the loads [s]; None if there was no run
     spread          interquartile range of that time [s]; None if it ran once
-    error           largest difference from the reference over time and judged loads [N]; None if there was no run
-    load_error      the same as part of the largest load; None if there is no load
-    dynamic_error   the same as part of the largest dynamic load (load less static load); None if nothing moves
-    below_reference the difference is within what the reference can tell: the errors are that limit, an upper bound
+    error           largest difference from the reference over time and loads [N]; None if there was no run
+    load_error      the same over the largest load; None if there is no load
+    dynamic_error   the same over the largest dynamic load (load less static load); None if nothing moves
+    below_reference the difference is below the error of the reference: the errors are that one, an upper bound
+    pareto_optimal  no other row is as fast and as accurate, and better in one of the two
     failed          why there are no figures; None if there are
-    pareto_optimal        no other row is as fast and as accurate, and better in one of the two
     """
 
     setting: Setting
@@ -63,16 +68,28 @@ class Row:
     load_error: float | None = None
     dynamic_error: float | None = None
     below_reference: bool = False
-    failed: str | None = None
     pareto_optimal: bool = False
+    failed: str | None = None
+
+    @property
+    def cost(self) -> tuple[float, float] | None:
+        """Error [N] and time [s]; None if there was no run."""
+        return None if self.error is None or self.seconds is None else (self.error, self.seconds)
+
+    def same_run(self, other: Row) -> bool:
+        """Whether both settings lead to the same run, as tolerances do where the samples limit the step."""
+        return self.setting.curve == other.setting.curve and replace(self, setting=other.setting) == other
 
 
 @dataclass(frozen=True)
 class Reference:
-    """What the errors are measured against, and how far it can be trusted.
+    """The loads that errors are measured from, and their own error.
 
-    largest_load, largest_dynamic: over time and judged loads [N]. limit: difference from the second method, or
-    the rounding of the load if that is more [N]; None where no second method ran, for which `problems` has reasons.
+    setting         of the reference run
+    check           of the run that it is compared with; None where no second method ran: `problems` says why
+    largest_load    largest load over time [N]
+    largest_dynamic largest dynamic load over time [N]; None if nothing moves
+    limit           difference of the two runs, or the rounding of the load if that is more [N]; None without check
     """
 
     setting: Setting
@@ -82,27 +99,31 @@ class Reference:
     limit: float | None
     problems: tuple[str, ...]
 
-    def of_load(self, error: float) -> float | None:
-        """An error [N] as part of the largest load; None if there is no load."""
+    def over_load(self, error: float) -> float | None:
+        """An error [N] over the largest load; None if there is no load."""
         return error / self.largest_load if self.largest_load > 0.0 else None
 
-    def of_dynamic(self, error: float) -> float | None:
-        """An error [N] as part of the largest dynamic load; None if nothing moves."""
+    def over_dynamic(self, error: float) -> float | None:
+        """An error [N] over the largest dynamic load; None if nothing moves."""
         return None if self.largest_dynamic is None else error / self.largest_dynamic
 
     @property
     def text(self) -> str:
-        """Which it is, and how far it can be trusted, in a sentence."""
+        """Its setting and its error, in a sentence."""
         if self.check is None or self.limit is None:
-            reasons = "; ".join(self.problems)
             return (
-                f"{self.setting.text}, not cross-checked ({reasons}): how far it can be trusted is not known"
+                f"{self.setting.text}, not cross-checked ({'; '.join(self.problems)}): its error is not known"
             )
-        shares = ((self.of_load(self.limit), "the load"), (self.of_dynamic(self.limit), "the dynamic load"))
-        told = " and ".join(f"{scientific(share)} of {whole}" for share, whole in shares if share is not None)
+        shares = (
+            (self.over_load(self.limit), "the load"),
+            (self.over_dynamic(self.limit), "the dynamic load"),
+        )
+        difference = " and ".join(
+            f"{scientific(share)} of {load}" for share, load in shares if share is not None
+        )
         return (
-            f"{self.setting.text}, cross-checked by {self.check.text}: they agree within {told or '0 N'}. "
-            "Smaller errors are below what it can tell"
+            f"{self.setting.text}, cross-checked by {self.check.text}: they agree within {difference or '0 N'}. "
+            "Smaller errors cannot be seen"
         )
 
 
@@ -110,16 +131,19 @@ class Reference:
 class WorkPrecision:
     """Time and error of every method over its settings, for one machine and motion; see `Row`.
 
-    judged       which loads the errors are of, and why these
-    auto_method  what `auto` picks; None if it fails
+    error_metric which loads the errors are of, and why these
+    auto_method  the method that `auto` picks; None if it fails
     auto_reason  why; or why it fails
-    repetitions  times that every setting ran at least; budget [s] what they were allowed to take together
+    samples      of the motion
+    duration     of the motion [s]
+    repetitions  how often every setting ran at least
+    budget       time that all runs together were allowed to take [s]
     """
 
     machine: Machine
     rows: tuple[Row, ...]
     reference: Reference
-    judged: str
+    error_metric: str
     auto_method: str | None
     auto_reason: str
     samples: int
@@ -129,16 +153,16 @@ class WorkPrecision:
 
     @property
     def auto_row(self) -> Row | None:
-        """The row of what `auto` picks, at the tolerance that `simulate` takes unless told otherwise."""
-        asked = (Setting(self.auto_method or ""), Setting(self.auto_method or "", "rtol", AUTO_RTOL))
-        return next((row for row in self.rows if row.setting in asked), None)
+        """The row of the method that `auto` picks, at the default tolerance of `simulate`."""
+        method = self.auto_method or ""
+        settings = (Setting(method), Setting(method, "rtol", AUTO_RTOL))
+        return next((row for row in self.rows if row.setting in settings), None)
 
     def runs(self) -> list[list[Row]]:
-        """The rows in order, those of equal runs together: tolerances that ask for no more than the samples do."""
+        """The rows in order, neighbours that are the same run together."""
         runs: list[list[Row]] = []
         for row in self.rows:
-            same = runs and runs[-1][0].setting[:2] == row.setting[:2]
-            if same and replace(runs[-1][0], setting=row.setting) == row:
+            if runs and runs[-1][0].same_run(row):
                 runs[-1].append(row)
             else:
                 runs.append([row])
@@ -148,25 +172,14 @@ class WorkPrecision:
         """A row per setting; columns end in their unit where they have one."""
         import pandas as pd
 
-        return pd.DataFrame(
-            {
-                "method": row.setting.method,
-                "setting": row.setting.kind,
-                "value": row.setting.value,
-                "seconds": row.seconds,
-                "spread_s": row.spread,
-                "steps": row.steps,
-                "rejected_steps": row.rejected,
-                "error_N": row.error,
-                "load_error": row.load_error,
-                "dynamic_error": row.dynamic_error,
-                "below_reference": row.below_reference,
-                "pareto_optimal": row.pareto_optimal,
-                "picked_by_auto": row is self.auto_row,
-                "failed": row.failed,
-            }
+        names = {"spread": "spread_s", "rejected": "rejected_steps", "error": "error_N"}
+        rows = [
+            {"method": row.setting.method, "setting": row.setting.kind, "value": row.setting.value}
+            | {names.get(name, name): vars(row)[name] for name in list(vars(row))[1:-1]}
+            | {"picked_by_auto": row is self.auto_row, "failed": row.failed}
             for row in self.rows
-        ).astype({"steps": "Int64", "rejected_steps": "Int64"})
+        ]
+        return pd.DataFrame(rows).astype({"steps": "Int64", "rejected_steps": "Int64"})
 
 
 def setting_range(rows: list[Row]) -> str:
@@ -176,13 +189,9 @@ def setting_range(rows: list[Row]) -> str:
 
 
 def pareto_optimal(row: Row, rows: list[Row]) -> bool:
-    """Whether no row is at least as fast and as accurate, and better in one of the two."""
-    if row.seconds is None or row.error is None:
+    """Whether a row has run and no other one is as fast and as accurate, and better in one of the two."""
+    if row.cost is None:
         return False
-    for other in rows:
-        if other.seconds is None or other.error is None:
-            continue
-        better = other.seconds < row.seconds or other.error < row.error
-        if better and other.seconds <= row.seconds and other.error <= row.error:
-            return False
-    return True
+    error, seconds = row.cost
+    others = {other.cost for other in rows if other.cost is not None} - {row.cost}
+    return not any(other[0] <= error and other[1] <= seconds for other in others)

@@ -1,14 +1,14 @@
-"""How long a step may be and what that costs: a scene's eigenvalues against the methods, by theory and by trial.
+"""Step stability: the longest stable step of rk45 on a machine, by theory and by trial, and the cost of every method.
 
-The modes of a scene decay or ring with its eigenvalues λ, and a fixed step h of rk45 is stable while |R(h λ)| <= 1
-for all of them (guideload.amplification). exact and implicit are stable at any step.
+The modes of a scene decay or vibrate with its eigenvalues λ, and a fixed step h of rk45 is stable while |R(h λ)| <= 1
+for all of them; R is its stability function. exact and implicit are stable at any step.
 """
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 from functools import cached_property
+from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,52 +19,58 @@ from guideload.base.errors import ArgumentError, RunError
 from guideload.machine.laws import NO_EXACT
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import moving_dofs
+from guideload.methods.diagram import Setting
+from guideload.methods.runner import solve
 from guideload.motion.motion import Motion
-from guideload.simulation.stability_function import UNDAMPED, MethodName, amplification, longest_stable_steps
+from guideload.simulation.stability_function import (
+    UNDAMPED,
+    MethodName,
+    longest_stable_steps,
+    stability_function,
+)
 
 METHODS: tuple[MethodName, ...] = ("exact", "rk45", "implicit")
 
-# The bracket around the step that blows up ends at this ratio, a quarter of what theory and trial may differ by.
+# Bisection ends when the unstable step is this many times the stable one: a quarter of what theory and trial may
+# differ by.
 BRACKET = 1.005
-# A step this part beyond the limit has to show in a trial, by growing this much: beyond the hundredfold that the
-# core takes for divergence, with room for modes that the kick moves less than others.
+# A step that is longer than stable by this part must be found unstable in a trial: its growth there is a thousand times
+# the hundredfold that the core takes for divergence, for modes that the kick excites less than others.
 BEYOND = 0.01
 GROWTH = 1e5
-# Steps of one trial at most, some seconds: an undamped mode grows by 4e-6 a step there.
-MOST_TRIED = 20_000_000
-# Steps that rk45 may take to be run for its cost, about a second.
-MOST_RUN = 3_000_000
-# Of the largest excitation: how far a sample may be off the line through its neighbours to lie on it.
-STRAIGHT = 1e-12
-# Counted steps that are put down to stability: within this factor of what it asks for.
-NEAR = 1.3
+MOST_TRIAL_STEPS = 20_000_000  # takes some seconds: an undamped mode grows by 4e-6 per step there
+MOST_STEPS = 3_000_000  # of rk45 for its cost to be measured, about a second
+STRAIGHT = (
+    1e-12  # of the largest excitation: a sample this close to the line through its neighbours lies on it
+)
+NEAR = 1.3  # counted steps are put down to stability up to this many times the steps that it needs
 
 
 @dataclass(frozen=True)
 class Cost:
-    """What a method took for the motion: counted, timed, and beside it what its bends and stability ask for.
+    """Steps and time of a method for a motion.
 
-    needed    steps that end wherever they must, see `step_ends`, and are no longer than stable
+    needed    steps that end at all samples in `step_ends`, none longer than stable
     steps, rejected, seconds: as counted and timed; None where the method was not run
     note      why it was not run, else empty
     """
 
     method: MethodName
     needed: int
-    steps: int | None
-    rejected: int | None
-    seconds: float | None
+    steps: int | None = None
+    rejected: int | None = None
+    seconds: float | None = None
     note: str = ""
 
 
 @dataclass(frozen=True, eq=False)
 class Stability:
-    """Eigenvalues of a machine, the longest stable step of rk45, and what each method takes for a motion.
+    """Eigenvalues of a machine, the longest stable step of rk45, and the cost of each method for a motion.
 
     machine       the machine; links that are not linear count with their nominal stiffness, all in contact
     eigenvalues   (m,) 1/s, complex, by ascending size
-    longest_steps (m,) s, up to which rk45 is stable for each, in theory
-    measured_step s, at which runs with a fixed step really begin to grow without bound
+    longest_steps (m,) s, longest stable step of rk45 for each, by theory
+    measured_step s, the shortest fixed step found at which runs grow without bound
     motion        that the costs are for
     rtol          tolerance of those runs
     costs         of exact, rk45 and implicit
@@ -80,12 +86,12 @@ class Stability:
 
     @property
     def predicted_step(self) -> float:
-        """s, the longest step at which rk45 is stable, in theory."""
+        """The longest stable step of rk45, by theory [s]."""
         return float(self.longest_steps.min())
 
     @property
     def limiting(self) -> int:
-        """Index of the eigenvalue that sets it; of a pair the one with positive imaginary part."""
+        """Index of the eigenvalue that limits the step; of a pair the one with positive imaginary part."""
         return int(np.lexsort((-self.eigenvalues.imag, self.longest_steps))[0])
 
     @property
@@ -94,19 +100,18 @@ class Stability:
         rk45 = self.costs[METHODS.index("rk45")]
         if rk45.steps is None:
             return "stability"
-        counted = rk45.steps
-        if counted <= NEAR * step_ends(self.machine, self.motion, "rk45").size:
+        if rk45.steps <= NEAR * step_ends(self.machine, self.motion, "rk45").size:
             return "samples"
-        return "stability" if counted <= NEAR * rk45.needed else "tolerance"
+        return "stability" if rk45.steps <= NEAR * rk45.needed else "tolerance"
 
     @cached_property
     def sample_interval(self) -> float:
-        """s, the median between samples of the motion."""
+        """Median interval between samples of the motion [s]."""
         steps = np.diff(self.motion.time)
         return float(np.median(steps[steps > 0.0]))
 
     def moving(self, index: int) -> list[str]:
-        """The dofs that make up the mode of an eigenvalue, largest first; none if nothing but L turns."""
+        """The dofs that move most in the mode of an eigenvalue, largest first; none if only L turns."""
         scene = self.machine.nominal_scene
         (mass, damping, stiffness), _ = scene.matrices()
         free = [DOFS.index(dof) for dof in self.machine.free]
@@ -115,8 +120,8 @@ class Stability:
         value = self.eigenvalues[index]
         pencil = value**2 * mass + value * damping + stiffness
         pencil = basis.T @ pencil[np.ix_(free, free)] @ basis
-        nearest = np.linalg.svd(pencil)[2][-1].conj()  # of the smallest singular value: pencil @ nearest = 0
-        shape = nearest @ shapes
+        null_vector = np.linalg.svd(pencil)[2][-1].conj()
+        shape = null_vector @ shapes
         largest = shape[np.abs(shape).argmax()]
         return moving_dofs(self.machine, np.real(shape * np.conj(largest)))
 
@@ -124,7 +129,7 @@ class Stability:
 def stability(machine: Machine, motion: Motion | None = None, *, rtol: float = 1e-6) -> Stability:
     """The longest stable step of rk45 on a machine, predicted and measured, and the cost of every method.
 
-    motion  that the costs are for; left out, a jerk-limited move by 1.6 m at 1 kHz, up to 1 m/s and 2 m/s2
+    motion  that the costs are for; if left out, a jerk-limited move by 1.6 m at 1 kHz, up to 1 m/s and 2 m/s2
     rtol    tolerance of rk45 and implicit there
 
     Raises SceneError (unsupported body), ArgumentError (rtol, motion), RunError.
@@ -163,19 +168,19 @@ def standard_move() -> Motion:
     return Motion.along_x(stamps, np.interp(stamps, corners, acceleration * signs), source="standard move")
 
 
-def _measured_step(scene: Scene, limiting: complex, start: float) -> float:
-    """The fixed step of rk45 from which on free vibration grows without bound, s, by bisection about `start`.
+def _measured_step(scene: Scene, limiting: complex, predicted: float) -> float:
+    """The fixed step [s] of rk45 from which on free vibration grows without bound, by bisection about `predicted`.
 
-    limiting: the eigenvalue, 1/s, that by theory grows there; it says how many steps a trial needs to show it.
+    limiting: the eigenvalue [1/s] that limits the step by theory; a trial has enough steps to show its growth.
     """
-    excess = np.log(np.abs(amplification("rk45", (1.0 + BEYOND) * start * limiting)))
-    steps = MOST_TRIED
-    if excess > 0.0:
-        steps = int(min(steps, np.ceil(np.log(GROWTH) / excess)))
+    log_growth = np.log(np.abs(stability_function("rk45", (1.0 + BEYOND) * predicted * limiting)))
+    steps = MOST_TRIAL_STEPS
+    if log_growth > 0.0:
+        steps = int(min(steps, np.ceil(np.log(GROWTH) / log_growth)))
     kick = _kick(scene)
 
-    def blows_up(step: float) -> bool:
-        # One step of force, then free vibration without a sample, so that all steps are as long as asked.
+    def is_unstable(step: float) -> bool:
+        # One step of force, then free vibration without a sample, so that no sample shortens a step.
         stamps = np.array([0.0, step, step, step * (1 + steps)])
         try:
             scene.solve(stamps, np.zeros((4, 3)), kick, method="rk45", rtol=1e-6, step=step)
@@ -185,19 +190,19 @@ def _measured_step(scene: Scene, limiting: complex, start: float) -> float:
             return True
         return False
 
-    stable, unstable = start, start
-    while blows_up(stable):
+    stable, unstable = predicted, predicted
+    while is_unstable(stable):
         unstable, stable = stable, 0.8 * stable
-    while not blows_up(unstable):
+    while not is_unstable(unstable):
         stable, unstable = unstable, 1.25 * unstable
     while unstable > BRACKET * stable:
         middle = float(np.sqrt(stable * unstable))
-        stable, unstable = (stable, middle) if blows_up(middle) else (middle, unstable)
+        stable, unstable = (stable, middle) if is_unstable(middle) else (middle, unstable)
     return float(np.sqrt(stable * unstable))
 
 
 def _kick(scene: Scene) -> Array:
-    """Wrench (4, 6) at four samples: the same at the first two, then zero; it moves every mode, none like another."""
+    """Wrench (4, 6) at four samples, equal at the first two and then zero; excites every mode, each differently."""
     shapes = scene.modes()[2]
     (mass, _, _), _ = scene.matrices()
     wrench = np.zeros((4, 6))
@@ -206,51 +211,46 @@ def _kick(scene: Scene) -> Array:
 
 
 def _cost(machine: Machine, motion: Motion, method: MethodName, rtol: float, longest: float) -> Cost:
-    """Run a method, and time it."""
-    ends = step_ends(machine, motion, method)
-    needed = _needed(motion, ends, longest if method == "rk45" else np.inf)
+    """Run a method, and time it. longest: stable step of rk45 [s]."""
+    needed = _needed(motion, step_ends(machine, motion, method), longest if method == "rk45" else np.inf)
     if method == "exact" and machine.model_level == "smooth nonlinear":
-        return Cost(method, needed, None, None, None, NO_EXACT)
-    if needed > MOST_RUN:
-        return Cost(method, needed, None, None, None, f"{needed:.2g} steps are not worth the wait")
-    scene = machine.scene
-    began = time.perf_counter()
-    solution = scene.solve(
-        motion.time, motion.acceleration, motion.wrench, method=method, rtol=rtol, step=None
-    )
-    seconds = time.perf_counter() - began
-    return Cost(method, needed, solution.steps, solution.rejected, seconds)
+        return Cost(method, needed, note=NO_EXACT)
+    if needed > MOST_STEPS:
+        return Cost(method, needed, note=f"{needed:.2g} steps are not worth the wait")
+    began = perf_counter()
+    solution = solve(machine, motion, Setting(method, "rtol", rtol))
+    return Cost(method, needed, solution.steps, solution.rejected, perf_counter() - began)
 
 
 def step_ends(machine: Machine, motion: Motion, method: MethodName) -> NDArray[np.intp]:
-    """Indices of the samples that no step of a method passes: all, or those at which the excitation bends.
+    """Indices of the samples at which every step of a method must end: all, or those where the excitation bends.
 
-    rk45 and implicit step over samples that lie on a straight line, unless contact changes are to be found.
+    rk45 and implicit step over samples that lie on a straight line, unless contact changes are to be located.
     """
     if method == "exact" or machine.model_level == "piecewise linear" or motion.time.size < 3:
         return np.arange(motion.time.size)
-    columns = _inputs(motion)
+    columns = _excitation(motion)
     steps = np.diff(motion.time)
-    first, second = steps[:-1], steps[1:]
-    smooth = (first > 0.0) & (second > 0.0)  # at a jump there is no line
-    part = (first / np.where(smooth, first + second, 1.0))[:, None]
-    off = np.abs((1.0 - part) * columns[:-2] + part * columns[2:] - columns[1:-1])
-    straight = smooth & (off <= STRAIGHT * np.abs(columns).max(axis=0)).all(axis=1)
+    before, after = steps[:-1], steps[1:]
+    no_jump = (before > 0.0) & (after > 0.0)
+    weight = (before / np.where(no_jump, before + after, 1.0))[:, None]
+    off = np.abs((1.0 - weight) * columns[:-2] + weight * columns[2:] - columns[1:-1])
+    straight = no_jump & (off <= STRAIGHT * np.abs(columns).max(axis=0)).all(axis=1)
     return np.flatnonzero(np.concatenate([[True], ~straight, [True]]))
 
 
 def _needed(motion: Motion, ends: NDArray[np.intp], longest: float) -> int:
-    """Steps from each of the samples `ends` to the next, none longer than `longest` s.
+    """Steps from each of the samples `ends` to the next, none longer than `longest` [s].
 
-    Until anything moves one each is enough.
+    Before the first excitation one step per interval suffices.
     """
-    excited = _inputs(motion).any(axis=1)
+    excited = _excitation(motion).any(axis=1)
     moving = ends[1:] >= (excited.argmax() if excited.any() else excited.size)
     steps = np.diff(motion.time[ends])
     counts = np.where(moving, np.ceil(steps / longest * (1.0 - 1e-12)), 1.0)
     return int(np.maximum(counts, 1.0)[steps > 0.0].sum())
 
 
-def _inputs(motion: Motion) -> Array:
-    """(time, 3 or 9) acceleration [m/s2], and force and moment [N, N m] where there are any."""
+def _excitation(motion: Motion) -> Array:
+    """(time, 3 or 9) acceleration [m/s2], and force and moment [N, N m] if the motion has any."""
     return motion.acceleration if motion.wrench is None else np.hstack([motion.acceleration, motion.wrench])

@@ -1,6 +1,6 @@
-"""Pictures, a function per figure. Each returns its axes, and draws on axes of its own unless given some.
+"""Pictures, a function per figure. Each returns its axes, and draws on axes of its own unless it is given some.
 
-They are made without pyplot: no window, no display, no setting of the process is touched.
+They are drawn without pyplot: they need no display and change no setting of the process.
 `ax.figure.savefig(path)` saves one; in a notebook `ax.figure` shows it.
 """
 
@@ -12,21 +12,13 @@ from typing import TYPE_CHECKING
 from matplotlib.figure import SubFigure
 
 from guideload.plots.drivers import scatter, tornado
-from guideload.plots.histories import (
-    load_density,
-    load_y,
-    load_z,
-    moments,
-    motor_speed,
-    paper_figures,
-    resultant,
-    spectrum,
-)
+from guideload.plots.loads import load_y, load_z, moments, motor_speed, paper_figures, resultant
 from guideload.plots.machine import equivalent_box, modes, scene
-from guideload.plots.speed_accuracy import work_precision
+from guideload.plots.spectrum import load_density, spectrum
 from guideload.plots.stability_region import stability
 from guideload.plots.study import band, distributions, exceedance, save_study
 from guideload.plots.trace import encoder
+from guideload.plots.work_precision_diagram import work_precision
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,7 +54,7 @@ DOTS_PER_INCH = 130
 
 
 def save(ax: Axes, path: str | Path) -> Path:
-    """Save the figure that the axes stand in, in the format told by the path's ending; returns the path."""
+    """Save the figure of some axes, in the format of the path's ending; returns the path."""
     figure = ax.figure
     while isinstance(figure, SubFigure):
         figure = figure.figure
@@ -71,7 +63,7 @@ def save(ax: Axes, path: str | Path) -> Path:
 
 
 def save_all(result: Result, folder: str | Path) -> list[Path]:
-    """Save every picture of a result as PNG in `folder`, made when missing; returns their paths."""
+    """Save every picture of a result as PNG in `folder`, created if it is missing; returns their paths."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     paths = [

@@ -1,4 +1,4 @@
-"""Names and small figures beside the points of a picture, placed so that none covers another."""
+"""Placement of names and small figures beside the points of a picture, so that none covers another."""
 
 from __future__ import annotations
 
@@ -20,38 +20,24 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 Point = tuple[float, float]
-Place = tuple[Point, str, str]  # offset in points, horizontal and vertical alignment
-
-# Where a text may stand beside its point; the first that is free is taken.
-BESIDE: tuple[Place, ...] = (
-    ((0, 6), "center", "bottom"),
-    ((0, -6), "center", "top"),
-    ((6, 3), "left", "bottom"),
-    ((6, -3), "left", "top"),
-    ((-6, 3), "right", "bottom"),
-    ((-6, -3), "right", "top"),
+# Offsets of a text from its point [points]; the first place that is free is taken.
+BESIDE: tuple[Point, ...] = ((0, 6), (0, -6), (6, 3), (6, -3), (-6, 3), (-6, -3))
+AT_THE_END: tuple[Point, ...] = (
+    *((x, y) for x in (9, -9) for y in (0, 9, -9)),
+    *((0, 8), (0, -8)),
+    *((x, y) for x in (9, -9) for y in (17, -17, 25, -25)),
 )
-AT_THE_END: tuple[Place, ...] = (
-    *(((9.0, up), "left", "center") for up in (0, 9, -9)),
-    *(((-9.0, up), "right", "center") for up in (0, 9, -9)),
-    *(((0.0, up), "center", "center") for up in (13, -13)),
-    *(((9.0, up), "left", "center") for up in (17, -17, 25, -25)),
-    *(((-9.0, up), "right", "center") for up in (17, -17, 25, -25)),
-)
-FROM_AFAR: tuple[Place, ...] = (
-    ((-34, -20), "right", "center"),
-    ((-34, 20), "right", "center"),
-    ((0, -26), "center", "top"),
-    ((0, 26), "center", "bottom"),
-    ((34, 20), "left", "center"),
-    ((34, -20), "left", "center"),
-)
-OVER_TEXT, OUTSIDE = 100, 10_000  # how much worse than over a piece of a line
-MARKER = 4.0  # points, half the side of what a marker takes
+FROM_AFAR: tuple[Point, ...] = ((-34, -20), (-34, 20), (0, -26), (0, 26), (34, 20), (34, -20))
+TO_THE_SIDE = 9  # offset along x from which on the middle of the text's height is at the offset
+OVER_TEXT, OUTSIDE = (
+    100,
+    10_000,
+)  # cost of covering a text and of leaving the axes; that of a square of a line is 1
+MARKER = 4.0  # half the side of the square around a marker, in points
 
 
 class Labels:
-    """Places texts beside points of `ax`, whose lines are drawn and whose limits stay: they are what it avoids."""
+    """Places texts beside points of `ax`, whose lines must be drawn and limits set: the texts avoid lines and texts."""
 
     def __init__(self, ax: Axes) -> None:
         figure = ax.figure
@@ -68,7 +54,7 @@ class Labels:
             self._add_line(line.get_transform().transform(np.column_stack(line.get_data())))
 
     def _add_line(self, points: NDArray[np.float64]) -> None:
-        """A line through points, in pixels, in squares of the size of a marker."""
+        """Cover a line through points [pixels] by squares of the size of a marker."""
         side = self._side
         for x, y in _along(points, side):
             self._lines.append(Bbox.from_extents(x - side, y - side, x + side, y + side))
@@ -77,14 +63,14 @@ class Labels:
         self,
         text: str,
         points: Sequence[Point],
-        places: Sequence[Place],
+        places: Sequence[Point],
         *,
-        must: bool = True,
+        optional: bool = False,
         arrow: bool = False,
         **style: Any,
     ) -> None:
-        """A text in the first free place beside `points`; where none is, in the best, or nowhere."""
-        best: tuple[int, Point, Place] | None = None
+        """Add a text in the first free place beside `points`; else in the best one, or nowhere if it is optional."""
+        best: tuple[int, Point, Point] | None = None
         for point, place in product(points, places):
             label, box = self._write(text, point, place, style)
             label.remove()
@@ -93,7 +79,7 @@ class Labels:
                 best = cost, point, place
             if cost == 0:
                 break
-        if best is None or (best[0] > 0 and not must):
+        if best is None or (best[0] > 0 and optional):
             return
         _, point, place = best
         _, box = self._write(text, point, place, style)
@@ -101,22 +87,22 @@ class Labels:
         if arrow:
             tip, tail = self._ax.transData.transform(point), box.get_points().mean(axis=0)
             self._add_line(np.array([tip, tail]))
-            line = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.8, "shrinkB": 6, "shrinkA": 0}
-            self._ax.annotate("", point, place[0], textcoords="offset points", arrowprops=line)
+            line = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.8, "shrinkB": 6, "shrinkA": 3}
+            self._ax.annotate("", point, place, textcoords="offset points", arrowprops=line)
 
-    def _write(
-        self, text: str, point: Point, place: Place, style: dict[str, Any]
-    ) -> tuple[Annotation, BboxBase]:
-        """A text in a place, and the box that it takes in pixels."""
-        offset, across, up = place
+    def _write(self, text: str, point: Point, place: Point, style: Any) -> tuple[Annotation, BboxBase]:
+        """A text in a place, and its box in pixels."""
+        x, y = place
+        across = "left" if x > 0 else "right" if x < 0 else "center"
+        up = "center" if abs(x) >= TO_THE_SIDE else "bottom" if y > 0 else "top"
         halo = [withStroke(linewidth=2.0, foreground="white")]
         options = {"textcoords": "offset points", "color": INK, "path_effects": halo, **style}
-        label = self._ax.annotate(text, point, offset, ha=across, va=up, **options)
+        label = self._ax.annotate(text, point, place, ha=across, va=up, **options)
         label.set_in_layout(False)
         return label, label.get_window_extent()
 
     def _cost(self, box: BboxBase) -> int:
-        """How bad it is to write there; 0 where nothing is."""
+        """How bad it is to write there; 0 where it is free."""
         frame = self._ax.bbox.padded(1.0)
         inside = frame.contains(box.x0, box.y0) and frame.contains(box.x1, box.y1)
         covered = box.count_overlaps(self._lines) + OVER_TEXT * box.count_overlaps(self._texts)

@@ -1,4 +1,4 @@
-"""The look of the pictures: colours, sizes, how numbers are written. No process-wide setting is touched."""
+"""The look of the pictures: colours, sizes, titles and legends. No setting of the process is changed."""
 
 from __future__ import annotations
 
@@ -9,15 +9,20 @@ import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from guideload.base.numbers import counted
+
 if TYPE_CHECKING:
     from matplotlib.typing import RcKeyType
+
+    from guideload.simulation.result import Result
 
 INK = "#222222"
 GREY = "#8a8f98"
 PALE = "#d5d8dd"
 
-# Okabe and Ito (2008): told apart with every common colour blindness. Their yellow is too faint on white.
+# Okabe and Ito (2008): distinct with every common colour blindness. Their yellow is too faint on white.
 CARRIAGE_COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+DASHED: Any = (0, (5, 4))
 CARRIAGE_DASHES: tuple[Any, ...] = ("-", (0, (6, 1.5)), (0, (2, 1.2)), (0, (6, 1.5, 1, 1.5)))
 
 LOOK: dict[RcKeyType, Any] = {
@@ -61,12 +66,12 @@ class CarriageLook(NamedTuple):
 
 
 def look() -> AbstractContextManager[None]:
-    """The settings of our own figures, restored on leaving."""
+    """The settings of our figures, as a context: they are restored at its end."""
     return matplotlib.rc_context(LOOK)
 
 
 def carriage_look(index: int) -> CarriageLook:
-    """Colour and dash of the carriage with this index; 24 of them differ."""
+    """Colour and dash of the carriage with this index; the first 24 are different."""
     return CarriageLook(
         CARRIAGE_COLORS[index % len(CARRIAGE_COLORS)],
         CARRIAGE_DASHES[index // len(CARRIAGE_COLORS) % len(CARRIAGE_DASHES)],
@@ -74,10 +79,33 @@ def carriage_look(index: int) -> CarriageLook:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """A figure of this size in inches. It belongs to no window, so it needs no display and no closing."""
+    """A figure of this size in inches. It has no window, so it needs no display and no closing."""
     return Figure(figsize=(width, height), layout="constrained")
 
 
 def axes_or_new(ax: Axes | None, width: float, height: float) -> Axes:
-    """The axes given, or those of a new figure of this size in inches."""
+    """`ax`, or the axes of a new figure of this size in inches if it is None."""
     return new_figure(width, height).add_subplot() if ax is None else ax
+
+
+def run_title(result: Result) -> str:
+    """Machine and free dofs, by which runs of one machine differ, and the number of warnings of the audit."""
+    warnings = len(result.audit.warnings)
+    audit = f"; audit: {counted(warnings, 'warning')}, see the report" if warnings else ""
+    return f"{result.machine.name}: free {', '.join(result.machine.free)}{audit}"
+
+
+def set_run_title(ax: Axes, result: Result, title: str) -> None:
+    """A title, and `run_title` in a second line."""
+    ax.set_title(f"{title}\n{run_title(result)}", parse_math=False)  # a name may hold dollar signs
+
+
+def legend_beside(ax: Axes, title: str) -> None:
+    """The legend, to the right of the axes."""
+    ax.legend(title=title, loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left")
+
+
+def write_instead(ax: Axes, reason: str) -> Axes:
+    """Write into axes why they are empty."""
+    ax.text(0.5, 0.5, reason, transform=ax.transAxes, ha="center", color=GREY)
+    return ax

@@ -10,7 +10,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodF
 
 from guideload.audit.checks import uniform
 from guideload.motion.uncertainty import COVER
-from guideload.plots.histories import octave_bands
+from guideload.plots.spectrum import octave_bands
 from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, PALE, look, new_figure
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""The chart of speed against accuracy as text."""
+"""The work-precision diagram as text."""
 
 from __future__ import annotations
 
@@ -13,33 +13,31 @@ from guideload.reports.elements import WIDTH, heading, remark, section, to_text
 
 DEFINITIONS = (
     "Time: from the motion to the loads at its samples. Error: the largest difference from the reference over "
-    "time and loads, as part of the largest load, and of the largest dynamic load (load less static load): a "
-    "method can miss the whole motion and still show three digits of the load. <: below what the reference can "
-    "tell. Front: no other row is both faster and more accurate.",
-    f"The model's own accuracy, with its small rotations, ends near {scientific(MODEL_ACCURACY)} of the load: digits "
-    "beyond are arithmetic, not physics.",
+    "time and loads, divided by the largest load, and by the largest dynamic load (load less static load): a "
+    "method can miss the whole motion and still have three digits of the load right. <: below the error of the "
+    "reference. Pareto: Pareto optimal, no other row is both faster and more accurate.",
+    f"The model itself, with its small rotations, is accurate to about {scientific(MODEL_ACCURACY)} of the load: more "
+    "digits are arithmetic, not physics.",
 )
 
 
 def chart_report(chart: WorkPrecision, width: int = WIDTH, encoding: str = "utf-8") -> str:
-    """The table of all settings that ran, the reference and its trust, what `auto` picks, and what did not run."""
+    """What `auto` picks, the table of all settings that ran, the reference and its error, and what did not run."""
     times = "once" if chart.repetitions == 1 else f"{chart.repetitions} times: median and interquartile range"
-    remarks = [
-        *DEFINITIONS,
-        f"Judged: {chart.judged}.",
-        f"Reference: {chart.reference.text}.",
-        f"auto picks {chart.auto_method}: {chart.auto_reason}."
-        if chart.auto_method
-        else f"auto fails: {chart.auto_reason}.",
-        *not_run(chart),
-    ]
+    picks = f"picks {chart.auto_method}" if chart.auto_method else "fails"
     return to_text(
         [
             *heading(chart.machine),
-            *section("Speed against accuracy"),
+            *section("Work-precision diagram"),
+            f"auto {picks}: {chart.auto_reason}.",
             f"{chart.samples} samples over {chart.duration:.4g} s; every setting ran {times}",
             settings_table(chart),
-            *remark(*remarks),
+            *remark(
+                *DEFINITIONS,
+                f"Error metric: {chart.error_metric}.",
+                f"Reference: {chart.reference.text}.",
+                *failures(chart),
+            ),
         ],
         width,
         encoding,
@@ -51,16 +49,14 @@ def settings_table(chart: WorkPrecision) -> Table:
     table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=0)
     for title in ("method", "rtol or step"):
         table.add_column(title, no_wrap=True)
-    for title in ("time\nms", "spread\n%", "steps", "re-\njected", "error\nof load", "of dyn.\npart"):
+    for title in ("time\nms", "spread\n%", "steps", "re-\njected", "error\nof load", "of dyn.\nload"):
         table.add_column(title, justify="right", no_wrap=True)
     table.add_column("")
     for rows in chart.runs():
         row = rows[0]
         if row.seconds is None:
             continue
-        marks = [
-            mark for mark, holds in (("front", row.pareto_optimal), ("auto", chart.auto_row in rows)) if holds
-        ]
+        marks = (("Pareto", row.pareto_optimal), ("auto", chart.auto_row in rows))
         table.add_row(
             row.setting.method,
             setting_range(rows),
@@ -68,29 +64,27 @@ def settings_table(chart: WorkPrecision) -> Table:
             "" if row.spread is None else f"{100.0 * row.spread / row.seconds:.0f}",
             str(row.steps),
             str(row.rejected),
-            share_text(row.load_error, row),
-            share_text(row.dynamic_error, row),
-            ", ".join(marks),
+            *(_relative_error(error, row) for error in (row.load_error, row.dynamic_error)),
+            ", ".join(mark for mark, holds in marks if holds),
         )
     return table
 
 
-def not_run(chart: WorkPrecision) -> list[str]:
-    """Why settings have no figures: a sentence for those of a method that end in the same words."""
+def _relative_error(error: float | None, row: Row) -> str:
+    if error is None:
+        return "none"
+    return f"< {scientific(error)}" if row.below_reference else scientific(error, 1)
+
+
+def failures(chart: WorkPrecision) -> list[str]:
+    """Why settings have no figures: one sentence for all of a curve whose messages differ in numbers only."""
     alike: dict[tuple[str, str | None, str], list[Row]] = {}
     for row in chart.rows:
         if row.failed is not None:
             words = re.sub(r"\d[-+.\de]*", "", row.failed)
-            alike.setdefault((row.setting.method, row.setting.kind, words), []).append(row)
+            alike.setdefault((*row.setting.curve, words), []).append(row)
     sentences = []
     for first, *others in alike.values():
         also = f"; the same at {setting_range(others)}" if others else ""
         sentences.append(f"{first.setting.text}: {first.failed}{also}.")
     return sentences
-
-
-def share_text(share: float | None, row: Row) -> str:
-    """An error as part of a load."""
-    if share is None:
-        return "none"
-    return f"< {scientific(share)}" if row.below_reference else scientific(share, 1)

@@ -1,7 +1,7 @@
-"""Stability functions: R(z), by which one step of a method multiplies a motion that decays or rings.
+"""The stability function R(z) of each method: what one step does to a mode that decays or vibrates.
 
-Of q' = λ q a step of length h makes R(h λ) q, where the exact factor is exp(h λ). Each mode of a linear scene moves
-like that, with its eigenvalue λ. A method is stable where |R| <= 1; exact has R = exp and no step error.
+A step of length h of q' = λ q gives R(h λ) q; the exact solution is exp(h λ) q. Every mode of a linear scene moves
+like this, with its own eigenvalue λ. A method is stable where |R| <= 1; exact has R = exp and makes no step error.
 """
 
 from __future__ import annotations
@@ -14,40 +14,39 @@ from numpy.typing import ArrayLike, NDArray
 
 from guideload.base.arrays import Array
 
-Complex = NDArray[np.complex128]
 MethodName = Literal["exact", "rk45", "implicit"]
 
 # Dormand and Prince's result of order 5 by ascending powers of z: the series of exp up to z^5, and then 1/600.
 RK45 = np.array([1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 600.0])
 # Radau IIA with five stages: the Padé approximation of exp with degrees 4 and 5 (Hairer & Wanner, IV.3 and IV.5).
-IMPLICIT_ABOVE = np.array([1.0, 4.0 / 9.0, 1.0 / 12.0, 1.0 / 126.0, 1.0 / 3024.0])
-IMPLICIT_BELOW = np.array([1.0, -5.0 / 9.0, 5.0 / 36.0, -5.0 / 252.0, 5.0 / 3024.0, -1.0 / 15120.0])
+IMPLICIT_NUMERATOR = np.array([1.0, 4.0 / 9.0, 1.0 / 12.0, 1.0 / 126.0, 1.0 / 3024.0])
+IMPLICIT_DENOMINATOR = np.array([1.0, -5.0 / 9.0, 5.0 / 36.0, -5.0 / 252.0, 5.0 / 3024.0, -1.0 / 15120.0])
 
-# Real parts up to this part of |λ| are rounding. Springs and dampers feed no motion, so no real part is above zero.
+# Of |λ|: a smaller real part is rounding. No real part is above zero, for springs and dampers feed in no energy.
 UNDAMPED = 1e-12
 
 
-def amplification(method: MethodName, z: ArrayLike) -> Complex:
-    """R(z) of a method, of the shape of z = h λ; z: complex, without unit."""
+def stability_function(method: MethodName, z: ArrayLike) -> NDArray[np.complex128]:
+    """R(z) of a method, of the shape of z = h λ (complex, without unit)."""
     z = np.asarray(z, dtype=np.complex128)
     if method == "exact":
         return np.asarray(np.exp(z))
     if method == "rk45":
         return np.asarray(polyval(z, RK45))
-    return np.asarray(polyval(z, IMPLICIT_ABOVE) / polyval(z, IMPLICIT_BELOW))
+    return np.asarray(polyval(z, IMPLICIT_NUMERATOR) / polyval(z, IMPLICIT_DENOMINATOR))
 
 
 def longest_stable_steps(eigenvalues: ArrayLike) -> Array:
-    """Step of rk45 up to which every step is stable, s, for each eigenvalue, (m,) 1/s; inf for zero.
+    """The longest stable step of rk45 for each eigenvalue: (m,) s for (m,) 1/s; inf for an eigenvalue of zero.
 
     |R(ρ e^(iθ))|² - 1 is a polynomial in ρ = h |λ|, of which this is the first zero; in the left half plane no
     longer step is stable again. Raises ValueError for a real part above zero.
     """
     values = np.atleast_1d(np.asarray(eigenvalues, dtype=np.complex128))
-    return np.array([_limit(value) for value in values])
+    return np.array([_longest_stable_step(value) for value in values])
 
 
-def _limit(value: complex) -> float:
+def _longest_stable_step(value: complex) -> float:
     size = abs(value)
     if size == 0.0:
         return np.inf
@@ -58,7 +57,7 @@ def _limit(value: complex) -> float:
     angle = np.pi - np.arccos(min(decay, 1.0))
     terms = RK45 * np.exp(1j * angle * np.arange(RK45.size))
     squared = np.convolve(terms, terms.conj()).real
-    # Up to the order of the method these are the series of exp(-2 decay ρ), here without the rounding of the sums.
+    # Up to the order of the method those are the series of exp(-2 decay ρ): without the rounding of the sums.
     for power in range(6):
         squared[power] = squared[power - 1] * -2.0 * decay / power if power else 1.0
     squared[0] = 0.0
@@ -68,15 +67,15 @@ def _limit(value: complex) -> float:
     return float(real.min()) / size
 
 
-def per_period(method: MethodName, steps: float, damping_ratio: float = 0.0) -> tuple[float, float]:
-    """Error of a method over one period of a mode: amplitude lost and phase gained.
+def error_per_period(method: MethodName, steps: float, damping_ratio: float = 0.0) -> tuple[float, float]:
+    """Numerical damping and phase error of a method over one period of a mode, compared with the exact solution.
 
-    steps         per period of the damped vibration
-    damping_ratio below 1
+    steps          per period of the damped vibration
+    damping_ratio  of the mode, below 1
 
-    Returns the part of the amplitude that is lost (below 0: gained), and the phase in rad by which it leads.
+    Returns the part of the amplitude that the method takes away (negative: adds), and its phase lead [rad].
     """
     turn = 2.0 * np.pi / steps
     z = complex(-turn * damping_ratio / np.sqrt(1.0 - damping_ratio**2), turn)
-    ratio = steps * np.log(amplification(method, z) / np.exp(z))
+    ratio = steps * np.log(stability_function(method, z) / np.exp(z))
     return float(-np.expm1(ratio.real)), float(ratio.imag)

@@ -1,0 +1,11 @@
+"""Exit codes of the command line: 0 success, 1 the computation failed, 2 the input was refused."""
+
+from __future__ import annotations
+
+import click
+
+
+class InputError(click.ClickException):
+    """Input that cannot be used."""
+
+    exit_code = 2

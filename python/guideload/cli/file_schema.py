@@ -1,0 +1,71 @@
+"""The JSON schema of machine and study files, from the models that check them."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import BaseModel
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+BOUNDS = {"above": "exclusiveMinimum", "least": "minimum", "most": "maximum"}
+
+
+class FileSchema(GenerateJsonSchema):
+    """Every float may also be text with a unit. Unit and bounds are those that the field's validator checks."""
+
+    def float_schema(self, schema: Any) -> JsonSchemaValue:
+        return {"type": ["number", "string"]}
+
+    def any_schema(self, schema: Any) -> JsonSchemaValue:
+        return {"type": ["number", "string"]}
+
+    def nullable_schema(self, schema: Any) -> JsonSchemaValue:
+        return self.generate_inner(schema["schema"])  # TOML has no null: the key is left out instead
+
+    def default_schema(self, schema: Any) -> JsonSchemaValue:
+        json_schema = super().default_schema(schema)
+        default = json_schema.get("default")
+        if default is None or isinstance(default, dict):
+            json_schema.pop("default", None)
+        return json_schema
+
+    def field_title_should_be_set(self, schema: Any) -> bool:
+        return False
+
+    def function_before_schema(self, schema: Any) -> JsonSchemaValue:
+        json_schema = super().function_before_schema(schema)
+        if json_schema.get("items") == {"type": "string"}:  # a single text stands for a list of one
+            return {"anyOf": [{"type": "string"}, json_schema]}
+        return json_schema
+
+    def function_plain_schema(self, schema: Any) -> JsonSchemaValue:
+        checks = getattr(schema["function"]["function"], "keywords", {})  # of a partial
+        bounds = {word: checks[key] for key, word in BOUNDS.items() if checks.get(key) is not None}
+        if "unit" in checks:
+            return {"type": ["number", "string"], "x-unit": checks["unit"], **bounds}
+        return {"type": "integer" if bounds else ["number", "string", "array"], **bounds}
+
+
+def file_schema(kind: Literal["machine", "study"]) -> dict[str, Any]:
+    """The schema of a machine or study file. Descriptions end in the SI unit of a plain number, as in [N/m]."""
+    model: type[BaseModel]
+    if kind == "machine":
+        from guideload.machine.machine import Machine as model
+    else:
+        from guideload.study.study import StudyFile as model
+    schema = model.model_json_schema(schema_generator=FileSchema)
+    _add_units(schema)
+    return {"$schema": DIALECT, **schema}
+
+
+def _add_units(node: Any) -> None:
+    if isinstance(node, dict):
+        unit = node.get("x-unit", "1")
+        if unit != "1":
+            node["description"] = f"{node.get('description', '')} [{unit}]".lstrip()
+        for child in node.values():
+            _add_units(child)
+    elif isinstance(node, list):
+        for child in node:
+            _add_units(child)

@@ -1,0 +1,89 @@
+"""The commands about a machine file: init, check, modes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from guideload.cli import options
+from guideload.cli.errors import InputError
+from guideload.cli.inputs import EXAMPLES, read_machine, read_motion
+from guideload.cli.outputs import picture_draft, unwritable
+from guideload.cli.terminal import output_encoding, print_text
+
+
+@click.command()
+@click.argument("path", type=options.InputFile, required=False)
+@click.option(
+    "--study", is_flag=True, help="Write a study.toml: the loads of machine.toml with parameters that vary."
+)
+def init(path: Path | None, study: bool) -> None:
+    """Write a commented machine.toml, or study.toml, to fill in."""
+    name = "study.toml" if study else "machine.toml"
+    path = path or Path(name)
+    template = (EXAMPLES / name).read_text(encoding="utf-8")
+    if study:  # the example names the packaged machine and trace
+        template = template.replace('"manipulator.toml"', '"machine.toml"')
+        template = template.replace('"manipulator.csv"', '"trace.csv"')
+    try:
+        with path.open("x", encoding="utf-8", newline="\n") as file:
+            file.write(template)
+    except FileExistsError:
+        option = " --study" if study else ""
+        raise InputError(
+            f"{path} exists and is left as it is; give another name: guideload init NAME.toml{option}"
+        ) from None
+    except OSError as error:
+        raise unwritable(path, error) from None
+    if study:
+        beside = "put machine.toml (`guideload init` writes one) and trace.csv, a measured motion, beside it"
+        print_text(f"Wrote {path}. Fill it in and {beside}, then: guideload study {path} -o out/")
+    else:
+        print_text(f"Wrote {path}. Fill it in, then: guideload check {path}")
+
+
+@click.command()
+@options.machine_argument
+@options.optional_trace_argument
+@options.trace_options
+def check(machine_file: Path, trace_file: Path | None, **reading: Any) -> None:
+    """Check a machine, and a trace, and show how they were read.
+
+    With a trace also: which of the machine's modes the trace can show.
+    """
+    from guideload.reports.machine import machine_report
+
+    machine = read_machine(machine_file)
+    print_text(machine_report(machine, encoding=output_encoding()))
+    if trace_file is not None:
+        from guideload.motion.resolution import TraceResolution
+        from guideload.reports.result import motion_report
+        from guideload.reports.trace import resolution_report
+
+        motion = read_motion(trace_file, machine, **reading)
+        print_text(motion_report(motion, encoding=output_encoding()))
+        resolution = TraceResolution.of_motion(machine, motion)
+        print_text("\n" + resolution_report(resolution, encoding=output_encoding()))
+
+
+@click.command()
+@options.machine_argument
+@options.picture_option
+@options.overwrite_picture_option
+def modes(machine_file: Path, output: Path | None, overwrite: bool) -> None:
+    """Show natural frequencies, damping ratios and mode shapes."""
+    from guideload.machine.modes import Modes
+    from guideload.reports.machine import modes_report
+
+    with picture_draft(output, overwrite, machine_file) as draft:
+        machine = read_machine(machine_file)
+        found = Modes.of(machine)
+        if draft is not None:
+            from guideload import plots
+
+            plots.save(plots.modes(machine, found)[0], draft)
+    print_text(modes_report(machine, found, encoding=output_encoding()))
+    if output is not None:
+        print_text(f"Wrote {output}.")

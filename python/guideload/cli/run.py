@@ -1,0 +1,145 @@
+"""The commands that compute loads: run, and demo on the packaged example."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from guideload.cli import options
+from guideload.cli.inputs import EXAMPLES, read_machine, read_motion
+from guideload.cli.outputs import FORMATS, PICTURES, atomic_output, require_free, write_errors, write_manifest
+from guideload.cli.terminal import output_encoding, print_text, status
+
+if TYPE_CHECKING:
+    from guideload.simulation.result import Result
+    from guideload.simulation.simulation import Method
+
+METHODS = ("auto", "exact", "rk45", "implicit")
+PAPER_DOFS = ("rx", "ry", "rz")
+
+
+@contextmanager
+def no_garbage_collection() -> Iterator[None]:
+    """Switch off the search for cyclic garbage: while modules are imported it takes 0.1 s and finds none."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
+
+
+@click.command()
+@options.folder_option(default=Path("guideload-demo"), show_default=True)
+@options.no_pictures_option
+@options.overwrite_option
+def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
+    """Run the packaged example.
+
+    It runs twice: with all dofs that the guides carry, and with the dofs of the paper, which holds y and z of L. That
+    hides the weight from the guides: the tables of peaks show both.
+    """
+    from guideload.reports.result import comparison
+    from guideload.simulation.simulation import simulate
+
+    names = _file_names("netcdf", not no_pictures)
+    require_free(output, {"guides": names, "paper": names}, overwrite)
+    results = {}
+    with atomic_output(output) as folder:
+        with status("reading the example"):
+            machine = read_machine(EXAMPLES / "manipulator.toml")
+            motion = read_motion(EXAMPLES / "manipulator.csv", machine)
+        for name, with_dofs in (("guides", machine), ("paper", machine.with_free(PAPER_DOFS))):
+            with status(f"computing the loads, {name}"):
+                results[name] = simulate(with_dofs, motion)
+            _write(results[name], folder / name, "netcdf", not no_pictures, output / name)
+    titles = {"All dofs that the guides carry": results["guides"], "The paper's dofs": results["paper"]}
+    print_text(comparison(titles, encoding=output_encoding()))
+    print_text(
+        f"Loads, reports and pictures are in {output}: guides (all dofs) and paper (the paper's dofs)."
+    )
+
+
+@click.command()
+@options.machine_argument
+@options.trace_argument
+@options.folder_option(required=True)
+@click.option("--method", type=click.Choice(METHODS), default="auto", show_default=True)
+@options.rtol_option
+@click.option("--step", type=options.POSITIVE, help="Fixed step in seconds, for rk45 and implicit.")
+@options.free_option
+@click.option(
+    "--format", "file_format", type=click.Choice(list(FORMATS)), default="netcdf", show_default=True
+)
+@options.no_pictures_option
+@options.overwrite_option
+@options.trace_options
+@no_garbage_collection()
+def run(
+    machine_file: Path,
+    trace_file: Path,
+    output: Path,
+    method: Method,
+    rtol: float,
+    step: float | None,
+    free: str | None,
+    file_format: str,
+    no_pictures: bool,
+    overwrite: bool,
+    **reading: Any,
+) -> None:
+    """Compute the load of every carriage under a measured motion."""
+    from guideload.simulation.simulation import simulate
+
+    if step is not None and method in ("auto", "exact"):
+        raise click.UsageError(f"--step is for --method rk45 and implicit; {method} makes no step error")
+    names = _file_names(file_format, not no_pictures)
+    require_free(output, {"": names}, overwrite, inputs=(machine_file, trace_file))
+    with atomic_output(output) as folder:
+        with status("reading"):
+            machine = read_machine(machine_file, free)
+            motion = read_motion(trace_file, machine, **reading)
+        with status("computing the loads"):
+            result = simulate(machine, motion, method=method, rtol=rtol, step=step)
+        text = _write(result, folder, file_format, not no_pictures, output)
+    if (encoding := output_encoding()).lower() != "utf-8":  # that of the file; others lack characters
+        from guideload.reports.result import result_report
+
+        text = result_report(result, encoding=encoding)
+    print_text(text)
+    print_text(f"Wrote {output}.")
+
+
+def _file_names(file_format: str, pictures: bool) -> set[str]:
+    """The names of the files that `_write` may write."""
+    names = {FORMATS[file_format], "report.txt", *(PICTURES if pictures else ())}
+    return names | {"loads.json"} if file_format == "csv" else names
+
+
+def _write(result: Result, folder: Path, file_format: str, pictures: bool, output: Path) -> str:
+    """Write loads, report, pictures and manifest of a run; returns the report. output: the folder in messages."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    from guideload.reports.result import result_report
+
+    with write_errors(output):
+        folder.mkdir(exist_ok=True)
+        with status("writing the loads"), ThreadPoolExecutor(1) as pool:
+            _ = result.quantities  # computed once, for both of the following
+            report = pool.submit(result_report, result)  # computes the audit while the file is written
+            getattr(result, f"to_{file_format}")(folder / FORMATS[file_format])
+            text = report.result()
+            (folder / "report.txt").write_text(text, encoding="utf-8")
+        if pictures:
+            with status("drawing the pictures"):
+                from guideload import plots
+
+                plots.save_all(result, folder)
+        write_manifest(folder)
+    return text

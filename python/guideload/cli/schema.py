@@ -1,0 +1,19 @@
+"""The command `guideload schema`: the JSON schema of machine and study files, for editors."""
+
+from __future__ import annotations
+
+import json
+from typing import Literal
+
+import click
+
+
+@click.command()
+@click.argument("kind", type=click.Choice(["machine", "study"]))
+def schema(kind: Literal["machine", "study"]) -> None:
+    """Print the JSON schema of machine or study files, for completion and checks in an editor."""
+    from guideload.cli.file_schema import file_schema
+
+    click.echo(json.dumps(file_schema(kind), indent=2, ensure_ascii=False))
+    click.echo(f"Saved as {kind}.schema.json, it is used by a file whose first row is:", err=True)
+    click.echo(f"#:schema {kind}.schema.json", err=True)

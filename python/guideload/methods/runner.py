@@ -1,0 +1,224 @@
+"""Runs every method over its tolerances and fixed steps, times it, and compares its loads with a reference."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from itertools import zip_longest
+from time import perf_counter
+
+import numpy as np
+
+from guideload._core import Solution
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError, GuideloadError, RunError
+from guideload.machine.laws import NO_EXACT
+from guideload.machine.machine import Machine
+from guideload.methods.diagram import AUTO_RTOL, Reference, Row, Setting, WorkPrecision, pareto_optimal
+from guideload.methods.error_metric import ErrorMetric, difference
+from guideload.motion.motion import Motion
+from guideload.simulation.simulation import simulate
+
+RTOLS = tuple(float(f"1e-{digits}") for digits in range(3, 13))
+STEPS_PER_SAMPLE = (1, 2, 4, 8, 16, 32)  # fixed steps; a longer one would be cut at every sample
+# Tried in this order for the reference and its check: of each method the tightest tolerance that it can meet.
+REFERENCE_SETTINGS = (
+    (Setting("exact"),),
+    (Setting("implicit", "rtol", 1e-13), Setting("implicit", "rtol", 1e-12)),
+    (Setting("rk45", "rtol", 1e-13), Setting("rk45", "rtol", 1e-12)),
+)
+ROUNDING = 1e-12  # of the largest load: a dynamic load below it is rounding
+MOST_REPETITIONS = 15  # give a median that is known to some percent; more would only take longer
+
+
+def work_precision(machine: Machine, motion: Motion, *, budget: float = 20.0) -> WorkPrecision:
+    """Run every method over its range of tolerances and fixed steps, and compare the loads with a reference.
+
+    budget  time that all runs together may take [s]. The reference is computed however long it takes. Then every
+            setting runs once, the coarse ones of all methods first, except those that the time left does not
+            suffice for; and then again as often as the time allows. A run that has begun is not cut short.
+
+    A method that fails has a row that says why. Raises RunError if no method gives a reference; ArgumentError and
+    TypeError for arguments that cannot be used; SceneError for an unsupported body.
+    """
+    if isinstance(budget, bool) or not isinstance(budget, int | float) or not 0.0 < budget < np.inf:
+        raise ArgumentError(f"budget: expected a number > 0, in s, got {budget!r}")
+    deadline = perf_counter() + budget
+    auto_method, auto_reason = _auto(machine, motion)
+    reference, loads, metric = _reference(machine, motion)
+    runner = _Runner(machine, motion, metric, loads, reference, float(budget), deadline)
+    curves = _curves(motion)
+    for settings in zip_longest(*curves):
+        for setting in filter(None, settings):
+            runner.run(setting)
+    repetitions = runner.repeat()
+    rows = [runner.timed_row(setting) for curve in curves for setting in curve]
+    return WorkPrecision(
+        machine=machine,
+        rows=tuple(replace(row, pareto_optimal=pareto_optimal(row, rows)) for row in rows),
+        reference=reference,
+        error_metric=metric.text,
+        auto_method=auto_method,
+        auto_reason=auto_reason,
+        samples=motion.time.size,
+        duration=float(np.ptp(motion.time)),
+        repetitions=repetitions,
+        budget=float(budget),
+    )
+
+
+def solve(machine: Machine, motion: Motion, setting: Setting) -> Solution:
+    """One run of the core, without the checks and labels of `simulate`."""
+    return machine.scene.solve(
+        motion.time,
+        motion.acceleration,
+        motion.wrench,
+        method=setting.method,
+        rtol=AUTO_RTOL if setting.kind != "rtol" or setting.value is None else setting.value,
+        step=setting.value if setting.kind == "step" else None,
+    )
+
+
+def _auto(machine: Machine, motion: Motion) -> tuple[str | None, str]:
+    """The method that `auto` picks and why; None, and the reason, if it fails."""
+    try:
+        result = simulate(machine, motion, rtol=AUTO_RTOL)
+    except RunError as error:
+        return None, str(error)
+    return result.method, result.reason
+
+
+def _curves(motion: Motion) -> list[list[Setting]]:
+    """The settings of each curve of the diagram, from coarse to fine."""
+    intervals = np.diff(motion.time)
+    intervals = intervals[intervals > 0.0]
+    interval = float(np.median(intervals)) if intervals.size else None
+    steps = [] if interval is None else [interval / steps for steps in STEPS_PER_SAMPLE]
+    return [
+        [Setting("exact")],
+        *([Setting(method, "rtol", rtol) for rtol in RTOLS] for method in ("implicit", "rk45")),
+        *([Setting(method, "step", step) for step in steps] for method in ("implicit", "rk45")),
+    ]
+
+
+def _reference(machine: Machine, motion: Motion) -> tuple[Reference, Array, ErrorMetric]:
+    """The reference, its loads [N], and which loads these are."""
+    problems: list[str] = []
+    runs: list[tuple[Setting, Array]] = []
+    metric: ErrorMetric | None = None
+    for settings in REFERENCE_SETTINGS:
+        for setting in settings if len(runs) < 2 else ():
+            try:
+                solution = solve(machine, motion, setting)
+            except GuideloadError as error:
+                problems.append(f"{setting.text}: {error}")
+                continue
+            metric = metric or ErrorMetric.choose(machine, solution)
+            runs.append((setting, metric.loads(solution)))
+            break
+    if metric is None:
+        raise RunError(f"no method gives a reference for the chart. {'. '.join(problems)}")
+    (setting, loads), *checks = runs
+    largest = float(np.abs(loads).max(initial=0.0))
+    dynamic = difference(loads, metric.static)
+    rounding = float(np.finfo(float).eps) * largest
+    reference = Reference(
+        setting=setting,
+        check=checks[0][0] if checks else None,
+        largest_load=largest,
+        largest_dynamic=dynamic if dynamic > ROUNDING * largest else None,
+        limit=max(difference(checks[0][1], loads), rounding) if checks else None,
+        problems=tuple(problems),
+    )
+    return reference, loads, metric
+
+
+@dataclass(eq=False)
+class _Runner:
+    """Runs settings until the deadline, compares their loads with the reference, and records their times."""
+
+    machine: Machine
+    motion: Motion
+    metric: ErrorMetric
+    expected: Array  # loads of the reference [N]
+    reference: Reference
+    budget: float  # s
+    deadline: float  # of perf_counter [s]
+    rows: dict[Setting, Row] = field(default_factory=dict)
+    times: dict[Setting, list[float]] = field(
+        default_factory=dict
+    )  # s; settings of the same run share one list
+    # Of each curve the last setting, and the time that it took, or was predicted to take [s].
+    last: dict[tuple[str, str | None], tuple[Setting, float]] = field(default_factory=dict)
+
+    def run(self, setting: Setting) -> None:
+        """Run a setting once; its row has the errors, or says why it failed or was skipped."""
+        if setting.method == "exact" and self.machine.model_level == "smooth nonlinear":
+            self.rows[setting] = Row(setting, failed=NO_EXACT)
+            return
+        predicted, left = self._predicted(setting), self.deadline - perf_counter()
+        if predicted >= left:
+            self.rows[setting] = Row(setting, failed=self._skipped(predicted, left))
+            self.last[setting.curve] = setting, predicted
+            return
+        began = perf_counter()
+        try:
+            solution = solve(self.machine, self.motion, setting)
+            loads = self.metric.loads(solution)
+        except GuideloadError as error:
+            self.rows[setting] = Row(setting, failed=str(error))
+            self.last[setting.curve] = setting, perf_counter() - began
+            return
+        seconds = perf_counter() - began
+        self.last[setting.curve] = setting, seconds
+        row = self._compared(setting, solution, loads)
+        same = (times for other, times in self.times.items() if row.same_run(self.rows[other]))
+        self.times[setting] = next(same, [])
+        self.times[setting].append(seconds)
+        self.rows[setting] = row
+
+    def repeat(self) -> int:
+        """Run everything that ran once more, in rounds, while time is left; returns how often each ran at least."""
+        runs = {id(times): (setting, times) for setting, times in self.times.items()}
+        for repetitions in range(1, MOST_REPETITIONS):
+            if perf_counter() + sum(max(times) for _, times in runs.values()) > self.deadline:
+                return repetitions
+            for setting, times in runs.values():
+                began = perf_counter()
+                self.metric.loads(solve(self.machine, self.motion, setting))
+                times.append(perf_counter() - began)
+        return MOST_REPETITIONS
+
+    def timed_row(self, setting: Setting) -> Row:
+        """The row of a setting, with its time if it ran."""
+        if setting not in self.times:
+            return self.rows[setting]
+        times = self.times[setting]
+        low, middle, high = (float(quartile) for quartile in np.percentile(times, (25, 50, 75)))
+        return replace(self.rows[setting], seconds=middle, spread=high - low if len(times) > 1 else None)
+
+    def _predicted(self, setting: Setting) -> float:
+        """Time of a run [s], from that of the setting before it on the curve; 0 for the first."""
+        before, seconds = self.last.get(setting.curve, (setting, 0.0))
+        if setting.kind == "step" and setting.value and before.value:
+            return seconds * before.value / setting.value
+        return seconds
+
+    def _skipped(self, predicted: float, left: float) -> str:
+        """Why a run of a predicted time [s] was not begun."""
+        if left <= 0.0:
+            return f"skipped: the budget of {self.budget:g} s is used up"
+        return f"skipped: it would take about {predicted:.2g} s, and {left:.2g} s of the {self.budget:g} s are left"
+
+    def _compared(self, setting: Setting, solution: Solution, loads: Array) -> Row:
+        """The row of a run without its time."""
+        limit, distance = self.reference.limit or 0.0, difference(loads, self.expected)
+        error = max(distance, limit)
+        return Row(
+            setting,
+            steps=solution.steps,
+            rejected=solution.rejected,
+            error=error,
+            load_error=self.reference.over_load(error),
+            dynamic_error=self.reference.over_dynamic(error),
+            below_reference=distance <= limit,
+        )

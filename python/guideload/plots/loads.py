@@ -1,0 +1,250 @@
+"""Pictures over time: the paper's figures 7 to 11, the resultant loads, and the moments of the carriages."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from guideload.audit.checks import share_of_time
+from guideload.base.numbers import joined, load_with_unit, percent
+from guideload.base.units import factor
+from guideload.motion.uncertainty import COVER
+from guideload.plots.style import (
+    DASHED,
+    GREY,
+    INK,
+    axes_or_new,
+    carriage_look,
+    legend_beside,
+    look,
+    new_figure,
+    run_title,
+    set_run_title,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from guideload.base.arrays import Array
+    from guideload.simulation.result import Result
+
+# Heights as parts of the axes' height: a bar that marks lost contact with the gap above it, and all bars at most.
+BAR, ALL_BARS = 0.025, 0.2
+BAND_ALPHA = 0.25
+SMALLEST_SPAN = 0.02  # of the largest value: a ripple below it does not fill the picture's height
+ROUNDING = 1e-6  # of the largest resultant
+
+
+def motor_speed(result: Result, ax: Axes | None = None) -> Axes:
+    """Measured speed of the motor in turns per minute over time (paper, figure 7).
+
+    A motion without motor speed is shown by the cart's velocity along the rails, or else by its acceleration;
+    title and label say so.
+    """
+    data = result.data
+    if "motor_speed" in data:
+        title = "Motor speed"
+        values, label = data["motor_speed"].values / factor("rpm", "rad/s"), "motor speed n$_M$ [1/min]"
+    elif "cart_velocity" in data:
+        title = "Cart velocity (the motion has no motor speed)"
+        values, label = data["cart_velocity"].sel(axis="x").values, "velocity along x [m/s]"
+    else:
+        title = "Cart acceleration (the motion has neither motor speed nor velocity)"
+        values, label = data["cart_acceleration"].sel(axis="x").values, "acceleration [m/s²]"
+    with look():
+        ax = axes_or_new(ax, 7.5, 2.6)
+        ax.plot(data["time"].values, values, color=INK)
+        ax.axhline(0, color=GREY, linewidth=0.7, zorder=1)
+        ax.set(title=title, xlabel="time [s]", ylabel=label)
+        _limit_zoom(ax, values)
+    return ax
+
+
+def load_y(result: Result, carriage: str, ax: Axes | None = None) -> Axes:
+    """Force of the body on one carriage along y in newtons over time (paper, figures 8 and 10).
+
+    A bar along the time axis marks where a link of it along y has no contact, or one row open. If the motion
+    has an uncertainty, a pale area is the 95 % band of the load at each instant. Raises ValueError if there is no
+    such carriage.
+    """
+    return _load(result, carriage, "y", ax)
+
+
+def load_z(result: Result, carriage: str, ax: Axes | None = None) -> Axes:
+    """Force of the body on one carriage along z in newtons over time (paper, figures 9 and 11); see `load_y`."""
+    return _load(result, carriage, "z", ax)
+
+
+def paper_figures(result: Result) -> list[Axes]:
+    """The paper's figures 7 to 11 on one sheet: the motor speed, below it the y and z load of each carriage.
+
+    Returns the axes in that order: motor speed, y and z of the first carriage, y and z of the second, ...
+    """
+    carriages = [str(name) for name in result.data["carriage"].values]
+    with look():
+        figure = new_figure(12.0, 1.0 + 2.1 * (1 + len(carriages)))
+        grid = figure.add_gridspec(1 + len(carriages), 2)
+        sheet = [motor_speed(result, figure.add_subplot(grid[0, :]))]
+        for row, carriage in enumerate(carriages, start=1):
+            for column, axis in enumerate("yz"):
+                ax = figure.add_subplot(grid[row, column], sharex=sheet[0])
+                sheet.append(_load(result, carriage, axis, ax))
+        for ax in sheet[1:-2]:
+            ax.set_xlabel("")
+        figure.suptitle(run_title(result), parse_math=False)
+    return sheet
+
+
+def resultant(result: Result, ax: Axes | None = None) -> Axes:
+    """Resultant load sqrt(Fy² + Fz²) of every carriage in newtons over time; static levels as thin lines.
+
+    Bars along the time axis mark where a link of a carriage has no contact, or one row open. If the motion has an
+    uncertainty, pale areas are the 95 % bands of the loads at each instant.
+    """
+    static = result.data["static_force"].sel(axis=["y", "z"]).transpose("carriage", "axis").values
+    loads, static_level = result.data["resultant"].values, np.linalg.norm(static, axis=1)
+    with look():
+        ax = axes_or_new(ax, 9.0, 4.4)
+        ax.set_ylabel("√(F$_y$² + F$_z$²) [N]")
+        set_run_title(ax, result, "Resultant load of the carriages")
+        _draw_carriages(ax, result, loads, static_level, "resultant_sd", "N")
+    return ax
+
+
+def moments(result: Result, ax: Axes | None = None) -> Axes:
+    """Magnitude of the moment about its centre of every carriage in N m over time; static levels as thin lines.
+
+    The two ends of a long carriage take the body's pitch by opposite forces, which cancel in the carriage's force
+    and add up in its moment. Pale areas: 95 % bands, if the motion has an uncertainty.
+    """
+    moment = result.data["moment"].transpose("time", "carriage", "axis").values
+    static = result.data["static_moment"].transpose("carriage", "axis").values
+    magnitude, static_level = np.linalg.norm(moment, axis=2), np.linalg.norm(static, axis=1)
+    with look():
+        ax = axes_or_new(ax, 9.0, 4.4)
+        ax.set_ylabel("√(M$_x$² + M$_y$² + M$_z$²) [N m]")
+        set_run_title(ax, result, "Moments of the carriages about their centres")
+        _draw_carriages(ax, result, magnitude, static_level, "moment_magnitude_sd", "N m")
+    return ax
+
+
+def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
+    data = result.data
+    names = [str(name) for name in data["carriage"].values]
+    if carriage not in names:
+        raise ValueError(f"no carriage {carriage!r}: the result has {joined(repr(name) for name in names)}")
+    index = names.index(carriage)
+    color = carriage_look(index).color
+    time, here = data["time"].values, {"carriage": carriage, "axis": axis}
+    load, static = data["force"].sel(here).values, float(data["static_force"].sel(here))
+    peak = int(np.abs(load).argmax())
+    contact = result.audit.contact
+    links = result.machine.links_of_carriages[index]["yz".index(axis) :: 2]
+    lost = contact.lost_by(links)
+    with look():
+        ax = axes_or_new(ax, 7.5, 2.8)
+        ax.plot(time, load, color=color)
+        if "force_sd" in data:
+            deviation = data["force_sd"].sel(here).values
+            _draw_band(ax, time, load, deviation, color, BAND_ALPHA, _band_label(deviation))
+        ax.axhline(
+            static, color=INK, linewidth=0.8, linestyle=DASHED, label=f"static {load_with_unit(static)}"
+        )
+        label = f"peak {load_with_unit(load[peak])} at {time[peak]:.2f} s"
+        ax.plot(time[peak], load[peak], "o", color=color, markersize=5, clip_on=False, label=label)
+        ax.set(xlabel="time [s]", ylabel=f"load F$_{axis}$ [N]")
+        ax.set_title(f"Carriage {carriage}, {axis}", pad=22, parse_math=False)  # room for the legend
+        _limit_zoom(ax, load, float(data["resultant"].max()))
+        if lost.any():
+            share = percent(float(share_of_time(time, lost[:, None])[0]))
+            _mark_lost(ax, time, lost, color, label=f"{contact.words(links)} {share} of the time")
+        ax.legend(
+            loc="lower right",
+            bbox_to_anchor=(1, 1),
+            borderaxespad=0.2,
+            ncols=4,
+            columnspacing=1.2,
+            handlelength=1.4,
+        )
+    return ax
+
+
+def _draw_carriages(
+    ax: Axes, result: Result, loads: Array, static: Array, deviations: str, unit: str
+) -> None:
+    """Every carriage's load (time, carriage) with its band, static level (carriage,) and peak, from 0 up.
+
+    deviations: name of the loads' standard deviations, which the result lacks if its motion has no uncertainty.
+    """
+    time, carriages = result.data["time"].values, result.data["carriage"].values
+    for index, (name, load) in enumerate(zip(carriages, loads.T, strict=True)):
+        color, dash = carriage_look(index)
+        # Each line is thinner than the one before, so that equal loads of symmetric carriages are all visible.
+        width = 1.2 + 1.2 * (1 - (index + 1) / len(carriages))
+        label = f"{name}: peak {load_with_unit(load.max(), unit)}"
+        ax.plot(time, load, color=color, linestyle=dash, linewidth=width, label=label)
+        ax.axhline(static[index], color=color, linewidth=0.9, linestyle=DASHED, zorder=1.5)
+        peak = int(load.argmax())
+        ax.plot(time[peak], load[peak], "o", color=color, markersize=4, clip_on=False)
+        if deviations in result.data:
+            alpha = BAND_ALPHA / np.sqrt(len(carriages))  # bands of symmetric carriages cover each other
+            _draw_band(ax, time, load, result.data[deviations].values[:, index], color, alpha)
+    if deviations in result.data:
+        label = _band_label(result.data[deviations].values, unit)
+        ax.fill_between([], [], [], color=GREY, alpha=BAND_ALPHA, linewidth=0, label=label)
+    ax.plot([], [], color=GREY, linewidth=0.9, linestyle=DASHED, label="static level")
+    ax.set_xlabel("time [s]")
+    _limit_zoom(ax, loads)
+    contact, links = result.audit.contact, result.machine.links_of_carriages
+    lost = [contact.lost_by(links_of_carriage) for links_of_carriage in links]
+    marked = [index for index, flags in enumerate(lost) if flags.any()]
+    height = min(BAR, ALL_BARS / max(len(marked), 1))
+    strip = height * len(marked)
+    ax.set_ylim(bottom=-strip / (1 - strip) * ax.get_ylim()[1])  # the bars are below zero
+    for row, index in enumerate(reversed(marked)):  # from the axis up, in the legend's order
+        _mark_lost(ax, time, lost[index], carriage_look(index).color, row * height, height)
+    if marked:
+        ax.plot([], [], color=GREY, linewidth=4, label=contact.words(np.concatenate(links)))
+    legend_beside(ax, "carriage")
+
+
+def _band_label(deviation: Array, unit: str = "N") -> str:
+    """Names the largest half width, for most bands are thinner than the line on top of them."""
+    return f"95 % band, up to ±{load_with_unit(COVER * float(deviation.max(initial=0.0)), unit)}"
+
+
+def _draw_band(
+    ax: Axes, time: Array, load: Array, deviation: Array, color: str, alpha: float, label: str = ""
+) -> None:
+    """The 95 % band of a load, from its standard deviation."""
+    low, high = load - COVER * deviation, load + COVER * deviation
+    ax.fill_between(time, low, high, color=color, alpha=alpha, linewidth=0, zorder=1.8, label=label)
+
+
+def _mark_lost(
+    ax: Axes,
+    time: Array,
+    lost: NDArray[np.bool_],
+    color: str,
+    low: float = 0.0,
+    height: float = BAR,
+    label: str = "",
+) -> None:
+    """A thin bar along the time axis where contact is lost; low, height: parts of the axes' height, gap included.
+
+    It begins one sample early, so that a single sample without contact is visible.
+    """
+    shown = lost | np.append(lost[1:], False)
+    edge, high = ax.get_xaxis_transform(), low + 0.7 * height
+    ax.fill_between(time, low, high, where=shown, transform=edge, color=color, linewidth=0.5, label=label)
+
+
+def _limit_zoom(ax: Axes, values: Array, scale: float = 0.0) -> None:
+    """Widen limits that would make a ripple, or rounding of loads of size `scale`, fill the picture's height."""
+    least = max(SMALLEST_SPAN * float(np.abs(values).max(initial=0.0)), ROUNDING * scale) or 1.0
+    low, high = ax.get_ylim()
+    if high - low < least:
+        middle = (low + high) / 2
+        ax.set_ylim(middle - least / 2, middle + least / 2)

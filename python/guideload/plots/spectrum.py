@@ -1,0 +1,117 @@
+"""The spectrum of the dynamic loads, with the natural frequencies."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
+
+from guideload.audit.checks import uniform
+from guideload.plots.style import (
+    PALE,
+    axes_or_new,
+    carriage_look,
+    legend_beside,
+    look,
+    set_run_title,
+    write_instead,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from guideload.base.arrays import Array
+    from guideload.simulation.result import Result
+
+BANDS_PER_OCTAVE = 12
+DYNAMIC_RANGE = 1e-6  # of the peak: below it rounding noise would fill the picture
+LABEL_HEIGHT = 0.022  # of the width of the frequency axis, that of a label on its side
+
+
+def spectrum(result: Result, ax: Axes | None = None) -> Axes:
+    """Spectral density of the dynamic load of every carriage, in N/√Hz over Hz, with the natural frequencies.
+
+    The lines are the square root of `load_density`, averaged in bands of 1/12 octave: the area under the square of
+    a line between two frequencies is the mean square of the load there.
+    """
+    data = result.data
+    with look():
+        ax = axes_or_new(ax, 9.0, 4.6)
+        set_run_title(ax, result, "Spectrum of the dynamic loads")
+        if np.ptp(data["time"].values) == 0.0:
+            return write_instead(ax, "a single instant has none")
+        frequency, density, _ = octave_bands(*load_density(result))
+        amplitude = np.sqrt(density)
+        for index, name in enumerate(data["carriage"].values):
+            color, dash = carriage_look(index)
+            # Each line is thinner than the one before, so that equal spectra of symmetric carriages are all visible.
+            width = 1.1 + 2.4 * (1 - (index + 1) / data.sizes["carriage"])
+            line = {"color": color, "linestyle": dash, "linewidth": width}
+            ax.plot(frequency, amplitude[:, index], label=str(name), **line)
+        ax.set(xscale="log", xlabel="frequency [Hz]", ylabel="dynamic load, y and z together [N/√Hz]")
+        top = float(amplitude.max(initial=0.0))
+        if top > 0:
+            bottom = max(float(amplitude[amplitude > 0].min()), top * DYNAMIC_RANGE)
+            ax.set(yscale="log", ylim=(bottom / 2, top * 2))
+        ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        ax.xaxis.set_minor_formatter(NullFormatter())
+        ax.xaxis.set_minor_locator(LogLocator(subs=range(2, 10)))
+        _mark_modes(ax, result.modes.frequency)
+        legend_beside(ax, "carriage")
+    return ax
+
+
+def load_density(result: Result) -> tuple[Array, Array]:
+    """One-sided power spectral density of the dynamic load of every carriage.
+
+    The dynamic load is the force minus its static value; the densities of its y and z components are added,
+    so that the choice of y and z does not matter. No window is used: the record starts in static equilibrium,
+    where the dynamic load is zero (one that ends far from it leaks as 1/f). Samples that are not uniform are first
+    interpolated linearly to the median step, which weakens the highest frequencies.
+
+    Returns
+    -------
+    frequency : ndarray, shape (frequency,) [Hz], from 1/duration up
+    density : ndarray, shape (frequency, carriage) [N²/Hz]; its sum times the line spacing is the variance
+    """
+    data = result.data
+    dynamic = (data["force"] - data["static_force"]).transpose("time", "carriage", "axis")
+    step, force = uniform(data["time"].values, dynamic.sel(axis=["y", "z"]).values)
+    count = len(force)
+    transform = np.fft.rfft(force, axis=0)[1:]
+    power = 2 * step / count * (transform.real**2 + transform.imag**2).sum(axis=-1)
+    if count % 2 == 0:
+        power[-1] /= 2  # the highest frequency of an even count has no mirror image to account for
+    return np.arange(1, power.shape[0] + 1) / (count * step), np.asarray(power, dtype=np.float64)
+
+
+def octave_bands(frequency: Array, density: Array) -> tuple[Array, Array, Array]:
+    """Mean of a density in bands of 1/12 octave; a line that has no other in its band is a band of its own.
+
+    Returns frequency (band,) [Hz], density (band, ...) and width (band,) [Hz]. The sum of density times width, the
+    mean square of the load, does not change.
+    """
+    band = np.floor(BANDS_PER_OCTAVE * np.log2(frequency / frequency[0]) + 1e-9)
+    starts = np.flatnonzero(np.diff(band, prepend=-1.0))
+    lines = np.diff(starts, append=frequency.size)
+    centers = np.add.reduceat(frequency, starts) / lines
+    means = np.add.reduceat(density, starts, axis=0) / lines[:, None]
+    return centers, means, lines * frequency[0]
+
+
+def _mark_modes(ax: Axes, frequencies: Array) -> None:
+    """Thin lines at the natural frequencies, labelled on the upper edge; neighbours share a label."""
+    low, high = ax.get_xlim()
+    shown = np.sort(frequencies[(frequencies > low) & (frequencies < high)])
+    for frequency in shown:
+        ax.axvline(frequency, color=PALE, linewidth=1.0, zorder=1)
+    gap = LABEL_HEIGHT * np.log(high / low)
+    groups = np.split(shown, np.flatnonzero(np.diff(np.log(shown)) > gap) + 1) if shown.size else []
+    edge = ax.secondary_xaxis("top")
+    edge.xaxis.set_minor_locator(NullLocator())
+    places = [float(np.exp(np.log(group).mean())) for group in groups]
+    labels = [", ".join(f"{frequency:.3g}" for frequency in group) + " Hz" for group in groups]
+    edge.set_xticks(places, labels, rotation=90)
+    edge.tick_params(length=0)
+    edge.spines["top"].set_visible(False)

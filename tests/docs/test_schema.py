@@ -1,0 +1,70 @@
+"""The JSON schema of machine and study files: the packaged examples are valid, what the program refuses is not."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+from jsonschema import Draft202012Validator
+
+from guideload.base.toml import tomllib
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.main import main
+
+FILES = {"machine.toml": "machine", "manipulator.toml": "machine", "study.toml": "study"}
+
+
+def schema(kind: str) -> Draft202012Validator:
+    printed = CliRunner().invoke(main, ["schema", kind], catch_exceptions=False)
+    Draft202012Validator.check_schema(json.loads(printed.stdout))
+    return Draft202012Validator(json.loads(printed.stdout))
+
+
+@pytest.mark.parametrize(("name", "kind"), FILES.items())
+def test_packaged_files_are_valid(name: str, kind: str) -> None:
+    values = tomllib.loads((EXAMPLES / name).read_text(encoding="utf-8"))
+    assert not list(schema(kind).iter_errors(values))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "kind"), [([], "machine"), (["--study"], "study")], ids=["machine", "study"]
+)
+def test_the_file_that_init_writes_is_valid(
+    arguments: list[str], kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    CliRunner().invoke(main, ["init", *arguments], catch_exceptions=False)
+    values = tomllib.loads((tmp_path / f"{kind}.toml").read_text(encoding="utf-8"))
+    assert not list(schema(kind).iter_errors(values))
+
+
+@pytest.mark.parametrize(
+    ("kind", "change"),
+    [
+        ("machine", {"gravitiy": [0, -9.81, 0]}),
+        ("machine", {"free": ["y", "w"]}),
+        ("machine", {"body": {"mass": "1 kg"}}),
+        (
+            "machine",
+            {"body": {"mass": 0, "center_of_mass": [0, 0, 0], "inertia": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}},
+        ),
+        ("machine", {"rails": [{"name": "1", "position": [0, 0, 0]}]}),
+        ("study", {"sample": 10}),
+        ("study", {"samples": 1.5}),
+        ("study", {"life": {"rating": "27 kN"}}),
+        ("study", {"vary": [{"path": "body.mass", "distribution": "gaussian"}]}),
+    ],
+    ids=str,
+)
+def test_what_the_program_refuses_is_not_valid(kind: str, change: dict[str, Any]) -> None:
+    name = {"machine": "manipulator.toml", "study": "study.toml"}[kind]
+    values = tomllib.loads((EXAMPLES / name).read_text(encoding="utf-8"))
+    assert list(schema(kind).iter_errors(values | change))
+
+
+def test_a_number_tells_its_unit_and_may_be_text() -> None:
+    length = schema("machine").schema["$defs"]["Carriage"]["properties"]["length"]
+    assert length["type"] == ["number", "string"]
+    assert length["description"].endswith("[m]")
+    assert length["exclusiveMinimum"] == 0
