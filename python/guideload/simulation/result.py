@@ -51,7 +51,7 @@ class Result:
 
     @classmethod
     def of_run(cls, run: Run) -> Result:
-        """The result of a run; its arrays are made when first used."""
+        """The result of a run; its arrays are computed when first used."""
         result = cls.__new__(cls)
         result.machine, result.method, result.reason = run.machine, run.method, run.reason
         result._run = run
@@ -135,7 +135,7 @@ class Result:
         files.write_csv(self._to_write(), path)
 
     def _to_write(self) -> Quantities:
-        """All quantities; those of `data` if it has been made, as the user may have changed it."""
+        """All quantities; those of `data` if it exists, because the user may have changed it."""
         return Quantities.of_dataset(self.data) if "data" in self.__dict__ else self.quantities
 
     @classmethod
