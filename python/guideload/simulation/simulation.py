@@ -40,9 +40,7 @@ def simulate(
 
     Raises SceneError (unsupported body), ArgumentError (method, rtol, step or times), RunError (with time and step).
     """
-    return Result.of_run(
-        _run(machine, motion, method, rtol, step, None if times is None else _instants(times))
-    )
+    return Result.of_run(_run(machine, motion, method, rtol, step, times))
 
 
 def peak_loads(
@@ -72,12 +70,12 @@ def peak_loads(
 
 
 def _run(
-    machine: Machine, motion: Motion, method: str, rtol: float, step: float | None, times: Array | None
+    machine: Machine, motion: Motion, method: str, rtol: float, step: float | None, times: ArrayLike | None
 ) -> Run:
     """A run, not solved yet, by the method that was asked for or chosen."""
     _require_kinds(machine, motion, rtol, step)
     chosen, reason = _chosen(machine, motion, method, step)
-    return Run(machine, motion, chosen, reason, rtol, step, times)
+    return Run(machine, motion, chosen, reason, rtol, step, None if times is None else _instants(times))
 
 
 def _require_kinds(machine: object, motion: object, rtol: object, step: object) -> None:
