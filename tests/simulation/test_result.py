@@ -37,7 +37,6 @@ from guideload import (
 from guideload import _core as core
 
 WRITERS = {"nc": Result.to_netcdf, "parquet": Result.to_parquet, "csv": Result.to_csv}
-OF_L = ("displacement", "velocity", "acceleration", "reaction")
 
 
 @cache
@@ -87,52 +86,49 @@ def rich_result() -> Result:
 # ---- labels, units, parts
 
 
-def test_labels() -> None:
-    data = rich_result().data
-    assert data["carriage"].values.tolist() == ["front, left", "rear [left]", "右"]
-    assert data["rail"].values.tolist() == ["l,1", 'r "2"', "spare"]
-    assert data["link"].values.tolist() == list(rich_machine().link_table().names)
-    assert data["axis"].values.tolist() == ["x", "y", "z"]
-    assert data["dof"].values.tolist() == list(ref.DOFS)
-    assert data["force"].dims == data["moment"].dims == ("time", "carriage", "axis")
-    assert data["link_load"].dims == ("time", "link")
-    assert data["rail_force"].dims == ("time", "rail", "axis")
-    assert data["resultant"].dims == ("time", "carriage")
-    for name in OF_L:
-        assert data[name].dims == ("time", "dof")
-    # Selection by label is selection by place.
-    assert np.array_equal(
-        data["force"].sel(carriage="rear [left]", axis="z").values, data["force"].values[:, 1, 2]
-    )
-
-
-UNITS = {
-    "force": "N",
-    "moment": "N m",
-    "link_load": "N",
-    "resultant": "N",
-    "cart_acceleration": "m/s2",
-    "cart_velocity": "m/s",
-    "cart_position": "m",
-    "motor_speed": "rad/s",
-    "time": "s",
-    "displacement": "m, m, m, rad, rad, rad",
-    "velocity": "m/s, m/s, m/s, rad/s, rad/s, rad/s",
-    "acceleration": "m/s2, m/s2, m/s2, rad/s2, rad/s2, rad/s2",
-    "reaction": "N, N, N, N m, N m, N m",
-    "wrench": "N, N, N, N m, N m, N m",
+LABELS = {
+    "carriage": ["front, left", "rear [left]", "右"],
+    "rail": ["l,1", 'r "2"', "spare"],
+    "link": list(rich_machine().link_table().names),
+    "axis": ["x", "y", "z"],
+    "dof": list(ref.DOFS),
+}
+SIX = {unit: ", ".join([unit] * 3 + [unit.replace("m", "rad")] * 3) for unit in ("m", "m/s", "m/s2")}
+WRENCH = "N, N, N, N m, N m, N m"
+# Dimensions beside time, and units; static values, parts and rails have the same.
+QUANTITIES = {
+    "force": (("carriage", "axis"), "N"),
+    "moment": (("carriage", "axis"), "N m"),
+    "resultant": (("carriage",), "N"),
+    "link_load": (("link",), "N"),
+    "cart_acceleration": (("axis",), "m/s2"),
+    "cart_velocity": (("axis",), "m/s"),
+    "cart_position": (("axis",), "m"),
+    "motor_speed": ((), "rad/s"),
+    "time": ((), "s"),
+    "displacement": (("dof",), SIX["m"]),
+    "velocity": (("dof",), SIX["m/s"]),
+    "acceleration": (("dof",), SIX["m/s2"]),
+    "reaction": (("dof",), WRENCH),
+    "wrench": (("dof",), WRENCH),
 }
 
 
-def test_every_quantity_has_its_unit_and_a_name_in_words() -> None:
+def test_every_quantity_has_its_labels_unit_and_a_name_in_words() -> None:
     data = rich_result().data
-    assert UNITS.keys() <= set(data.variables)
+    assert {name: data[name].values.tolist() for name in LABELS} == LABELS
+    assert QUANTITIES.keys() <= set(data.variables)
     for name, quantity in data.variables.items():
-        if name in data.coords and name != "time":
+        if name in LABELS:
             continue
         text = str(name).removeprefix("static_").removesuffix("_elastic").removesuffix("_damping")
-        assert quantity.attrs["units"] == UNITS[text.removeprefix("rail_")], name
-        assert quantity.attrs["long_name"]
+        dims, units = QUANTITIES[text.removeprefix("rail_")]
+        if "rail_" in text:
+            dims = ("rail", "axis")
+        assert quantity.dims == (dims if "static_" in str(name) else ("time", *dims)), name
+        assert quantity.attrs["units"] == units and quantity.attrs["long_name"], name
+    one = data["force"].sel(carriage="rear [left]", axis="z").values
+    assert np.array_equal(one, data["force"].values[:, 1, 2])
 
 
 def test_attributes_tell_what_was_run() -> None:
