@@ -9,45 +9,50 @@ Array = NDArray[np.float64]
 Groups = Sequence[NDArray[np.int64]]
 Vector = tuple[float, float, float]
 
-Cells = NDArray[np.uint32]
+Segments = NDArray[np.uint32]
 
-# Samples and what is assumed of their motion: step (n - 1,) between samples, > 0; value, variance (n,), samples and the
-# variances of their noise; mean (N,) and covariance (N, N) of the state before the first sample, N = 2 to 6: the value
-# and its derivatives, the next one white noise; cell (n - 1,) of each interval, and intensity of the noise per cell.
-Sampled = tuple[Array, Array, Array, Array, Array, Cells, Array]
+# Samples and their state-space model: step (n - 1,) between samples, > 0; value and variance (n,) of the samples and
+# of their measurement noise; mean (N,) and covariance (N, N) of the state before the first sample; segment (n - 1,)
+# of each interval; density (segments,) of the process noise. The state is the value and its derivatives, N = 2 to 6
+# numbers; the N-th derivative is white process noise.
+SampledModel = tuple[Array, Array, Array, Array, Array, Segments, Array]
 
-def motion_likelihood(given: Sampled) -> tuple[float, float]:
-    """Sum of ln F and of v^2/F over the innovations v and their variances F of a Kalman filter."""
+def motion_likelihood(given: SampledModel) -> tuple[float, float]:
+    """Sums of ln F and of v^2/F over the innovations v and their variances F of a Kalman filter."""
 
-def smooth_motion(given: Sampled) -> tuple[Array, Array, Array]:
-    """Given all samples: (n, 3) value and two derivatives, (n, 3) their variances, (n, 2) u and D.
+def smooth_motion(given: SampledModel) -> tuple[Array, Array, Array]:
+    """Posterior given all samples: (n, 3) value and two derivatives, (n, 3) their variances, (n, 2) u and D.
 
-    u/D is a sample less its estimate from all others, 1/D the variance of that.
+    u/D is the leave-one-out residual of a sample, 1/D its variance.
     """
 
 def adapt_motion(
-    given: Sampled, rounded: Array, quantum: float, level: float, rule: tuple[int, float, float, float]
+    given: SampledModel, rounded: Array, quantum: float, level: float, rule: tuple[int, float, float, float]
 ) -> tuple[Array, float, Array, Array, Array, Array]:
-    """Intensities of the cells, noise level, values and variances of the sites by likelihood, from those given on.
+    """Process-noise densities and measurement noise by likelihood, site approximations by expectation propagation.
 
-    rounded: the samples, rounded to `quantum` (0: not rounded) after noise of variance `level`. rule: rounds; the
-    intensity that each cell is drawn to, and how much, in squared noises; the least level. Last: log density of each
-    sample given all others, and noise found in each cell over what is expected, as the last round found them.
+    given: model to start from; its values and variances are the sites. rounded: (n,) the samples, rounded to
+    `quantum` (0: not rounded) after measurement noise of variance `level`. rule: number of rounds; mode of the
+    inverse gamma prior of the densities; its weight, in squared process noises; least measurement noise.
+
+    Returns densities (segments,); measurement noise; values and variances (n,) of the sites; and of the last round the
+    leave-one-out log predictive density (n,) and the normalised innovation variance (segments,): the squared process
+    noise over its expectation.
     """
 
-# What samples leave open about a motion, beside their values: step (n - 1,), variance (n,), covariance (N, N), cell
-# (n - 1,), intensity; as of `Sampled`, but a variance may be infinite, of a sample that tells nothing.
-Chain = tuple[Array, Array, Array, Cells, Array]
+# State-space model without samples: step (n - 1,), variance (n,), covariance (N, N), segment (n - 1,), density, as in
+# `SampledModel`; the variance of a missing sample is infinite.
+StateSpaceModel = tuple[Array, Array, Array, Segments, Array]
 
-def draw_motion(chain: Chain, derivative: int, count: int, seed: int) -> Array:
-    """(count, n) deviations of a derivative from its estimate, drawn from all that fit the samples.
+def draw_motion(chain: StateSpaceModel, derivative: int, count: int, seed: int) -> Array:
+    """(count, n) draws of the posterior deviation of a derivative from its estimate.
 
-    derivative: below N. A draw depends on the seed and its number alone, on every processor.
+    derivative: its index in the state, below N. A draw depends on the seed and its own number only, on any processor.
     """
 
 def load_spread(
     scene: Scene,
-    chain: Chain,
+    chain: StateSpaceModel,
     derivative: int,
     unit: Array,
     time: Array,
@@ -56,11 +61,11 @@ def load_spread(
     groups: Groups,
     centers: Array,
 ) -> tuple[Array, Array, Array, Array]:
-    """Standard deviations of what a deviation of the acceleration along x makes of the loads of a linear scene.
+    """Standard deviations of the loads of a linear scene, from the uncertainty of the acceleration along x.
 
-    derivative, unit: the number of the chain's state that is the acceleration, (n,) m/s2 per unit of it. time: (n,) s,
-    its stamps; it is linear between them. instants: (m,) s, ascending, within the stamps. loads: (m, groups, 6) of the
-    estimate, for the directions of the sizes. groups, centers: as for `Scene.peaks`.
+    derivative, unit: index of the acceleration in the state, and (n,) m/s2 per unit of it. time: (n,) s, the stamps;
+    the deviation is linear between them. instants: (m,) s, ascending, within the stamps. loads: (m, groups, 6) of the
+    estimate, for the directions of the resultants. groups, centers: as in `Scene.peaks`.
 
     Returns acceleration (m,) m/s2; groups (m, groups, 6) N, N m; sizes (m, groups, 2): the y-z resultant of the
     force [N] and the magnitude of the moment [N m], to first order; links (m, links) N. ValueError if a link is not
@@ -69,7 +74,7 @@ def load_spread(
 
 def draw_peaks(
     scene: Scene,
-    chain: Chain,
+    chain: StateSpaceModel,
     derivative: int,
     unit: Array,
     time: Array,
@@ -82,17 +87,17 @@ def draw_peaks(
     seed: int,
     threads: int,
 ) -> Array:
-    """(groups, count) N: the largest y-z resultant of each group in drawn motions through a linear scene.
+    """(groups, count) N, largest y-z resultant of each group of a linear scene for each drawn motion.
 
-    loads: (m, groups, 6), what deviations are added to. wanted: (m, groups) where to look for a peak. The result is
-    the same on any number of threads. Others as of `load_spread` and `draw_motion`.
+    loads: (m, groups, 6) of the estimate. wanted: (m, groups), instants at which a peak is possible. The result does
+    not depend on the number of threads. Others as in `load_spread` and `draw_motion`.
     """
 
 class Law:
     """The elastic law of a link: force over deflection; immutable.
 
-    The deflection [m] is positive where the body moves along the link's direction, and 0 where the law starts to
-    count. Raises SceneError naming the field and the value that no law can have.
+    The deflection [m] is positive in the link's direction, and 0 in the position without load. Raises SceneError with
+    the field and the value if it is invalid.
     """
 
     @staticmethod
@@ -101,7 +106,7 @@ class Law:
 
     @staticmethod
     def sided(positive: float, negative: float, clearance: float) -> Law:
-        """F = positive (d - clearance)+ - negative (-d - clearance)+: sides of their own about a dead band.
+        """F = positive (d - clearance)+ - negative (-d - clearance)+: one stiffness per direction, outside a clearance.
 
         positive, negative: N/m, >= 0, not both 0. clearance: m to either side, >= 0.
         """
@@ -131,10 +136,10 @@ class Law:
 
     @property
     def edges(self) -> Array:
-        """(m,) m, ascending: the deflections at which the slope changes its law, as where contact is lost."""
+        """(m,) m, ascending: the deflections at which the law has a kink, such as loss of contact."""
 
     def scaled(self, factor: float) -> Law:
-        """The law of the same deflections with all forces times `factor`."""
+        """The law with all forces times `factor`."""
 
     def force(self, deflection: Array) -> Array:
         """(n,) N at deflections (n,) m."""
@@ -151,8 +156,8 @@ class Scene:
     center_of_mass, points: m from L. inertia: kg m2 about the centre of mass. gravity: m/s2, pointing down.
     free: names out of x y z rx ry rz. points, directions: (links, 3). laws: one per link. damping: (links,)
     N s/m. damping_in_contact: (links,) whether a link damps only outside its clearance. Raises SceneError for an
-    impossible body or link, for a body that its links leave unsupported, naming the motion that nothing resists,
-    and where no position at rest exists.
+    impossible body or link, for a body that its links leave unsupported, naming the motion that no link resists,
+    and if there is no static equilibrium.
     """
 
     def __new__(
@@ -171,11 +176,11 @@ class Scene:
     ) -> Scene: ...
     @property
     def model_level(self) -> str:
-        """The model level that the laws ask for: linear, piecewise linear or smooth nonlinear."""
+        """The lowest model level that covers all laws: linear, piecewise linear or smooth nonlinear."""
 
     @property
     def free_at_rest(self) -> Array:
-        """(m, 6) motions (m, rad) in which the body is free within its clearance at rest; none if it is held."""
+        """(m, 6) motions (m, rad) in which the body is free within the clearances at rest; none if it is supported."""
 
     def solve(
         self,
@@ -188,13 +193,13 @@ class Scene:
         step: float | None = None,
         times: Array | None = None,
     ) -> Solution:
-        """Run from static equilibrium.
+        """Integrate from static equilibrium.
 
         time: (n,) s. acceleration: (n, 3) m/s2 of L. wrench: (n, 6) external force [N] and moment about L [N
-        m]. method: exact (linear and piecewise linear scenes only), rk45 or implicit. rtol: error of the link
-        loads, relative to the load scale. load_scale: the largest load that a link can carry at rest plus what
-        it would carry if the peaks of the excitation stood still. step: s, fixed instead; exact needs neither.
-        times: (m,) s, instants to record instead of the samples, ascending within them. All arrays float64 and
+        m]. method: exact (linear and piecewise linear scenes only), rk45 or implicit. rtol: tolerance of the
+        link loads, relative to the load scale: the largest static load of a link under the weight plus that under
+        the peaks of the excitation. step: s, fixed step instead of rtol; exact needs neither. times: (m,) s, instants
+        to record instead of the samples, ascending within them. All arrays float64 and
         C-contiguous, else ValueError or TypeError. Raises TraceError, ArgumentError, RunError.
         """
 
@@ -213,16 +218,16 @@ class Scene:
         """Smallest, largest, time of smallest, time of largest, each (groups, 8).
 
         Columns: Fx Fy Fz Mx My Mz, y-z resultant of the force, magnitude of the moment.
-        As `solve`, but only the running extremes of the groups' loads are kept.
+        As `solve`, but only the running extremes of the loads of the groups are stored.
         """
 
     def matrices(self) -> tuple[list[Array], Array]:
-        """[M, C, K], each (6, 6), of (u, phi) of L, and the weight (6,) as force and moment about L."""
+        """[M, C, K], each (6, 6), for (u, phi) of L, and the weight (6,) as force and moment about L."""
 
     def modes(self) -> tuple[Array, Array, Array, NDArray[np.complex128]]:
         """Angular frequencies (n,) rad/s, damping ratios (n,), shapes (n, 6), eigenvalues (2 n,) 1/s.
 
-        Shapes are mass-normalised. Raises RunError if the eigenvalues do not settle.
+        Shapes are mass-normalised. Raises RunError if the eigenvalues do not converge.
         """
 
     def static_position(self) -> Array:
@@ -250,11 +255,11 @@ class Solution:
 
     @property
     def contact_changes(self) -> int:
-        """How often a link passed an edge of its law; 0 where all are linear."""
+        """Number of times a link passed a kink of its law; 0 if all are linear."""
 
     @property
     def load_scale(self) -> float:
-        """The load that the tolerance was relative to, N."""
+        """The load scale that the tolerance refers to, N."""
 
     def group_loads(self, groups: Groups, centers: Array, part: str) -> Array:
         """(time, groups, 6) force [N] and moment about the centre [N m]; part: total, elastic or damping."""
@@ -278,13 +283,13 @@ class Solution:
         """(time, 9) the excitation at the recorded instants: acceleration, external force, moment about L."""
 
 class Batch:
-    """One base scene and motion, and what varies; immutable, one serves all threads and chunks.
+    """A base scene and motion, and their changes in each Monte Carlo sample; immutable, for all threads and chunks.
 
-    mass to damping_in_contact: as for `Scene`; the base itself need not be supported. inertia_about_reference: whether
-    the inertia is about L, and stays so where mass and centre of mass change, rather than about the centre of mass.
-    groups, centers: as for `Scene.peaks`. time, acceleration, wrench: as for `Scene.solve`. speed: (n,) m/s of the
-    cart at the samples, for the mean load. exponent: p of the mean load. method: as for `Scene.solve`, or auto: exact
-    where the laws of a sample allow it, else rk45, or implicit where rk45 would not be stable.
+    mass to damping_in_contact: as in `Scene`; the base itself need not be supported. inertia_about_reference: whether
+    the inertia is about L, also when mass or centre of mass change, rather than about the centre of mass. groups,
+    centers: as in `Scene.peaks`. time, acceleration, wrench: as in `Scene.solve`. speed: (n,) m/s of the cart at the
+    stamps, for the mean load. exponent: p of the mean load. method: as in `Scene.solve`, or auto: exact if the laws
+    of a sample allow it, else rk45, or implicit if rk45 would be unstable.
 
     changes: (target, constant, [(column, factor), ...]): sets the target to constant + sum(factor * value[column]),
     each target at most once. Targets: ("mass", 0, 0) kg, ("center_of_mass", axis, 0) m, ("inertia", i, j) kg m2,
@@ -292,15 +297,15 @@ class Batch:
     stiffness, positive_stiffness, negative_stiffness [N/m], clearance [m], preload [N] or scale (of all forces),
     ("center", group, axis) m, ("acceleration", 0, 0) and ("wrench", 0, 0): factors on the motion.
 
-    measures: (quantity, index, statistic), all over the samples of the motion. Of a group, by its index: Fx Fy Fz [N]
+    measures: (quantity, index, statistic), over the stamps of the motion. Of a group, by its index: Fx Fy Fz [N]
     Mx My Mz [N m] (about its centre), resultant (hypot(Fy, Fz)), and with index 0 the drive (reaction along x; nan if x
     is free) with min, time_of_min, max, time_of_max (the first of equal ones), rms (weighted by time) or start;
     ("load", group, "mean"): (int P^p |v| dt / int |v| dt)^(1/p), P = |Fy| + |Fz|, nan if the motion has no speed or
-    never moves; ("contact", group, "lost"): 1 if at some sample a link of the group carries nothing, or has a
-    row of its preload open, else 0.
+    never moves; ("contact", group, "lost"): 1 if at some stamp a link of the group has lost contact or one row
+    of its preload is open, else 0.
 
-    Raises SceneError for a base that no sample could start from, TraceError, ArgumentError for changes and measures
-    that the base has no place for.
+    Raises SceneError for an impossible base, TraceError, and ArgumentError for changes and measures that do not match
+    the base.
     """
 
     def __new__(
@@ -330,14 +335,14 @@ class Batch:
         rtol: float,
     ) -> Batch: ...
     def run(self, values: Array, threads: int, width: str = "widest") -> tuple[Array, list[tuple[int, str]]]:
-        """Measures (n, measures) of samples with values (n, columns), and (row, reason) of those without a result.
+        """Measures (n, measures) of samples with values (n, columns), and (row, reason) of those that failed.
 
-        A row without a result is nan. A row depends on its values alone, to the last bit, for any number of threads
-        and any width of the vectors in which linear scenes run side by side: widest (of the processor), four or one.
+        The row of a failed sample is nan. To the last bit, a row depends on its values only, for any number of threads
+        and any width of the SIMD vectors for linear scenes: widest (of the processor), four or one.
         """
 
     def histories(self, values: Array) -> tuple[Array, list[tuple[int, str]]]:
-        """(n, time, groups, 6) force [N] and moment about the centre [N m], and (row, reason) of those without."""
+        """(n, time, groups, 6) force [N] and moment about the centre [N m], and (row, reason) of those that failed."""
 
 def carriage_links(center: Vector, length: float) -> tuple[Array, Array]:
     """The four links of a carriage (paper, 4.1): end -x along y and z, end +x along y and z.

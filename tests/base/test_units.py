@@ -75,7 +75,7 @@ def test_factors_form_a_group(unit: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "unit", "told"),
+    ("value", "unit", "words"),
     [
         ("85 mm", "kg", ["a mass in kg", '"85 mm"', "is a length"]),
         ("3 N", "N/m", ["a stiffness in N/m", "is a force"]),
@@ -104,12 +104,12 @@ def test_factors_form_a_group(unit: str) -> None:
         (10**400, "kg", ["finite"]),
     ],
 )
-def test_refusals(value: object, unit: str, told: list[str]) -> None:
+def test_refusals(value: object, unit: str, words: list[str]) -> None:
     with pytest.raises(ValueRefused) as caught:
         quantity(value, unit)
     assert isinstance(caught.value, GuideloadError)
     assert caught.value.value is value
-    for text in told:
+    for text in words:
         assert text in str(caught.value)
 
 

@@ -14,6 +14,7 @@ from guideload.cli.main import main
 from guideload.motion.uncertainty import COVER
 from guideload.plots.trace import density, thinned
 from guideload.reports.trace import encoder_report
+from guideload.smoothing.estimation import Estimate
 
 MACHINE = str(EXAMPLES / "manipulator.toml")
 TRACE = str(EXAMPLES / "manipulator.csv")
@@ -60,8 +61,8 @@ def test_what_was_found_is_told_and_nothing_is_written(tmp_path: Path, trace: Pa
     before = set(tmp_path.iterdir())
     text = told("encoder", trace)
     assert set(tmp_path.iterdir()) == before
-    estimate = Inspection.of(read_trace(trace)).found.estimate
-    assert estimate is not None
+    estimate = Inspection.of(read_trace(trace)).found
+    assert isinstance(estimate, Estimate)
     at = np.abs(estimate.acceleration).argmax()
     half = COVER * np.sqrt(estimate.acceleration_variance[at])
     low, high = estimate.acceleration[at] - half, estimate.acceleration[at] + half

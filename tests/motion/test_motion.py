@@ -1,4 +1,4 @@
-"""Laws of Motion: what it refuses, and that forces are added exactly."""
+"""Laws of Motion: refusals, and forces that are added exactly."""
 
 import dataclasses
 
@@ -13,7 +13,7 @@ ALONG = np.array([0.0, 1.0, 1.0, -1.0, 0.0, 0.5])
 
 
 def side(motion, name, at, late):
-    """The history just before or just after a time, told independently of the code under test."""
+    """The history just before or just after a time, independent of the code under test."""
     time, history = motion.time, getattr(motion, name)
     order = np.arange(time.size)
     if late:
@@ -46,6 +46,7 @@ def test_arrays_are_read_only_copies():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
+        ({"time": [0.0]}, "at least 2 stamps, got 1"),
         ({"time": [0.0, 1.0, 0.5, 2.0, 3.0, 4.0]}, r"time\[2\]: expected at least 1.0 s"),
         ({"time": [0.0, 1.0, 1.0, 1.0, 3.0, 4.0]}, r"time\[1\] to time\[3\]: at most two equal"),
         ({"time": [0.0, 1.0, np.nan, 2.0, 3.0, 4.0]}, r"time\[2\]: expected a finite number, got nan"),
@@ -64,11 +65,6 @@ def test_refusals_name_the_place(change, message):
     given = {"time": TIME, "acceleration": np.zeros((6, 3)), **change}
     with pytest.raises(TraceError, match=message):
         Motion(**given)
-
-
-def test_one_stamp_is_no_motion():
-    with pytest.raises(TraceError, match="at least 2 stamps, got 1"):
-        Motion.along_x([0.0], [0.0])
 
 
 def test_a_force_on_own_stamps_has_its_moment_about_l():
@@ -103,22 +99,22 @@ def test_a_force_on_other_stamps_is_united_exactly():
             assert got[3:] == pytest.approx([0.0, wanted, 0.0], abs=1e-14)  # z cross x is y
 
 
-def test_a_force_is_cut_to_the_time_of_the_motion():
-    motion = Motion.along_x([0.0, 1.0], [0.0, 0.0]).with_force([0, 0, 0], [4.0, 0, 0], time=[-1.0, 2.0])
+@pytest.mark.parametrize("when", [[-1.0, 2.0], [0.0, 1.0]])
+def test_a_force_is_cut_to_the_time_of_the_motion(when):
+    motion = Motion.along_x([0.0, 1.0], [0.0, 0.0]).with_force([0, 0, 0], [4.0, 0, 0], time=when)
     assert motion.time.tolist() == [0.0, 1.0]
     assert motion.wrench is not None and motion.wrench[:, 0].tolist() == [4.0, 4.0]
-    # One that begins or ends with the motion holds there.
-    motion = Motion.along_x([0.0, 1.0], [0.0, 0.0]).with_force([0, 0, 0], [4.0, 0, 0], time=[0.0, 1.0])
-    assert motion.wrench is not None and motion.wrench[:, 0].tolist() == [4.0, 4.0]
 
 
-def test_a_force_needs_something():
-    motion = Motion.along_x(TIME, ALONG)
-    with pytest.raises(TraceError, match="force, moment or both"):
-        motion.with_force([0.0, 0.0, 0.0])
-    with pytest.raises(TraceError, match=r"point: expected shape \(3,\)"):
-        motion.with_force([0.0, 0.0], [1.0, 0.0, 0.0])
-    with pytest.raises(TraceError, match=r"force: expected shape \(6, 3\)"):
-        motion.with_force([0.0, 0.0, 0.0], np.zeros((5, 3)))
-    with pytest.raises(TraceError, match=r"time\[1\]"):
-        motion.with_force([0.0, 0.0, 0.0], np.zeros((2, 3)), time=[1.0, 0.0])
+@pytest.mark.parametrize(
+    ("arguments", "time", "message"),
+    [
+        (([0.0, 0.0, 0.0],), None, "force, moment or both"),
+        (([0.0, 0.0], [1.0, 0.0, 0.0]), None, r"point: expected shape \(3,\)"),
+        (([0.0, 0.0, 0.0], np.zeros((5, 3))), None, r"force: expected shape \(6, 3\)"),
+        (([0.0, 0.0, 0.0], np.zeros((2, 3))), [1.0, 0.0], r"time\[1\]"),
+    ],
+)
+def test_refusals_of_a_force(arguments, time, message):
+    with pytest.raises(TraceError, match=message):
+        Motion.along_x(TIME, ALONG).with_force(*arguments, time=time)

@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import reference as ref
+from linear_gaussian import dense, problem
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
-from test_estimation import dense, problem
 from texts import one_line
 
 from guideload import Machine, Motion, Result, TraceError, _core, plots, simulate
@@ -154,7 +154,7 @@ def test_deviations_grow_with_the_unit_and_with_the_samples_noise() -> None:
         uncertainty,
         variance=9.0 * uncertainty.variance,
         covariance=9.0 * uncertainty.covariance,
-        intensity=9.0 * uncertainty.intensity,
+        density=9.0 * uncertainty.density,
     )
     for more in (replace(uncertainty, unit=3.0 * uncertainty.unit), noisy):
         three = simulate(machine, short(more)).data
@@ -164,9 +164,7 @@ def test_deviations_grow_with_the_unit_and_with_the_samples_noise() -> None:
 
 def test_a_motion_that_cannot_deviate_has_no_band() -> None:
     uncertainty, _ = uncertain(3)
-    sure = replace(
-        uncertainty, covariance=0.0 * uncertainty.covariance, intensity=0.0 * uncertainty.intensity
-    )
+    sure = replace(uncertainty, covariance=0.0 * uncertainty.covariance, density=0.0 * uncertainty.density)
     result = simulate(ref.cart(), short(sure))
     for name in DEVIATIONS:
         assert not result.data[name].values.any(), name
@@ -183,11 +181,11 @@ def test_peaks_are_those_of_the_draws_run_one_by_one() -> None:
     loads = np.ascontiguousarray(result.carriage_loads)
     groups = machine.links_of_carriages, machine.carriage_centers
     everywhere = np.ones(loads.shape[:2], bool)
-    given = uncertainty.chain, uncertainty.derivative, uncertainty.unit, motion.time, motion.time
+    given = uncertainty.model, uncertainty.derivative, uncertainty.unit, motion.time, motion.time
     found = _core.draw_peaks(machine.scene, *given, loads, everywhere, *groups, 20, SEED, 1)
     again = _core.draw_peaks(machine.scene, *given, loads, everywhere, *groups, 20, SEED, 3)
     assert np.array_equal(found, again)
-    drawn = uncertainty.unit * _core.draw_motion(uncertainty.chain, uncertainty.derivative, 20, SEED)
+    drawn = uncertainty.unit * _core.draw_motion(uncertainty.model, uncertainty.derivative, 20, SEED)
     for i, deviation in enumerate(drawn):
         alone = simulate(machine, Motion.along_x(motion.time, motion.acceleration[:, 0] + deviation))
         np.testing.assert_allclose(found[:, i], alone.data["resultant"].values.max(axis=0), rtol=1e-11)
@@ -418,7 +416,7 @@ def test_refusals_tell_what_does_not_agree() -> None:
     nothing = (np.zeros((12, 0, 6)), [], np.zeros((0, 3)))
     with pytest.raises(ValueError, match="links are all linear"):
         _core.load_spread(
-            ref.cart_clear().scene, uncertainty.chain, 1, uncertainty.unit, time, time, *nothing
+            ref.cart_clear().scene, uncertainty.model, 1, uncertainty.unit, time, time, *nothing
         )
     with pytest.raises(ValueError, match="unit: expected 12 numbers, got 3"):
-        _core.load_spread(ref.cart().scene, uncertainty.chain, 1, np.ones(3), time, time, *nothing)
+        _core.load_spread(ref.cart().scene, uncertainty.model, 1, np.ones(3), time, time, *nothing)

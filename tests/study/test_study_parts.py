@@ -11,7 +11,6 @@ import pyarrow.parquet as parquet
 import pytest
 from study_standin import plan
 
-from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, RunError
 from guideload.study import manifest
 from guideload.study import store as parts
@@ -231,18 +230,6 @@ def test_a_folder_that_was_only_begun_is_known(tmp_path: Path) -> None:
     assert begun_only(tmp_path)
     (tmp_path / "notes.txt").touch()
     assert not begun_only(tmp_path)
-
-
-def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
-    path = tmp_path / "file"
-    with atomic_write(path) as draft:
-        draft.write_text("first")
-        assert not path.exists()
-    with pytest.raises(KeyboardInterrupt), atomic_write(path) as draft:
-        draft.write_text("second, half")
-        raise KeyboardInterrupt
-    assert path.read_text() == "first"
-    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_two_processes_do_not_write_one_study(folder: Path) -> None:

@@ -49,7 +49,7 @@ def read_toml(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, 
         at = re.search(r" \(at (?:line (\d+).*|end of document)\)", str(error))
         row = int(at[1]) if at and at[1] else len(lines)
         reason = str(error)[: at.start()] if at else str(error)
-        hint = f'{reason}; text and values with a unit stand in quotes, as in mass = "1250 kg"'
+        hint = f'{reason}; write text and values with a unit in quotes, as in mass = "1250 kg"'
         written = shortened(lines[min(row, len(lines)) - 1]) or "an empty row"
         raise refusal("TOML", hint, row, written) from None
 

@@ -184,7 +184,7 @@ def _plain(unit: str) -> str:
 
 def _mismatch(unit: str, source: pint.Unit, goal: pint.Unit) -> str:
     if goal == _parsed("rad/s") and source.dimensionality == _parsed("1/s").dimensionality:
-        return f'"{unit}" leaves open what is counted: write rev/s for turns or rad/s'
+        return f'"{unit}" may mean turns or radians per second: write rev/s or rad/s'
     return f'"{unit}" is {_dimension(source)}'
 
 

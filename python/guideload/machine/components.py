@@ -11,11 +11,9 @@ from typing import Annotated, Literal, cast
 
 import numpy as np
 from pydantic import (
-    AfterValidator,
     BeforeValidator,
     Field,
     PlainValidator,
-    StrictBool,
     StrictStr,
     ValidationInfo,
     field_validator,
@@ -29,16 +27,15 @@ from guideload.base.errors import ValueRefused
 from guideload.machine.laws import (
     Clearance,
     Curve,
+    DampingInContact,
+    ElasticModel,
     Preload,
     Rolling,
     Stiffness,
     clearance_field,
     curve_field,
-    law_of,
     preload_field,
     stiffness_field,
-    with_clearance,
-    with_preload,
 )
 
 Name = Annotated[StrictStr, Field(min_length=1)]
@@ -137,7 +134,7 @@ class Rail(ConfigModel):
     position: Cross = Field(description='y, z from L, e.g. ["50 mm", "-350 mm"]')
 
 
-class Carriage(ConfigModel):
+class Carriage(ElasticModel):
     """A carriage: two pairs of links along y and z, at x -+ length/2 (paper, 4.1).
 
     Stiffness, clearance, preload or curve define its elastic law in each direction; see `guideload.machine.laws`.
@@ -155,29 +152,18 @@ class Carriage(ConfigModel):
     preload_z: Preload = preload_field("of the whole carriage along z", "_z")
     clearance_y: Clearance = clearance_field("along y")
     clearance_z: Clearance = clearance_field("along z")
-    rolling: Annotated[
-        Rolling | None, AfterValidator(partial(with_preload, keys=("preload_y", "preload_z")))
-    ] = Field(
-        default=None,
-        validate_default=True,
-        description='rolling element of a preloaded carriage: "ball" or "roller"',
-    )
+    rolling: Rolling = None
     damping_y: Damping = Field(description='damping of the whole carriage along y, e.g. "100 kN s/m"')
     damping_z: Damping = Field(description='damping of the whole carriage along z, e.g. "100 kN s/m"')
-    damping_in_contact: Annotated[
-        StrictBool, AfterValidator(partial(with_clearance, keys=("clearance_y", "clearance_z")))
-    ] = Field(default=False, description="whether the damping acts only outside the clearance")
+    damping_in_contact: DampingInContact = False
 
     @property
     def laws(self) -> tuple[Law, Law]:
         """Elastic laws of the whole carriage along y and z."""
-        return (
-            law_of(self.stiffness_y, self.clearance_y, self.preload_y, self.rolling, self.curve_y),
-            law_of(self.stiffness_z, self.clearance_z, self.preload_z, self.rolling, self.curve_z),
-        )
+        return self._law("_y"), self._law("_z")
 
 
-class Link(ConfigModel):
+class Link(ElasticModel):
     """An extra link between body and drive frame, such as an elastic rack: spring and damper in parallel."""
 
     name: Name = Field(description='a unique name, e.g. "rack"')
@@ -189,15 +175,9 @@ class Link(ConfigModel):
     stiffness: Stiffness = stiffness_field("along its direction")
     preload: Preload = preload_field("along its direction")
     clearance: Clearance = clearance_field("along its direction")
-    rolling: Annotated[Rolling | None, AfterValidator(partial(with_preload, keys=("preload",)))] = Field(
-        default=None,
-        validate_default=True,
-        description='rolling element of a preloaded link: "ball" or "roller"',
-    )
+    rolling: Rolling = None
     damping: Damping = Field(description='damping along its direction, e.g. "20 kN s/m"')
-    damping_in_contact: Annotated[
-        StrictBool, AfterValidator(partial(with_clearance, keys=("clearance",)))
-    ] = Field(default=False, description="whether the damping acts only outside the clearance")
+    damping_in_contact: DampingInContact = False
 
     @field_validator("direction")
     @classmethod
@@ -213,7 +193,7 @@ class Link(ConfigModel):
     @property
     def law(self) -> Law:
         """Elastic law along its direction."""
-        return law_of(self.stiffness, self.clearance, self.preload, self.rolling, self.curve)
+        return self._law()
 
 
 class Drive(ConfigModel):

@@ -2,7 +2,8 @@
 
 A carriage has these keys once for y and once for z (`stiffness_y`, `curve_z`), an extra link once, without a
 suffix. A deflection is that of the body along the direction, counted from the position without load. Each key is
-checked against the keys before it in its model: curve, stiffness, preload, clearance, rolling, damping_in_contact.
+checked against the keys before it in its model, in the order curve, stiffness, preload, clearance, rolling,
+damping_in_contact.
 """
 
 from __future__ import annotations
@@ -11,7 +12,16 @@ from functools import partial
 from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, ValidationInfo, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    PlainValidator,
+    StrictBool,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import PydanticKnownError
 
 from guideload._core import Law
@@ -19,6 +29,7 @@ from guideload.base.config import ConfigModel, entries, number
 from guideload.base.errors import ValueRefused
 
 Value = TypeVar("Value")
+CurvePoints = tuple[tuple[float, float], ...]  # deflection [m], force [N]
 ModelLevel = Literal["linear", "piecewise linear", "smooth nonlinear"]
 # Exponent of force over deflection of one row: Hertz contact at a point; at a line, by the rolling bearing standards.
 EXPONENT = {"ball": 3.0 / 2.0, "roller": 10.0 / 9.0}
@@ -62,47 +73,38 @@ def _stiffness(value: object) -> float | Sides:
     return number(value, "N/m", above=0.0)
 
 
-def _stiffness_or_curve(value: float | Sides | None, info: ValidationInfo) -> float | Sides | None:
-    curve = f"curve{_suffix(info)}"
-    if value is None and curve in info.data and info.data[curve] is None:
-        raise PydanticKnownError("missing")
-    return value
-
-
 # ---- curve
 
 
-def _through_zero(points: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+def _through_zero(points: CurvePoints) -> CurvePoints:
     """Check that the law rises through [0, 0], or begins there as the half for positive deflections."""
+
+    def refusal(expected: str, hint: str) -> ValueRefused:
+        return ValueRefused(expected, points, hint)
+
     half = points[:1] == ((0.0, 0.0),)
     most = (MOST_POINTS + 1) // 2 if half else MOST_POINTS
     if not 2 <= len(points) <= most:
         mirrored = "; one that begins at [0, 0] is mirrored, which doubles its points" if half else ""
-        raise ValueRefused(
-            f"2 to {most} points [deflection, force]", points, f"these are {len(points)}{mirrored}"
-        )
+        raise refusal(f"2 to {most} points [deflection, force]", f"these are {len(points)}{mirrored}")
     deflection, force = np.array(points).T
-    for values, unit, words, falls in (
+    for values, unit, expected, wrong in (
         (deflection, "m", "deflections in ascending order, each once", np.diff(deflection) <= 0.0),
         (force, "N", "forces that never fall as the deflection grows", np.diff(force) < 0.0),
     ):
-        if falls.any():
-            i = int(falls.argmax())
-            found = f"[{i}] and [{i + 1}] have {values[i]:g} and {values[i + 1]:g} {unit}"
-            raise ValueRefused(words, points, found)
+        if wrong.any():
+            i = int(wrong.argmax())
+            raise refusal(expected, f"[{i}] and [{i + 1}] have {values[i]:g} and {values[i + 1]:g} {unit}")
     if deflection[0] > 0.0 or deflection[-1] <= 0.0:
-        way_out = "add the points of the other direction; a curve that begins at [0, 0] holds for both"
         reach = f"it reaches from {deflection[0]:g} to {deflection[-1]:g} m"
-        raise ValueRefused("points on both sides of 0 m", points, f"{reach}: {way_out}")
+        way_out = "add the points of the other direction; a curve that begins at [0, 0] holds for both"
+        raise refusal("points on both sides of 0 m", f"{reach}: {way_out}")
     at_zero = float(np.interp(0.0, deflection, force))
     if abs(at_zero) > ROUNDING * np.abs(force).max():
-        raise ValueRefused(
-            "a curve through [0, 0]",
-            points,
-            f"its force at 0 m is {at_zero:g} N: count deflections from no load",
-        )
+        hint = f"its force at 0 m is {at_zero:g} N: count deflections from no load"
+        raise refusal("a curve through [0, 0]", hint)
     if force[0] == force[-1]:
-        raise ValueRefused("forces that rise somewhere", points, "this curve never resists")
+        raise refusal("forces that rise somewhere", "this curve never resists")
     return points
 
 
@@ -110,54 +112,7 @@ def _as_list(value: object) -> object:
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
-# ---- keys that exclude or need each other
-
-
-def _suffix(info: ValidationInfo) -> str:
-    """ "_y" or "_z" of a carriage's key, "" of a link's."""
-    _, underscore, axis = (info.field_name or "").partition("_")
-    return underscore + axis
-
-
-def _alone(value: Value, info: ValidationInfo) -> Value:
-    """Refuse a value if a key that it excludes has one as well."""
-    suffix = _suffix(info)
-    for key, way_out in EXCLUDED[(info.field_name or "").removesuffix(suffix)].items():
-        if value and info.data.get(key + suffix) is not None:
-            raise ValueRefused(f"no {info.field_name} beside {key}{suffix}", value, way_out)
-    return value
-
-
-def _with_one_stiffness(value: float | None, info: ValidationInfo) -> float | None:
-    """Refuse a preload beside a stiffness that differs by side."""
-    suffix = _suffix(info)
-    if value is not None and isinstance(info.data.get(f"stiffness{suffix}"), Sides):
-        raise ValueRefused(
-            f"no {info.field_name} beside a stiffness{suffix} that differs by side",
-            value,
-            f"write stiffness{suffix} as one value, the catalogue's at no load, or the whole law as curve{suffix}",
-        )
-    return value
-
-
-def with_preload(value: str | None, info: ValidationInfo, keys: tuple[str, ...]) -> str | None:
-    """Require the rolling element if one of the preloads `keys` has a value, and refuse it otherwise."""
-    if value is None and any(info.data.get(key) is not None for key in keys):
-        raise PydanticKnownError("missing")
-    return _needing(value, info, keys, f"no {info.field_name} without a preload")
-
-
-def with_clearance(value: bool, info: ValidationInfo, keys: tuple[str, ...]) -> bool:
-    """Refuse damping in contact only, unless one of the clearances `keys` is above 0."""
-    return _needing(value, info, keys, "false without a clearance")
-
-
-def _needing(value: Value, info: ValidationInfo, keys: tuple[str, ...], expected: str) -> Value:
-    """Refuse a value if none of `keys` has one; a key that was refused itself counts as one."""
-    if value and all(key in info.data and not info.data[key] for key in keys):
-        way_out = f"add {' or '.join(keys)}, or leave {info.field_name} out"
-        raise ValueRefused(expected, value, way_out)
-    return value
+# ---- types
 
 
 CurvePoint = Annotated[
@@ -168,21 +123,19 @@ CurvePoint = Annotated[
     BeforeValidator(partial(entries, names=("deflection", "force"))),
 ]
 Curve = Annotated[tuple[CurvePoint, ...], BeforeValidator(_as_list), AfterValidator(_through_zero)]
-Stiffness = Annotated[
-    Annotated[float | Sides, BeforeValidator(_stiffness)] | None,
-    AfterValidator(_alone),
-    AfterValidator(_stiffness_or_curve),
+Stiffness = Annotated[float | Sides, BeforeValidator(_stiffness)] | None
+Preload = Annotated[float, PlainValidator(partial(number, unit="N", above=0.0))] | None
+Clearance = Annotated[float, PlainValidator(partial(number, unit="m", least=0.0))]
+Rolling = Annotated[
+    Literal["ball", "roller"] | None,
+    Field(validate_default=True, description='rolling element of a preloaded contact: "ball" or "roller"'),
 ]
-Preload = Annotated[
-    Annotated[float, PlainValidator(partial(number, unit="N", above=0.0))] | None,
-    AfterValidator(_alone),
-    AfterValidator(_with_one_stiffness),
+DampingInContact = Annotated[
+    StrictBool, Field(description="whether the damping acts only outside the clearance")
 ]
-Clearance = Annotated[float, PlainValidator(partial(number, unit="m", least=0.0)), AfterValidator(_alone)]
-Rolling = Literal["ball", "roller"]
 
 
-# ---- fields; where: "along z", suffix: "_z"
+# ---- fields (where: such as "along z"; suffix: "_y", "_z", or none for a link)
 
 
 def curve_field(where: str, suffix: str = "") -> Any:
@@ -207,28 +160,64 @@ def clearance_field(where: str) -> Any:
     return Field(default=0.0, description=f'clearance {where} to either side, e.g. "5 um"')
 
 
-# ---- the law
+# ---- the model
 
 
-def law_of(
-    stiffness: float | Sides | None,
-    clearance: float,
-    preload: float | None,
-    rolling: Rolling | None,
-    curve: tuple[tuple[float, float], ...] | None,
-) -> Law:
-    """The core's law of checked keys, a linear one where the keys amount to that. Raises SceneError.
+class ElasticModel(ConfigModel):
+    """Base of carriages and links: which keys of an elastic law exclude or need each other, and the core's law."""
 
-    stiffness: N/m. clearance: m to either side. preload: N. curve: points (deflection [m], force [N]), mirrored if
-    it begins at [0, 0].
-    """
-    if curve is not None:
-        points = np.array(curve)
-        return Law.curve(np.vstack([-points[:0:-1], points]) if curve[0] == (0.0, 0.0) else points)
-    assert stiffness is not None
-    if isinstance(stiffness, Sides):
-        return Law.sided(stiffness.positive, stiffness.negative, clearance)
-    if preload is not None:
-        assert rolling is not None
-        return Law.preloaded(stiffness, preload, EXPONENT[rolling])
-    return Law.sided(stiffness, stiffness, clearance)
+    @field_validator(*(key + suffix for key in EXCLUDED for suffix in ("", "_y", "_z")), check_fields=False)
+    @classmethod
+    def _beside_others(cls, value: Value, info: ValidationInfo) -> Value:
+        """Require one of stiffness and curve; refuse a value beside a key that it excludes."""
+        name = info.field_name or ""
+        key, underscore, axis = name.partition("_")
+        suffix = underscore + axis
+        if key == "stiffness" and value is None and info.data.get(f"curve{suffix}", "refused") is None:
+            raise PydanticKnownError("missing")
+        for other, way_out in EXCLUDED[key].items():
+            if value and info.data.get(other + suffix) is not None:
+                raise ValueRefused(f"no {name} beside {other}{suffix}", value, way_out)
+        if key == "preload" and value and isinstance(info.data.get(f"stiffness{suffix}"), Sides):
+            stiffness, curve = f"stiffness{suffix}", f"curve{suffix}"
+            way_out = (
+                f"write {stiffness} as one value, the catalogue's at no load, or the whole law as {curve}"
+            )
+            raise ValueRefused(f"no {name} beside a {stiffness} that differs by side", value, way_out)
+        return value
+
+    @field_validator("rolling", check_fields=False)
+    @classmethod
+    def _with_preload(cls, value: str | None, info: ValidationInfo) -> str | None:
+        keys = [key for key in cls.model_fields if key.startswith("preload")]
+        if value is None and any(info.data.get(key) is not None for key in keys):
+            raise PydanticKnownError("missing")
+        return _needing(value, info, keys, "no rolling without a preload")
+
+    @field_validator("damping_in_contact", check_fields=False)
+    @classmethod
+    def _with_clearance(cls, value: bool, info: ValidationInfo) -> bool:
+        keys = [key for key in cls.model_fields if key.startswith("clearance")]
+        return _needing(value, info, keys, "false without a clearance")
+
+    def _law(self, suffix: str = "") -> Law:
+        """The core's law of the keys with this suffix; a linear one if they amount to that. Raises SceneError."""
+        keys = dict(self)
+        curve, stiffness = keys[f"curve{suffix}"], keys[f"stiffness{suffix}"]
+        preload, clearance = keys[f"preload{suffix}"], keys[f"clearance{suffix}"]
+        if curve is not None:
+            points = np.array(curve)
+            return Law.curve(np.vstack([-points[:0:-1], points]) if curve[0] == (0.0, 0.0) else points)
+        if isinstance(stiffness, Sides):
+            return Law.sided(stiffness.positive, stiffness.negative, clearance)
+        if preload is not None:
+            return Law.preloaded(stiffness, preload, EXPONENT[keys["rolling"]])
+        return Law.sided(stiffness, stiffness, clearance)
+
+
+def _needing(value: Value, info: ValidationInfo, keys: list[str], expected: str) -> Value:
+    """Refuse a value if none of `keys` has one; a key that was refused itself counts as one."""
+    if value and all(key in info.data and not info.data[key] for key in keys):
+        way_out = f"add {' or '.join(keys)}, or leave {info.field_name} out"
+        raise ValueRefused(expected, value, way_out)
+    return value

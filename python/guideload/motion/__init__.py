@@ -1,4 +1,4 @@
-"""The motion that excites a machine, its uncertainty, and which modes it resolves."""
+"""The motion that excites a machine, its uncertainty, and the loads that its trace may hide."""
 
 from guideload.motion.motion import Motion
 from guideload.motion.resolution import TraceResolution

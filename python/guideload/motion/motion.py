@@ -103,9 +103,7 @@ class Motion:
         stamps = _history("time", time, (np.size(time),))
 
         def axis_x(name: str, values: ArrayLike) -> Array:
-            history = np.zeros((stamps.size, 3))
-            history[:, 0] = _history(name, values, (stamps.size,))
-            return history
+            return np.pad(_history(name, values, (stamps.size,))[:, None], ((0, 0), (0, 2)))
 
         return cls(
             time=stamps,

@@ -1,4 +1,4 @@
-"""What samples leave open about an acceleration: a Gaussian process, drawn from and carried to the loads."""
+"""Uncertainty of an estimated acceleration: the posterior of a state-space model, given the samples."""
 
 from __future__ import annotations
 
@@ -11,55 +11,50 @@ from numpy.typing import NDArray
 from guideload._core import draw_motion
 from guideload.base.arrays import Array
 
-Cells = NDArray[np.uint32]
+Segments = NDArray[np.uint32]
 
-COVER, TAIL = 1.96, 0.025  # standard deviations of the 95 % band, and what lies on either side of it
-# Of the kernels: step, variance, covariance, cell, intensity.
-Chain: TypeAlias = tuple[Array, Array, Array, Cells, Array]
+COVER, TAIL = 1.96, 0.025  # standard deviations of the 95 % band, and the probability on either side of it
+# As the core takes it: step, variance, covariance, segment, density.
+StateSpaceModel: TypeAlias = tuple[Array, Array, Array, Segments, Array]
 
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """Deviations of the true acceleration from its estimate at n time stamps, given the samples.
+    """Posterior deviation of the acceleration from its estimate at n time stamps, given the samples.
 
-    The state is the position and its first N - 1 derivatives (velocity samples: the velocity and its), of which the
-    N-th is white noise; times and values are in units that keep numbers tame.
+    The state has N numbers: the position and its first N - 1 derivatives (for samples of velocity: the velocity and its
+    derivatives). The N-th derivative is white process noise. Time and values have units that make them of order 1.
 
     step        (n - 1,) time to the next stamp
-    variance    (n,) of the noise that each sample has beside the state's first number
+    variance    (n,) of the measurement noise
     covariance  (N, N) of the state before the first sample
-    cell        (n - 1,) index of each interval's intensity
-    intensity   (cells,) of the white noise
-    derivative  which number of the state is the acceleration
-    unit        (n,) m/s2 per unit of that number, with the factor that the band is scaled by
-    time        (n,) s, the stamps; None if they are those of the motion. Between them deviations are linear
+    segment     (n - 1,) segment of each interval
+    density     (segments,) process-noise density
+    derivative  index of the acceleration in the state
+    unit        (n,) m/s2 per unit of the acceleration, with the calibration of the band
+    time        (n,) s, the stamps, or None if they are those of the motion. Deviations are linear between stamps
     """
 
     step: Array
     variance: Array
     covariance: Array
-    cell: Cells
-    intensity: Array
+    segment: Segments
+    density: Array
     derivative: int
     unit: Array
     time: Array | None = None
 
     @property
-    def states(self) -> int:
-        """N."""
-        return int(self.covariance.shape[0])
-
-    @property
-    def chain(self) -> Chain:
-        """What the kernels take."""
-        return self.step, self.variance, self.covariance, self.cell, self.intensity
+    def model(self) -> StateSpaceModel:
+        """The state-space model as the core takes it."""
+        return self.step, self.variance, self.covariance, self.segment, self.density
 
     def draws(self, count: int, rng: np.random.Generator) -> Array:
-        """(count, n) m/s2, deviations drawn from all that fit the samples; the same generator gives the same.
+        """(count, n) m/s2, draws of the deviation from the posterior; reproducible by the state of `rng`.
 
-        The first draws of many are those of few. Time and memory are O(count n).
+        The first draws do not depend on `count`. Time and memory are O(count n).
         """
         seed = int(rng.integers(2**63))
-        drawn = draw_motion(self.chain, self.derivative, count, seed)
+        drawn = draw_motion(self.model, self.derivative, count, seed)
         drawn *= self.unit
         return drawn

@@ -214,7 +214,7 @@ def _draw_spectrum(ax: Axes, inspection: Inspection) -> None:
             label=f"sudden changes shown, to {inspection.band:.3g} Hz",
         )
     if inspection.resolution is not None:
-        _mark_modes(ax, inspection.resolution.frequency, inspection.resolution.taking_part)
+        _mark_modes(ax, inspection.resolution.frequency, inspection.resolution.participating)
         ax.plot([], [], color=INK, linewidth=0.9, alpha=0.7, label="mode, excited by x")
         ax.plot([], [], color=INK, linewidth=0.9, alpha=0.7, linestyle=NOT_EXCITED, label="mode, not excited")
     ax.legend(loc="best", frameon=True, facecolor="white", edgecolor="none", framealpha=0.9)

@@ -9,10 +9,10 @@ from rich.console import RenderableType
 
 from guideload.motion.uncertainty import COVER
 from guideload.reports.elements import WIDTH, new_table, remark, section, to_text
+from guideload.smoothing.estimation import Estimate
 
 if TYPE_CHECKING:
     from guideload.motion.resolution import TraceResolution
-    from guideload.smoothing.estimation import Estimate
     from guideload.traces.inspection import Inspection
 
 BAND_DEFINITIONS = (
@@ -57,19 +57,19 @@ def resolution_parts(resolution: TraceResolution) -> list[RenderableType]:
     """A row per mode: whether the trace's band holds it, whether x excites it, and what is left of its ringing."""
     found = resolution
     parts: list[RenderableType] = section("Modes against the trace's band")
-    if np.isinf(found.band):
+    if np.isinf(found.bandwidth):
         return [*parts, found.text]
     table = new_table("mode", "natural\nHz", "in the\nband", "share of\nanswer %", "ringing\nshown %")
     table.add_column("moves mostly in")
     for mode, frequency in enumerate(found.frequency):
-        taking_part = bool(found.taking_part[mode])
+        taking_part = bool(found.participating[mode])
         table.add_row(
             str(mode + 1),
             f"{float(frequency):.4g}",
-            "yes" if frequency <= found.band else "no",
-            f"{100 * float(found.excited[mode]):.2g}" if taking_part else "0",
+            "yes" if frequency <= found.bandwidth else "no",
+            f"{100 * float(found.participation[mode]):.2g}" if taking_part else "0",
             f"{100 * float(found.ringing[mode]):.2g}" if taking_part else "",
-            ", ".join(found.moves[mode]),
+            ", ".join(found.moving[mode]),
         )
     return [*parts, table, f"band: {found.text}", "", *remark(*found.warnings(), BAND_DEFINITIONS)]
 
@@ -82,9 +82,9 @@ def _extent_lines(inspection: Inspection) -> list[str]:
 
 def _smoothing_lines(inspection: Inspection) -> list[str]:
     """What was chosen; of a method that estimates no noise its own note."""
-    estimate = inspection.found.estimate
-    if estimate is None:
-        note = inspection.found.note
+    estimate = inspection.found
+    if not isinstance(estimate, Estimate):
+        note = estimate.note
         return [note.replace("m/s", "rad/s") if inspection.of_motor else note]
     if not np.any(inspection.found.acceleration):
         return [estimate.note]

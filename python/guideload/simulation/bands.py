@@ -87,7 +87,7 @@ def with_bands(data: Quantities, bands: CredibleBands) -> Quantities:
 def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBands:
     machine = run.machine
     stamps = run.motion.time if uncertainty.time is None else uncertainty.time
-    motion = uncertainty.chain, uncertainty.derivative, uncertainty.unit, stamps
+    motion = uncertainty.model, uncertainty.derivative, uncertainty.unit, stamps
     groups = machine.links_of_carriages, machine.carriage_centers
     standard_deviations = load_spread(machine.scene, *motion, run.time, loads, *groups)
     of_loads = standard_deviations[1]

@@ -1,6 +1,7 @@
-"""From samples of position or velocity to acceleration with its uncertainty."""
+"""Acceleration with its uncertainty from samples of position or velocity."""
 
 from guideload.smoothing.estimation import Estimate
-from guideload.smoothing.smoothing import Kinematics, smooth
+from guideload.smoothing.kinematics import Kinematics
+from guideload.smoothing.smoothing import smooth
 
 __all__ = ["Estimate", "Kinematics", "smooth"]

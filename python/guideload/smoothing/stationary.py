@@ -1,248 +1,245 @@
-"""Stationary fits of a sampled motion: one noise level and one intensity for all of it, by likelihood.
+"""Stationary fit of the state-space model: one process-noise density and one measurement noise for all samples.
 
-What `adapting` starts from: samples in tame units, and a fit for a number of states.
+The value and its first N - 1 derivatives are the state; the N-th derivative is white process noise. The samples have
+white measurement noise and are rounded to the quantum.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from math import factorial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from guideload._core import adapt_motion, motion_likelihood, smooth_motion
 from guideload.base.arrays import Array
+from guideload.motion.uncertainty import Segments
 
 if TYPE_CHECKING:
-    from guideload._core import Sampled
+    from guideload._core import SampledModel
 
-Cells = NDArray[np.uint32]
+Sites = tuple[
+    Array, Array
+]  # (n,) values and variances of the normal samples that approximate the rounded ones
 
-EXCERPT, STRETCHES = 16_000, 8  # samples on which order and levels are chosen, and in how many pieces
-ROUNDS = 10  # in which sites, level and intensity of a stationary fit find each other
-GAP = 1e3  # of the intensity, where samples are missing for many time constants
-QUICKEST = 12.0  # decades of intensity over noise per median step: beyond, the filter breaks down in rounding
-SLOWEST = 100.0  # lengths of the trace: a time constant beyond it tells a polynomial, as this one does
-QUIETEST = 1e-3  # squared quanta: the least noise before rounding, for what the model itself leaves out
+# Samples on which order and noise are chosen; number of excerpts of a longer trace.
+EXCERPT, EXCERPTS = 16_000, 8
+ROUNDS = 10  # until sites, measurement noise and density agree
+GAP_DENSITY = 1e3  # of the process-noise density, where samples are missing for many time constants
+MOST_DECADES = 12.0  # of density over noise per median step: beyond, the filter breaks down in rounding
+LONGEST_CONSTANT = 100.0  # lengths of the trace: a longer time constant means a polynomial, as this one does
+LEAST_NOISE = 1e-3  # squared quanta, before rounding: an allowance for errors of the model
 
 
 @dataclass(frozen=True, eq=False)
-class Scaled:
-    """Samples in units that keep numbers tame: the median step, and the quantum or a part of the range."""
+class ScaledSamples:
+    """Samples in units that make them of order 1: the median step of time, and the quantum or a part of the range."""
 
     time: Array
     step: Array
     value: Array
     quantum: float  # 1, or 0 if unknown
-    floor: float  # of the noise level
-    second: float  # s, the unit of time
-    unit: float  # of the value
+    least_noise: float  # variance
+    time_unit: float  # s
+    value_unit: float
     origin: float
 
     @classmethod
-    def of(cls, time: Array, value: Array, quantum: float) -> Scaled:
-        second = float(np.median(np.diff(time)))
-        unit = quantum if quantum > 0.0 else 1e-7 * float(np.ptp(value))
-        return cls(
-            (time - time[0]) / second,
-            np.diff(time) / second,
-            (value - value[0]) / unit,
-            float(quantum > 0.0),
-            QUIETEST if quantum > 0.0 else 1e-12,
-            second,
-            unit,
-            float(value[0]),
-        )
+    def of(cls, time: Array, value: Array, quantum: float) -> ScaledSamples:
+        time_unit = float(np.median(np.diff(time)))
+        value_unit = quantum if quantum > 0.0 else 1e-7 * float(np.ptp(value))
+        scaled = (time - time[0]) / time_unit, np.diff(time) / time_unit, (value - value[0]) / value_unit
+        least_noise = LEAST_NOISE if quantum > 0.0 else 1e-12
+        return cls(*scaled, float(quantum > 0.0), least_noise, time_unit, value_unit, float(value[0]))
 
     @property
     def rounding(self) -> float:
-        """Variance of rounding where a quantum holds few samples."""
+        """Variance of rounding if many samples differ by less than a quantum."""
         return self.quantum / 12.0
 
-    def part(self, samples: slice) -> Scaled:
-        """Some of the samples, at their own times."""
+    def part(self, samples: slice) -> ScaledSamples:
         time = self.time[samples]
         return replace(self, time=time, step=np.diff(time), value=self.value[samples])
 
-    def stretches(self, power: int) -> list[Scaled]:
-        """What order and levels are chosen on: all samples, or a few stretches of a long trace.
+    def excerpts(self, degree: int) -> list[ScaledSamples]:
+        """The samples on which order and noise are chosen: all, or a few excerpts of a long trace.
 
-        The stretches are spread evenly from the quietest to the liveliest, as measured by what is left of a polynomial
-        of degree `power` (that of constant acceleration), so that neither dwells nor jumps are missed.
+        Ranked by the residual of a polynomial of `degree` (that of constant acceleration), the excerpts are spread
+        evenly from the smallest to the largest, so that neither dwells nor jumps are missed.
         """
         count = self.value.size
         if count <= EXCERPT:
             return [self]
-        length = EXCERPT // STRETCHES
+        length = EXCERPT // EXCERPTS
         starts = np.linspace(0, count - length, count // length).astype(int)
         grid = np.linspace(-1.0, 1.0, length)
-        basis, _ = np.linalg.qr(grid[:, None] ** np.arange(power + 1))
+        basis, _ = np.linalg.qr(grid[:, None] ** np.arange(degree + 1))
         values = self.value[starts[:, None] + np.arange(length)]
-        rest = values - (values @ basis) @ basis.T
-        ranked = starts[np.argsort(np.square(rest).sum(axis=1))]
-        chosen = ranked[np.linspace(0, ranked.size - 1, STRETCHES).astype(int)]
+        residual = values - (values @ basis) @ basis.T
+        ranked = starts[np.argsort(np.square(residual).sum(axis=1))]
+        chosen = ranked[np.linspace(0, ranked.size - 1, EXCERPTS).astype(int)]
         return [self.part(slice(int(start), int(start) + length)) for start in np.sort(chosen)]
 
 
 @dataclass(frozen=True)
-class Fit:
-    """A stationary fit: states, variance of the noise with that of rounding, and time constant; scaled units."""
+class StationaryFit:
+    """Number of states N, variance of the noise with that of rounding, and time constant; scaled units."""
 
     states: int
     noise: float
-    constant: float  # time constant: (noise/intensity)^(1/(2 states - 1))
+    time_constant: float  # (noise/density)^(1/(2 N - 1))
 
     @property
-    def intensity(self) -> float:
-        return float(self.noise * self.constant ** (1 - 2 * self.states))
+    def density(self) -> float:
+        """Process-noise density."""
+        return float(self.noise * self.time_constant ** (1 - 2 * self.states))
 
 
-class Found(NamedTuple):
-    """What `_core.adapt_motion` finds.
+class Adaptation(NamedTuple):
+    """Result of `_core.adapt_motion`; scaled units."""
 
-    Intensities, level of the noise before rounding, sites, log densities of the samples given all others, and squares
-    of the noise in each cell over those that its intensity makes expect.
-    """
+    density: Array  # (segments,) process-noise density
+    noise: float  # variance of the measurement noise before rounding
+    value: Array  # (n,) of the sites
+    variance: Array  # (n,) of the sites
+    predictive: Array  # (n,) leave-one-out log predictive density of the samples
+    innovation: (
+        Array  # (segments,) normalised innovation variance: squared process noise over its expectation
+    )
 
-    intensity: Array
-    level: float
-    value: Array
-    variance: Array
-    told: Array
-    alive: Array
+    @property
+    def sites(self) -> Sites:
+        """Site approximations (expectation propagation)."""
+        return self.value, self.variance
 
 
-class Model:
-    """What the kernels take for samples and a number of states."""
+class Smoother:
+    """State-space smoother for samples and a stationary fit."""
 
-    def __init__(self, scaled: Scaled, fit: Fit) -> None:
-        # A gap is bridged as if it were shorter, for the filter's variances would leave the range of doubles, and as if
-        # more had happened in it: what was before then says next to nothing of what comes after.
-        longest = max(1.0, fit.constant) * 10.0 ** (9.0 / (2 * fit.states - 1))
-        self.scaled, self.fit = scaled, fit
-        self.step, self.gap = np.minimum(scaled.step, longest), scaled.step > longest
-        self.value = scaled.value
-        bridged = np.concatenate([[0.0], np.cumsum(self.step)])
-        self.mean, self.covariance = _start(bridged, scaled.value, fit)
+    def __init__(self, samples: ScaledSamples, fit: StationaryFit) -> None:
+        # A long gap is shortened, or the variances would leave the range of doubles, and gets a higher density: samples
+        # before it say next to nothing about those after it.
+        longest = max(1.0, fit.time_constant) * 10.0 ** (9.0 / (2 * fit.states - 1))
+        self.samples, self.fit = samples, fit
+        self.step, self.gap = np.minimum(samples.step, longest), samples.step > longest
+        self.normal_sites = samples.value, np.full(samples.value.size, fit.noise)
+        time = np.concatenate([[0.0], np.cumsum(self.step)])
+        self.mean, self.covariance = _initial_state(time, samples.value, fit)
 
     def likelihood(self) -> tuple[float, float]:
-        """(sum of ln F, sum of v^2/F) over the innovations v and their variances F, as normal samples."""
-        return motion_likelihood(self._given(self.value, self._noises(), *self.even(self.fit.intensity)))
+        """(sum of ln F, sum of v^2/F) over the innovations v and their variances F, for normal samples."""
+        return motion_likelihood(self._model(self.normal_sites, *self.uniform(self.fit.density)))
 
-    def even(self, intensity: float) -> tuple[Cells, Array]:
-        """One cell with an intensity, and one for all gaps."""
-        return self.gap.astype(np.uint32), intensity * np.array([1.0, GAP])
+    def uniform(self, density: float) -> tuple[Segments, Array]:
+        """One segment with this density, and one for all gaps."""
+        return self.gap.astype(np.uint32), density * np.array([1.0, GAP_DENSITY])
 
-    def cells(self, length: float, intensity: float) -> tuple[Cells, Array]:
-        """Cells of a length, each gap in one of its own, and their intensities: even but for the gaps.
-
-        Cells without samples have no number.
-        """
-        number = (self.scaled.time[:-1] / length).astype(np.int64)
+    def segments(self, length: float, density: float) -> tuple[Segments, Array]:
+        """Segments of this length, each gap in a segment of its own, and their densities."""
+        number = (self.samples.time[:-1] / length).astype(np.int64)
         new = np.concatenate([[False], (np.diff(number) > 0) | self.gap[1:] | self.gap[:-1]])
-        cell = np.cumsum(new).astype(np.uint32)
-        return cell, intensity * np.where(np.bincount(cell, self.gap) > 0.0, GAP, 1.0)
+        segment = np.cumsum(new).astype(np.uint32)
+        return segment, density * np.where(np.bincount(segment, self.gap) > 0.0, GAP_DENSITY, 1.0)
 
-    def adapted(
+    def adapt(
         self,
-        cell: Cells,
-        intensity: Array,
-        level: float,
+        segment: Segments,
+        density: Array,
+        noise: float,
         rounds: int,
         weight: float = 0.0,
-        sites: tuple[Array, Array] | None = None,
-    ) -> Found:
-        """`rounds` of adapting from these intensities, level and sites; without sites from the samples."""
-        value, variance = sites or (self.value, self._noises())
-        rule = rounds, self.fit.intensity, weight, self.scaled.floor
-        given = self._given(value, variance, cell, intensity)
-        return Found(*adapt_motion(given, self.value, self.scaled.quantum, level, rule))
+        sites: Sites | None = None,
+    ) -> Adaptation:
+        """Adapt densities, measurement noise and sites for some rounds; initial sites None: the samples.
 
-    def smoothed(self, cell: Cells, intensity: Array, sites: tuple[Array, Array]) -> tuple[Array, Array]:
+        weight: of the prior, whose mode is the stationary density.
+        """
+        model = self._model(sites or self.normal_sites, segment, density)
+        rule = rounds, self.fit.density, weight, self.samples.least_noise
+        return Adaptation(*adapt_motion(model, self.samples.value, self.samples.quantum, noise, rule))
+
+    def smooth(self, segment: Segments, density: Array, sites: Sites) -> tuple[Array, Array]:
         """(n, 3) the first three numbers of the state, and their variances."""
-        mean, variance, _ = smooth_motion(self._given(*sites, cell, intensity))
+        mean, variance, _ = smooth_motion(self._model(sites, segment, density))
         return mean, variance
 
-    def _given(self, value: Array, variance: Array, cell: Cells, intensity: Array) -> Sampled:
-        return self.step, value, variance, self.mean, self.covariance, cell, intensity
-
-    def _noises(self) -> Array:
-        return np.full(self.value.size, self.fit.noise)
+    def _model(self, sites: Sites, segment: Segments, density: Array) -> SampledModel:
+        return self.step, *sites, self.mean, self.covariance, segment, density
 
 
-def _start(time: Array, value: Array, fit: Fit) -> tuple[Array, Array]:
-    """State before the first sample: a polynomial through the first samples, its uncertainty times 100."""
-    near = 2.0 * min(max(fit.constant, 0.5), 50.0)
+def _initial_state(time: Array, value: Array, fit: StationaryFit) -> tuple[Array, Array]:
+    """State before the first sample: a polynomial through the first samples, with 100 times its standard error."""
+    near = 2.0 * min(max(fit.time_constant, 0.5), 50.0)
     count = int(np.clip(np.searchsorted(time, time[0] + near), fit.states + 3, time.size))
     since = time[:count] - time[0]
     span = float(since[-1])
     powers = (since / span)[:, None] ** np.arange(fit.states)
     q, r = np.linalg.qr(powers)
     coefficients = np.linalg.solve(r, q.T @ value[:count])
-    rest = value[:count] - powers @ coefficients
-    spread = max(fit.noise, float(rest @ rest) / (count - fit.states))
+    residual = value[:count] - powers @ coefficients
+    noise = max(fit.noise, float(residual @ residual) / (count - fit.states))
     inverse = np.linalg.inv(r)
     units = np.array([factorial(i) / span**i for i in range(fit.states)])
-    return coefficients * units, 1e4 * spread * (inverse @ inverse.T) * np.outer(units, units)
+    return coefficients * units, 1e4 * noise * (inverse @ inverse.T) * np.outer(units, units)
 
 
-def fitted(stretches: list[Scaled], states: int) -> tuple[Fit, float]:
-    """The most likely noise and time constant, and the log density of the samples given all others.
+def fitted(excerpts: list[ScaledSamples], states: int) -> tuple[StationaryFit, float]:
+    """The maximum-likelihood fit, and the sum of its leave-one-out log predictive densities.
 
-    First as if rounding were normal noise: a walk over the time constant, the noise found with it in closed form.
-    Then with sites.
+    First with rounding as normal noise, then with site approximations of the rounded samples.
     """
-    return _with_sites(stretches, _as_normal(stretches, states))
+    return _with_sites(excerpts, _with_normal_noise(excerpts, states))
 
 
-def _as_normal(stretches: list[Scaled], states: int) -> Fit:
-    count = sum(part.value.size for part in stretches)
-    least = stretches[0].floor + stretches[0].rounding
-    known: dict[float, tuple[float, float]] = {}
+def _with_normal_noise(excerpts: list[ScaledSamples], states: int) -> StationaryFit:
+    """Search over the time constant; the noise that belongs to it has a closed form."""
+    count = sum(part.value.size for part in excerpts)
+    least = excerpts[0].least_noise + excerpts[0].rounding
 
+    @cache
     def at(place: float) -> tuple[float, float]:
         """Log likelihood and noise for the time constant 10^place."""
-        place = round(place, 4)
-        if place not in known:
-            unit = Fit(states, 1.0, 10.0**place)
-            sums = np.array([Model(part, unit).likelihood() for part in stretches]).sum(axis=0)
-            determinant, misfit = float(sums[0]), float(sums[1])
-            # Far from the maximum the filter can break down in rounding.
-            if not (np.isfinite(sums).all() and misfit > 0.0):
-                return -np.inf, least
-            noise = max(misfit / count, least)
-            known[place] = (-0.5 * (determinant + count * np.log(noise) + misfit / noise), noise)
-        return known[place]
+        unit = StationaryFit(states, 1.0, 10.0**place)
+        sums = np.array([Smoother(part, unit).likelihood() for part in excerpts]).sum(axis=0)
+        determinant, misfit = float(sums[0]), float(sums[1])
+        # Far from the maximum the filter can break down in rounding.
+        if not (np.isfinite(sums).all() and misfit > 0.0):
+            return -np.inf, least
+        noise = max(misfit / count, least)
+        return -0.5 * (determinant + count * np.log(noise) + misfit / noise), noise
 
-    lowest = -QUICKEST / (2 * states - 1)
+    def likelihood(place: float) -> float:
+        return at(round(place, 4))[0]
+
+    lowest = -MOST_DECADES / (2 * states - 1)
     highest = float(np.log10(max(count / 20.0, 4.0)))
-    places = np.arange(lowest, min(highest, 3.5), 0.3)
-    best = float(places[int(np.argmax([at(place)[0] for place in places]))])
+    best = float(max(np.arange(lowest, min(highest, 3.5), 0.3), key=likelihood))
     for stride in (0.15, 0.075, 0.0375):
-        best = max((best - stride, best, best + stride), key=lambda place: at(place)[0])
-    return Fit(states, at(best)[1], 10.0**best)
+        best = max((best - stride, best, best + stride), key=likelihood)
+    return StationaryFit(states, at(round(best, 4))[1], 10.0**best)
 
 
-def _with_sites(stretches: list[Scaled], fit: Fit) -> tuple[Fit, float]:
-    """Rounds over all stretches, which share level and intensity."""
-    models = [Model(part, fit) for part in stretches]
-    rounding = stretches[0].rounding
-    level, intensity = max(fit.noise - rounding, 0.02 * stretches[0].quantum), fit.intensity
-    longest = SLOWEST * max(float(part.step.sum()) for part in stretches)
-    slow, quick = longest ** (1 - 2 * fit.states), 10.0**QUICKEST
-    sites: list[tuple[Array, Array] | None] = [None] * len(models)
-    told = 0.0
+def _with_sites(excerpts: list[ScaledSamples], fit: StationaryFit) -> tuple[StationaryFit, float]:
+    """Rounds over all excerpts, which share noise and density."""
+    smoothers = [Smoother(part, fit) for part in excerpts]
+    rounding = excerpts[0].rounding
+    noise, density = max(fit.noise - rounding, 0.02 * excerpts[0].quantum), fit.density
+    longest = LONGEST_CONSTANT * max(float(part.step.sum()) for part in excerpts)
+    bounds = np.array([longest ** (1 - 2 * fit.states), 10.0**MOST_DECADES])
+    sites: list[Sites | None] = [None] * len(smoothers)
+    predictive = 0.0
     for _ in range(ROUNDS):
         found = [
-            model.adapted(*model.even(intensity), level, 1, sites=site)
-            for model, site in zip(models, sites, strict=True)
+            smoother.adapt(*smoother.uniform(density), noise, 1, sites=own)
+            for smoother, own in zip(smoothers, sites, strict=True)
         ]
-        sites = [(each.value, each.variance) for each in found]
-        level = float(np.mean([each.level for each in found]))
-        intensity *= float(np.sqrt(np.mean([each.alive[0] for each in found])))  # the same is expected of all
-        intensity = float(np.clip(intensity, *((level + rounding) * np.array([slow, quick]))))
-        told = sum(float(each.told.sum()) for each in found)
-    noise = level + rounding
-    return Fit(fit.states, noise, float(noise / intensity) ** (1.0 / (2 * fit.states - 1))), told
+        sites = [each.sites for each in found]
+        noise = float(np.mean([each.noise for each in found]))
+        density *= float(np.sqrt(np.mean([each.innovation[0] for each in found])))
+        density = float(np.clip(density, *((noise + rounding) * bounds)))
+        predictive = sum(float(each.predictive.sum()) for each in found)
+    noise += rounding
+    time_constant = float(noise / density) ** (1.0 / (2 * fit.states - 1))
+    return StationaryFit(fit.states, noise, time_constant), predictive

@@ -12,6 +12,7 @@ from guideload.base.units import factor
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.resolution import TraceResolution, usable_bandwidth
+from guideload.smoothing.estimation import Estimate
 from guideload.smoothing.smoothing import Kind, Kinematics, Method, smooth
 from guideload.traces.reading import Trace
 
@@ -80,8 +81,9 @@ class Inspection:
     @property
     def deviation(self) -> Array | None:
         """(n,) standard deviation of the acceleration in its unit; None where the smoothing tells none."""
-        estimate = self.found.estimate
-        return None if estimate is None else np.sqrt(np.maximum(estimate.acceleration_variance, 0.0))
+        if not isinstance(self.found, Estimate):
+            return None
+        return np.sqrt(np.maximum(self.found.acceleration_variance, 0.0))
 
     @cached_property
     def differences(self) -> Array:

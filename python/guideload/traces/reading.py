@@ -17,6 +17,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
 from guideload.base.units import factor
 from guideload.motion.motion import Motion
+from guideload.smoothing.estimation import Estimate
 from guideload.smoothing.smoothing import Kind, Method, smooth
 from guideload.traces.content import columns
 from guideload.traces.content.samples import fresh_samples, quantum_given, read_samples
@@ -247,5 +248,5 @@ def motion_from_trace(
         source=f"{trace.source}, column {trace.column}",
         notes=(*trace.notes, found.note),
         bandwidth=found.bandwidth,
-        uncertainty=None if found.estimate is None else found.estimate.uncertainty,
+        uncertainty=found.uncertainty if isinstance(found, Estimate) else None,
     )

@@ -1,0 +1,87 @@
+"""The result of all smoothing methods, their checks of the samples, and their warning about noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from guideload.base.arrays import Array
+from guideload.base.errors import TraceError
+
+Kind = Literal["position", "velocity"]
+UNIT = {"position": "m", "velocity": "m/s"}
+
+FEWEST = 8
+SUSPICIOUS = 0.01  # noise over range: encoders and their speed signals stay below 0.5 %
+
+
+@dataclass(frozen=True, eq=False)
+class Kinematics:
+    """Motion at the time stamps of the samples.
+
+    position      (n,) m; for samples of velocity it starts at 0
+    velocity      (n,) m/s
+    acceleration  (n,) m/s2
+    bandwidth     Hz, up to which changes of acceleration are followed (half amplitude); inf if unknown
+    note          method and parameters, as text
+    """
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+    bandwidth: float
+    note: str
+
+
+def checked(time: ArrayLike, value: ArrayLike, kind: Kind) -> tuple[Array, Array]:
+    """Time stamps (n,) s and samples (n,) as float64.
+
+    Raises TraceError for an unknown kind, shapes that do not agree, fewer than 8 samples, numbers that are not finite,
+    and times that do not increase.
+    """
+    stamps, samples = np.asarray(time, float), np.asarray(value, float)
+    if kind not in get_args(Kind):
+        raise TraceError(f'smoothing: kind: expected one of {", ".join(get_args(Kind))}, got "{kind}"')
+    if stamps.ndim != 1 or samples.shape != stamps.shape:
+        raise TraceError(f"smoothing: expected one value a stamp, got {samples.shape} and {stamps.shape}")
+    if stamps.size < FEWEST:
+        raise TraceError(f"smoothing: expected at least {FEWEST} samples, got {stamps.size}")
+    for name, numbers in (("time", stamps), ("value", samples)):
+        bad = np.flatnonzero(~np.isfinite(numbers))
+        if bad.size:
+            place = f"{name}[{bad[0]}]"
+            raise TraceError(
+                f"smoothing: {place}: expected a finite number, got {numbers[bad[0]]} ({bad.size} such)"
+            )
+    steps = np.diff(stamps)
+    if steps.min() <= 0.0:
+        at = int(np.argmin(steps > 0.0)) + 1
+        before, here = float(stamps[at - 1]), float(stamps[at])
+        raise TraceError(f"smoothing: time[{at}]: expected more than {before!r} s, got {here!r}")
+    return stamps, samples
+
+
+def of_equal_samples(time: Array, value: Array, kind: Kind) -> Kinematics:
+    """The motion where all samples are equal."""
+    zero = np.zeros_like(value)
+    if kind == "position":
+        return Kinematics(value.copy(), zero, zero, np.inf, "the axis stands still: all samples are equal")
+    position = value * (time - time[0])
+    return Kinematics(position, value.copy(), zero, np.inf, "constant speed: all samples are equal")
+
+
+def noise_warning(noise: float, value: Array, quantum: float, step: float) -> str:
+    """Warning about `noise` (rms, in the unit of the samples) that is too large for encoders, or "".
+
+    step: s, usual distance of the samples.
+    """
+    share = noise / float(np.ptp(value))
+    if share <= SUSPICIOUS or noise <= quantum:
+        return ""
+    return (
+        f"that noise is {100 * share:.2g} % of the signal's range, so the trace is very noisy or too coarse for its "
+        f"moves (a sample every {step:.3g} s): the acceleration is cut"
+    )

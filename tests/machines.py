@@ -1,0 +1,32 @@
+"""Builders of machines for tests."""
+
+from typing import Any
+
+import numpy as np
+
+from guideload.machine.components import Body, Carriage, Link, Rail
+from guideload.machine.machine import Machine
+
+INERTIA = np.array([[420.0, 15.0, -8.0], [15.0, 310.0, 22.0], [-8.0, 22.0, 380.0]])
+CENTER = np.array([0.12, -0.65, 0.18])
+
+
+def body(**changes: Any) -> Body:
+    return Body(**({"mass": 1250.0, "center_of_mass": CENTER, "inertia": INERTIA} | changes))
+
+
+def carriage(name: str = "1", **changes: Any) -> Carriage:
+    values: dict[str, Any] = {"name": name, "rail": "1", "x": 0.0, "length": 0.6}
+    values |= {"stiffness_y": 4e8, "stiffness_z": 3e8, "damping_y": 2e5, "damping_z": 1e5}
+    return Carriage(**(values | changes))
+
+
+def link(name: str = "rack", **changes: Any) -> Link:
+    values = {"name": name, "point": (0, 0, 0), "direction": (1, 0, 0), "damping": 1e4}
+    return Link(**(values | changes))
+
+
+def machine(*carriages: Carriage, **changes: Any) -> Machine:
+    rails = [Rail(name="1", position=(0.05, -0.35))]
+    values = {"body": body(), "rails": rails, "carriages": carriages or [carriage()]}
+    return Machine(**(values | changes))
