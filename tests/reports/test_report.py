@@ -8,9 +8,8 @@ import pytest
 import reference as ref
 from texts import one_line, row
 
-from guideload import ArgumentError, Link, Machine, Motion, Result, plots, simulate
+from guideload import ArgumentError, Drive, Link, Machine, Motion, Result, plots, simulate
 from guideload.base.numbers import load_in_table
-from guideload.cli.inputs import EXAMPLES
 from guideload.machine.modes import Modes
 from guideload.reports import result as report
 from guideload.reports.elements import WIDTH
@@ -20,7 +19,7 @@ TIME = np.linspace(0.0, 1.0, 1001)
 PUSH = Motion.along_x(
     TIME, np.where((TIME > 0.2) & (TIME < 0.6), 2.2, 0.0), source="a push", notes=("typed in", "by hand")
 )
-MACHINE = Machine.from_toml(EXAMPLES / "manipulator.toml")
+MACHINE = ref.cart().model_copy(update={"drive": Drive(gear_ratio=12.0, pinion_diameter=0.1273)})
 PAPER = MACHINE.with_free(["rx", "ry", "rz"])
 RACK = Link(name="rack", point=(0, 0, 0), direction=(1, 0, 0), stiffness=8e7, damping=2e4)
 

@@ -6,7 +6,6 @@ from functools import cache
 from math import factorial
 from pathlib import Path
 
-import make_example_trace as move
 import numpy as np
 import pandas as pd
 import pytest
@@ -14,6 +13,7 @@ import reference as ref
 from linear_gaussian import dense, problem
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from moves import GENTLE
 from texts import one_line
 
 from guideload import Machine, Motion, Result, TraceError, _core, plots, simulate
@@ -302,9 +302,9 @@ def example() -> Result:
 @pytest.mark.parametrize(("quantum", "noise"), [(5e-8, 0.0), (1e-6, 2e-6), (1e-5, 5e-6), (8e-5, 0.0)])
 def test_peaks_of_the_example_are_within_a_percent_and_the_band_says_so(quantum: float, noise: float) -> None:
     """The move behind the packaged trace, measured by encoders over three decades, against the move itself."""
-    time = move.times()
-    position, _, acceleration = move.motion(time)
-    machine = example().machine
+    time = GENTLE.times(1000.0)
+    position, _, acceleration = GENTLE.motion(time)
+    machine = ref.cart()
     shaken = position + noise * np.random.default_rng(SEED).standard_normal(time.size)
     table = {"t_s": time, "x_m": quantum * np.round(shaken / quantum)}
     measured = simulate(machine, motion_from_trace(read_trace(table, quantum=quantum))).peaks()
