@@ -40,20 +40,8 @@ def machine(**changes: Any) -> Machine:
             carriage("pre", "right", 0.4, preload_y=2e3, rolling="ball", stiffness_z=None, curve_z=CURVE),
         ],
         "links": [
-            {
-                "name": "rack",
-                "point": (0.0, 0.1, 0.0),
-                "direction": (1, 0, 0),
-                "stiffness": 8e7,
-                "damping": 2e4,
-            },
-            {
-                "name": "stop",
-                "point": (0.5, 0.1, 0.2),
-                "direction": (0, 1, 1),
-                "curve": CURVE,
-                "damping": 0.0,
-            },
+            dict(name="rack", point=(0.0, 0.1, 0.0), direction=(1, 0, 0), stiffness=8e7, damping=2e4),
+            dict(name="stop", point=(0.5, 0.1, 0.2), direction=(0, 1, 1), curve=CURVE, damping=0.0),
         ],
     }
     return Machine(**(values | changes))

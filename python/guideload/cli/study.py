@@ -102,12 +102,8 @@ def _read(study_file: Path, resumed: Path | None, samples: int | None, seed: int
     from guideload.study.description.options import read_study
     from guideload.study.description.study import Study
 
-    if (
-        seed is None
-        and resumed is not None
-        and "seed" not in read_study(study_file)[0]
-        and read_json(resumed)
-    ):
+    seedless = seed is None and "seed" not in read_study(study_file)[0]
+    if seedless and resumed is not None and read_json(resumed):
         seed = StudyMetadata.read(resumed).seed
     return Study.from_toml(study_file, samples=samples, seed=seed)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.patheffects import withStroke
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 FEW = 60  # samples up to which each is drawn as a dot: a density of fewer would be random
 LINES = 20  # histories up to which each is drawn
 LEVELS = (0.05, 0.5, 0.95)
+BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "alignment": "left"}
 OUTER = 0.01  # of the samples beyond the last mark, on the worst side
 SHOWN = 0.995  # of the lives: the rest is a long tail that would fill the picture
 
@@ -119,9 +120,8 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
         if not ax.lines:
             return nothing(ax)
         bottom = 10.0 ** np.floor(np.log10(smallest_probability) - 0.3)
-        ax.set(
-            yscale="log", ylim=(bottom, 1.0), xlabel=with_unit(name, result.metadata), ylabel="probability"
-        )
+        ax.set(xlabel=with_unit(name, result.metadata), ylabel="probability")
+        ax.set(yscale="log", ylim=(bottom, 1.0))
         ax.yaxis.set_major_locator(LogLocator(numticks=12))
         ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
         ax.yaxis.set_minor_locator(LogLocator(subs=tuple(range(2, 10)), numticks=12))
@@ -131,12 +131,7 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
         if smallest and longest:
             ax.set_xlim(right=longest)
         _mark_limit(ax, result, name, up=0.0)
-        ax.legend(
-            title="carriage, and 95 % interval",
-            loc="center left",
-            bbox_to_anchor=(1.0, 0.5),
-            alignment="left",
-        )
+        ax.legend(title="carriage, and 95 % interval", **BESIDE)
     return ax
 
 
@@ -170,13 +165,11 @@ def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
             for index, line in enumerate(resultant):
                 ax.plot(time, line, color=color, linewidth=0.8, alpha=0.6, label="" if index else "samples")
         if "nominal_resultant" in data:
-            nominal = data["nominal_resultant"].sel(carriage=carriage).values
-            ax.plot(
-                time, nominal, color=INK, linewidth=1.0, linestyle=(0, (5, 2)), label="machine as described"
-            )
+            nominal, dash = data["nominal_resultant"].sel(carriage=carriage).values, (0, (5, 2))
+            ax.plot(time, nominal, color=INK, linewidth=1.0, linestyle=dash, label="machine as described")
         ax.set(xlabel="time [s]", ylabel="√(F$_y$² + F$_z$²) [N]")
         ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
-        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left")
+        ax.legend(**BESIDE)
     return ax
 
 
@@ -189,12 +182,8 @@ def save_study(result: StudyResult, folder: str | Path) -> list[Path]:
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     chosen, is_quantity = result.metadata.chosen, result.leading in result.quantities
-    pictures = [
-        *([(distributions, "distributions.png")] if is_quantity else []),
-        *([(exceedance, "exceedance.png")] if is_quantity and not chosen else []),
-        *([] if chosen else [(tornado, "tornado.png")]),
-    ]
-    paths = [save(draw(result), folder / file) for draw, file in pictures]
+    drawn = {distributions: is_quantity, exceedance: is_quantity and not chosen, tornado: not chosen}
+    paths = [save(draw(result), folder / f"{draw.__name__}.png") for draw, wanted in drawn.items() if wanted]
     paths.append(save(scatter(result)[0], folder / "scatter.png"))
     if result.histories is not None and result.histories.sizes["sample"]:
         carriages = result.metadata.carriages
@@ -261,18 +250,11 @@ def _mark_limit(ax: Axes, result: StudyResult, name: str, up: float = 1.0) -> No
     else:
         text, at = f"\N{LEFTWARDS ARROW} {text}", low
     left = at <= low + 0.85 * (high - low)
-    ax.annotate(
-        text,
-        (10**at if log else at, up),
-        (4 if left else -4, -2 if up else 4),
-        xycoords=("data", "axes fraction"),
-        textcoords="offset points",
-        ha="left" if left else "right",
-        va="top" if up else "bottom",
-        fontsize=8,
-        path_effects=[withStroke(linewidth=2.5, foreground="white")],
-        zorder=6,
-    )
+    place, offset = (10**at if log else at, up), (4 if left else -4, -2 if up else 4)
+    sides: dict[str, Any] = {"ha": "left" if left else "right", "va": "top" if up else "bottom"}
+    halo = [withStroke(linewidth=2.5, foreground="white")]
+    note = ax.annotate(text, place, offset, ("data", "axes fraction"), "offset points", fontsize=8, **sides)
+    note.set(path_effects=halo, zorder=6)
 
 
 def _of_carriages(result: StudyResult, name: str) -> list[str]:

@@ -119,18 +119,13 @@ def cases_answer(result: StudyResult) -> Iterator[str]:
     stem = result.leading.partition("[")[0]
     columns = [f"{stem}[{owner}]" if owner else stem for owner in result.owners(stem)]
     values, quantity = result.table(columns)[columns], QUANTITIES[stem]
-    worst = values.min() if quantity.smallest_is_worst else values.max()
-    column = str(worst.idxmin() if quantity.smallest_is_worst else worst.idxmax())
-    case = values.index[values[column] == worst[column]][0]
-    words = "Smallest" if quantity.smallest_is_worst else "Largest"
-    figure = f"{with_owner(column, result.metadata)}, {_with_unit(float(worst[column]), quantity)}"
-    yield f"{words} of all cases: {figure}, case {case}"
-    exceeded = result.cases()["exceeded"]
+    worst, words = ("idxmin", "Smallest") if quantity.smallest_is_worst else ("idxmax", "Largest")
+    column, case = getattr(values.unstack(), worst)()
+    value = _with_unit(float(values[column][case]), quantity)
+    yield f"{words} of all cases: {with_owner(column, result.metadata)}, {value}, case {case}"
     for name, limit in result.limits.items():
-        count = exceeded.str.split(", ").map(
-            lambda names, name=name: title_of(name, result.metadata) in names
-        )
-        yield f"{capitalised(_limit_text(name, limit, result.metadata))}: {count.sum()} of {result.runs} cases"
+        count = np.count_nonzero(QUANTITIES[name].exceeds(result.column(name), limit))
+        yield f"{capitalised(_limit_text(name, limit, result.metadata))}: {count} of {result.runs} cases"
 
 
 def _limit_text(name: str, limit: float, metadata: StudyMetadata) -> str:
@@ -154,10 +149,9 @@ def study_warnings(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     if result.metadata.chosen:
         return
     if result.failed > MANY_FAILURES * result.finished:
-        yield (
-            f"{result.failed} of {result.finished} runs failed, {100 * result.failed / result.finished:.2g} %. The "
-            "statistics leave them out: if they are the worst machines, the true loads are higher."
-        )
+        share = f"{100 * result.failed / result.finished:.2g} %"
+        hint = "The statistics leave them out: if they are the worst machines, the true loads are higher."
+        yield f"{result.failed} of {result.finished} runs failed, {share}. {hint}"
     samples, least = int(summary["samples"].max()), fewest_samples(0.99)
     if samples < least:
         are = "1 sample is too" if samples == 1 else f"{samples} samples are"
@@ -166,18 +160,16 @@ def study_warnings(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
         peaks = summary.loc[PEAK]
         width = float(((peaks["q99_high"] - peaks["q99_low"]) / peaks["q99"]).max())
         if width > WIDE_QUANTILE:
-            yield (
-                f"The interval of the 99 % quantile of a peak is wide, {100 * width:.2g} % of it; about "
-                f"{(width / WIDE_QUANTILE) ** 2:.2g} times as many samples make it {100 * WIDE_QUANTILE:g} %."
+            more = (
+                f"{(width / WIDE_QUANTILE) ** 2:.2g} times as many samples make it {100 * WIDE_QUANTILE:g} %"
             )
+            yield f"The interval of the 99 % quantile of a peak is wide, {100 * width:.2g} % of it; about {more}."
     if result.metadata.sensitivity and not result.too_few:
         indices = result.sensitivity()
         widths = (indices[f"{order}_high"] - indices[f"{order}_low"] for order in ("total", "first_order"))
         if (width := max(float(one.max()) for one in widths)) > WIDE_INDEX:
-            yield (
-                f"The intervals of the Sobol indices are wide, up to {width:.2g}; about "
-                f"{(width / WIDE_INDEX) ** 2:.2g} times as many samples make them {WIDE_INDEX:g}."
-            )
+            more = f"{(width / WIDE_INDEX) ** 2:.2g} times as many samples make them {WIDE_INDEX:g}"
+            yield f"The intervals of the Sobol indices are wide, up to {width:.2g}; about {more}."
 
 
 # ---- what was studied
@@ -238,6 +230,7 @@ def cases_table(result: StudyResult) -> list[RenderableType]:
     table = new_table("case", *(name.replace(".", ".\n").replace("].", "].\n") for name in varied))
     for name in columns:
         table.add_column(Text(name.partition("[")[2].removesuffix("]") or "machine"), justify="right")
+    owner = "each carriage" if each and len(columns) > 1 else "the machine"
     if LIFE in cases:
         table.add_column("life\nkm", justify="right", no_wrap=True)
         columns = [*columns, LIFE]
@@ -245,14 +238,11 @@ def cases_table(result: StudyResult) -> list[RenderableType]:
     for i, (_, row) in enumerate(cases.iloc[:CASES].iterrows()):
         cells = [*(f"{row[name]:.4g}" for name in varied), *(_cell(float(row[name])) for name in columns)]
         table.add_row(str(i), *cells, Text(row["exceeded"]))
-    owner = "each carriage" if each and len(columns) > 1 else "the machine"
     unit = f" [{QUANTITIES[stem].unit}]" if QUANTITIES[stem].unit else ""
     life = "; life: the shortest of the carriages" if LIFE in cases else ""
     lines = [f"{capitalised(title_of(stem, metadata))} of {owner}{unit}{life}."]
     if len(cases) > CASES:
-        lines.append(
-            f"The first {CASES} of {len(cases)} cases; all are in summary.json, or in cases() of the result."
-        )
+        lines += [f"The first {CASES} of {len(cases)} cases; all are in summary.json, or in result.cases()."]
     contact = [contact_line(metadata)] if CONTACT in result.quantities else []
     return [table, *remark(*lines, *contact, CHOSEN)]
 

@@ -1,4 +1,4 @@
-"""Monte Carlo studies: the distribution of the loads where the parameters of a machine scatter."""
+"""Monte Carlo studies: the distribution of the loads of a machine whose parameters vary."""
 
 from guideload.study.description.study import Study
 from guideload.study.execution import StudyInterrupted, run_study

@@ -15,14 +15,15 @@ import numpy as np
 from pydantic import Field, PlainValidator, StrictBool, StrictStr
 
 from guideload.base.config import ConfigModel, number
-from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, shown
+from guideload.base.errors import ConfigError, KeyPath, ValueRefused
 from guideload.base.toml import Place, read_toml
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.simulation import Method
 from guideload.study.description.correlation import Correlation
 from guideload.study.description.quantities import STATISTICS, Life, Recorded, Statistic
-from guideload.study.description.varied_parameter import DistributionSpec, SampleSpec, optional
+from guideload.study.description.refusals import problem_at
+from guideload.study.description.varied_parameter import DistributionSpec, optional
 from guideload.study.sampling.sequences import Sampling, Sobol
 from guideload.traces.reading import motion_from_trace, read_trace
 
@@ -141,12 +142,10 @@ class StudyFile(StudyOptions):
         files: dict[KeyPath, str | None] = {
             (key,): getattr(self, key) for key in ("machine", "trace", "cases")
         }
-        files |= {
-            ("vary", i, "file"): one.file for i, one in enumerate(self.vary) if isinstance(one, SampleSpec)
-        }
+        files |= {("vary", i, "file"): getattr(one, "file", None) for i, one in enumerate(self.vary)}
         problems = [
-            Problem(key, name, "a file that exists", f"there is no {folder / name}", None, shown(name))
-            for key, name in files.items()
+            problem_at(place, ValueRefused("a file that exists", name, f"there is no {folder / name}"))
+            for place, name in files.items()
             if name is not None and not (folder / name).exists()
         ]
         if problems:

@@ -82,10 +82,8 @@ def _of_machine(machine: Machine, motion: Motion) -> Iterator[Row]:
     for i, axis in enumerate(AXES):
         yield Row(f"gravity.{axis}", "m/s^2", "", machine.gravity[i], [(("gravity", i, 0), 1.0)])
     yield Row("motion.scale", "1", "", 1.0, [(("acceleration", 0, 0), 1.0)])
-    force = None if motion.wrench is None else 1.0
-    yield Row(
-        "motion.force_scale", "1", "", force, [(("wrench", 0, 0), 1.0)], "a motion with a process force"
-    )
+    force, need = None if motion.wrench is None else 1.0, "a motion with a process force"
+    yield Row("motion.force_scale", "1", "", force, [(("wrench", 0, 0), 1.0)], need)
 
 
 def _of_rail(position: Sequence[float], carriages: Sequence[int]) -> Iterator[Row]:
@@ -127,15 +125,9 @@ def _of_spring(
     ) -> Row:
         return Row(key, unit, floor, value, [(("law", k, name), factor) for k in links], need)
 
-    one, by_side = "one stiffness, in place of a curve or of its sides", "a stiffness by side"
-    yield of_law(
-        f"stiffness{suffix}",
-        "N/m",
-        "> 0",
-        stiffness if isinstance(stiffness, float) else None,
-        one,
-        "stiffness",
-    )
+    need, by_side = "one stiffness, in place of a curve or of its sides", "a stiffness by side"
+    value = stiffness if isinstance(stiffness, float) else None
+    yield of_law(f"stiffness{suffix}", "N/m", "> 0", value, need, "stiffness")
     for side in ("positive", "negative"):
         value = getattr(sides, side, None)
         yield of_law(f"stiffness{suffix}.{side}", "N/m", ">= 0", value, by_side, f"{side}_stiffness")
