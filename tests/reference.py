@@ -1,4 +1,4 @@
-"""An independent reference in 50 digits and more, and the scenes and motions of the yardstick.
+"""An independent reference in 50 digits and more, and the scenes and motions that tests share.
 
 The reference shares no code with guideload: it reads the description of a Machine, assembles M, C, K and Q from
 the equations of the paper in mpmath, and propagates the first-order hold by mpmath's exponential of the
@@ -44,16 +44,12 @@ def on_rails(
     centers: Sequence[float], end: float, free: Sequence[str], damping: float, **laws: Any
 ) -> Machine:
     """Two rails; on each a carriage at each x of `centers`, its ends at x -+ `end`, each 6e7 N/m and `damping`
-    along y and along z; `laws`: what else all carriages have."""
+    along y and along z; `laws`: other values of all carriages."""
     rails = [Rail(name="1", position=(0.05, -0.35)), Rail(name="2", position=(0.05, 0.35))]
-    whole = {
-        "stiffness_y": 1.2e8,
-        "stiffness_z": 1.2e8,
-        "damping_y": 2.0 * damping,
-        "damping_z": 2.0 * damping,
-    }
+    stiffness = {"stiffness_y": 1.2e8, "stiffness_z": 1.2e8}
+    values = stiffness | {"damping_y": 2.0 * damping, "damping_z": 2.0 * damping, "length": 2.0 * end} | laws
     carriages = [
-        Carriage(name=f"{rail.name}{'abcd'[i]}", rail=rail.name, x=x, length=2.0 * end, **whole, **laws)
+        Carriage(name=f"{rail.name}{'abcd'[i]}", rail=rail.name, x=x, **values)
         for rail in rails
         for i, x in enumerate(centers)
     ]
@@ -75,9 +71,9 @@ def cart_clear() -> Machine:
     return cart(clearance_y=5e-6, clearance_z=5e-6)
 
 
-def preloaded() -> Machine:
-    """The cart on preloaded balls: each link 6e7 N/m at no load, preload 600 N, opening at 1.7 kN."""
-    return cart(preload_y=1200.0, preload_z=1200.0, rolling="ball")
+def preloaded(preload: float = 1200.0) -> Machine:
+    """The cart on preloaded balls: each link 6e7 N/m at no load, half the preload, opening at 1.7 kN for 1200 N."""
+    return cart(preload_y=preload, preload_z=preload, rolling="ball")
 
 
 def paper(free: Sequence[str] = ("rx", "ry", "rz")) -> Machine:
@@ -213,7 +209,7 @@ def random_motion(
 ) -> Motion:
     """Random walk-like acceleration, rms about 1 m/s2, and noise.
 
-    times: uniform, random (every interval its own) or ticks (five lengths, as device clocks have).
+    times: uniform, random (12 stamps, every interval its own) or ticks (five lengths, as device clocks have).
     """
     rng = np.random.default_rng(seed)
     if times == "uniform":
@@ -221,7 +217,7 @@ def random_motion(
     elif times == "ticks":
         time = np.cumsum(rng.choice([0.5e-3, 0.75e-3, 1e-3, 1.25e-3, 2e-3], count))
     else:
-        count = 30
+        count = 12
         time = np.cumsum(10.0 ** rng.uniform(-5.0, -2.0, count))
     if jumps:
         for at in (count // 5, count // 2):
@@ -234,6 +230,38 @@ def random_motion(
     return Motion(
         time, acceleration, wrench=rng.normal(size=(count, 6)) * [500.0, 800.0, 300.0, 90.0, 60.0, 120.0]
     )
+
+
+# ---- critically damped scenes
+
+
+def translating(
+    mass: float, links: Sequence[tuple[str, tuple[float, float, float], float, float]]
+) -> Machine:
+    """A body that only translates, on links through L: (dof, direction, k, b)."""
+    return Machine(
+        body=body(mass=mass, center_of_mass=(0.0, 0.0, 0.0)),
+        links=[Link(name=d, point=(0, 0, 0), direction=o, stiffness=k, damping=b) for d, o, k, b in links],
+        free=tuple(link[0] for link in links),
+    )
+
+
+def all_modes_critical() -> Machine:
+    """M = diag(1024, .., 256, ..) and six links that give omega = 128 and damping 1 to all six modes.
+
+    All numbers are powers of two, so M, C and K are exact in binary: one eigenvalue, six Jordan blocks of size 2.
+    """
+    k, b, a = 2.0**23, 2.0**17, 0.5
+    rows = [("x", 2), ("y", 0), ("z", 1)]  # links along this axis at -+a on that one
+    links = []
+    for axis, (name, arm) in enumerate(rows):
+        for sign in (-1.0, 1.0):
+            point, direction = np.zeros(3), np.zeros(3)
+            point[arm], direction[axis] = sign * a, 1.0
+            links.append(Link(name=f"{name}{sign}", point=point, direction=direction, stiffness=k, damping=b))
+    inertia = 256.0 * np.eye(3)
+    heavy = Body(mass=1024.0, center_of_mass=(0.0, 0.0, 0.0), inertia=inertia)
+    return Machine(body=heavy, links=links, free=DOFS)
 
 
 # ---- the reference

@@ -1,7 +1,7 @@
 """Everything that must hold, on a machine with nothing but Rust and Python: `python3 tests/run.py`.
 
 Makes a virtual environment in .venv, builds and installs the package there, and runs formatting, lints, Rust tests, the
-build without std and allocator, type checks and Python tests. Ends at the first failure.
+build without std and allocator, type checks, Python tests, and the documentation. Ends at the first failure.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def main() -> None:
         sys.exit("cargo is not on the path: install Rust from https://rustup.rs")
     if not (SCRIPTS / ("python.exe" if os.name == "nt" else "python")).exists():
         step("virtual environment", lambda: venv.create(ENVIRONMENT, with_pip=True))
-    run("build and install", python, "-m", "pip", "install", "--quiet", ".[test]")
+    run("build and install", python, "-m", "pip", "install", "--quiet", ".[test,docs]")
 
     if component("rustfmt"):
         run("Rust formatting", "cargo", "fmt", "--all", "--check")
@@ -59,6 +59,8 @@ def main() -> None:
     run("Python formatting", python, "-m", "ruff", "format", "--check", ".")
     run("Python types", python, "-m", "mypy")
     run("Python tests", python, "-m", "pytest", "-q")
+    site = ["-W", "--keep-going", "-q", "-b", "html", "docs", "docs/_build/html"]
+    run("documentation, warnings as errors", python, "-m", "sphinx", *site)
     print("\nall passed")
 
 

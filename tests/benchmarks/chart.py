@@ -1,7 +1,7 @@
 """Speed against error, guideload beside its peers: `python tests/benchmarks/chart.py`.
 
     --quick            every second setting, fewer rounds; all of it takes about 7 minutes
-    --markdown         tables for the README
+    --markdown         tables for docs/benchmarks.md
     --picture FILE     the chart
 
 Six scenes (scenes.py): the yardstick's cart, linear, on its clean and on its noisy trace; with 5 um of
@@ -62,7 +62,7 @@ def main() -> None:
     """Measure all, print all."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--quick", action="store_true", help="every second setting, fewer rounds")
-    parser.add_argument("--markdown", action="store_true", help="tables for the README")
+    parser.add_argument("--markdown", action="store_true", help="tables for docs/benchmarks.md")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="where to write the chart")
     asked = parser.parse_args()
     silence_libraries()

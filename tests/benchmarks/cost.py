@@ -237,7 +237,7 @@ def print_details(title: str, jobs: Jobs) -> None:
 
 
 def print_markdown(clean: Jobs, noise: Jobs) -> None:
-    """The table for the README."""
+    """The table for docs/benchmarks.md."""
     print(
         "| | clean | noisy | noisy / clean | times as fast as lsim | as solve_ivp RK45 | error, dynamic part |"
     )

@@ -1,7 +1,7 @@
 """Scenes per second and core, guideload beside its peers: `python tests/benchmarks/monte_carlo.py`.
 
     --quick       fewer runs
-    --markdown    a table for the README
+    --markdown    a table for docs/benchmarks.md
     --million     also a million machines of the packaged study by `guideload study`, their time and memory
 
 The yardstick's cart, 16 links and 5 free dofs, where it scatters: mass uniform within 10 %, centre of mass
@@ -116,7 +116,7 @@ def main() -> None:
     """Measure all, print all."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--quick", action="store_true", help="fewer runs")
-    parser.add_argument("--markdown", action="store_true", help="a table for the README")
+    parser.add_argument("--markdown", action="store_true", help="a table for docs/benchmarks.md")
     parser.add_argument(
         "--million", action="store_true", help="also a million machines of the packaged study"
     )

@@ -1,6 +1,8 @@
 """The JSON schema of machine and study files: the packaged examples are valid, what the program refuses is not."""
 
 import json
+import sys
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -8,9 +10,14 @@ import pytest
 from click.testing import CliRunner
 from jsonschema import Draft202012Validator
 
-from guideload.base.toml import tomllib
-from guideload.cli.inputs import EXAMPLES
 from guideload.cli.main import main
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+EXAMPLES = Path(str(files("guideload"))) / "examples"
 
 FILES = {"machine.toml": "machine", "manipulator.toml": "machine", "study.toml": "study"}
 

@@ -20,8 +20,7 @@ import pytest
 import reference as ref
 from command_line import MACHINE, TRACE, guideload, refused
 from numpy.typing import NDArray
-from reference import DOFS
-from test_exactness import all_modes_critical, translating
+from reference import DOFS, all_modes_critical, translating
 
 from guideload import ArgumentError, Link, Machine, Motion, RunError, Stability, plots, simulate, stability
 from guideload.methods.step_stability import step_ends

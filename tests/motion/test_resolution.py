@@ -204,7 +204,7 @@ def test_the_band_stays_with_a_result_and_files_of_before_have_half_the_rate() -
 def test_without_the_samples_there_is_no_resolution() -> None:
     audit = simulate(ref.cart(), pushed(1000.0), times=np.arange(100) * 0.01).audit
     assert audit.resolution is None
-    assert any(line.startswith("band") and "not to be told" in line for line in audit.lines)
+    assert any(line.startswith("trace") and "unknown" in line for line in audit.lines)
 
 
 def test_the_example_is_carried_by_its_trace() -> None:

@@ -1,10 +1,12 @@
-"""What is told of a machine: its laws in words and figures, its state at rest, what its modes mean."""
+"""Reports of machines: laws in words and figures, the state at rest, mistaken units, nominal stiffness."""
 
 from typing import Any
 
 import numpy as np
 import pytest
+import reference as ref
 from click.testing import CliRunner
+from texts import one_line
 
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.main import main
@@ -16,16 +18,16 @@ from guideload.reports.machine import machine_report, modes_report
 
 SIDES = {"positive": "90 N/um", "negative": "140 N/um"}
 CURVE = [["0 um", "0 N"], ["6 um", "400 N"], ["16 um", "2 kN"]]
-PLAY = "5 um of play to either side, then "
-# Other values of every carriage, and what is told of them.
+CLEARANCE = "5 um of clearance to either side, then "
+# Other values of every carriage, and their law in words.
 LAWS: dict[str, tuple[dict[str, Any], str]] = {
     "sides": ({"stiffness_y": SIDES}, "y 90 N/um towards +y, 140 N/um towards -y"),
-    "play": ({"clearance_z": "5 um"}, f"z {PLAY}120 N/um"),
+    "clearance": ({"clearance_z": "5 um"}, f"z {CLEARANCE}120 N/um"),
     "both": (
         {"stiffness_z": SIDES, "clearance_z": "5 um", "damping_in_contact": True},
-        f"z {PLAY}90 N/um towards +z, 140 N/um towards -z, damping only there",
+        f"z {CLEARANCE}90 N/um towards +z, 140 N/um towards -z, damping only there",
     ),
-    "play along two axes": ({"clearance_y": "5 um", "clearance_z": "5 um"}, f"y, z {PLAY}120 N/um"),
+    "clearance along two axes": ({"clearance_y": "5 um", "clearance_z": "5 um"}, f"y, z {CLEARANCE}120 N/um"),
     "curve": (
         {"curve_y": CURVE, "stiffness_y": None},
         "curve through 0 um 0 N, 6 um 400 N, 16 um 2000 N; the",
@@ -43,24 +45,18 @@ LAWS: dict[str, tuple[dict[str, Any], str]] = {
 
 
 def example(links: tuple[Link, ...] = (), **of_carriage: Any) -> Machine:
-    machine = Machine.from_toml(EXAMPLES / "manipulator.toml")
-    carriages = [part.model_copy(update=of_carriage) for part in machine.carriages]
-    return machine.model_copy(update={"carriages": carriages, "links": links})
+    return ref.cart(**of_carriage).model_copy(update={"links": links})
 
 
-def one_line(text: str) -> str:
-    return " ".join(text.split())
-
-
-@pytest.mark.parametrize(("changes", "told"), LAWS.values(), ids=LAWS)
-def test_laws_that_are_not_linear_are_told(changes: dict[str, Any], told: str) -> None:
+@pytest.mark.parametrize(("changes", "words"), LAWS.values(), ids=LAWS)
+def test_laws_that_are_not_linear_are_described(changes: dict[str, Any], words: str) -> None:
     text = machine_report(example(**changes))
-    assert f"1a, 1b, 2a, 2b {told}" in one_line(text).replace("y curve", "curve")
+    assert f"1a, 1b, 2a, 2b {words}" in one_line(text).replace("y curve", "curve")
     assert max(map(len, text.splitlines())) <= WIDTH
     assert "*" in text and "nominal stiffness" in text
 
 
-def test_a_linear_machine_is_told_without_laws() -> None:
+def test_a_linear_machine_has_no_laws_in_words() -> None:
     for machine in (
         example(),
         example(clearance_y=0.0),
@@ -70,32 +66,44 @@ def test_a_linear_machine_is_told_without_laws() -> None:
         assert "nominal" not in modes_report(machine, Modes.of(machine))
 
 
-def test_extra_links_are_told_with_place_direction_and_law() -> None:
+def test_extra_links_have_place_direction_and_law() -> None:
     rack = Link(
         name="rack", point=(0, 0.1, 0), direction=(2, 0, 0), stiffness=8e7, damping=2e4, clearance="10 um"
     )
     text = one_line(machine_report(example(links=(rack,))))
-    assert "rack (0, 100, 0) (1, 0, 0) 20 10 um of play to either side, then 80 N/um" in text
+    assert "rack (0, 100, 0) (1, 0, 0) 20 10 um of clearance to either side, then 80 N/um" in text
 
 
-def test_at_rest_it_is_told_what_is_free_and_what_is_open() -> None:
-    assert "At rest: supported in every free dof" in machine_report(example())
+def test_the_report_begins_with_the_state_at_rest() -> None:
+    first = "machine: linear. At rest: supported in every free dof. 5 natural modes at "
+    assert one_line(machine_report(example())).startswith(first)
     loose = one_line(machine_report(example(clearance_z="5 um")))
     assert "At rest: free within its clearance" in loose and "within its clearance in z, and in ry" in loose
     # The carriage that carries most has 5366 N on two ends: 2^1.5 times half of the preload opens a row of it.
-    for preload, said in ((1800.0, True), (2000.0, False)):
+    for preload, opens in ((1800.0, True), (2000.0, False)):
         text = one_line(machine_report(example(preload_y=preload, rolling="ball")))
-        assert ("have a row open" in text) is said
-    assert "2b:-y, 2b:+y have a row open" in one_line(machine_report(example(preload_y=1800, rolling="ball")))
+        assert ("2b:-y, 2b:+y have a row open at rest" in text) is opens
 
 
-def test_play_of_millimetres_is_taken_for_a_slip_of_units() -> None:
-    for clearance, said in ((9e-4, False), (5.0, True)):
-        text = one_line(machine_report(example(clearance_y=clearance)))
-        assert ("is it in m?" in text) is said
+@pytest.mark.parametrize(
+    ("changes", "question"),
+    [
+        ({}, None),
+        ({"clearance_y": 9e-4}, None),
+        ({"clearance_y": 5.0}, "is it in m?"),
+        ({"stiffness_y": 120.0, "stiffness_z": 120.0}, "the lowest mode is at"),
+        ({"damping_y": 1e8, "damping_z": 1e8}, "a damping ratio is"),
+    ],
+)
+def test_values_of_no_machine_are_taken_for_mistaken_units(
+    changes: dict[str, Any], question: str | None
+) -> None:
+    text = one_line(machine_report(example(**changes)))
+    assert ("Plain numbers are SI" in text) is (question is not None)
+    assert question is None or question in text
 
 
-def test_it_is_told_which_stiffness_the_modes_are_for() -> None:
+def test_the_stiffness_of_the_modes_is_described() -> None:
     machine = example(**LAWS["sides"][0])
     assert "This machine is piecewise linear. These frequencies are" in modes_report(
         machine, Modes.of(machine)
@@ -107,16 +115,15 @@ def test_it_is_told_which_stiffness_the_modes_are_for() -> None:
 @pytest.mark.parametrize("changes", [changes for changes, _ in LAWS.values()], ids=LAWS)
 def test_nominal_scene_is_that_of_the_linear_machine(changes: dict[str, Any]) -> None:
     machine = example(**changes)
-    plain = {"stiffness_y": None, "curve_y": None, "rolling": None, "damping_in_contact": False}
-    plain |= {
-        f"{key}_{axis}": value for key, value in (("preload", None), ("clearance", 0.0)) for axis in "yz"
-    }
+    none = dict.fromkeys(("curve_y", "curve_z", "preload_y", "preload_z", "rolling"))
+    plain = none | {"damping_in_contact": False, "clearance_y": 0.0, "clearance_z": 0.0}
     carriages = [
         Carriage(
             **{
                 **dict(part),
                 **plain,
-                **{f"stiffness_{axis}": law.stiffness for axis, law in zip("yz", part.laws, strict=True)},
+                "stiffness_y": part.laws[0].stiffness,
+                "stiffness_z": part.laws[1].stiffness,
             }
         )
         for part in machine.carriages
@@ -129,7 +136,7 @@ def test_nominal_scene_is_that_of_the_linear_machine(changes: dict[str, Any]) ->
 
 def test_check_and_modes_take_every_law(tmp_path: Any) -> None:
     text = (EXAMPLES / "manipulator.toml").read_text(encoding="utf-8")
-    old = 'stiffness_y = "120 N/um"'
+    old = 'stiffness_y = "55 N/um"'
     text = text.replace(old, 'stiffness_y = { positive = "90 N/um", negative = "140 N/um" }', 1)
     text = text.replace(old, 'curve_y = [["0 um", "0 N"], ["6 um", "400 N"], ["16 um", "2 kN"]]', 1)
     text = text.replace(old, f'{old}\npreload_y = "1.2 kN"\nrolling = "ball"', 1)

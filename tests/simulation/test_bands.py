@@ -1,4 +1,4 @@
-"""Laws of the bands: what samples leave open of the acceleration, carried to loads and peaks."""
+"""Laws of the credible bands: the uncertainty of the acceleration, carried to loads and peaks."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -6,7 +6,6 @@ from functools import cache
 from math import factorial
 from pathlib import Path
 
-import make_example_trace as move
 import numpy as np
 import pandas as pd
 import pytest
@@ -14,29 +13,25 @@ import reference as ref
 from linear_gaussian import dense, problem
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from moves import GENTLE
+from texts import one_line
 
-from guideload import Carriage, Machine, Motion, Rail, Result, TraceError, _core, plots, simulate
+from guideload import Machine, Motion, Result, TraceError, _core, plots, simulate
 from guideload.motion.uncertainty import COVER, Uncertainty
 from guideload.reports import result as report
 from guideload.simulation.bands import bands_of
-from guideload.simulation.run import Run
 from guideload.traces.reading import motion_from_trace, read_trace
 
 SEED = 5
-BANDS = {
-    "force_sd",
-    "moment_sd",
-    "resultant_sd",
-    "moment_magnitude_sd",
-    "link_load_sd",
-    "cart_acceleration_sd",
-    "peak_resultant_lower",
-    "peak_resultant_upper",
-}
+DEVIATIONS = (
+    *("force_sd", "moment_sd", "resultant_sd", "moment_magnitude_sd"),
+    *("link_load_sd", "cart_acceleration_sd"),
+)
+BANDS = {*DEVIATIONS, "peak_resultant_lower", "peak_resultant_upper"}
 
 
-def left_open(states: int, derivative: int = 1, size: float = 0.5) -> tuple[Uncertainty, np.ndarray]:
-    """What 12 samples leave open, and the covariance of the acceleration by the formula for jointly normal numbers."""
+def uncertain(states: int, derivative: int = 1, size: float = 0.5) -> tuple[Uncertainty, np.ndarray]:
+    """The uncertainty after 12 samples, and the covariance of the acceleration by conditioning a joint normal."""
     unit = size * np.linspace(0.7, 1.3, 12)
     step, value, variance, mean, covariance, cell, intensity = problem(states)
     _, full, _ = dense(states, step, value, variance, mean, covariance, intensity[cell])
@@ -72,7 +67,7 @@ def spread(response: np.ndarray, covariance: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize(("states", "derivative"), [(2, 1), (4, 2), (6, 2)])
 def test_draws_have_the_posteriors_covariance(states: int, derivative: int) -> None:
-    found, true = left_open(states, derivative, 1.0)
+    found, true = uncertain(states, derivative, 1.0)
     count = 40_000
     drawn = found.draws(count, np.random.default_rng(SEED))
     scale = np.sqrt(np.diag(true))
@@ -85,50 +80,29 @@ def test_draws_have_the_posteriors_covariance(states: int, derivative: int) -> N
 
 def exactly(states: int, step: np.ndarray, variance: np.ndarray, intensity: np.ndarray) -> np.ndarray:
     """Posterior variance of the last number of the state, start covariance 1, in fractions: nothing is rounded."""
-    count = variance.size
-    blocks = [[[[Fraction(int(i == j)) for j in range(states)] for i in range(states)]]]
+    count, numbers = variance.size, range(states)
+    fraction = np.vectorize(Fraction, otypes=[object])
+    h, q = fraction(step), fraction(intensity)
+    covariance = {(0, 0): fraction(np.eye(states))}  # of the states at two samples
     for k in range(count - 1):
-        h, q = Fraction(float(step[k])), Fraction(float(intensity[k]))
         phi = [
-            [h ** max(j - i, 0) / factorial(max(j - i, 0)) * int(j >= i) for j in range(states)]
-            for i in range(states)
+            [h[k] ** (j - i) / factorial(j - i) if j >= i else Fraction(0) for j in numbers] for i in numbers
         ]
-
-        def moved(block: list[list[Fraction]], phi: list[list[Fraction]] = phi) -> list[list[Fraction]]:
-            return [
-                [
-                    sum((a * b for a, b in zip(row, column, strict=True)), Fraction(0))
-                    for column in zip(*block, strict=True)
-                ]
-                for row in phi
-            ]
-
-        row = [moved(block) for block in blocks[-1]]
-        own = moved([list(column) for column in zip(*row[-1], strict=True)])
-        for i in range(states):
-            for j in range(states):
-                a, b = states - 1 - i, states - 1 - j
-                own[i][j] += q * h ** (a + b + 1) / ((a + b + 1) * factorial(a) * factorial(b))
-        blocks.append([*row, own])
-    last = states - 1
-    prior = [[blocks[max(i, j)][min(i, j)] for j in range(count)] for i in range(count)]
-    table = [
-        [prior[i][j][0][0] + (Fraction(float(variance[i])) if i == j else 0) for j in range(count)]
-        + [prior[i][j][0][last] if i >= j else prior[i][j][last][0] for j in range(count)]
-        for i in range(count)
-    ]
-    told = [row[count:] for row in table]
+        down = [(states - 1 - i, factorial(states - 1 - i)) for i in numbers]
+        noise = [[q[k] * h[k] ** (a + b + 1) / ((a + b + 1) * c * d) for b, d in down] for a, c in down]
+        for i in range(k + 1):
+            covariance[k + 1, i] = np.array(phi) @ covariance[k, i]
+            covariance[i, k + 1] = covariance[k + 1, i].T
+        covariance[k + 1, k + 1] = covariance[k + 1, k] @ np.array(phi).T + np.array(noise)
+    prior = np.array([[covariance[i, j] for j in range(count)] for i in range(count)])
+    samples, last = prior[:, :, 0, 0] + np.diag(fraction(variance)), prior[:, :, 0, states - 1]
+    table = np.hstack([samples, last])
     for i in range(count):  # Gauss and Jordan; the matrix is positive definite
-        table[i] = [x / table[i][i] for x in table[i]]
-        for j in range(count):
-            if j != i:
-                table[j] = [x - table[j][i] * y for x, y in zip(table[j], table[i], strict=True)]
-    return np.array(
-        [
-            float(prior[k][k][last][last] - sum(told[i][k] * table[i][count + k] for i in range(count)))
-            for k in range(count)
-        ]
-    )
+        table[i] /= table[i, i]
+        for j in set(range(count)) - {i}:
+            table[j] -= table[j, i] * table[i]
+    explained = (last * table[:, count:]).sum(axis=0)
+    return (np.diagonal(prior[:, :, -1, -1]) - explained).astype(float)
 
 
 @pytest.mark.parametrize("decades", [[-8, 12, -8, -8, 10, -10, 0], [10, 6, 2, -2, -6, -10, 10]])
@@ -149,7 +123,7 @@ def test_intensities_may_differ_by_twenty_decades(decades: list[int]) -> None:
 @pytest.mark.parametrize("states", [2, 4, 6])
 def test_histories_spread_as_impulse_responses_times_the_covariance(states: int) -> None:
     machine = ref.cart()
-    uncertainty, covariance = left_open(states)
+    uncertainty, covariance = uncertain(states)
     motion = short(uncertainty)
     times = np.sort(
         np.concatenate([motion.time, np.random.default_rng(SEED).uniform(0.0, motion.time[-1], 20)])
@@ -167,14 +141,14 @@ def test_histories_spread_as_impulse_responses_times_the_covariance(states: int)
 
 
 def test_a_band_knows_no_more_at_few_instants_than_at_all() -> None:
-    machine, motion = ref.cart(), short(left_open(4)[0])
+    machine, motion = ref.cart(), short(uncertain(4)[0])
     whole, few = simulate(machine, motion).data, simulate(machine, motion, times=motion.time[[3, 7]]).data
-    for name in sorted(BANDS - {"peak_resultant_lower", "peak_resultant_upper"}):
+    for name in DEVIATIONS:
         np.testing.assert_allclose(few[name], whole[name][[3, 7]], rtol=1e-12, err_msg=name)
 
 
 def test_deviations_grow_with_the_unit_and_with_the_samples_noise() -> None:
-    machine, (uncertainty, _) = ref.cart(), left_open(4)
+    machine, (uncertainty, _) = ref.cart(), uncertain(4)
     one = simulate(machine, short(uncertainty)).data
     noisy = replace(
         uncertainty,
@@ -184,15 +158,15 @@ def test_deviations_grow_with_the_unit_and_with_the_samples_noise() -> None:
     )
     for more in (replace(uncertainty, unit=3.0 * uncertainty.unit), noisy):
         three = simulate(machine, short(more)).data
-        for name in sorted(BANDS - {"peak_resultant_lower", "peak_resultant_upper"}):
+        for name in DEVIATIONS:
             np.testing.assert_allclose(three[name], 3.0 * one[name], rtol=1e-9, atol=1e-12, err_msg=name)
 
 
 def test_a_motion_that_cannot_deviate_has_no_band() -> None:
-    uncertainty, _ = left_open(3)
+    uncertainty, _ = uncertain(3)
     sure = replace(uncertainty, covariance=0.0 * uncertainty.covariance, density=0.0 * uncertainty.density)
     result = simulate(ref.cart(), short(sure))
-    for name in sorted(BANDS - {"peak_resultant_lower", "peak_resultant_upper"}):
+    for name in DEVIATIONS:
         assert not result.data[name].values.any(), name
     peaks = result.peaks()
     np.testing.assert_allclose(peaks["peak_lower_N"], peaks["peak_resultant_N"], rtol=1e-14)
@@ -201,7 +175,7 @@ def test_a_motion_that_cannot_deviate_has_no_band() -> None:
 
 
 def test_peaks_are_those_of_the_draws_run_one_by_one() -> None:
-    machine, (uncertainty, _) = ref.cart(), left_open(4)
+    machine, (uncertainty, _) = ref.cart(), uncertain(4)
     motion = short(uncertainty)
     result = simulate(machine, motion)
     loads = np.ascontiguousarray(result.carriage_loads)
@@ -219,7 +193,7 @@ def test_peaks_are_those_of_the_draws_run_one_by_one() -> None:
 
 def test_the_band_of_a_peak_is_that_of_brute_force() -> None:
     """Its ends lie where 300 other draws, run one by one, have them: within 4 deviations of such a quantile."""
-    machine, (uncertainty, _) = ref.cart(), left_open(3, 2, 0.2)
+    machine, (uncertainty, _) = ref.cart(), uncertain(3, 2, 0.2)
     motion = short(uncertainty)
     peaks = []
     for deviation in uncertainty.draws(300, np.random.default_rng(SEED)):
@@ -255,8 +229,7 @@ def test_bands_cover_what_is_drawn_from_the_model_itself() -> None:
         found = simulate(machine, Motion.along_x(time, mean[:, 2], uncertainty=uncertainty))
         true = simulate(machine, Motion.along_x(time, acceleration)).carriage_loads
         at = int(rng.integers(2, count)), int(rng.integers(4)), int(rng.integers(1, 3))
-        run = Run(machine, found._run.motion, found._run.solution, time, "exact", "", 1e-6, None)
-        bands = bands_of(run, found.carriage_loads)
+        bands = bands_of(found._run, found.carriage_loads)
         assert bands is not None
         peak = np.hypot(true[:, at[1], 1], true[:, at[1], 2]).max()
         outside["load"] += abs(found.carriage_loads[at] - true[at]) > COVER * bands.loads[at]
@@ -269,7 +242,7 @@ def test_bands_cover_what_is_drawn_from_the_model_itself() -> None:
 
 
 def test_a_force_with_stamps_of_its_own_leaves_the_band_as_it_is() -> None:
-    machine, motion = ref.cart(), short(left_open(4)[0])
+    machine, motion = ref.cart(), short(uncertain(4)[0])
     when = np.array([0.01, 0.02, 0.02, 0.0301])
     pushed = motion.with_force([0.1, 0.2, 0.3], 300.0 * np.ones((4, 3)), time=when)
     assert pushed.time.size > motion.time.size
@@ -283,34 +256,19 @@ def test_a_force_with_stamps_of_its_own_leaves_the_band_as_it_is() -> None:
 # ---- other scenes
 
 
-def straight(damping: float = 1e5) -> Machine:
+def straight() -> Machine:
     """The cart with curves for stiffnesses, which are straight as far as it gets, 1 mm."""
-    cart = ref.cart()
     curve = ((-2e-3, -3e5), (-1e-3, -1.2e5), (1e-3, 1.2e5), (2e-3, 3e5))
-    carriages = [
-        Carriage(
-            name=one.name,
-            rail=one.rail,
-            x=one.x,
-            length=one.length,
-            curve_y=curve,
-            curve_z=curve,
-            damping_y=damping,
-            damping_z=damping,
-        )
-        for one in cart.carriages
-    ]
-    rails = [Rail(name=rail.name, position=rail.position) for rail in cart.rails]
-    return Machine(body=cart.body, rails=rails, carriages=carriages, free=cart.free)
+    return ref.cart(stiffness_y=None, stiffness_z=None, curve_y=curve, curve_z=curve)
 
 
 def test_draws_through_a_scene_agree_with_the_covariance_where_it_is_linear_after_all() -> None:
-    motion = short(left_open(4)[0]).with_force([0.0, 0.0, 0.0], [0.0, 5.0, 0.0], time=[0.01, 0.011])
+    motion = short(uncertain(4)[0]).with_force([0.0, 0.0, 0.0], [0.0, 5.0, 0.0], time=[0.01, 0.011])
     drawn, exact = simulate(straight(), motion), simulate(ref.cart(), motion)
     assert straight().scene.model_level == "piecewise linear"
     np.testing.assert_allclose(drawn.carriage_loads, exact.carriage_loads, rtol=1e-6, atol=1e-3)
-    count = drawn.data.attrs["band_draws"]
-    assert count == 40 and "40 drawn motions" in drawn.data.attrs["band_method"]
+    count = drawn.data.attrs["band_samples"]
+    assert count == 40 and "40 Monte Carlo samples" in drawn.data.attrs["band_method"]
     assert "exactly" in exact.data.attrs["band_method"]
     # 5 standard deviations of a root mean square of that many draws; these are not independent over time.
     off = 5.0 / np.sqrt(2.0 * count)
@@ -323,7 +281,7 @@ def test_draws_through_a_scene_agree_with_the_covariance_where_it_is_linear_afte
 
 @pytest.mark.parametrize("make", [ref.cart_clear, ref.preloaded])
 def test_scenes_that_are_not_linear_have_bands_and_say_how(make: type) -> None:
-    motion = short(left_open(3, 2, 0.05)[0])
+    motion = short(uncertain(3, 2, 0.05)[0])
     result = simulate(make(), motion)
     assert set(result.data.data_vars) >= BANDS
     assert make().scene.model_level in result.data.attrs["band_method"]
@@ -338,18 +296,15 @@ def test_scenes_that_are_not_linear_have_bands_and_say_how(make: type) -> None:
 
 @cache
 def example() -> Result:
-    folder = Path(plots.__file__).resolve().parents[1] / "examples"
-    machine = Machine.from_toml(str(folder / "manipulator.toml"))
-    trace = read_trace(folder / "manipulator.csv")
-    return simulate(machine, motion_from_trace(trace, machine.drive))
+    return simulate(*ref.example())
 
 
 @pytest.mark.parametrize(("quantum", "noise"), [(5e-8, 0.0), (1e-6, 2e-6), (1e-5, 5e-6), (8e-5, 0.0)])
 def test_peaks_of_the_example_are_within_a_percent_and_the_band_says_so(quantum: float, noise: float) -> None:
     """The move behind the packaged trace, measured by encoders over three decades, against the move itself."""
-    time = move.times()
-    position, _, acceleration = move.motion(time)
-    machine = example().machine
+    time = GENTLE.times(1000.0)
+    position, _, acceleration = GENTLE.motion(time)
+    machine = ref.cart()
     shaken = position + noise * np.random.default_rng(SEED).standard_normal(time.size)
     table = {"t_s": time, "x_m": quantum * np.round(shaken / quantum)}
     measured = simulate(machine, motion_from_trace(read_trace(table, quantum=quantum))).peaks()
@@ -369,17 +324,17 @@ def test_only_an_uncertain_motion_has_bands() -> None:
 
 
 def test_bands_are_found_when_asked_for() -> None:
-    result = simulate(ref.cart(), short(left_open(4)[0]))
-    assert result.audit.lines and "data" not in result.__dict__
+    result = simulate(ref.cart(), short(uncertain(4)[0]))
+    assert result.audit.lines and "quantities" not in result.__dict__
     assert result.data is result.data
     for name in BANDS:
         assert result.data[name].attrs["units"] and result.data[name].attrs["long_name"]
-    assert result.data.attrs["band_seed"] == 1 and result.data.attrs["band_draws"] == 200
+    assert result.data.attrs["band_seed"] == 1 and result.data.attrs["band_samples"] == 200
 
 
 @pytest.mark.parametrize("ending", ["nc", "parquet", "csv"])
 def test_bands_survive_files(ending: str, tmp_path: Path) -> None:
-    result = simulate(ref.cart(), short(left_open(4)[0]))
+    result = simulate(ref.cart(), short(uncertain(4)[0]))
     path = tmp_path / f"loads.{ending}"
     {"nc": result.to_netcdf, "parquet": result.to_parquet, "csv": result.to_csv}[ending](path)
     again = Result.load(path)
@@ -407,10 +362,14 @@ def test_the_report_tells_the_bands_and_what_they_are() -> None:
         cells = [f"{peaks[column]:.0f}" for column in ("peak_resultant_N", "peak_lower_N", "peak_upper_N")]
         cells.append(f"{peaks['noise_share_percent']:.2g}")
         assert [str(name), *cells] in [line.split() for line in text.splitlines()]
-    words = " ".join(text.split())
-    assert "Band: where the largest resultant of the true motion lies with 95 %" in words
-    assert example().data.attrs["band_method"] in words
-    assert report.comparison({"a": example(), "b": example()}).count("Band: where") == 1
+    assert "Band: the 95 % credible band of the largest resultant under the true motion" in one_line(text)
+    assert example().data.attrs["band_method"] in one_line(text)
+    largest = example().peaks().sort_values("peak_resultant_N").iloc[-1]
+    assert (
+        f"(95 % credible band {largest['peak_lower_N']:.0f} to {largest['peak_upper_N']:.0f} N)"
+        in one_line(text)
+    )
+    assert report.comparison({"a": example(), "b": example()}).count("Band: the 95 %") == 1
 
 
 def filled(ax: Axes) -> list[np.ndarray]:
@@ -443,7 +402,7 @@ def test_pictures_show_the_bands() -> None:
 
 
 def test_refusals_tell_what_does_not_agree() -> None:
-    uncertainty, _ = left_open(3)
+    uncertainty, _ = uncertain(3)
     with pytest.raises(TraceError, match="uncertainty: expected one of 3 stamps, got 12"):
         Motion.along_x([0.0, 1.0, 2.0], [0.0, 0.0, 0.0], uncertainty=uncertainty)
     wrong = replace(uncertainty, variance=np.where(np.arange(12) == 4, 0.0, 1.0))

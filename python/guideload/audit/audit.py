@@ -11,13 +11,15 @@ from guideload.audit import checks
 from guideload.audit.checks import ROLLERS, Contact, Rotation, Sampling, SimplerModels
 from guideload.audit.energy import Energy, energy
 from guideload.audit.histories import Histories
+from guideload.base.arrays import Array
 from guideload.base.numbers import counted, first_names, load_in_sentence, percent
 from guideload.base.quantities import Quantities
+from guideload.machine.links import LinkTable
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
 from guideload.motion.resolution import TraceResolution
 
-# Limits above which there is a warning.
+# Limits above which there is a warning; of samples, below which.
 LARGE_ROTATION = 1e-2  # rad: the loads are then wrong by about as much
 LARGE_SECOND_ORDER = 0.01  # of the largest link load
 SENSITIVE = 1e-3  # of the largest link load, for a change of the motion by `checks.NUDGE`
@@ -107,90 +109,75 @@ class Audit:
     @property
     def lines(self) -> tuple[str, ...]:
         """The figures that matter for this result, a sentence each, after a label of width `LABEL`."""
-        sentences = (
-            ("model", f"{self.model_level}, solved by method {self.method}: {self.reason}"),
-            *self._rotation_line(),
-            *self._contact_lines(),
-            *self._sampling_line(),
-            ("excitation", self._excitation_text()),
-            ("trace", "unknown: the reported instants do not hold the whole motion")
-            if self.resolution is None
-            else ("trace", self.resolution.text),
-            *self._linear_line(),
-            ("static", self._static_text()),
-            *self._energy_line(),
-        )
-        return tuple(f"{label:<{LABEL}}{text}" for label, text in sentences)
+        return tuple(f"{label:<{LABEL}}{text}" for label, text in (*self._of_model(), *self._of_samples()))
 
     def __str__(self) -> str:
         return "\n".join([self.verdict, *self.warnings, *self.lines])
 
-    def _rotation_line(self) -> Iterator[tuple[str, str]]:
-        largest, time, second_order = self.rotation.largest, self.rotation.time, self.rotation.second_order
-        if second_order >= MENTIONED:
-            turn = f"the body turns by up to {largest:.2g} rad, at {time:.3f} s"
-            yield "rotation", f"{turn}; second-order terms left out: {percent(second_order)} of the load"
-
-    def _contact_lines(self) -> Iterator[tuple[str, str]]:
-        """Links that lose contact or change sides, and the preload that would prevent it."""
-        contact = self.contact
-        parted = contact.share > 0.0
+    def _of_model(self) -> Iterator[tuple[str, str]]:
+        """The model, what it leaves out, and whether a simpler one would do."""
+        yield "model", f"{self.model_level}, solved by method {self.method}: {self.reason}"
+        rotation, contact, simpler = self.rotation, self.contact, self.simpler_models
+        if rotation.second_order >= MENTIONED:
+            turn = f"the body turns by up to {rotation.largest:.2g} rad, at {rotation.time:.3f} s"
+            yield (
+                "rotation",
+                f"{turn}; second-order terms left out: {percent(rotation.second_order)} of the load",
+            )
+        parted, contacts = contact.share > 0.0, []
         if parted.any():
             words = contact.words(np.arange(parted.size))
             share = f"for up to {percent(contact.share.max())} of the time"
-            yield "contact", f"{words} in {int(parted.sum())} of {parted.size} links, {share}"
+            contacts.append(f"{words} in {int(parted.sum())} of {parted.size} links, {share}")
         if contact.never_touching:
-            yield "contact", f"never touching: {first_names(contact.never_touching)}"
-        sides = len(contact.changing_sign)
-        if contact.preload_needed.size and (sides or parted.any()):
-            row, column = np.unravel_index(int(contact.preload_needed.argmax()), contact.preload_needed.shape)
+            contacts.append(f"never touching: {first_names(contact.never_touching)}")
+        if contacts:
+            yield "contact", "; ".join(contacts)
+        if contact.preload_needed.size and (contact.changing_sign or parted.any()):
+            row, column = divmod(int(contact.preload_needed.argmax()), 2)
             balls = float(contact.preload_needed[row, column])
-            place = f"{self.simpler_models.names[row]} in {'yz'[column]}"
-            changes = f"{sides} {'link changes' if sides == 1 else 'links change'} between push and pull; "
-            needed = f"{load_in_sentence(balls)} on balls or {load_in_sentence(ROLLERS * balls)} on rollers ({place})"
-            yield "preload", f"{changes if sides else ''}to keep all rows loaded it takes {needed}"
-
-    def _sampling_line(self) -> Iterator[tuple[str, str]]:
-        """Samples so far apart that a peak of the highest mode between two of them reads too low."""
-        count, highest = self.sampling.per_period, self.sampling.highest
-        if count is None:
-            yield "sampling", "a single instant is reported: peaks at other instants are unknown"
-            return
-        low = 1.0 - np.cos(np.pi / max(count, FEWEST_PER_PERIOD))
-        if low > ENOUGH:
-            per_period = f"{count:.3g} samples per period of the highest mode, {highest:.3g} Hz"
-            yield "sampling", f"{per_period}: peaks of its vibration may be missed by up to {percent(low)}"
-
-    def _excitation_text(self) -> str:
-        sampling = self.sampling
-        modes = f"the modes are at {sampling.lowest:.3g} to {sampling.highest:.3g} Hz"
-        if sampling.band is None:
-            return f"none at the reported instants; {modes}"
-        return f"{percent(checks.POWER_SHARE)} of its power is below {sampling.band:.3g} Hz; {modes}"
-
-    def _linear_line(self) -> Iterator[tuple[str, str]]:
-        if self.simpler_models.linear is not None:
-            off, name = self.simpler_models.deviation(self.simpler_models.linear)
+            needed = f"{load_in_sentence(balls)} on balls, {load_in_sentence(ROLLERS * balls)} on rollers"
+            sides = f"{counted(len(contact.changing_sign), 'link')} both pull and push"
+            keep = f"preload to keep all rows loaded: {needed} ({simpler.names[row]} in {'yz'[column]})"
+            yield "preload", f"{sides}; {keep}" if contact.changing_sign else keep
+        if simpler.linear is not None:
+            off, name = simpler.deviation(simpler.linear)
             verdict = "do" if abs(off) <= ENOUGH else "not do"
             yield "linear", f"nominal linear links would {verdict}: their peaks are {_off(off, name)}"
-
-    def _static_text(self) -> str:
-        simpler = self.simpler_models
         off, name = simpler.deviation(simpler.quasi_static)
         dynamic, link = simpler.dynamic_deviation
         verdict = "do" if abs(off) <= ENOUGH and abs(dynamic) <= ENOUGH_DYNAMIC else "not do"
-        factor = simpler.dynamic_factor[simpler.names.index(name)]
         nominal = "" if self.model_level == "linear" else " and nominal stiffness"
-        peaks = f"peaks are {factor:.2f} times the quasi-static ones ({name})"
-        dynamic_part = f"the quasi-static dynamic part is {_off(dynamic, link)}"
-        return f"statics with m a{nominal} would {verdict}: {peaks}, {dynamic_part}"
+        factor = f"{simpler.dynamic_factor[simpler.names.index(name)]:.2f}"
+        peaks = f"peaks are {factor} times the quasi-static ones ({name})"
+        part = f"the quasi-static dynamic part is {_off(dynamic, link)}"
+        yield "static", f"statics with m a{nominal} would {verdict}: {peaks}, {part}"
 
-    def _energy_line(self) -> Iterator[tuple[str, str]]:
-        if self.energy is None:
+    def _of_samples(self) -> Iterator[tuple[str, str]]:
+        """Instants, excitation and trace beside the modes, and the energy balance."""
+        sampling, energy = self.sampling, self.energy
+        if sampling.per_period is None:
+            yield "sampling", "a single instant is reported: peaks at other instants are unknown"
+        else:
+            missed = 1.0 - np.cos(np.pi / max(sampling.per_period, FEWEST_PER_PERIOD))
+            if missed > ENOUGH:
+                count = f"{sampling.per_period:.3g} samples per period of the highest mode, {sampling.highest:.3g} Hz"
+                yield "sampling", f"{count}: peaks of its vibration may be missed by up to {percent(missed)}"
+        modes = f"the modes are at {sampling.lowest:.3g} to {sampling.highest:.3g} Hz"
+        if sampling.band is None:
+            yield "excitation", f"none at the reported instants; {modes}"
+        else:
+            share = percent(checks.POWER_SHARE)
+            yield "excitation", f"{share} of its power is below {sampling.band:.3g} Hz; {modes}"
+        unknown = "unknown: the reported instants do not hold the whole motion"
+        yield "trace", unknown if self.resolution is None else self.resolution.text
+        if energy is None:
             yield "energy", "balance unknown: the excitation jumps between the reported instants"
-        elif self.energy.residual >= MENTIONED:
-            turned_over = f"{self.energy.turned_over:.3g} J turned over"
-            yield "energy", f"{percent(self.energy.residual)} of the {turned_over} does not balance"
+        elif energy.residual >= MENTIONED:
+            yield (
+                "energy",
+                f"{percent(energy.residual)} of the {energy.turned_over:.3g} J turned over does not balance",
+            )
 
 
 def free_at_rest(machine: Machine) -> tuple[tuple[str, ...], ...]:
@@ -294,19 +281,27 @@ def _sensitivity_warnings(sensitivity: float | None) -> Iterator[str]:
         )
 
 
-def _contact_warnings(histories: Histories, contact: Contact) -> Iterator[str]:
+def _contact_warnings(histories: Histories, contact: Contact) -> list[str]:
     """Preloaded contacts of which a row opens. Contacts with clearance are expected to part."""
-    names, laws = histories.links.names, histories.links.laws
-    opened = np.flatnonzero(contact.preloaded & contact.lost.any(axis=0))
-    if not opened.size:
-        return
-    largest = np.abs(histories.data["link_load_elastic"][:, opened]).max(axis=0)
-    opening = [law.force(law.edges[-1:])[0] for law in (laws[i] for i in opened)]
-    which = f"{first_names([names[i] for i in opened])} {'has' if opened.size == 1 else 'have'} a row open"
-    yield (
-        f"Note: {which} for up to {percent(contact.share[opened].max())} of the time: half of its balls or rollers "
-        f"carry nothing then. {(largest / opening).max():.3g} times the preload would keep all rows loaded."
-    )
+    longest = contact.share[contact.preloaded].max(initial=0.0)
+    largest = np.abs(histories.data["link_load_elastic"]).max(axis=0)
+    return open_row_notes(histories.links, largest, f"for up to {percent(longest)} of the time")
+
+
+def open_row_notes(links: LinkTable, loads: Array, when: str) -> list[str]:
+    """A note on preloaded links of which these elastic loads (link,) N open a row, and on the preload needed."""
+    ratios = {
+        name: float(load / law.force(law.edges[-1:])[0])
+        for name, law, load in zip(links.names, links.laws, loads, strict=True)
+        if law.kind == "preloaded"
+    }
+    opened = [name for name, ratio in ratios.items() if ratio >= 1.0]
+    if not opened:
+        return []
+    return [
+        f"Note: {first_names(opened)} {'has' if len(opened) == 1 else 'have'} a row open {when}: half of the balls or "
+        f"rollers carry nothing then. {max(ratios.values()):.3g} times the preload would keep all rows loaded."
+    ]
 
 
 def _off(off: float, name: str) -> str:

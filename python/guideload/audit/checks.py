@@ -158,7 +158,7 @@ def sampling(histories: Histories, modes: Modes) -> Sampling:
 
 
 def resolution(histories: Histories, modes: Modes) -> TraceResolution | None:
-    """The resolution of the trace; None where the instants do not hold the whole motion."""
+    """The resolution of the trace; None where the instants do not hold all of the motion."""
     if not histories.fine:
         return None
     along_x = histories.cart_acceleration[:, 0]

@@ -48,9 +48,9 @@ def energy(histories: Histories) -> Energy | None:
     width = np.where(inside, steps, 1.0)[:, None]
     slope = np.where(inside[:, None], np.diff(excitation, axis=0) / width, 0.0)
 
-    fed, lost = _dot(velocity, excitation), _dot(velocity, drag)
+    fed, dissipated = _dot(velocity, excitation), _dot(velocity, drag)
     through = excitation - 2.0 * drag
-    trapezoid = steps * _ends(fed - lost).sum(axis=0) / 2.0
+    trapezoid = steps * _ends(fed - dissipated).sum(axis=0) / 2.0
     left, right = _ends(_dot(acceleration, through)) + _dot(_ends(velocity), slope)
     first = steps**2 * (left - right)
     by_state = _dot(jerk, through) - 2.0 * _dot(drag_rate, acceleration)
@@ -58,7 +58,7 @@ def energy(histories: Histories) -> Energy | None:
     second = steps**3 * (_ends(by_state) + by_slope).sum(axis=0)
     sixth, fourth = trapezoid + first / 10.0 + second / 120.0, trapezoid + first / 12.0
 
-    turned_over = float(steps @ _ends(np.abs(fed) + lost).sum(axis=0)) / 2.0
+    turned_over = float(steps @ _ends(np.abs(fed) + dissipated).sum(axis=0)) / 2.0
     if turned_over <= 1e-12 * float(np.abs(stored).max()):  # nothing moves but rounding
         return Energy(0.0, 0.0, 0.0)
     residual = np.abs(np.diff(stored).cumsum() - sixth.cumsum()).max()

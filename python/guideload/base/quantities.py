@@ -1,7 +1,7 @@
-"""Arrays with named dimensions and units: what a result, its audit, its report and its files are made of.
+"""Arrays with named dimensions and units: the data of results, from which audit, report and files are made.
 
-They hold what an xarray.Dataset holds, and are made into one when a user asks for it: xarray and pandas take longer
-to import than most runs take to compute.
+They hold what an xarray.Dataset holds and convert to one and back. Importing xarray and pandas takes longer than most
+runs, so only users who work with a dataset pay for it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Quantity(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Quantities:
-    """Quantities by name, coordinates among them under the names of their dimensions, and attributes of the whole."""
+    """Quantities by name, among them the coordinates by the names of their dimensions, and common attributes."""
 
     variables: dict[str, Quantity]
     attrs: dict[str, Any]

@@ -37,12 +37,14 @@ def section(title: str) -> list[RenderableType]:
     return ["", Text(title, style="bold")]
 
 
-def new_table(first: str, *numbers: str) -> Table:
-    """A table with a column of names and columns of numbers under their headings."""
+def new_table(first: str, *numbers: str, texts: tuple[str, ...] = ()) -> Table:
+    """A table with a column of names, columns of numbers and columns of text under their headings."""
     table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column(first, overflow="fold")
-    for name in numbers:
-        table.add_column(name, justify="right", no_wrap=True)
+    for title in numbers:
+        table.add_column(title, justify="right", no_wrap=True)
+    for title in texts:
+        table.add_column(title, overflow="fold")
     return table
 
 

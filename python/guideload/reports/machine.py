@@ -10,10 +10,10 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from guideload.audit.audit import free_at_rest, rest_notes
-from guideload.base.numbers import counted, first_names, load_in_table
+from guideload.audit.audit import free_at_rest, open_row_notes, rest_notes
+from guideload.base.numbers import counted, load_in_table
 from guideload.machine.modes import Modes, moving_dofs
-from guideload.reports.elements import WIDTH, dofs_line, new_table, remark, section, to_text
+from guideload.reports.elements import dofs_line, new_table, remark, section, to_text
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,12 +34,14 @@ NOMINAL = (
 )
 
 
-def machine_report(machine: Machine, width: int = WIDTH, encoding: str = "utf-8") -> str:
+def machine_report(machine: Machine, encoding: str = "utf-8") -> str:
     """A machine as it was understood: its state at rest, warnings, body, carriages and links, static loads."""
     body, modes = machine.body, Modes.of(machine)
     loose = free_at_rest(machine)
     state = "free within its clearance" if loose else "supported in every free dof"
-    notes = [*rest_notes(loose), *open_notes(machine), *unit_notes(machine, modes)]
+    at_rest = np.abs(machine.scene.static_link_loads())
+    rows = open_row_notes(machine.link_table(), at_rest, "at rest")
+    notes = [*rest_notes(loose), *rows, *unit_notes(machine, modes)]
     weight = body.mass * float(np.linalg.norm(machine.gravity))
     principal = np.linalg.eigvalsh(body.central_inertia())
     parts: list[RenderableType] = [
@@ -61,14 +63,14 @@ def machine_report(machine: Machine, width: int = WIDTH, encoding: str = "utf-8"
         parts.append(links_table(machine))
     if machine.carriages:
         parts += [*section("Static loads"), static_table(machine), *remark(STATIC_DEFINITIONS)]
-    return to_text([*parts, *weight_lines(machine)], width, encoding)
+    return to_text([*parts, *weight_lines(machine)], encoding=encoding)
 
 
-def modes_report(machine: Machine, modes: Modes, width: int = WIDTH, encoding: str = "utf-8") -> str:
+def modes_report(machine: Machine, modes: Modes, encoding: str = "utf-8") -> str:
     """The natural modes of a machine: range of their frequencies and damping, warnings, a row per mode."""
     first = f"{machine.name}: {modes_range(modes)}"
     notes = remark(first, *unit_notes(machine, modes), *nominal_lines(machine, "frequencies"))
-    return to_text([*notes, dofs_line(machine), modes_table(machine, modes)], width, encoding)
+    return to_text([*notes, dofs_line(machine), modes_table(machine, modes)], encoding=encoding)
 
 
 def modes_range(modes: Modes) -> str:
@@ -82,10 +84,8 @@ def modes_range(modes: Modes) -> str:
 
 def carriage_tables(machine: Machine) -> list[RenderableType]:
     """A row per carriage: place, stiffness, damping, rail; and the laws that are not linear in a second table."""
-    table = new_table("carriage", "x\nmm", "y\nmm", "z\nmm", "length\nmm", "ky\nN/um", "kz\nN/um")
-    for title in ("by\nkN s/m", "bz\nkN s/m"):
-        table.add_column(title, justify="right", no_wrap=True)
-    table.add_column("rail", overflow="fold")
+    headings = ("x\nmm", "y\nmm", "z\nmm", "length\nmm", "ky\nN/um", "kz\nN/um", "by\nkN s/m", "bz\nkN s/m")
+    table = new_table("carriage", *headings, texts=("rail",))
     carriages_of: dict[tuple[str, str], list[str]] = {}  # by axes and law, of laws that are not linear
     for carriage, center in zip(machine.carriages, machine.carriage_centers, strict=True):
         table.add_row(
@@ -108,9 +108,7 @@ def carriage_tables(machine: Machine) -> list[RenderableType]:
             carriages_of.setdefault((axes, text), []).append(carriage.name)
     if not carriages_of:
         return [table]
-    laws_table = new_table("carriage")
-    laws_table.add_column("along")
-    laws_table.add_column("law of the whole carriage", overflow="fold")
+    laws_table = new_table("carriage", texts=("along", "law of the whole carriage"))
     for (axes, text), names in carriages_of.items():
         laws_table.add_row(Text(", ".join(names)), axes, text)
     return [table, NOMINAL, laws_table]
@@ -118,8 +116,7 @@ def carriage_tables(machine: Machine) -> list[RenderableType]:
 
 def links_table(machine: Machine) -> Table:
     """A row per extra link: place, direction, damping and law."""
-    table = new_table("extra link", "at\nmm", "along", "b\nkN s/m")
-    table.add_column("law", overflow="fold")
+    table = new_table("extra link", "at\nmm", "along", "b\nkN s/m", texts=("law",))
     for link in machine.links:
         along = f"({', '.join(f'{part:.3g}' for part in link.direction)})"
         at = _millimetres(link.point).removesuffix(" mm")
@@ -163,24 +160,6 @@ def nominal_lines(machine: Machine, what: str) -> list[str]:
     ]
 
 
-def open_notes(machine: Machine) -> list[str]:
-    """A note on preloaded links of which a row is open already at rest."""
-    laws, names = machine.link_table().laws, machine.link_table().names
-    loads = np.abs(machine.scene.static_link_loads())
-    ratios = {
-        name: float(load / law.force(law.edges[-1:])[0])
-        for name, law, load in zip(names, laws, loads, strict=True)
-        if law.kind == "preloaded"
-    }
-    opened = [name for name, ratio in ratios.items() if ratio >= 1.0]
-    if not opened:
-        return []
-    return [
-        f"Note: at rest {first_names(opened)} {'has' if len(opened) == 1 else 'have'} a row open: half of the balls or "
-        f"rollers carry nothing. {max(ratios.values()):.3g} times the preload would keep all rows loaded at rest."
-    ]
-
-
 def unit_notes(machine: Machine, modes: Modes) -> list[str]:
     """Warnings where modes or clearance are those of no machine on guides, mostly because of a mistaken unit."""
     odd, notes = [], []
@@ -213,8 +192,7 @@ def static_table(machine: Machine) -> Table:
 
 def modes_table(machine: Machine, modes: Modes) -> Table:
     """A row per natural mode: frequency, damping and the dofs that move most."""
-    table = new_table("mode", "natural\nHz", "damping\nratio %", "damped\nHz")
-    table.add_column("moves mostly in")
+    table = new_table("mode", "natural\nHz", "damping\nratio %", "damped\nHz", texts=("moves mostly in",))
     for index, frequency in enumerate(modes.frequency):
         ratio = float(modes.damping_ratio[index])
         damped = "none" if ratio >= 1 else f"{float(modes.damped_frequency[index]):.4g}"
@@ -231,8 +209,7 @@ def weight_lines(machine: Machine) -> list[RenderableType]:
         weight = machine.body.mass * machine.gravity[index]
         if axis in machine.free or axis == "x" or weight == 0:
             continue
-        held = load_in_table(float(reaction[index]))
-        carried = load_in_table(float(loads[:, index].sum()))
+        held, carried = load_in_table(float(reaction[index])), load_in_table(float(loads[:, index].sum()))
         lines.append(
             f"Note: {axis} of L is held, so the constraint at L carries the weight: {held} N at rest. "
             f"The carriages' static loads along {axis} add up to {carried} N: they carry only its moment. "

@@ -7,7 +7,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import Console, RenderableType
+from rich.console import RenderableType
 from rich.text import Text
 
 from guideload.audit.audit import LABEL
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from guideload.motion.motion import Motion
     from guideload.simulation.result import Result
 
+ANSWER = ("peak_resultant_N", "time_of_peak_s", "dynamic_resultant_N")
+MOMENT_HEADINGS = ("|Mx|\nN m", "|My|\nN m", "|Mz|\nN m", "dyn.\nN m")
 DEFINITIONS = (
     "Forces of the body on the carriage, global axes, static load included; moments about the carriage's "
     "centre. Peak and static: of the resultant sqrt(Fy^2 + Fz^2). f_W: the dynamic factor, peak over the peak that "
@@ -30,14 +32,14 @@ DEFINITIONS = (
 )
 
 
-def result_report(result: Result, width: int = WIDTH, encoding: str = "utf-8") -> str:
+def result_report(result: Result, encoding: str = "utf-8") -> str:
     """The report of a run: largest load, warnings, peaks, drive and reactions, modes, motion, method, audit."""
     machine = result.machine
     return to_text(
         [
             *answer(result),
             dofs_line(machine),
-            *_peaks_section(result, width),
+            *_peaks_section(result),
             *reactions_section(result),
             *section("Natural modes"),
             modes_table(machine, result.modes),
@@ -47,48 +49,41 @@ def result_report(result: Result, width: int = WIDTH, encoding: str = "utf-8") -
             *section("Solution"),
             *solution_lines(result.quantities),
             *section("Audit"),
-            *audit_lines(result, width),
+            *audit_lines(result),
         ],
-        width,
-        encoding,
+        encoding=encoding,
     )
 
 
-def comparison(results: Mapping[str, Result], width: int = WIDTH, encoding: str = "utf-8") -> str:
+def comparison(results: Mapping[str, Result], encoding: str = "utf-8") -> str:
     """The largest load, the warnings and the peaks of several runs of one machine, one below the other."""
     parts: list[RenderableType] = []
     for title, result in results.items():
         parts += section(f"{title}: free {', '.join(result.machine.free)}")
-        parts += [*answer(result), *peaks_tables(result, width), *weight_lines(result.machine)]
+        parts += [*answer(result), *peaks_tables(result), *weight_lines(result.machine)]
     bands = dict.fromkeys(line for result in results.values() for line in band_lines(result))
-    return to_text([*parts, *remark(DEFINITIONS, *bands)], width, encoding)
+    return to_text([*parts, *remark(DEFINITIONS, *bands)], encoding=encoding)
 
 
-def motion_report(motion: Motion, width: int = WIDTH, encoding: str = "utf-8") -> str:
+def motion_report(motion: Motion, encoding: str = "utf-8") -> str:
     """Source, extent and largest values of a motion, and what was chosen on reading its trace."""
-    return to_text([*section("Motion"), *motion_lines(motion)], width, encoding)
+    return to_text([*section("Motion"), *motion_lines(motion)], encoding=encoding)
 
 
 def answer(result: Result) -> list[RenderableType]:
     """The largest load, where and when, its credible band and dynamic share; then the warnings."""
-    data, models = result.quantities, result.audit.simpler_models
+    data, models, band = result.quantities, result.audit.simpler_models, ""
     if result.machine.carriages:
-        peaks = result.peak_columns
+        kind, peaks = "carriage", result.peak_columns
         at = int(peaks["peak_resultant_N"].argmax())
-        peak, time, dynamic = (
-            float(peaks[column][at])
-            for column in ("peak_resultant_N", "time_of_peak_s", "dynamic_resultant_N")
-        )
-        kind = "carriage"
+        peak, time, dynamic = (peaks[column][at] for column in ANSWER)
+        if "peak_lower_N" in peaks:
+            ends = (load_in_table(peaks[f"peak_{end}_N"][at]) for end in ("lower", "upper"))
+            band = f" (95 % credible band {' to '.join(ends)} N)"
     else:
-        loads = np.abs(data["link_load"])
+        kind, loads = "link", np.abs(data["link_load"])
         instant, at = divmod(int(loads.argmax()), loads.shape[1])
-        peak, time, dynamic = float(loads[instant, at]), float(data["time"][instant]), models.dynamic[at]
-        peaks, kind = {}, "link"
-    band = ""
-    if "peak_lower_N" in peaks:
-        lower, upper = (load_in_table(float(peaks[f"peak_{end}_N"][at])) for end in ("lower", "upper"))
-        band = f" (95 % credible band {lower} to {upper} N)"
+        peak, time, dynamic = loads[instant, at], data["time"][instant], models.dynamic[at]
     place, share = f"{kind} {models.names[at]}", 100.0 * dynamic / peak if peak else 0.0
     text = (
         f"{result.machine.name}: the largest load is {load_in_table(peak)} N, on {place} at {time:.3f} s{band}. "
@@ -98,46 +93,35 @@ def answer(result: Result) -> list[RenderableType]:
     return remark(text, *result.audit.warnings)
 
 
-def _peaks_section(result: Result, width: int) -> list[RenderableType]:
+def _peaks_section(result: Result) -> list[RenderableType]:
     if not result.machine.carriages:
         return []
     notes = [*remark(DEFINITIONS, *band_lines(result)), *weight_lines(result.machine)]
-    return [*section("Peak loads of the carriages"), *peaks_tables(result, width), *notes]
+    return [*section("Peak loads of the carriages"), *peaks_tables(result), *notes]
 
 
-def peaks_tables(result: Result, width: int = WIDTH) -> list[RenderableType]:
-    """A row per carriage; see `DEFINITIONS`. One table if it fits the width, else the moments in a second."""
-    force_headings = ("peak\nN", "at\ns", "|Fy|\nN", "|Fz|\nN", "static\nN", "f_W\n", "dyn.\nN", "share\n%")
-    moment_headings = ("|Mx|\nN m", "|My|\nN m", "|Mz|\nN m", "dyn.\nN m")
-    one = new_table("carriage", *force_headings, *moment_headings)
-    forces, moments = new_table("carriage", *force_headings), new_table("carriage", *moment_headings)
-    peaks, factors = result.peak_columns, result.audit.simpler_models.dynamic_factor
+def peaks_tables(result: Result) -> list[RenderableType]:
+    """A row per carriage in a table of forces, in one of moments, and in one of credible bands if there are any.
+
+    See `DEFINITIONS`.
+    """
+    peaks = {column: values.tolist() for column, values in result.peak_columns.items()}
+    factors = result.audit.simpler_models.dynamic_factor
+    headings = ("peak\nN", "at\ns", "|Fy|\nN", "|Fz|\nN", "static\nN", "f_W\n", "dyn.\nN", "share\n%")
+    forces, moments = new_table("carriage", *headings), new_table("carriage", *MOMENT_HEADINGS)
+    bands = new_table("carriage", "peak\nN", "band\nfrom N", "band\nto N", "noise\n%")
     for i, carriage in enumerate(result.machine.carriages):
-        row = {column: float(values[i]) for column, values in peaks.items()}
-        peak, dynamic = row["peak_resultant_N"], row["dynamic_resultant_N"]
-        force = (
-            load_in_table(peak),
-            f"{row['time_of_peak_s']:.3f}",
-            *(load_in_table(row[column]) for column in ("peak_Fy_N", "peak_Fz_N", "static_resultant_N")),
-            f"{factors[i]:.2f}",
-            load_in_table(dynamic),
-            f"{100 * dynamic / peak if peak else 0.0:.1f}",
-        )
-        columns = (*(f"peak_M{axis}_Nm" for axis in "xyz"), "dynamic_moment_Nm")
-        moment = [load_in_table(row[column]) for column in columns]
-        one.add_row(Text(carriage.name), *force, *moment)
-        forces.add_row(Text(carriage.name), *force)
-        moments.add_row(Text(carriage.name), *moment)
-    needed = Console(width=10 * width, color_system=None).measure(one).maximum
-    tables = [one] if needed <= width else [forces, moments]
-    if "noise_share_percent" in peaks:
-        bands = new_table("carriage", "peak\nN", "band\nfrom N", "band\nto N", "noise\n%")
-        for i, carriage in enumerate(result.machine.carriages):
-            loads = (peaks[column][i] for column in ("peak_resultant_N", "peak_lower_N", "peak_upper_N"))
-            noise = f"{peaks['noise_share_percent'][i]:.2g}"
-            bands.add_row(Text(carriage.name), *(load_in_table(float(load)) for load in loads), noise)
-        tables.append(bands)
-    return [*tables]
+        name, row = Text(carriage.name), {column: values[i] for column, values in peaks.items()}
+        loads = {column: load_in_table(value) for column, value in row.items()}
+        peak, time, dynamic = loads["peak_resultant_N"], f"{row['time_of_peak_s']:.3f}", "dynamic_resultant_N"
+        share = 100.0 * row[dynamic] / row["peak_resultant_N"] if row["peak_resultant_N"] else 0.0
+        across = (loads[column] for column in ("peak_Fy_N", "peak_Fz_N", "static_resultant_N"))
+        forces.add_row(name, peak, time, *across, f"{factors[i]:.2f}", loads[dynamic], f"{share:.1f}")
+        moments.add_row(name, *(loads[f"peak_M{axis}_Nm"] for axis in "xyz"), loads["dynamic_moment_Nm"])
+        if "noise_share_percent" in row:
+            noise = f"{row['noise_share_percent']:.2g}"
+            bands.add_row(name, peak, loads["peak_lower_N"], loads["peak_upper_N"], noise)
+    return [forces, moments, *([bands] if bands.row_count else [])]
 
 
 def band_lines(result: Result) -> list[str]:
@@ -152,18 +136,20 @@ def band_lines(result: Result) -> list[str]:
     ]
 
 
-def audit_lines(result: Result, width: int = WIDTH) -> list[str]:
+def audit_lines(result: Result) -> list[str]:
     """The lines of the audit, wrapped beside their labels."""
     indent = " " * LABEL
-    return [text for line in result.audit.lines for text in wrap(line, width, subsequent_indent=indent)]
+    return [text for line in result.audit.lines for text in wrap(line, WIDTH, subsequent_indent=indent)]
 
 
 def reactions_section(result: Result) -> list[RenderableType]:
-    """The drive force and the largest reaction of every other held dof, and the loads of the extra links."""
+    """The drive force and the largest reaction of every other held dof, and the loads of the extra links.
+
+    There is one at least: a body that is free along x needs a link along it.
+    """
     data, machine = result.quantities, result.machine
     time = data["time"]
-    table = new_table("", "largest", "at\ns", "static")
-    table.add_column("")
+    table = new_table("", "largest", "at\ns", "static", texts=("",))
 
     def add(title: str, history: Array, static: Array, unit: str) -> None:
         at = int(np.abs(history).argmax())
@@ -178,7 +164,7 @@ def reactions_section(result: Result) -> list[RenderableType]:
     loads, static = data.by_label("link_load"), data.by_label("static_link_load")
     for link in machine.links:
         add(f"link {link.name}", loads[link.name], static[link.name], "N")
-    return [*section("Drive and held dofs"), table] if table.row_count else []
+    return [*section("Drive and held dofs"), table]
 
 
 def motion_lines(motion: Motion) -> list[str]:

@@ -65,16 +65,15 @@ def with_bands(data: Quantities, bands: CredibleBands) -> Quantities:
     along_x = np.zeros((data["time"].size, 3))
     along_x[:, 0] = bands.acceleration
     vectors, scalars = ("time", "carriage", "axis"), ("time", "carriage")
-    forces, moments = bands.loads[:, :, :3], bands.loads[:, :, 3:]
-    resultants, magnitudes = bands.resultants[:, :, 0], bands.resultants[:, :, 1]
+    loads, resultants = bands.loads, bands.resultants
     sd = "standard deviation, from the uncertainty of the motion, of the"
     peak = "end of the 95 % credible band of the largest resultant of the carriage"
     added = quantities(
         [
-            ("force_sd", vectors, forces, "N", f"{sd} load of the carriage"),
-            ("moment_sd", vectors, moments, "N m", f"{sd} moment about the carriage centre"),
-            ("resultant_sd", scalars, resultants, "N", f"{sd} resultant load in y and z"),
-            ("moment_magnitude_sd", scalars, magnitudes, "N m", f"{sd} magnitude of the moment"),
+            ("force_sd", vectors, loads[:, :, :3], "N", f"{sd} load of the carriage"),
+            ("moment_sd", vectors, loads[:, :, 3:], "N m", f"{sd} moment about the carriage centre"),
+            ("resultant_sd", scalars, resultants[:, :, 0], "N", f"{sd} resultant load in y and z"),
+            ("moment_magnitude_sd", scalars, resultants[:, :, 1], "N m", f"{sd} magnitude of the moment"),
             ("link_load_sd", ("time", "link"), bands.links, "N", f"{sd} load along the link"),
             ("cart_acceleration_sd", ("time", "axis"), along_x, "m/s2", f"{sd} acceleration of the cart"),
             ("peak_resultant_lower", ("carriage",), bands.lower, "N", f"lower {peak}"),
@@ -90,7 +89,8 @@ def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> C
     stamps = run.motion.time if uncertainty.time is None else uncertainty.time
     motion = uncertainty.model, uncertainty.derivative, uncertainty.unit, stamps
     groups = machine.links_of_carriages, machine.carriage_centers
-    acceleration, of_loads, resultants, links = load_spread(machine.scene, *motion, run.time, loads, *groups)
+    standard_deviations = load_spread(machine.scene, *motion, run.time, loads, *groups)
+    of_loads = standard_deviations[1]
     lower = upper = np.full(loads.shape[1], np.nan)
     if run.time.size:
         resultant = np.hypot(loads[:, :, 1], loads[:, :, 2])
@@ -104,7 +104,7 @@ def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> C
         "covariance of the estimated acceleration, carried through the linear scene exactly, resultants to first "
         f"order; peaks: 2.5 and 97.5 % quantiles of {LINEAR_SAMPLES} Monte Carlo samples of the motion"
     )
-    return CredibleBands(acceleration, of_loads, resultants, links, lower, upper, method, LINEAR_SAMPLES)
+    return CredibleBands(*standard_deviations, lower, upper, method, LINEAR_SAMPLES)
 
 
 def _by_samples(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBands:
@@ -113,7 +113,11 @@ def _by_samples(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBan
     estimates = _histories(run.solution, loads)
     squares = [np.zeros_like(estimate) for estimate in estimates]
     peaks = np.full((count, loads.shape[1]), np.nan)
-    for i, histories in enumerate(_sampled_histories(run, uncertainty, count)):
+    for i, deviation in enumerate(_deviations(run.motion.time, uncertainty, count)):
+        acceleration = run.motion.acceleration.copy()
+        acceleration[:, 0] += deviation
+        solution = run.solved(acceleration)
+        histories = _histories(solution, run.carriage_loads(solution=solution))
         for square, history, estimate in zip(squares, histories, estimates, strict=True):
             square += (history - estimate) ** 2
         if run.time.size:
@@ -133,28 +137,6 @@ def _histories(solution: Solution, loads: Array) -> tuple[Array, Array, Array, A
     resultant, magnitude = np.hypot(loads[:, :, 1], loads[:, :, 2]), np.linalg.norm(loads[:, :, 3:], axis=2)
     resultants = np.stack([resultant, magnitude], axis=2)
     return solution.inputs()[:, 0], loads, resultants, solution.link_loads("total")
-
-
-def _sampled_histories(
-    run: Run, uncertainty: Uncertainty, count: int
-) -> Iterator[tuple[Array, Array, Array, Array]]:
-    """The histories of one sampled motion after the other."""
-    machine, motion = run.machine, run.motion
-    instants = None if run.time is motion.time else run.time
-    for deviation in _deviations(motion.time, uncertainty, count):
-        acceleration = motion.acceleration.copy()
-        acceleration[:, 0] += deviation
-        solution = machine.scene.solve(
-            motion.time,
-            acceleration,
-            motion.wrench,
-            method=run.method,
-            rtol=run.rtol,
-            step=run.step,
-            times=instants,
-        )
-        loads = solution.group_loads(machine.links_of_carriages, machine.carriage_centers, "total")
-        yield _histories(solution, loads)
 
 
 def _deviations(time: Array, uncertainty: Uncertainty, count: int) -> Iterator[Array]:

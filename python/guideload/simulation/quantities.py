@@ -39,19 +39,21 @@ def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
 def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
     machine, solution = run.machine, run.solution
     of_carriages, of_rails = ("time", "carriage", "axis"), ("time", "rail", "axis")
-    force, moment = carriage_loads[:, :, :3], carriage_loads[:, :, 3:]
-    yield "force", of_carriages, force, "N", "load of the carriage"
-    yield "moment", of_carriages, moment, "N m", "moment about the carriage centre"
-    for part in ("elastic", "damping"):
-        loads = run.carriage_loads(part)
-        yield f"force_{part}", of_carriages, loads[:, :, :3], "N", f"{part} part of the load"
-        yield f"moment_{part}", of_carriages, loads[:, :, 3:], "N m", f"{part} part of the moment"
-    resultant = np.hypot(force[:, :, 1], force[:, :, 2])
-    yield "resultant", ("time", "carriage"), resultant, "N", "resultant load of the carriage in y and z"
-    yield "link_load", ("time", "link"), solution.link_loads("total"), "N", "load along the link"
-    for part in ("elastic", "damping"):
+    for part in ("total", "elastic", "damping"):
+        loads = carriage_loads if part == "total" else run.carriage_loads(part)
+        suffix, share = ("", "") if part == "total" else (f"_{part}", f"{part} part of the ")
+        yield f"force{suffix}", of_carriages, loads[:, :, :3], "N", f"{share}load of the carriage"
+        yield (
+            f"moment{suffix}",
+            of_carriages,
+            loads[:, :, 3:],
+            "N m",
+            f"{share}moment about the carriage centre",
+        )
         load = solution.link_loads(part)
-        yield f"link_load_{part}", ("time", "link"), load, "N", f"{part} part of the load along the link"
+        yield f"link_load{suffix}", ("time", "link"), load, "N", f"{share}load along the link"
+    resultant = np.hypot(carriage_loads[:, :, 1], carriage_loads[:, :, 2])
+    yield "resultant", ("time", "carriage"), resultant, "N", "resultant load of the carriage in y and z"
     rails = solution.group_loads(machine.links_of_rails, machine.rail_centers, "total")
     yield "rail_force", of_rails, rails[:, :, :3], "N", "load of the rail"
     yield "rail_moment", of_rails, rails[:, :, 3:], "N m", "moment about the mean of its carriage centres"
@@ -84,7 +86,7 @@ def _motion(run: Run) -> Iterator[Row]:
     yield "cart_acceleration", ("time", "axis"), inputs[:, :3], "m/s2", "acceleration of the cart"
     if motion.wrench is not None:
         yield "wrench", ("time", "dof"), inputs[:, 3:], SIX, "external force and moment about L"
-    if run.time is motion.time:  # measured histories are not interpolated to other instants
+    if run.times is None:  # measured histories are not interpolated to other instants
         if motion.velocity is not None:
             yield "cart_velocity", ("time", "axis"), motion.velocity, "m/s", "velocity of the cart"
         if motion.position is not None:

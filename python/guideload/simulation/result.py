@@ -8,19 +8,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.audit.audit import Audit
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.base.quantities import Quantities
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
+from guideload.simulation import files
+from guideload.simulation.bands import bands_of, with_bands
 from guideload.simulation.peaks import peak_columns
+from guideload.simulation.quantities import quantities_of
 from guideload.simulation.run import Run
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-    from guideload.audit.audit import Audit
 
 
 class Result:
@@ -49,7 +51,7 @@ class Result:
 
     @classmethod
     def of_run(cls, run: Run) -> Result:
-        """The result of a run; its arrays are made when first used."""
+        """The result of a run; its arrays are computed when first used."""
         result = cls.__new__(cls)
         result.machine, result.method, result.reason = run.machine, run.method, run.reason
         result._run = run
@@ -67,16 +69,12 @@ class Result:
     @cached_property
     def quantities(self) -> Quantities:
         """All quantities as plain arrays, with the names of their dimensions and units."""
-        from guideload.simulation.bands import bands_of, with_bands
-
         bands = bands_of(self._run, self.carriage_loads)
         return self._estimate if bands is None else with_bands(self._estimate, bands)
 
     @cached_property
     def _estimate(self) -> Quantities:
         """All but the credible bands, which cost more than the run and which the audit does not need."""
-        from guideload.simulation.quantities import quantities_of
-
         return quantities_of(self._run, self.carriage_loads)
 
     @cached_property
@@ -95,8 +93,6 @@ class Result:
 
         Raises ArgumentError if the result reports no instant.
         """
-        from guideload.audit.audit import Audit
-
         self._require_instants()
         return Audit.of(self.machine, self._estimate, self.modes)
 
@@ -128,24 +124,18 @@ class Result:
 
     def to_netcdf(self, path: str | PathLike[str]) -> None:
         """Write all quantities as netCDF 4."""
-        from guideload.simulation import files
-
         files.write_netcdf(self._to_write(), path)
 
     def to_parquet(self, path: str | PathLike[str]) -> None:
         """Write all quantities as Parquet: a column per history and label, the rest in the metadata."""
-        from guideload.simulation import files
-
         files.write_parquet(self._to_write(), path)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the histories as CSV, and all other quantities as JSON beside it (same name, .json)."""
-        from guideload.simulation import files
-
         files.write_csv(self._to_write(), path)
 
     def _to_write(self) -> Quantities:
-        """All quantities; those of `data` if it has been made, as the user may have changed it."""
+        """All quantities; those of `data` if it exists, because the user may have changed it."""
         return Quantities.of_dataset(self.data) if "data" in self.__dict__ else self.quantities
 
     @classmethod
@@ -154,6 +144,4 @@ class Result:
 
         Raises TraceError if the file is none of these.
         """
-        from guideload.simulation import files
-
         return cls(*files.read(path))

@@ -1,4 +1,4 @@
-"""From a machine and a motion to the loads: chooses the method, runs the core, hands over the result."""
+"""Simulation: from a machine and a motion to the loads, by the method asked for or the cheapest one."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from guideload.simulation.result import Result
 from guideload.simulation.run import Run
 
 Method = Literal["auto", "exact", "rk45", "implicit"]
+STEP_COST = 4.0  # of a step of implicit on a scene with smooth laws, in steps of rk45
 
 
 def simulate(
@@ -33,26 +34,13 @@ def simulate(
             contacts), rk45 (Dormand-Prince 5(4)), implicit (Radau IIA of order 9), or auto: the cheapest that
             the scene allows; the result says which and why
     rtol    error of the link loads that rk45 and implicit may make, as a part of the load scale (the largest
-            link load at rest plus quasi-static under the peaks of the motion; the result tells it in newtons)
-    step    s, fixed step for rk45 and implicit instead of error control; none passes a sample of the motion
+            link load at rest plus quasi-static under the peaks of the motion; `load_scale_N` of the result)
+    step    s, fixed step for rk45 and implicit instead of step-size control; steps end at samples of the motion
     times   (m,) s, instants to report, ascending; the samples of the motion if left out
 
     Raises SceneError (unsupported body), ArgumentError (method, rtol, step or times), RunError (with time and step).
     """
-    _require_kinds(machine, motion, rtol, step)
-    chosen, reason = _chosen(machine, motion, method, step)
-    instants = None if times is None else _instants(times)
-    solution = machine.scene.solve(
-        motion.time,
-        motion.acceleration,
-        motion.wrench,
-        method=chosen,
-        rtol=rtol,
-        step=step,
-        times=instants,
-    )
-    reported = motion.time if instants is None else instants
-    return Result.of_run(Run(machine, motion, solution, reported, chosen, reason, rtol, step))
+    return Result.of_run(_run(machine, motion, method, rtol, step, times))
 
 
 def peak_loads(
@@ -67,13 +55,12 @@ def peak_loads(
 
     Arguments and errors as for `simulate`.
     """
-    _require_kinds(machine, motion, rtol, step)
-    chosen, _ = _chosen(machine, motion, method, step)
+    run = _run(machine, motion, method, rtol, step, None)
     extremes = machine.scene.peaks(
         motion.time,
         motion.acceleration,
         motion.wrench,
-        method=chosen,
+        method=run.method,
         rtol=rtol,
         step=step,
         groups=machine.links_of_carriages,
@@ -82,8 +69,17 @@ def peak_loads(
     return Peaks(tuple(carriage.name for carriage in machine.carriages), *extremes)
 
 
+def _run(
+    machine: Machine, motion: Motion, method: str, rtol: float, step: float | None, times: ArrayLike | None
+) -> Run:
+    """A run, not solved yet, by the method that was asked for or chosen."""
+    _require_kinds(machine, motion, rtol, step)
+    chosen, reason = _chosen(machine, motion, method, step)
+    return Run(machine, motion, chosen, reason, rtol, step, None if times is None else _instants(times))
+
+
 def _require_kinds(machine: object, motion: object, rtol: object, step: object) -> None:
-    """Tell a slip of the arguments by its way out; everything else is checked where it is used."""
+    """Refuse arguments of a wrong type, with the way out; values are checked where they are used."""
     if not isinstance(machine, Machine):
         raise TypeError(f"machine: expected a Machine, as from Machine.from_toml(file), got {machine!r:.80}")
     if not isinstance(motion, Motion):
@@ -97,7 +93,7 @@ def _require_kinds(machine: object, motion: object, rtol: object, step: object) 
 
 
 def _instants(times: ArrayLike) -> Array:
-    """The instants to report, as numbers of our own."""
+    """A copy of the instants to report."""
     try:
         instants = np.array(times, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -123,7 +119,7 @@ def _chosen(machine: Machine, motion: Motion, method: str, step: float | None) -
 
 
 def _for_smooth_laws(machine: Machine, motion: Motion) -> tuple[str, str]:
-    """rk45, unless stability holds its steps so short that implicit is done earlier."""
+    """rk45, unless stability limits its steps so much that implicit costs less."""
     from guideload.simulation.stability_function import longest_stable_steps  # needed by no other scene
 
     sample_step = median_step(motion.time)
@@ -137,7 +133,3 @@ def _for_smooth_laws(machine: Machine, motion: Motion) -> tuple[str, str]:
             f"{why}, far below the {1e3 * sample_step:.3g} ms between samples: the scene is stiff",
         )
     return "rk45", f"{why}: the scene is not stiff"
-
-
-# A step of implicit on a scene with smooth laws costs about as much as this many of rk45.
-STEP_COST = 4.0

@@ -55,15 +55,8 @@ def _longest_stable_step(value: complex) -> float:
         raise ValueError(f"expected an eigenvalue of a passive scene, real part <= 0, got {value:g} 1/s")
     decay = 0.0 if decay <= UNDAMPED else decay
     angle = np.pi - np.arccos(min(decay, 1.0))
-    squared = np.array(
-        [
-            sum(
-                RK45[i] * RK45[power - i] * np.cos((2 * i - power) * angle)
-                for i in range(max(0, power - 6), min(6, power) + 1)
-            )
-            for power in range(13)
-        ]
-    )
+    terms = RK45 * np.exp(1j * angle * np.arange(RK45.size))
+    squared = np.convolve(terms, terms.conj()).real
     # Up to the order of the method those are the series of exp(-2 decay ρ): without the rounding of the sums.
     for power in range(6):
         squared[power] = squared[power - 1] * -2.0 * decay / power if power else 1.0

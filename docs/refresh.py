@@ -1,0 +1,336 @@
+"""Write every number and picture in README.md and docs/ that comes from the program: `python docs/refresh.py`.
+
+    --check         change nothing; say which blocks differ, and exit with 1 if any does
+    --no-pictures   numbers only
+
+A block stands in a page between `<!-- begin: name -->` and `<!-- end: name -->`; the functions of `BLOCKS` write
+them. The pictures of benchmarks, `speed-accuracy.png` and `monte-carlo.png`, are written by tests/benchmarks.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+from click.testing import CliRunner
+from numpy.typing import NDArray
+
+from guideload import (
+    Inspection,
+    Machine,
+    Motion,
+    Result,
+    Study,
+    StudyResult,
+    motion_from_trace,
+    plots,
+    read_trace,
+    run_study,
+    simulate,
+    stability,
+)
+from guideload.cli.main import main
+
+ROOT = Path(__file__).resolve().parents[1]
+IMAGES = ROOT / "docs" / "images"
+EXAMPLES = Path(str(files("guideload"))) / "examples"
+BLOCK = re.compile(r"(<!-- begin: ([\w-]+) -->\n)(.*?)(<!-- end: \2 -->)", re.DOTALL)
+
+
+def pages() -> list[Path]:
+    """README and all pages of the site."""
+    return [
+        ROOT / "README.md",
+        *sorted(path for path in ROOT.glob("docs/**/*.md") if "_build" not in path.parts),
+    ]
+
+
+# ---- the example
+
+
+@cache
+def machine() -> Machine:
+    return Machine.from_toml(EXAMPLES / "manipulator.toml")
+
+
+@cache
+def motion() -> Motion:
+    return motion_from_trace(read_trace(EXAMPLES / "manipulator.csv"), machine().drive)
+
+
+@cache
+def result() -> Result:
+    return simulate(machine(), motion())
+
+
+@cache
+def paper() -> Result:
+    return simulate(machine().with_free(("rx", "ry", "rz")), motion())
+
+
+@cache
+def described() -> Study:
+    return Study.from_toml(EXAMPLES / "study.toml")
+
+
+@cache
+def study() -> StudyResult:
+    return run_study(described())
+
+
+@cache
+def static_with_inertia() -> NDArray[np.float64]:
+    """Force across the rails (time, carriage, 2) [N] by a static calculation with m a at every instant.
+
+    A body that is accelerated by a is loaded as one at rest whose gravity is g - a; the example is linear.
+    """
+
+    def at_rest(a: float) -> NDArray[np.float64]:
+        gx, gy, gz = machine().gravity
+        tilted = machine().model_copy(update={"gravity": (gx - a, gy, gz)})
+        return np.asarray(simulate(tilted, Motion.along_x([0.0, 1.0], [0.0, 0.0])).carriage_loads[0, :, 1:3])
+
+    rest, unit = at_rest(0.0), at_rest(1.0) - at_rest(0.0)
+    return np.asarray(rest + motion().acceleration[:, 0, None, None] * unit)
+
+
+# ---- blocks
+
+
+def newtons(value: float) -> str:
+    return f"{value:,.0f} N".replace(",", " ")
+
+
+def peaks() -> str:
+    """Peak and static load of every carriage, with all dofs and with the paper's."""
+    tables = [each.peaks()[["peak_resultant_N", "static_resultant_N"]] for each in (result(), paper())]
+    rows = [
+        "| carriage | peak resultant, guides carry all | static | peak resultant, the paper's dofs | static |",
+        "|---|---:|---:|---:|---:|",
+    ]
+    for carriage in machine().carriages:
+        loads = [newtons(load) for table in tables for load in table.loc[carriage.name]]
+        rows.append(f"| {carriage.name} | {' | '.join(loads)} |")
+    return "\n".join(rows)
+
+
+def weight() -> str:
+    vertical = paper().data["static_force"].sel(axis="y").sum().item()
+    total = machine().body.mass * 9.80665
+    return (
+        f"In the example the guides' vertical loads then add up to {newtons(abs(vertical))} "
+        f"under a weight of {newtons(total)}."
+    )
+
+
+def dynamics() -> str:
+    """How far the dynamic peaks stand above a static calculation with m a."""
+    damping = 100.0 * result().modes.damping_ratio
+    table = result().peaks()
+    by_hand = static_with_inertia()
+    peak, dynamic = (
+        np.hypot(*np.moveaxis(force, 2, 0)).max(axis=0) for force in (by_hand, by_hand - by_hand[0])
+    )
+    factor = table["peak_resultant_N"].to_numpy() / peak
+    of_dynamic = table["dynamic_resultant_N"].to_numpy() / dynamic
+    i = int(factor.argmax())
+    return (
+        f"The modes of the example are damped by {damping.min():.1f} to {damping.max():.1f} %. "
+        f"Carriage {machine().carriages[i].name} peaks at {newtons(table['peak_resultant_N'].iloc[i])}; "
+        f"a static calculation with m a gives {newtons(peak[i])}. That is a factor of {factor[i]:.2f} on the load, "
+        f"the f_W of a catalogue, and of {of_dynamic[i]:.2f} on its dynamic part."
+    )
+
+
+def figure() -> str:
+    """The largest load, where, when, and how sure."""
+    row = result().peaks().sort_values("peak_resultant_N").iloc[-1]
+    return (
+        f"> Carriage {row.name} carries {newtons(row['peak_resultant_N'])} at most, at {row['time_of_peak_s']:.3f} s; "
+        f"95 % credible band {newtons(row['peak_lower_N'])} to {newtons(row['peak_upper_N'])}."
+    )
+
+
+def study_table() -> str:
+    limit = described().limits["peak_resultant"]
+    rows = [f"| carriage | median | 95 % | 99 % | above {limit} |", "|---|---:|---:|---:|---:|"]
+    for carriage in [each.name for each in machine().carriages]:
+        name = f"peak_resultant_N[{carriage}]"
+        quantiles = np.nanquantile(study().column(name), [0.5, 0.95, 0.99])
+        above = 100.0 * study().probability_above(name, limit).value
+        rows.append(f"| {carriage} | {' | '.join(map(newtons, quantiles))} | {above:.1f} % |")
+    return "\n".join(rows)
+
+
+def first(count: int) -> Callable[[list[str]], list[str]]:
+    """The first paragraphs."""
+    return lambda paragraphs: paragraphs[:count]
+
+
+def answer_and_table(paragraphs: list[str]) -> list[str]:
+    """The first paragraph of a report and its first table."""
+    return [paragraphs[0], next(paragraph for paragraph in paragraphs if "───" in paragraph)]
+
+
+def printed(*arguments: str, choose: Callable[[list[str]], list[str]] = lambda all_of_it: all_of_it) -> str:
+    """What a command prints in a folder with the packaged examples, or some paragraphs of it."""
+    here = Path.cwd()
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        try:
+            for file in EXAMPLES.iterdir():
+                Path(file.name).write_bytes(file.read_bytes())
+            done = CliRunner().invoke(main, arguments, catch_exceptions=False)
+        finally:
+            os.chdir(here)
+    if done.exit_code:
+        raise RuntimeError(f"guideload {' '.join(arguments)}: {done.output}")
+    text = "\n\n".join(choose(done.stdout.strip("\n").split("\n\n")))
+    return f"```text\n{text}\n```"
+
+
+RUN = ("run", "manipulator.toml", "manipulator.csv", "-o", "out", "--no-pictures")
+BLOCKS: dict[str, Callable[[], str]] = {
+    "peaks": peaks,
+    "weight": weight,
+    "dynamics": dynamics,
+    "figure": figure,
+    "study": study_table,
+    "report-head": lambda: printed(*RUN, choose=answer_and_table),
+    "audit": lambda: f"```text\n{result().audit}\n```",
+    "check": lambda: printed("check", "machine.toml"),
+    "encoder": lambda: printed(
+        "encoder", "manipulator.csv", "--machine", "manipulator.toml", choose=first(6)
+    ),
+}
+
+
+# ---- pictures
+
+
+def exceedance() -> Path:
+    return plots.save(plots.exceedance(study()), IMAGES / "exceedance.png")
+
+
+def encoder() -> Path:
+    inspection = Inspection.of(read_trace(EXAMPLES / "manipulator.csv"), machine())
+    return plots.save(plots.encoder(inspection)[0], IMAGES / "encoder.png")
+
+
+def validation() -> Path:
+    """A mass on links against the closed form of its step response; rk45 and implicit against exact on the example."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    time, simulated, closed = step_response()
+    left.plot(1e3 * time, closed, color="0.75", linewidth=4, label="closed form")
+    left.plot(1e3 * time, simulated, color="C0", linewidth=1, label="exact")
+    left.set(xlabel="time in ms", ylabel="deflection in µm", title="A mass after a step of acceleration")
+    largest = np.abs(simulated - closed).max() / np.abs(closed).max()
+    left.legend(frameon=False, title=f"largest difference {largest:.0e}")
+    tolerances = 10.0 ** -np.arange(3.0, 11.5)
+    for method, color in (("rk45", "C1"), ("implicit", "C2")):
+        right.loglog(tolerances, errors(method, tolerances), "o-", color=color, label=method)
+    right.loglog(tolerances, tolerances, color="0.75", label="error = rtol")
+    right.set(
+        xlabel="rtol",
+        ylabel="error of the loads, part of the largest",
+        title="Example: difference from exact",
+    )
+    right.legend(frameon=False)
+    path = IMAGES / "validation.png"
+    figure.savefig(path, dpi=130)
+    return path
+
+
+def step_response() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Times [s], and deflection [µm] by the program and in closed form, of a mass that y alone lets move."""
+    mass, stiffness, damping, step = 100.0, 4e8, 1e4, 2.0
+    link = {
+        "name": "spring",
+        "point": [0, 0, 0],
+        "direction": [0, 1, 0],
+        "stiffness": stiffness,
+        "damping": damping,
+    }
+    body = {"mass": mass, "center_of_mass": [0, 0, 0], "inertia": np.eye(3).tolist()}
+    held = Machine(body=body, links=[link], free=["y"], gravity=[0, 0, 0])
+    acceleration = np.zeros((4, 3))
+    acceleration[2:, 1] = step
+    time = np.linspace(0.0, 0.08, 801)
+    result = simulate(held, Motion([0.0, 0.01, 0.01, 0.08], acceleration), times=time)
+    omega = np.sqrt(stiffness / mass)
+    zeta = damping / (2.0 * mass * omega)
+    since = np.maximum(time - 0.01, 0.0)
+    ring = omega * np.sqrt(1.0 - zeta**2)
+    decay = np.exp(-zeta * omega * since)
+    swing = np.cos(ring * since) + zeta * omega / ring * np.sin(ring * since)
+    closed = -step / omega**2 * (1.0 - decay * swing)
+    return time, 1e6 * result.data["displacement"].sel(dof="y").values, 1e6 * closed
+
+
+def errors(method: str, tolerances: NDArray[np.float64]) -> list[float]:
+    """Largest difference of any carriage's force to `exact` on the example, as a part of the largest force."""
+    true = result().carriage_loads[:, :, :3]
+    runs = [simulate(machine(), motion(), method=method, rtol=float(rtol)) for rtol in tolerances]
+    return [float(np.abs(run.carriage_loads[:, :, :3] - true).max() / np.abs(true).max()) for run in runs]
+
+
+PICTURES: dict[str, Callable[[], Path]] = {
+    "resultant": lambda: plots.save(plots.resultant(result()), IMAGES / "resultant.png"),
+    "scene": lambda: plots.save(plots.scene(machine(), result()), IMAGES / "scene.png"),
+    "modes": lambda: plots.save(plots.modes(machine(), result().modes)[0], IMAGES / "modes.png"),
+    "spectrum": lambda: plots.save(plots.spectrum(result()), IMAGES / "spectrum.png"),
+    "encoder": encoder,
+    "exceedance": exceedance,
+    "drivers": lambda: plots.save(plots.tornado(study()), IMAGES / "drivers.png"),
+    "stability": lambda: plots.save(plots.stability(stability(machine()))[0], IMAGES / "stability.png"),
+    "validation": validation,
+}
+
+
+# ---- writing
+
+
+def refreshed(text: str) -> str:
+    """The text of a page with its blocks as the program gives them."""
+    return BLOCK.sub(lambda found: f"{found[1]}{BLOCKS[found[2]]()}\n{found[4]}", text)
+
+
+def stale() -> list[str]:
+    """The blocks that differ from what the program gives, as "page: name"."""
+    differing = []
+    for page in pages():
+        for _, name, inside, _ in BLOCK.findall(page.read_text(encoding="utf-8")):
+            if inside != f"{BLOCKS[name]()}\n":
+                differing.append(f"{page.relative_to(ROOT)}: {name}")
+    return differing
+
+
+def run() -> None:
+    parser = argparse.ArgumentParser(description="Refresh the numbers and pictures of README and docs.")
+    parser.add_argument("--check", action="store_true", help="change nothing, exit with 1 if a block differs")
+    parser.add_argument("--no-pictures", action="store_true", help="numbers only")
+    options = parser.parse_args()
+    differing = stale()
+    print("\n".join(differing) or "all blocks are up to date")
+    if options.check:
+        sys.exit(bool(differing))
+    for page in pages():
+        text = page.read_text(encoding="utf-8")
+        page.write_text(refreshed(text), encoding="utf-8", newline="\n")
+    for name in () if options.no_pictures else PICTURES:
+        print(PICTURES[name]().relative_to(ROOT))
+
+
+if __name__ == "__main__":
+    run()

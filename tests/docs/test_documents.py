@@ -1,0 +1,193 @@
+"""README and all pages are true: their code runs, their TOML is accepted, their numbers are the program's.
+
+The blocks of a page run one after the other in one folder, which holds the packaged examples (and the trace as
+trace.csv) unless the page begins with `<!-- folder: empty -->`. The Rust of the README is a documentation test of the
+crate.
+"""
+
+import re
+import shlex
+import sys
+from collections.abc import Iterator
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+from matplotlib.figure import Figure
+
+from guideload import Machine, Study
+from guideload.cli.main import main
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "docs"))
+
+import refresh  # noqa: E402
+
+EXAMPLES = Path(str(files("guideload"))) / "examples"
+PAGES = {str(page.relative_to(ROOT)): page.read_text(encoding="utf-8") for page in refresh.pages()}
+SCRIPTS = sorted((ROOT / "docs" / "examples").glob("*.py"))
+FENCE = re.compile(r"^```(\w+)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+
+
+def blocks(text: str) -> list[tuple[str, str]]:
+    """Language and text of each block of code."""
+    return FENCE.findall(text)
+
+
+def with_code(*languages: str) -> list[str]:
+    return [
+        name for name, text in PAGES.items() if any(language in languages for language, _ in blocks(text))
+    ]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with the packaged examples, as working directory. Pictures are drawn there, but not rendered."""
+    monkeypatch.setattr(Figure, "savefig", lambda figure, path, **options: Path(path).touch())
+    monkeypatch.chdir(tmp_path)
+    for file in EXAMPLES.iterdir():
+        Path(file.name).write_bytes(file.read_bytes())
+    Path("trace.csv").write_bytes((EXAMPLES / "manipulator.csv").read_bytes())
+    return tmp_path
+
+
+# ---- code
+
+
+@pytest.mark.parametrize("page", with_code("python", "sh"))
+def test_code_of_a_page_runs(page: str, folder: Path) -> None:
+    if "<!-- folder: empty -->" in PAGES[page]:
+        for file in folder.iterdir():
+            file.unlink()
+    names: dict[str, Any] = {"__name__": "page"}
+    for language, code in blocks(PAGES[page]):
+        if language == "python":
+            exec(compile(code, page, "exec"), names)
+        elif language == "sh":
+            for command in commands(code):
+                run(command)
+
+
+def commands(code: str) -> Iterator[list[str]]:
+    """The words of each command, without comments; `.venv/bin/x` as x."""
+    for row in code.replace("\\\n", " ").splitlines():
+        for part in row.split("&&"):
+            words = [word.removeprefix(".venv/bin/") for word in shlex.split(part, comments=True)]
+            if words:
+                yield words
+
+
+def run(words: list[str]) -> None:
+    """A guideload command; of others, that the files they name exist."""
+    if words[0] != "guideload":
+        for word in words:
+            if re.fullmatch(r"(tests|docs|rust)/[\w./-]+", word) and "_build" not in word:
+                assert (ROOT / word).exists(), " ".join(words)
+        return
+    output = words.index(">") if ">" in words else len(words)
+    done = CliRunner().invoke(main, words[1:output], catch_exceptions=False)
+    assert done.exit_code == 0, f"{' '.join(words)}: {done.output}"
+    if output < len(words):
+        Path(words[output + 1]).write_text(done.stdout, encoding="utf-8")
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
+def test_an_example_runs_and_is_short(script: Path, folder: Path) -> None:
+    code = script.read_text(encoding="utf-8")
+    assert len(code.splitlines()) < 40
+    assert f"examples/{script.name}" in PAGES["docs/examples.md"]
+    exec(compile(code, str(script), "exec"), {"__name__": "__main__"})
+
+
+# ---- machine and study files
+
+
+@pytest.mark.parametrize("page", with_code("toml"))
+def test_toml_of_a_page_is_accepted(page: str, folder: Path) -> None:
+    for language, text in blocks(PAGES[page]):
+        if language == "toml":
+            accept(text)
+
+
+def accept(text: str) -> None:
+    """A machine, a part of one, a study, or keys of a carriage, one row each."""
+    if not re.search(r"^\[", text, re.MULTILINE):
+        for row in text.splitlines():
+            law_of(row)
+        return
+    values = tomllib.loads(text)
+    if "vary" in values or "limits" in values:
+        Path("study.toml").write_text(text, encoding="utf-8")
+        Path("machine.toml").write_bytes((EXAMPLES / "manipulator.toml").read_bytes())
+        assert Study.from_toml("study.toml").vary
+    else:
+        base = tomllib.loads((EXAMPLES / "manipulator.toml").read_text(encoding="utf-8"))
+        machine = Machine(**(values if "body" in values else base | values))
+        assert machine.scene is not None  # the body is supported
+
+
+def law_of(keys: str) -> str:
+    """The kind of the law along y of the packaged carriage with these keys in place of its stiffness."""
+    carriage = Machine.from_toml(EXAMPLES / "machine.toml").carriages[0]
+    return carriage.model_copy(update={"stiffness_y": None, **tomllib.loads(keys)}).laws[0].kind
+
+
+def test_every_law_of_the_machine_page_is_one() -> None:
+    """The rows of its block, each a law; and what the text below adds to the first."""
+    text = PAGES["docs/how-to/describe-a-machine.md"]
+    rows = next(
+        code.splitlines() for language, code in blocks(text) if language == "toml" and "curve_y" in code
+    )
+    added = {key: re.search(rf"`({key} = .*?)`", text) for key in ("clearance_y", "preload_y", "rolling")}
+    clearance, preload, rolling = (found[1] for found in added.values() if found)
+    kinds = [law_of(row) for row in (*rows, f"{rows[0]}\n{clearance}", f"{rows[0]}\n{preload}\n{rolling}")]
+    assert kinds == ["linear", "sided", "curve", "sided", "preloaded"]
+
+
+# ---- numbers, pictures, links
+
+
+def test_numbers_are_those_of_the_program() -> None:
+    """Where they are not: python docs/refresh.py."""
+    assert not refresh.stale()
+
+
+def test_every_picture_is_shown_and_made_by_a_script() -> None:
+    shown = {
+        Path(name).stem for text in PAGES.values() for name in re.findall(r"!\[.*?\]\((.*?\.png)\)", text)
+    }
+    of_benchmarks = {"speed-accuracy", "monte-carlo"}
+    assert (
+        shown
+        == {path.stem for path in refresh.IMAGES.glob("*.png")}
+        == refresh.PICTURES.keys() | of_benchmarks
+    )
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_files_that_a_page_names_exist(page: str) -> None:
+    text = re.sub(r"^```.*?^```", "", PAGES[page], flags=re.DOTALL | re.MULTILINE)
+    targets = [target.split("#")[0] for target in re.findall(r"\]\(([^)\s]+)\)", text) if "://" not in target]
+    here = (ROOT / page).parent
+    assert not [target for target in targets if target and not (here / target).exists()]
+    named = re.findall(r"`((?:tests|docs|rust|python)/[\w./-]*\w)`", text)
+    assert not [name for name in named if not (ROOT / name).exists() and "_build" not in name]
+
+
+def test_the_readme_is_one_page() -> None:
+    assert len(PAGES["README.md"].splitlines()) <= 120
+
+
+def test_a_wrong_number_would_be_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("<!-- begin: weight -->\n1 N\n<!-- end: weight -->\n", encoding="utf-8")
+    monkeypatch.setattr(refresh, "ROOT", tmp_path)
+    monkeypatch.setattr(refresh, "pages", lambda: [page])
+    assert refresh.stale() == ["page.md: weight"]
