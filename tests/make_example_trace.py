@@ -1,8 +1,8 @@
 """Make the motor speed of the example, python/guideload/examples/manipulator.csv.
 
 Run: python tests/make_example_trace.py
-The move: there and back, 1.6 m/s, 4 m/s2, jerk 500 m/s3 (ramps of 8 ms), dwells of 0.6 s, cruise 1 s, at 1 kHz. The motor
-turns 12 times per turn of a pinion of 127.3 mm pitch diameter. Its encoder gives 65536 counts per turn (16
+The move: there and back, 1.6 m/s, 4 m/s2, jerk 500 m/s3 (ramps of 8 ms), dwells of 0.6 s, cruise 1 s, at 1 kHz. The
+motor turns 12 times per turn of a pinion of 127.3 mm pitch diameter. Its encoder gives 65536 counts per turn (16
 bit); the drive logs the counts of each millisecond as a speed with one decimal of rpm, and the speed ripples
 by 0.2 rpm rms, as speed signals of a servo drive do. The result is the same on every machine: the noise has a
 fixed seed.
