@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 # Heights as parts of the axes' height: a bar that marks lost contact with the gap above it, and all bars at most.
 BAR, ALL_BARS = 0.025, 0.2
 BAND_ALPHA = 0.25
+LINE_ALPHA = 0.75  # a vibration fills an area, under which other loads remain visible
 SMALLEST_SPAN = 0.02  # of the largest value: a ripple below it does not fill the picture's height
 ROUNDING = 1e-6  # of the largest resultant
 
@@ -176,12 +177,12 @@ def _draw_carriages(
     for index, (name, load) in enumerate(zip(carriages, loads.T, strict=True)):
         color, dash = carriage_look(index)
         # Each line is thinner than the one before, so that equal loads of symmetric carriages are all visible.
-        width = 1.2 + 1.2 * (1 - (index + 1) / len(carriages))
+        width = 0.8 + 1.4 * (1 - (index + 1) / len(carriages))
         label = f"{name}: peak {load_with_unit(load.max(), unit)}"
-        ax.plot(time, load, color=color, linestyle=dash, linewidth=width, label=label)
+        ax.plot(time, load, color=color, linestyle=dash, linewidth=width, alpha=LINE_ALPHA, label=label)
         ax.axhline(static[index], color=color, linewidth=0.9, linestyle=DASHED, zorder=1.5)
         peak = int(load.argmax())
-        ax.plot(time[peak], load[peak], "o", color=color, markersize=4, clip_on=False)
+        ax.plot(time[peak], load[peak], "o", color=color, markersize=4, clip_on=False, zorder=3)
         if deviations in result.data:
             alpha = BAND_ALPHA / np.sqrt(len(carriages))  # bands of symmetric carriages cover each other
             _draw_band(ax, time, load, result.data[deviations].values[:, index], color, alpha)
