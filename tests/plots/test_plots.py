@@ -115,6 +115,9 @@ def test_every_carriage_has_its_history_static_level_and_peak(result: Result) ->
             assert static.get_ydata()[0] == pytest.approx(level, rel=1e-12)
             assert peak.get_ydata()[0] == drawn.get_ydata().max()
             assert load_with_unit(load.max(), unit) in legend_text(ax)
+            if picture is plots.resultant:  # dashed: static with m a
+                quasi_static = result.audit.simpler_models.quasi_static[index]
+                assert static.get_ydata().max() == pytest.approx(quasi_static, rel=1e-12)
         assert ax.get_ylabel().endswith(f"[{unit}]") and ax.get_xlabel() == "time [s]"
 
 

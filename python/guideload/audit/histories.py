@@ -52,6 +52,14 @@ class Histories:
         position[free] = np.linalg.inv(self.stiffness[free])
         return np.asarray(position @ (self.rows.T * self.links.stiffness))
 
+    def quasi_static_resultants(self) -> Array:
+        """(time, carriage) N, y-z resultants by K q = Q + E - M_u a at every instant: static calculation with m a."""
+        loads, directions = (self.excitation + self.weight) @ self.response, self.links.directions
+        resultants = np.zeros((self.time.size, len(self.machine.carriages)))
+        for i, links in enumerate(self.machine.links_of_carriages):
+            resultants[:, i] = np.linalg.norm(loads[:, links] @ directions[links, 1:], axis=1)
+        return resultants
+
     @property
     def starts_at_rest(self) -> bool:
         """Whether the first instant is that of the start, where nothing moves yet."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.audit.checks import share_of_time
+from guideload.audit.histories import Histories
 from guideload.base.numbers import joined, load_with_unit, percent
 from guideload.base.units import factor
 from guideload.motion.uncertainty import COVER
@@ -100,18 +101,19 @@ def paper_figures(result: Result) -> list[Axes]:
 
 
 def resultant(result: Result, ax: Axes | None = None) -> Axes:
-    """Resultant load sqrt(Fy² + Fz²) of every carriage in newtons over time; static levels as thin lines.
+    """Resultant load sqrt(Fy² + Fz²) of every carriage in newtons over time.
 
-    Bars along the time axis mark where a link of a carriage has no contact, or one row open. If the motion has an
-    uncertainty, pale areas are the 95 % bands of the loads at each instant.
+    Dashed: what a static calculation with m a gives, without vibration and with nominal stiffness. Bars along the time
+    axis mark where a link of a carriage has no contact, or one row open. If the motion has an uncertainty, pale areas
+    are the 95 % bands of the loads at each instant.
     """
-    static = result.data["static_force"].sel(axis=["y", "z"]).transpose("carriage", "axis").values
-    loads, static_level = result.data["resultant"].values, np.linalg.norm(static, axis=1)
+    static = Histories(result.machine, result.quantities).quasi_static_resultants()
     with look():
         ax = axes_or_new(ax, 9.0, 4.4)
         ax.set_ylabel("√(F$_y$² + F$_z$²) [N]")
         set_run_title(ax, result, "Resultant load of the carriages")
-        _draw_carriages(ax, result, loads, static_level, "resultant_sd", "N")
+        loads = result.data["resultant"].values
+        _draw_carriages(ax, result, loads, static, "static with m a", "resultant_sd", "N")
     return ax
 
 
@@ -123,12 +125,13 @@ def moments(result: Result, ax: Axes | None = None) -> Axes:
     """
     moment = result.data["moment"].transpose("time", "carriage", "axis").values
     static = result.data["static_moment"].transpose("carriage", "axis").values
-    magnitude, static_level = np.linalg.norm(moment, axis=2), np.linalg.norm(static, axis=1)
+    magnitude, level = np.linalg.norm(moment, axis=2), np.linalg.norm(static, axis=1)
     with look():
         ax = axes_or_new(ax, 9.0, 4.4)
         ax.set_ylabel("√(M$_x$² + M$_y$² + M$_z$²) [N m]")
         set_run_title(ax, result, "Moments of the carriages about their centres")
-        _draw_carriages(ax, result, magnitude, static_level, "moment_magnitude_sd", "N m")
+        static = np.broadcast_to(level, magnitude.shape)
+        _draw_carriages(ax, result, magnitude, static, "static level", "moment_magnitude_sd", "N m")
     return ax
 
 
@@ -167,9 +170,9 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
 
 
 def _draw_carriages(
-    ax: Axes, result: Result, loads: Array, static: Array, deviations: str, unit: str
+    ax: Axes, result: Result, loads: Array, static: Array, static_label: str, deviations: str, unit: str
 ) -> None:
-    """Every carriage's load (time, carriage) with its band, static level (carriage,) and peak, from 0 up.
+    """Every carriage's load and static load, both (time, carriage), with its band and peak, from 0 up.
 
     deviations: name of the loads' standard deviations, which the result lacks if its motion has no uncertainty.
     """
@@ -180,7 +183,7 @@ def _draw_carriages(
         width = 0.8 + 1.4 * (1 - (index + 1) / len(carriages))
         label = f"{name}: peak {load_with_unit(load.max(), unit)}"
         ax.plot(time, load, color=color, linestyle=dash, linewidth=width, alpha=LINE_ALPHA, label=label)
-        ax.axhline(static[index], color=color, linewidth=0.9, linestyle=DASHED, zorder=1.5)
+        ax.plot(time, static[:, index], color=INK, linewidth=0.8, linestyle=DASHED, zorder=2.5)
         peak = int(load.argmax())
         ax.plot(time[peak], load[peak], "o", color=color, markersize=4, clip_on=False, zorder=3)
         if deviations in result.data:
@@ -189,7 +192,7 @@ def _draw_carriages(
     if deviations in result.data:
         label = _band_label(result.data[deviations].values, unit)
         ax.fill_between([], [], [], color=GREY, alpha=BAND_ALPHA, linewidth=0, label=label)
-    ax.plot([], [], color=GREY, linewidth=0.9, linestyle=DASHED, label="static level")
+    ax.plot([], [], color=INK, linewidth=0.8, linestyle=DASHED, label=static_label)
     ax.set_xlabel("time [s]")
     _limit_zoom(ax, loads)
     contact, links = result.audit.contact, result.machine.links_of_carriages
