@@ -1,8 +1,8 @@
 //! Scatter of the peak loads of a cart: `cargo run --release --example monte_carlo -- [samples] [clearance in µm]`.
 //!
-//! A cart on four carriages travels forth and back. Its mass, its centre of mass, and the stiffness and damping of each carriage scatter. The
-//! example prints how the peak y-z load of each carriage scatters. The caller draws the values of the samples; a few lines below do this without
-//! another crate.
+//! A cart on four carriages travels forth and back. Its mass, its centre of mass, and the stiffness and damping of each carriage scatter.
+//! The example prints how the peak y-z load of each carriage scatters. The caller draws the values of the samples; a few lines below do
+//! this without another crate.
 
 use std::error::Error;
 use std::time::Instant;

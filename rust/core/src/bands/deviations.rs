@@ -26,8 +26,8 @@ pub struct StandardDeviations<'a> {
 /// Computes the standard deviations of the loads of `groups` and of all links that follow from the deviation of the acceleration; None for a
 /// scene that is not linear.
 ///
-/// `instants`: m ascending times, s. `loads`: m x groups x 6, the nominal loads, which determine the direction of the resultants. A resultant of
-/// zero has no direction; its deviation is the root of the sum of its components' variances.
+/// `instants`: m ascending times, s. `loads`: m x groups x 6, the nominal loads, which determine the direction of the resultants. A
+/// resultant of zero has no direction; its deviation is the root of the sum of its components' variances.
 ///
 /// # Panics
 /// If lengths do not agree.

@@ -47,8 +47,8 @@ impl LinkBlock {
         moving
     }
 
-    /// Whether no link passes an edge between two states, if the distance of the path from the straight line through them is at most `margin` per
-    /// unit of reach.
+    /// Whether no link passes an edge between two states, if the distance of the path from the straight line through them is at most
+    /// `margin` per unit of reach.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn ends_clear(&self, state: &State, next: &State, margin: f64) -> bool {
         let (at, end) = (self.deflections(state), self.deflections(next));

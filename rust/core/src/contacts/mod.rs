@@ -1,15 +1,15 @@
 //! Contact changes: on which segment of its law each link is, and when it leaves this segment (event location).
 //!
-//! Between two contact changes the equations are linear, so every deflection is known at any time and no change is missed. Two cheap tests prove
-//! for most steps that they contain no change:
+//! Between two contact changes the equations are linear, so every deflection is known at any time and no change is missed. Two cheap tests
+//! prove for most steps that they contain no change:
 //!
-//! 1. The deflections at both ends are within the edges, by more than the path can bow out between them. This follows from a bound on the second
-//!    derivative of the state, which is carried from step to step and recomputed only where it is not sufficient.
+//! 1. The deflections at both ends are within the edges, by more than the path can bow out between them. This follows from a bound on the
+//!    second derivative of the state, which is carried from step to step and recomputed only where it is not sufficient.
 //! 2. The control points of the cubics through both ends are within the edges, by more than the error of the cubics, which follows from the
 //!    fourth derivative.
 //!
-//! Only the other steps are searched, on the power series of the exact solution. (Batches of the yardstick's cart with 5 µm clearance on a noisy
-//! trace are 25 % slower without the carried bound, and 7 % slower without the cubics.)
+//! Only the other steps are searched, on the power series of the exact solution. (Batches of the yardstick's cart with 5 µm clearance on a
+//! noisy trace are 25 % slower without the carried bound, and 7 % slower without the cubics.)
 
 mod block;
 mod path;
@@ -63,8 +63,8 @@ impl<'a> Contacts<'a> {
         &self.segments.current.equations
     }
 
-    /// Fraction of the step from `state` to `next` at which the first contact changes, if one does. `next` is the state after the whole step by
-    /// the present equations.
+    /// Fraction of the step from `state` to `next` at which the first contact changes, if one does. `next` is the state after the whole
+    /// step by the present equations.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64> {
         let growth = self.segments.growth(ramp.h);

@@ -14,8 +14,8 @@ const CACHED_COMBINATIONS: usize = 32;
 #[cfg(not(feature = "std"))]
 const CACHED_COMBINATIONS: usize = 4;
 
-/// Tolerance of an edge, relative to the deflections of the run: some hundred roundings. A link counts as beyond its edge if it exceeds the edge by
-/// more than this. The error of the load is no larger, and rounding alone cannot move a link back across an edge.
+/// Tolerance of an edge, relative to the deflections of the run: some hundred roundings. A link counts as beyond its edge if it exceeds the
+/// edge by more than this. The error of the load is no larger, and rounding alone cannot move a link back across an edge.
 const EDGE_TOLERANCE: f64 = 1e-13;
 
 /// The next contact change of a step.
@@ -84,8 +84,8 @@ impl<'a> Segments<'a> {
         }
     }
 
-    /// Moves the link that passed an edge in `state` to its next segment, and with it all links that are at their edges too, as in a symmetric
-    /// machine. Returns the number of links that changed.
+    /// Moves the link that passed an edge in `state` to its next segment, and with it all links that are at their edges too, as in a
+    /// symmetric machine. Returns the number of links that changed.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn cross(&mut self, state: &State, (crossed, up): (usize, bool)) -> usize {
         let segment = &mut self.links.as_mut_slice()[crossed].1;

@@ -15,8 +15,9 @@ type Columns<const N: usize> = [[f64; 12]; N];
 /// (first-order hold).
 ///
 /// Scaling and doubling are applied to `E`, `∫ exp(A s) ds g` and `∫∫ exp(A s) ds² g` together, which works for defective, overdamped and
-/// undamped matrices. E is used instead of `exp(A h)`, because `1 + E` would lose digits of a slow mode of a strongly damped machine, twice as
-/// many with every doubling. In energy coordinates `|exp(A τ)| <= 1`, so nothing grows (cf. Higham 2005; Moler & Van Loan 2003, method 3).
+/// undamped matrices. E is used instead of `exp(A h)`, because `1 + E` would lose digits of a slow mode of a strongly damped machine, twice
+/// as many with every doubling. In energy coordinates `|exp(A τ)| <= 1`, so nothing grows (cf. Higham 2005; Moler & Van Loan 2003, method
+/// 3).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Propagator {
     /// E.

@@ -15,8 +15,8 @@ pub(crate) struct PowerSeries {
 impl PowerSeries {
     /// The series of linear equations.
     ///
-    /// Its norm is the largest column sum of A after scaling each `ω η` so that its columns in S and in ω have the same size. Where links are soft
-    /// at rest and stiff elsewhere, the scaled norm is smaller by orders of magnitude; the scale does not change any digit of η'.
+    /// Its norm is the largest column sum of A after scaling each `ω η` so that its columns in S and in ω have the same size. Where links
+    /// are soft at rest and stiff elsewhere, the scaled norm is smaller by orders of magnitude; the scale does not change any digit of η'.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn new<E: Equations>(equations: &E) -> Self {
         let (stiffness, damping) = equations.tangent(&[0.0; 12]);

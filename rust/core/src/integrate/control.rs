@@ -101,9 +101,9 @@ impl ErrorNorm {
 
 /// Number of steps whose accumulated error stays below the tolerance if each estimate is at the tolerance.
 ///
-/// The error of a step lasts as long as the slowest mode rings. The run continues with the higher-order result (local extrapolation), whose true
-/// error is well below the estimate; this margin covers so many steps. If errors last for more steps, each step must be more accurate than the
-/// tolerance.
+/// The error of a step lasts as long as the slowest mode rings. The run continues with the higher-order result (local extrapolation), whose
+/// true error is well below the estimate; this margin covers so many steps. If errors last for more steps, each step must be more accurate
+/// than the tolerance.
 const STEPS_WITHIN_MARGIN: f64 = 50.0;
 
 /// Factor on the error of a step that has samples inside it, because dense output is less accurate than the end of the step, and such a

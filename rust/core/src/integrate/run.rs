@@ -66,7 +66,8 @@ pub(crate) fn run_scaled<M: Method>(
         ModelLevel::PiecewiseLinear => {
             dispatch(RunKernel { setup, equations: Contacts::new(system, load_scale) })
         }
-        // Decided at compile time. Without this arm the loop of the exact method on smooth laws would be compiled too, a tenth of the library.
+        // Decided at compile time. Without this arm the loop of the exact method on smooth laws would be compiled too, a tenth of the
+        // library.
         ModelLevel::SmoothNonlinear if const { M::ERROR_ORDER.is_none() } => unreachable!("refused above"),
         ModelLevel::SmoothNonlinear => {
             dispatch(RunKernel { setup, equations: Unswitched(&SmoothEquations::new(system)) })

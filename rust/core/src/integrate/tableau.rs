@@ -48,8 +48,8 @@ pub(crate) const DORMAND_PRINCE: ExplicitPair = ExplicitPair {
     ],
 };
 
-/// One eigenvalue of the inverse of a collocation matrix (of a conjugate pair, the one above the real axis) with the coefficients of the method
-/// along its eigenvector, as real and imaginary parts. A real eigenvalue contributes once, a pair twice its real part.
+/// One eigenvalue of the inverse of a collocation matrix (of a conjugate pair, the one above the real axis) with the coefficients of the
+/// method along its eigenvector, as real and imaginary parts. A real eigenvalue contributes once, a pair twice its real part.
 pub(crate) struct Eigenpart {
     /// The eigenvalue λ.
     pub value: [f64; 2],

@@ -8,7 +8,8 @@ use crate::numeric::tensor::{parallel_axes, skew};
 /// Relative tolerance of the symmetry and triangle checks: CAD systems print six digits, so an entry may be wrong by 5e-6.
 const PRINTED_DIGITS: f64 = 1e-5;
 
-/// A principal moment below this fraction of the largest counts as zero, because rotating or moving a tensor has rounding errors of that size.
+/// A principal moment below this fraction of the largest counts as zero, because rotating or moving a tensor has rounding errors of that
+/// size.
 const ROUNDING: f64 = 1e-12;
 
 /// One rigid body, described about the reference point L.

@@ -40,8 +40,8 @@ pub struct AdaptationRule {
 
 /// Adapts process-noise densities, site approximations and the noise variance, all in place. None if `order` is not 2 to 6.
 ///
-/// Each round multiplies a density, and the noise variance, by the square root of squared scores over their expectation. This never lowers the
-/// likelihood (Zhou, Hu, Zhou and Lange 2019). The prior of a segment's density is inverse gamma, which makes the noise Student's t.
+/// Each round multiplies a density, and the noise variance, by the square root of squared scores over their expectation. This never lowers
+/// the likelihood (Zhou, Hu, Zhou and Lange 2019). The prior of a segment's density is inverse gamma, which makes the noise Student's t.
 pub fn adapt(order: usize, start: Start, rule: AdaptationRule, adapted: &mut Adapted) -> Option<()> {
     match order {
         2 => dispatch(AdaptKernel::<2> { start, rule, adapted }),

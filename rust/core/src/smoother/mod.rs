@@ -11,7 +11,8 @@
 //! - `passes`: filter forwards (Kalman 1960, with the exact noise of each interval) and smoother backwards, with the score r and its variance
 //!   (de Jong 1989; Durbin and Koopman 2012, section 4.4). They also give the derivative of the likelihood with respect to each noise
 //!   density, and the leave-one-out residual of each sample (de Jong and Penzer 1998).
-//! - `square_root` → `posterior`: deviations from the estimate as a Markov chain; `variance_recovery`, `draw`: variances and random deviations from it.
+//! - `square_root` → `posterior`: deviations from the estimate as a Markov chain; `variance_recovery`, `draw`: variances and random
+//!   deviations from it.
 //! - `rounding`: samples rounded to a quantum, replaced by normal ones (site approximations of expectation propagation).
 //! - `smooth`, `adapt`: the entry points.
 

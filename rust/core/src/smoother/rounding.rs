@@ -140,8 +140,8 @@ impl Edges {
         Self { near: (rest.abs() - 0.5 * quantum) / deviation, far: (rest.abs() + 0.5 * quantum) / deviation }
     }
 
-    /// Normal density at the far edge, and area between the edges, both divided by the density at the near edge, so that they do not underflow
-    /// far from the mean.
+    /// Normal density at the far edge, and area between the edges, both divided by the density at the near edge, so that they do not
+    /// underflow far from the mean.
     #[inline(always)]
     fn area(&self) -> (f64, f64) {
         let at_far = exp(-0.5 * (self.far - self.near) * (self.far + self.near));

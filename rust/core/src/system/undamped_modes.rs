@@ -21,8 +21,8 @@ pub(crate) struct UndampedModes {
     pub frequency: [f64; 6],
 }
 
-/// A mode with a frequency below this fraction of the highest counts as unsupported. Rounding errors are about 1e-15; the frequencies of real machines
-/// differ by factors up to 1e6.
+/// A mode with a frequency below this fraction of the highest counts as unsupported. Rounding errors are about 1e-15; the frequencies of
+/// real machines differ by factors up to 1e6.
 const UNSUPPORTED: f64 = 1e-12;
 
 /// Finds the undamped modes, and writes the loads of all links in them to `rows`.

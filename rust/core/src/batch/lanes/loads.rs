@@ -97,9 +97,9 @@ fn largest<S: Simd>(simd: S, values: &[S::f64s; BLOCK]) -> Real<S> {
     most[0].max(most[1]).max(most[2].max(most[3]))
 }
 
-/// Whether a row of a tile may have a new extreme in a block, in any lane, by the range of the excitation in the block and the largest deviations
-/// of the modes. This test costs a tenth of the evaluation. Most blocks have no new extreme: those after the overshoot of a ramp, and those
-/// at standstill.
+/// Whether a row of a tile may have a new extreme in a block, in any lane, by the range of the excitation in the block and the largest
+/// deviations of the modes. This test costs a tenth of the evaluation. Most blocks have no new extreme: those after the overshoot of a
+/// ramp, and those at standstill.
 #[inline(always)]
 fn may_be_new<S: Simd>(
     simd: S,

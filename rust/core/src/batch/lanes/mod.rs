@@ -102,8 +102,8 @@ impl<'a> Lanes<'a> {
         self.dispatch(Run { lanes: self, requirements, scenes, memory });
     }
 
-    /// Writes the statistics of each signal of a scene of the last run. False if rounding in the lanes leaves too few digits; such a scene must
-    /// run by itself.
+    /// Writes the statistics of each signal of a scene of the last run. False if rounding in the lanes leaves too few digits; such a scene
+    /// must run by itself.
     pub(super) fn statistics(
         &self,
         requirements: &Requirements,

@@ -15,8 +15,8 @@ pub(super) struct Timeline {
     pub count: usize,
     /// Components of the excitation that are not zero throughout.
     pub components: Vec<usize>,
-    /// Values of these components at the samples, and changes from the sample before, sample by sample. The last block is filled with the last
-    /// value.
+    /// Values of these components at the samples, and changes from the sample before, sample by sample. The last block is filled with the
+    /// last value.
     pub values: Vec<f64>,
     pub changes: Vec<f64>,
     /// Smallest and largest value of each component in each block.

@@ -11,8 +11,8 @@ use super::vector::{Mask, Real};
 use crate::batch::instance::Instance;
 use crate::batch::requirements::LoadRow;
 
-/// Largest product of the spread of ω² and that of the pivots of the mass matrix (large if L is far from the body) for which rounding errors are
-/// below 1e-12 of the loads. Forming K and M squares the spread; `system::undamped_modes` does not form them.
+/// Largest product of the spread of ω² and that of the pivots of the mass matrix (large if L is far from the body) for which rounding
+/// errors are below 1e-12 of the loads. Forming K and M squares the spread; `system::undamped_modes` does not form them.
 const MAX_SPREAD: f64 = 1e3;
 
 /// Smallest ω² [1/s²] whose square is within the range of numbers; 1 / SMALLEST is the largest.

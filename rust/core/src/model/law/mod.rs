@@ -3,8 +3,8 @@
 //! The deflection δ [m] is positive when the body moves along the link's direction; the force [N] is that of the
 //! body on the link. The force of every law increases or is constant, so the elastic energy is convex and the static loads are unique.
 //!
-//! A new law needs a file beside `sided`, `preloaded` and `curve`, a variant of `Kind`, and its arms in the methods of [`Law`]. Contact changes
-//! are then located at its [`Law::edges`].
+//! A new law needs a file beside `sided`, `preloaded` and `curve`, a variant of `Kind`, and its arms in the methods of [`Law`]. Contact
+//! changes are then located at its [`Law::edges`].
 
 mod curve;
 mod kernels;

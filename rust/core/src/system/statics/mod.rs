@@ -1,9 +1,9 @@
 //! Static equilibrium on links of any laws.
 //!
 //! The energy `U(y) = Σ E(c·y) - w·y` of elastic links under a weight is convex, and its minimum is the position of rest. In the
-//! coordinates y the nominal stiffness is the identity, so `ε |y|² / 2` is the energy of centring springs parallel to all links, ε times as stiff as
-//! the links. They make the minimum unique where the body is free within its clearance. As ε falls to zero the minimum tends to the position
-//! of rest with the least `|y|`.
+//! coordinates y the nominal stiffness is the identity, so `ε |y|² / 2` is the energy of centring springs parallel to all links, ε times as
+//! stiff as the links. They make the minimum unique where the body is free within its clearance. As ε falls to zero the minimum tends to
+//! the position of rest with the least `|y|`.
 
 #[cfg(test)]
 mod tests;
@@ -23,7 +23,8 @@ pub(crate) struct Equilibrium {
     pub loose_count: usize,
 }
 
-/// Relative stiffness ε of the centring springs, stage by stage. At the last stage rounding and the springs displace the body by the same order.
+/// Relative stiffness ε of the centring springs, stage by stage. At the last stage rounding and the springs displace the body by the same
+/// order.
 const CENTRING: [f64; 4] = [1e-2, 1e-4, 1e-6, 1e-8];
 
 /// A stiffness below this fraction of the nominal or the largest one, or a force below this fraction of all forces, counts as zero.
@@ -37,7 +38,8 @@ const ROUNDING: f64 = 1e-14;
 /// The balance uses the true force.
 const AT_EDGE: f64 = 1e-11;
 
-/// Largest number of Newton steps at each stiffness of the centring springs. Most scenes need a handful, one with a hundred edges some dozens.
+/// Largest number of Newton steps at each stiffness of the centring springs. Most scenes need a handful, one with a hundred edges some
+/// dozens.
 const MAX_STEPS: usize = 100;
 
 /// The position of rest with the least `|y|` under `weight`, on `springs` (law, c) with the deflection `c·y`, over the first `count`
