@@ -83,7 +83,7 @@ pub use system::{
     Input, Matrices, Mode, ModelLevel, State, System, assemble, eigenvalues, input_from, modes,
 };
 
-// Read out: what a run records, and loads and motions from its states.
+// Read out: records of a run, and loads and motions from its states.
 pub use output::{
     Axial, Extremes, History, Part, Peaks, Record, Recovery, Wrench, acceleration, evaluate, group_load,
     link_load, position, reaction, velocity,

@@ -288,7 +288,7 @@ impl Worker {
         }
     }
 
-    /// Runs at most as many samples as there are lanes.
+    /// Runs samples side by side, at most one per lane.
     fn run_together(
         &mut self,
         batch: &Batch,

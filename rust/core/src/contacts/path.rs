@@ -79,7 +79,7 @@ impl DeflectionPath {
     #[cfg_attr(feature = "std", inline(always))]
     fn test_part(&self, a: f64, start: [f64; 2], b: f64, end: [f64; 2], low: f64, high: f64) -> PartTest {
         let h = b - a;
-        // Control points of the cubic and its error; then the same of its slope.
+        // Control points of the cubic, and its error; then control points and error of its slope.
         let margin = self.fourth * h * h * h * h / 384.0;
         let (after, before) = (start[0] + h / 3.0 * start[1], end[0] - h / 3.0 * end[1]);
         let (top, bottom) =

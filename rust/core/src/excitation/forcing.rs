@@ -158,7 +158,7 @@ impl Ramp<'_> {
         turn
     }
 
-    /// Bound on what the force adds to the norm of a state over the step.
+    /// Bound on the growth of the norm of a state by the force over the step.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn impulse(&self) -> f64 {
         let size = |force: Force| sqrt(force.iter().map(|f| f * f).sum());

@@ -166,7 +166,7 @@ impl Controller {
         } else if error_ratio.is_nan() {
             error_ratio = f64::INFINITY; // NaN rejects the step
         }
-        // A step that was shortened to end at a sample says little about the next step size, a very short one nothing.
+        // A step shortened to end at a sample determines the next step size poorly, a very short one not at all.
         let short = MAX_GROWTH * h <= self.reference_step && self.error_ratio <= SAME_STEP_RATIO;
         if h >= self.reference_step
             || error_ratio > SAME_STEP_RATIO

@@ -319,7 +319,7 @@ impl Recorder<'_> {
     }
 }
 
-/// Largest speed of a stable run, as a multiple of what the impulse of the excitation can reach.
+/// Largest speed of a stable run over the bound from the impulse of the excitation.
 const DIVERGENCE: f64 = 100.0;
 
 /// Square root of twice the kinetic energy.

@@ -1,9 +1,9 @@
 //! The posterior of the motion given all samples, as a Markov chain forward in time.
 //!
 //! Given all samples, the deviations of the states from their estimates obey d(k+1) = A d(k) + L w with w standard normal, because given
-//! x(k), the samples up to k say nothing more about x(k+1). A backward pass stores the information of the samples k to n on x(k) as a
-//! square root R: R x is known up to standard normal noise (square-root information filter, Bierman 1977). Over an interval, x(k+1) = Phi
-//! x(k) + G w, and orthogonal transformations of
+//! x(k), the samples up to k contain no further information on x(k+1). A backward pass stores the information of the samples k to n on x(k)
+//! as a square root R: R x is known up to standard normal noise (square-root information filter, Bierman 1977). Over an interval, x(k+1) =
+//! Phi x(k) + G w, and orthogonal transformations of
 //!
 //! ```text
 //! [  I    0   ]        [ U  V ]

@@ -1,4 +1,4 @@
-//! What varies: one number of a law, one scene with the values of a sample in place, and what is refused.
+//! Changes: a parameter of a law, a scene with the values of a sample, and refused values.
 
 use guideload::LawParameter;
 use guideload::batch::{Base, Batch, Change, Instance, Measure, Plan, Solver, Target};
@@ -99,7 +99,7 @@ fn a_changed_scene_is_the_one_made_directly() {
     let mut instance = Instance::new(&base).expect("a scene");
     for _ in 0..20 {
         let [a, b] = [random.between(0.1, 1.0), random.between(0.1, 1.0)];
-        // What a refused sample leaves behind must not show in the next.
+        // A refused sample must not affect the next one.
         let refused = plan.apply(&base, &[a, -1e9], &mut instance);
         assert!(matches!(refused, Err(SampleError::Scene(_) | SampleError::Link(2, _))), "{refused:?}");
         plan.apply(&base, &[a, b], &mut instance).expect("a sound sample");

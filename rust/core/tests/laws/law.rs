@@ -1,4 +1,4 @@
-//! Elastic laws: force, tangent and energy of each, and what is refused.
+//! Elastic laws: force, tangent and energy of each, and refused parameters.
 
 use guideload::{Law, SceneError};
 
@@ -83,7 +83,8 @@ fn tangent_is_the_slope_of_the_force_and_never_negative() {
         for d in deflections(&law) {
             let (h, k) = (1e-10, law.tangent(d));
             assert!(k >= 0.0);
-            // To the right, as an edge belongs to what is there. The slope of a preloaded law meets its edge as a root does: not there.
+            // To the right, because an edge belongs to the segment on its right. Not at the edges of a preloaded law, where the slope
+            // behaves like a square root.
             let (margin, bend) = if law.is_piecewise_linear() { (0.0, 1e-5) } else { (1e-7, 1e-4) };
             if law.edges().iter().any(|&edge| d + h >= edge - margin && d - margin < edge) {
                 continue;
@@ -217,7 +218,7 @@ fn balls_by_roots_and_balls_by_powers_are_the_same() {
     for d in deflections(&balls) {
         close(balls.force(d), nearly.force(d), 1e-14, balls.force(d).abs());
         close(balls.energy(d), nearly.energy(d), 1e-14, balls.energy(d));
-        // The slope of the slope has no bound at the edge.
+        // The second derivative is unbounded at the edge.
         close(balls.tangent(d), nearly.tangent(d), 1e-7, k0);
     }
 }
@@ -276,7 +277,7 @@ fn points_on_a_line_are_no_edges() {
     let law = Law::curve(&straight).unwrap();
     assert!(law.is_linear());
     close(law.nominal(), 7.7e8, 1e-14, 7.7e8);
-    // Odd, with the gap cut in two.
+    // An odd curve with a point in the middle of its gap.
     let law = Law::curve(&[[-2e-5, -9e3], [-1e-5, 0.0], [0.0, 0.0], [1e-5, 0.0], [2e-5, 9e3]]).unwrap();
     assert_eq!((law.edges(), law.segment(1)), ([-1e-5, 1e-5].as_slice(), (0.0, 0.0)));
     let offset = Law::curve(&[[0.0, 5.0], [1e-5, 1e3]]).unwrap();
