@@ -160,7 +160,7 @@ fn forces_and_moments_are_the_derivative_of_the_potential_energy() {
 }
 
 #[test]
-fn what_no_body_can_have_is_refused_with_its_numbers() {
+fn invalid_inertias_are_refused_with_their_numbers() {
     let body = |mass, inertia| Body::new(mass, Vector3::zeros(), inertia).expect_err("no body");
     let one = Matrix3::identity();
     assert_eq!(body(-1.0, one), SceneError::Mass { got: -1.0 });

@@ -239,7 +239,7 @@ fn laws() -> [(Law, Solver); 5] {
 }
 
 #[test]
-fn a_row_is_what_a_single_run_gives() {
+fn a_row_equals_a_single_run() {
     let mut random = Random::new(41);
     let trace = Trace::new(&mut random, 120);
     for (law, solver) in laws() {
@@ -310,7 +310,7 @@ fn damped(base: &Machine, values: &[f64; 14]) -> Machine {
 }
 
 #[test]
-fn rows_do_not_know_of_threads_or_neighbours() {
+fn rows_do_not_depend_on_threads_or_other_rows() {
     let mut random = Random::new(5);
     let trace = Trace::new(&mut random, 12);
     for (law, solver) in [laws()[0], laws()[1], laws()[4]] {
@@ -339,7 +339,7 @@ fn rows_do_not_know_of_threads_or_neighbours() {
 }
 
 #[test]
-fn samples_without_a_result_have_a_reason_and_leave_others_alone() {
+fn samples_without_a_result_have_a_reason_and_do_not_affect_others() {
     let (machine, groups) = cart_on(Law::sided(6e7, 6e7, 5e-6).expect("a law"));
     let trace = Trace::new(&mut Random::new(3), 50);
     let mut changes = vec![
@@ -442,7 +442,7 @@ fn histories_are_those_of_a_single_run() {
 }
 
 #[test]
-fn the_drive_of_a_free_travel_and_the_mean_of_a_standstill_are_no_numbers() {
+fn the_drive_force_with_free_x_and_the_mean_load_at_standstill_are_nan() {
     let (mut machine, groups) = cart_on(Law::linear(6e7).expect("a law"));
     machine.links.push(Link::new(Vector3::zeros(), Vector3::x(), 1e7, 1e4).expect("a link"));
     machine.free = Free::ALL;
@@ -471,7 +471,7 @@ fn the_drive_of_a_free_travel_and_the_mean_of_a_standstill_are_no_numbers() {
 const PEAK: Measure = Measure::Load(0, Quantity::Fy, Statistic::Max);
 
 #[test]
-fn auto_takes_what_the_laws_of_the_sample_allow() {
+fn auto_chooses_the_method_by_the_laws_of_the_sample() {
     // The clearance may be zero: some samples are linear, others are not, and all are exact.
     let (machine, groups) = cart_on(Law::linear(6e7).expect("a law"));
     let motion_samples = cycle();

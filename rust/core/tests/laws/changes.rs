@@ -9,7 +9,7 @@ use crate::batch::{Trace, base, cart_on, change, yardstick};
 use crate::common::{GRAVITY, Random};
 
 #[test]
-fn one_number_of_a_law_makes_the_law_with_that_number() {
+fn changing_a_parameter_gives_the_law_with_that_parameter() {
     let (linear, sided) = (Law::linear(6e7), Law::sided(6e7, 3e7, 4e-6));
     let (balls, rollers) = (Law::preloaded(6e7, 600.0, 1.5), Law::preloaded(6e7, 600.0, 10.0 / 9.0));
     let curve = Law::curve(&[[-1e-5, -300.0], [0.0, 0.0], [1e-5, 100.0]]);
@@ -66,7 +66,7 @@ fn one_number_of_a_law_makes_the_law_with_that_number() {
 }
 
 #[test]
-fn a_stiffness_that_is_set_is_the_nominal_one() {
+fn setting_the_stiffness_sets_the_nominal_stiffness() {
     let mut random = Random::new(8);
     for _ in 0..100 {
         let (a, b, c) = (random.between(0.0, 1e8), random.between(1.0, 1e8), random.between(0.0, 1e-5));
@@ -126,7 +126,7 @@ fn a_changed_scene_is_the_one_made_directly() {
 }
 
 #[test]
-fn what_no_batch_can_have_is_refused_by_name() {
+fn invalid_batches_are_refused_by_name() {
     let (machine, groups) = cart_on(Law::linear(6e7).expect("a law"));
     let trace = Trace::new(&mut Random::new(3), 5);
     let new = |changes: &[Change], measures: &[Measure], exponent: f64, rtol: f64| {

@@ -102,7 +102,7 @@ fn refined(time: &[f64], samples: &[[f64; 3]], parts: usize) -> (Vec<f64>, Vec<[
 }
 
 #[test]
-fn the_exact_solution_does_not_depend_on_where_the_samples_are() {
+fn the_exact_solution_does_not_depend_on_the_choice_of_samples() {
     let mut random = Random::new(301);
     for _ in 0..6 {
         let machine = any_machine(&mut random);
@@ -186,7 +186,7 @@ fn across_the_opening_of_a_preload_the_order_is_two_and_a_half_or_more() {
 
 /// Between two elastic walls a body without damping and weight flies freely, and each contact lasts half a sine: `T = 2 (2 c / v + π / ω)`.
 #[test]
-fn a_body_bounces_between_its_stops_for_ever() {
+fn a_body_bounces_between_its_stops_without_loss() {
     let (omega, c): (f64, f64) = (2000.0, 2e-5);
     let mut machine = with_laws(one_dof(omega, 0.0), |_, k| clear(k, c));
     machine.gravity = Vector3::zeros();
@@ -261,7 +261,7 @@ fn a_dropped_body_chatters_and_comes_to_rest() {
 }
 
 #[test]
-fn laws_that_never_bend_give_the_linear_scene() {
+fn laws_without_edges_give_the_linear_scene() {
     let samples = cycle()[500..1500].to_vec();
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
     let linear = cart().exact_loads(&excitation);
@@ -361,7 +361,7 @@ fn peaks_and_instants_between_samples_are_those_of_a_finer_run() {
 }
 
 #[test]
-fn a_body_without_hold_on_one_side_is_told_how_it_leaves() {
+fn the_error_names_the_motion_of_a_body_unsupported_on_one_side() {
     let body = body();
     let law = Law::sided(0.0, 6e7, 0.0).expect("a law");
     // A link that resists to one side only; gravity points down, or up.
@@ -396,7 +396,7 @@ fn a_loose_body_rests_centred() {
 }
 
 #[test]
-fn the_exact_method_refuses_what_has_no_exact_solution() {
+fn the_exact_method_refuses_preloaded_links() {
     let machine = with_laws(cart(), |i, k| match i {
         3 => Law::preloaded(k, 600.0, 10.0 / 9.0).expect("a law"),
         _ => Law::linear(k).expect("a law"),

@@ -189,7 +189,7 @@ fn softness_at_rest_costs_neither_digits_nor_work() {
 
 /// Numbers near the limits of their range give a result or an error, in bounded time.
 #[test]
-fn numbers_of_any_size_end_a_run() {
+fn a_run_ends_for_numbers_of_any_size() {
     for size in [1e-300, 1e-160, 1e160, 1e306, 1e308] {
         for law in [sided(1e8, 1e8, 1e-5), sided(1e8, 2e7, 0.0), sided(0.0, 1e8, 1e-3)] {
             let machine = with_laws(one_dof(1000.0, 0.1), |_, _| law);
@@ -266,7 +266,7 @@ fn energy_falls_by_the_work_of_the_dampers() {
 
 /// A link with clearance that never opens equals a linear link with a shifted frame.
 #[test]
-fn clearance_that_stays_shut_only_shifts_the_body() {
+fn a_clearance_that_stays_closed_only_shifts_the_body() {
     let machine = one_dof(200.0, 0.05);
     let samples: Vec<_> = cycle()[500..1500].iter().map(|a| [0.0, a[0], 0.0]).collect();
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
@@ -321,7 +321,7 @@ fn nothing_depends_on_axes_or_units_of_force() {
 
 /// Under a constant push, the time of the first contact is that of free flight.
 #[test]
-fn the_first_touch_is_where_free_flight_says() {
+fn the_first_contact_is_at_the_end_of_free_flight() {
     let (gap, push, omega): (f64, f64, f64) = (2e-4, 3.0, 800.0);
     let body = Body::new(100.0, Vector3::zeros(), Matrix3::identity()).expect("a body");
     let law = sided(100.0 * omega * omega, 0.0, gap);

@@ -57,7 +57,7 @@ fn a_uniform_trace_is_the_same_by_step_and_by_times() {
 }
 
 #[test]
-fn a_later_clock_shows_the_same_loads() {
+fn a_shift_in_time_does_not_change_the_loads() {
     let mut random = Random::new(43);
     for machine in machines(&mut random) {
         let samples = noise(&mut random, 200);
@@ -110,7 +110,7 @@ fn a_jump_is_the_limit_of_a_nanosecond() {
 }
 
 #[test]
-fn nanosecond_samples_are_no_harder() {
+fn nanosecond_samples_need_no_more_work() {
     let mut random = Random::new(45);
     let time: Vec<f64> = (0..50).map(|k| if k < 49 { k as f64 * 1e-9 } else { 0.02 }).collect();
     let samples = noise(&mut random, 50);
@@ -157,7 +157,7 @@ fn a_jump_on_a_coarse_clock_stays_a_jump() {
 }
 
 #[test]
-fn what_is_no_trace_is_refused_with_its_sample() {
+fn invalid_excitations_are_refused_with_their_sample() {
     let zeros = [[0.0; 3]; 4];
     let time = |time: &[f64; 4]| Excitation::new(time, &zeros, None).expect_err("no trace");
     assert_eq!(time(&[0.0, 1.0, 0.5, 2.0]), ExcitationError::Order { index: 2, before: 1.0, got: 0.5 });
@@ -174,7 +174,7 @@ fn what_is_no_trace_is_refused_with_its_sample() {
 
 /// At the time of a jump the excitation is that after the jump, for every kind of output.
 #[test]
-fn the_instant_of_a_jump_comes_after_it() {
+fn at_a_jump_the_excitation_is_that_after_it() {
     struct Inputs(Vec<(f64, f64)>);
     impl guideload::Record for Inputs {
         fn reserve(&mut self, _: usize) -> Result<(), guideload::RunError> {

@@ -76,7 +76,7 @@ fn unix_time_is_as_good_as_any() {
 }
 
 #[test]
-fn an_interval_of_no_length_to_speak_of_ends() {
+fn a_very_short_interval_ends() {
     let samples = [[0.0; 3], [2.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
     for tiny in [5e-324, 1e-310, 1e-300, 1e-30] {
         let time = [0.0, tiny, 1.0];
@@ -112,7 +112,7 @@ fn a_needle_is_refused_in_every_direction() {
 }
 
 #[test]
-fn what_leaves_the_range_of_numbers_is_told() {
+fn overflow_of_loads_is_an_error() {
     let heavy = Body::new(1e10, Vector3::zeros(), Matrix3::identity()).expect("a body");
     let links = cart().links;
     let scene = Scene::new(heavy, &links, Vector3::new(0.0, -1e300, 0.0), Free::GUIDED).expect("a scene");

@@ -245,7 +245,7 @@ fn jitter_ticks_jumps_and_process_forces() {
 }
 
 #[test]
-fn what_lanes_cannot_is_done_one_by_one() {
+fn scenes_that_are_not_accurate_in_lanes_run_one_by_one() {
     let mut random = Random::new(4);
     let samples = Samples::new(ticks(200, 1e-3), &mut random);
     // Overdamped; two equal modes; hardly damped; a stiff link beside soft ones.
@@ -280,7 +280,7 @@ fn neighbours_do_not_matter() {
 
 /// If only extremes are requested, blocks without a new extreme are skipped. This does not change a bit of the results.
 #[test]
-fn what_is_passed_over_holds_no_extreme() {
+fn skipped_blocks_contain_no_new_extreme() {
     let mut random = Random::new(6);
     let quiet = |k: usize| [0.0, 40.0, 400.0].contains(&(k as f64 / 10.0).floor());
     for machine in [cart(), random_machine(&mut random), cart().with_damping(0.02)] {
@@ -344,7 +344,7 @@ fn any_reference_point() {
 
 /// In a motion far shorter than any period the loads are a tiny fraction of the quasi-static loads.
 #[test]
-fn motions_that_end_before_anything_moves() {
+fn motions_far_shorter_than_any_period() {
     let mut random = Random::new(8);
     let mut machine = random_machine(&mut random);
     machine.gravity = Vector3::zeros();

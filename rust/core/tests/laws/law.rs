@@ -130,7 +130,7 @@ fn segments_are_the_law() {
 }
 
 #[test]
-fn a_law_with_play_is_what_its_formula_says() {
+fn a_law_with_clearance_agrees_with_its_formula() {
     let (k, l, c) = (3e8, 5e8, 5e-6);
     let law = Law::sided(k, l, c).unwrap();
     assert_eq!((law.kind(), law.edges(), law.segment(1)), ("sided", [-c, c].as_slice(), (0.0, 0.0)));
@@ -165,7 +165,7 @@ fn symmetric_laws_are_odd_to_the_bit() {
 }
 
 #[test]
-fn a_preloaded_carriage_opens_where_the_catalogue_says() {
+fn a_preloaded_carriage_opens_at_the_load_in_catalogues() {
     for (exponent, d0, times) in [(BALL, 11.633e-6, 2.8284), (ROLLER, 8.617e-6, 2.1601)] {
         let (k0, preload) = (5.39e8, 2.09e3);
         let law = Law::preloaded(k0, preload, exponent).unwrap();
@@ -239,7 +239,7 @@ fn preloads_of_any_size_work() {
 }
 
 #[test]
-fn scaled_laws_have_the_same_edges_and_so_much_more_force() {
+fn scaled_laws_have_the_same_edges_and_scaled_forces() {
     for law in laws() {
         let half = law.scaled(0.5).unwrap();
         assert_eq!((half.edges(), half.kind()), (law.edges(), law.kind()));
@@ -259,7 +259,7 @@ fn scaled_laws_have_the_same_edges_and_so_much_more_force() {
 }
 
 #[test]
-fn a_curve_passes_its_points_and_goes_on_beyond() {
+fn a_curve_passes_through_its_points_and_continues_with_the_end_slopes() {
     let law = Law::curve(&BENT).unwrap();
     assert_eq!(law.kind(), "curve");
     assert_eq!(law.edges(), BENT[1..5].iter().map(|[d, _]| *d).collect::<Vec<_>>());
@@ -286,7 +286,7 @@ fn points_on_a_line_are_no_edges() {
 }
 
 #[test]
-fn what_is_no_law_is_refused_with_its_numbers() {
+fn invalid_laws_are_refused_with_their_numbers() {
     let many: Vec<_> = (0..17).map(|i| [f64::from(i), f64::from(i * i)]).collect();
     let refused = [
         (Law::linear(-1.0), "stiffness: expected >= 0 N/m, got -1"),

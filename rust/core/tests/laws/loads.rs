@@ -220,7 +220,7 @@ fn external_loads_reach_the_guides_as_acceleration_does() {
 }
 
 #[test]
-fn a_record_without_room_is_refused_before_the_run() {
+fn a_record_that_is_too_small_is_refused_before_the_run() {
     let machine = cart();
     let samples = [[0.0; 3]; 5];
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
@@ -232,7 +232,7 @@ fn a_record_without_room_is_refused_before_the_run() {
 }
 
 #[test]
-fn a_damper_of_its_own_carries_only_while_it_moves() {
+fn a_link_with_damper_only_has_load_only_in_motion() {
     let mut machine = cart();
     machine.links.push(Link::new(Vector3::new(0.0, 0.3, 0.0), Vector3::y(), 0.0, 1e5).expect("a damper"));
     let samples = [[0.0; 3], [2.2, 0.0, 0.0], [2.2, 0.0, 0.0]];

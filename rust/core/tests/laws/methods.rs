@@ -220,7 +220,7 @@ fn times_are_the_samples_and_what_lies_between_is_exact() {
 }
 
 #[test]
-fn a_method_by_its_name_is_that_method() {
+fn a_method_by_its_name_equals_the_method() {
     let (machine, motion) = (cart(), start_of_cycle());
     let excitation = Excitation::uniform(0.0, 1e-3, &motion).expect("sound");
     let by_name = |name| {

@@ -134,7 +134,7 @@ fn eigenvalues_solve_the_damped_problem() {
 }
 
 #[test]
-fn the_yardstick_scenes_are_where_the_yardstick_says() {
+fn the_yardstick_scenes_have_the_published_eigenvalues() {
     let stiff = eigenvalues(&cart_stiff().system()).expect("they settle");
     let stiff = &stiff[..10];
     assert!(stiff.iter().all(|value| value.im == 0.0), "overdamped: real eigenvalues {stiff:?}");
@@ -156,7 +156,7 @@ fn eigenvalues_come_slowest_first() {
 
 /// Nearly a point mass on an arm: the mass matrix is singular to rounding, but no digits are lost.
 #[test]
-fn a_nearly_singular_mass_matrix_gives_numbers() {
+fn a_nearly_singular_mass_matrix_gives_finite_results() {
     let mut random = Random::new(65);
     let base = cart();
     for size in [1e-6, 1e-9, 1e-12, 1e-15] {

@@ -41,7 +41,7 @@ fn rk45_is_stable_up_to_its_limit_and_no_further() {
 }
 
 #[test]
-fn rk45_beyond_its_limit_on_the_stiff_cart_says_so() {
+fn rk45_beyond_its_limit_on_the_stiff_cart_is_an_error() {
     let samples = vec![[2.2, 0.0, 0.0]; 2000];
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
     let (states, outcome) =
@@ -74,7 +74,7 @@ fn quasi_static(machine: &Machine, acceleration: [f64; 3]) -> Vec<f64> {
 }
 
 #[test]
-fn radau_takes_any_step_and_settles() {
+fn radau_is_stable_at_any_step() {
     let a = [2.2, 0.3, -0.4];
     for machine in [cart(), cart_stiff()] {
         let want = quasi_static(&machine, a);
@@ -116,7 +116,7 @@ fn radau_without_damping_never_gains_energy() {
 }
 
 #[test]
-fn what_no_control_can_do_is_refused() {
+fn invalid_controls_are_refused() {
     let samples = [[0.0; 3]; 3];
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
     let outcome = |control| cart().run(&Rk45, control, &excitation, Output::Samples).1;
@@ -158,7 +158,7 @@ fn a_tolerance_below_rounding_is_reported_with_its_numbers() {
 }
 
 #[test]
-fn a_few_diverging_steps_are_told_too() {
+fn a_few_diverging_steps_are_an_error() {
     // Far from overflow: without the test of divergence the loads would be 1e17 N after these five steps.
     let (states, outcome) = rk45_at(3.0 * DP5_REAL_LIMIT, 5);
     assert!(matches!(outcome, Err(RunError::Diverged { .. })), "{outcome:?}");

@@ -39,7 +39,7 @@ fn guides_and_held_reactions_carry_the_weight() {
 }
 
 #[test]
-fn the_dofs_of_the_paper_hide_the_weight_and_guided_ones_show_it() {
+fn guides_carry_the_weight_with_guided_dofs_and_not_with_those_of_the_paper() {
     let vertical = |machine: &Machine| {
         let system = machine.system();
         let load = machine.guide_load(&system);
@@ -99,7 +99,7 @@ fn one_rail_leaves_a_rotation_about_it() {
 }
 
 #[test]
-fn links_across_leave_a_translation() {
+fn links_across_a_direction_leave_its_translation_free() {
     let mut machine = cart();
     machine.links.retain(|link| link.direction().z == 0.0);
     machine.links.push(Link::new(Vector3::new(0.0, 0.0, 1.0), Vector3::x(), 6e7, 0.0).expect("a link"));
