@@ -89,7 +89,7 @@ impl Tangent {
 
     /// `h S s` of the elastic half s of a vector.
     #[cfg_attr(feature = "std", inline(always))]
-    fn step_stiffness_times<E: Equations>(&self, equations: &E, vector: &State) -> [f64; 6] {
+    fn stiffness_product<E: Equations>(&self, equations: &E, vector: &State) -> [f64; 6] {
         if E::PIECEWISE || !E::LINEAR {
             return times(&self.step_stiffness, &upper(vector));
         }
@@ -106,10 +106,10 @@ impl Tangent {
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn solve_real<E: Equations>(&self, equations: &E, r: &State) -> State {
         let (h, frequency, gamma) = (self.h, equations.frequency(), RADAU.parts[0].value[0]);
-        let step_stiffness_times = self.step_stiffness_times(equations, r);
+        let elastic = self.stiffness_product(equations, r);
         let mut moved = [0.0; 6];
         for i in 0..6 {
-            moved[i] = gamma * r[6 + i] - step_stiffness_times[i];
+            moved[i] = gamma * r[6 + i] - elastic[i];
         }
         let v = times(&self.inverses[0].re, &moved);
         let mut x = [0.0; 12];
@@ -125,12 +125,12 @@ impl Tangent {
     fn solve_complex<E: Equations>(&self, equations: &E, index: usize, [re, im]: &[State; 2]) -> [State; 2] {
         let (h, frequency, [a, b]) = (self.h, equations.frequency(), RADAU.parts[index].value);
         let size = a * a + b * b;
-        let (pulled_re, pulled_im) =
-            (self.step_stiffness_times(equations, re), self.step_stiffness_times(equations, im));
+        let (elastic_re, elastic_im) =
+            (self.stiffness_product(equations, re), self.stiffness_product(equations, im));
         let mut moved = [[0.0; 6]; 2];
         for i in 0..6 {
-            moved[0][i] = a * re[6 + i] - b * im[6 + i] - pulled_re[i];
-            moved[1][i] = a * im[6 + i] + b * re[6 + i] - pulled_im[i];
+            moved[0][i] = a * re[6 + i] - b * im[6 + i] - elastic_re[i];
+            moved[1][i] = a * im[6 + i] + b * re[6 + i] - elastic_im[i];
         }
         let [v_re, v_im] = self.inverses[index].apply(&moved);
         let mut w = [[0.0; 12]; 2];
