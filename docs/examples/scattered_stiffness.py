@@ -19,6 +19,6 @@ result = run_study(study)
 
 name = "peak_resultant_N[2b]"
 print(result.quantiles(name, [0.05, 0.5, 0.95, 0.99]))
-print("above 7 kN:", result.probability_above(name, "7 kN"))
+print("above 6 kN:", result.probability_above(name, "6 kN"))
 print(result.rank_correlation(name))
 plots.save(plots.exceedance(result), "exceedance.png")

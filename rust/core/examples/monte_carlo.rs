@@ -1,8 +1,8 @@
 //! Scatter of the peak loads of a cart: `cargo run --release --example monte_carlo -- [samples] [clearance in µm]`.
 //!
-//! A cart on four carriages goes there and back. Its mass, its centre of mass, and stiffness and damping of each carriage scatter; asked
-//! for is how large the y-z load of each carriage becomes. Draws come from the caller: here from a few lines of our own, so that nothing else
-//! is needed.
+//! A cart on four carriages travels forth and back. Its mass, its centre of mass, and the stiffness and damping of each carriage scatter.
+//! The example prints how the peak y-z load of each carriage scatters. The caller draws the values of the samples; a few lines below do
+//! this without another crate.
 
 use std::error::Error;
 use std::time::Instant;
@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         |index: usize, otherwise: f64| std::env::args().nth(index).map_or(Ok(otherwise), |text| text.parse());
     let (samples, clearance) = (number(1, 2000.0)? as usize, 1e-6 * number(2, 0.0)?);
 
-    // The base: what does not scatter, and the values that all samples lie around.
+    // The base scene, with the nominal values.
     let law = Law::linear(LINK[0])?.with(LawParameter::Clearance, clearance)?;
     let (mut links, mut groups) = (Vec::new(), Vec::new());
     for (x, z) in [(-0.5, -0.35), (-0.5, 0.35), (0.5, -0.35), (0.5, 0.35)] {
@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let excitation = Excitation::uniform(0.0, 1e-3, &acceleration)?;
     let motion = Motion { excitation, speed: None, exponent: 3.0 };
 
-    // What scatters: columns of the values are the mass, three coordinates, and per carriage a factor on stiffness and one on damping.
+    // The changes. Columns of the values: mass, three coordinates, and for each carriage a factor on stiffness and one on damping.
     let mut changes = vec![Change { target: Target::Mass, constant: 0.0, terms: vec![(0, 1.0)] }];
     for axis in 0..3 {
         let target = Target::CenterOfMass(axis);
@@ -64,7 +64,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         values.extend((0..8).map(|_| (0.2 * random.normal()).exp()));
     }
 
-    // What is measured, and the run.
+    // The measures, and the run.
     let components = [Quantity::Fy, Quantity::Fz];
     let measures: Vec<Measure> = (0..groups.len())
         .flat_map(|group| components.map(|quantity| (group, quantity)))
@@ -100,7 +100,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Accelerations along x at 1 kHz: up to 1.6 m/s at 2.2 m/s² and 25 m/s³, on for a second, down again; then back.
+/// Accelerations along x at 1 kHz: accelerate to 1.6 m/s with 2.2 m/s² and 25 m/s³, cruise for a second, decelerate; then the same backwards.
 fn there_and_back() -> Vec<[f64; 3]> {
     let ramp = |t: f64, from: f64| {
         let (rise, hold) = (2.2 / 25.0, 1.6 / 2.2);

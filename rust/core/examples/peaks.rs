@@ -1,4 +1,4 @@
-//! Peak loads of a carriage of two guides in a short start-up: `cargo run --example peaks`.
+//! Peak loads of two guides while a body accelerates: `cargo run --example peaks`.
 
 use std::error::Error;
 
@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let motion: Vec<[f64; 3]> = (0..1000).map(|k| [f64::min(k as f64 / 88.0, 1.0) * 2.2, 0.0, 0.0]).collect();
     let excitation = Excitation::uniform(0.0, 1e-3, &motion)?;
 
-    // Solve, and keep only the extremes of the load of each guide.
+    // Solve, and store only the extremes of the load of each guide.
     let system = System::new(&scene)?;
     let loads = [0, 1].map(|guide| {
         let links = 4 * guide..4 * guide + 4;
@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut peaks = Peaks::new(&loads, &mut extremes);
     run(&system, &Exact::<1>, control, &excitation, Output::Samples, &mut peaks)?;
 
-    // Read out.
+    // Print the modes and the peaks.
     for mode in modes(&system) {
         let hertz = mode.frequency / std::f64::consts::TAU;
         println!("mode {hertz:6.1} Hz, damping ratio {:.3}", mode.damping_ratio);

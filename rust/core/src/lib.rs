@@ -4,8 +4,8 @@
 //!
 //! # Use
 //!
-//! Describe a [`Scene`] (a [`Body`], its [`Link`]s with their [`Law`]s, gravity, the [`Free`] degrees of freedom), make a [`System`] of it,
-//! [`run`] it through an [`Excitation`] with a [`Method`], and read loads from what the run recorded:
+//! Describe a [`Scene`] (a [`Body`], its [`Link`]s with their [`Law`]s, gravity, the [`Free`] degrees of freedom) and compute its [`System`].
+//! Then [`run`] it under an [`Excitation`] with a [`Method`], and compute loads from the recorded states:
 //!
 //! ```
 //! use guideload::{Body, Control, Exact, Excitation, Extremes, Free, Output, Part, Peaks, Scene, System};
@@ -32,22 +32,22 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
-//! Without the feature `std` all of this runs without an allocator. With it there are also [`batch`] (Monte Carlo), [`smoother`] (the motion
-//! behind a measured trace) and [`bands`] (what the trace leaves open about the loads).
+//! All of this works without the feature `std` and without an allocator. The feature `std` adds [`batch`] (Monte Carlo), [`smoother`] (the
+//! motion from a measured trace) and [`bands`] (the uncertainty of the loads).
 //!
 //! # Source
 //!
 //! The folders are layers in the order of the data; each imports only from those above it, which `tests/layers.rs` checks.
 //!
-//! - `error`: why something is refused, in words.
+//! - `error`: error types and their messages.
 //! - `numeric`: elementary functions, vector loops, bounded vector, tensors, random numbers.
 //! - `model`: body, degrees of freedom, laws, links, scene. **A new elastic law goes into `model/law`.**
 //! - `system`: matrices, static equilibrium, undamped modes; the state in energy coordinates.
-//! - `excitation`: acceleration and external load over time, and the modal force that they make.
+//! - `excitation`: acceleration and external load over time, and the modal force that they cause.
 //! - `equations`: the equations of motion (linear, piecewise linear, smooth) and the exact solution over a step.
 //! - `contacts`: the instants at which a link leaves a segment of its law.
 //! - `output`: loads and motions from states; what a run records.
-//! - `integrate`: the loop over the samples, step-size control, and the methods. **A new integrator goes into `integrate`, beside `rk45`.**
+//! - `integrate`: the loop over the samples, step-size control, and the methods. **A new integrator goes into `integrate`.**
 //! - `smoother`, `bands`, `batch`: with `std` only. A new statistic of Monte Carlo samples goes into `batch/measure` and
 //!   `batch/requirements`.
 #![cfg_attr(not(feature = "std"), no_std)]
@@ -83,7 +83,7 @@ pub use system::{
     Input, Matrices, Mode, ModelLevel, State, System, assemble, eigenvalues, input_from, modes,
 };
 
-// Read out: what a run records, and loads and motions from its states.
+// Read out: records of a run, and loads and motions from its states.
 pub use output::{
     Axial, Extremes, History, Part, Peaks, Record, Recovery, Wrench, acceleration, evaluate, group_load,
     link_load, position, reaction, velocity,

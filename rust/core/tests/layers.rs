@@ -1,4 +1,4 @@
-//! The folders of `src` are layers: a file imports only from layers above its own, and no two files import from each other.
+//! The folders of `src` are layers: a file imports only from its own layer and lower ones, and files do not import each other in a circle.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -81,7 +81,7 @@ fn imports_go_one_way() {
         let text = std::fs::read_to_string(file).expect("text");
         let here = layer(&own).unwrap_or_else(|| panic!("{own:?} is in no layer"));
         for mut import in imports(&own, file.ends_with("mod.rs"), &text) {
-            // From items to their module.
+            // The module of an imported item.
             while !import.is_empty() && !modules.contains(&import) {
                 import.pop();
             }
@@ -92,7 +92,7 @@ fn imports_go_one_way() {
             }
         }
     }
-    // What nothing left imports from can go; a circle stays.
+    // Remove modules that import no remaining module; only circles remain.
     let mut left: BTreeSet<_> = modules;
     loop {
         let free: Vec<_> = left

@@ -1,6 +1,6 @@
 //! The core without std and without an allocator: one scene, all three methods, running peaks; exits with 0 if they agree.
 //!
-//! On a microcontroller `main` is what the start-up code calls; here it is what Linux calls, on x86-64 and AArch64.
+//! On a microcontroller the start-up code calls the entry point; here Linux calls it, on x86-64 and AArch64.
 #![no_std]
 #![no_main]
 
@@ -14,7 +14,7 @@ use guideload::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-/// Acceleration of the cart every 20 ms: up, cruise, down.
+/// Acceleration of the cart every 20 ms: accelerate, cruise, decelerate.
 const MOTION: [[f64; 3]; 16] = {
     let mut motion = [[0.0; 3]; 16];
     let mut k = 2;
@@ -73,7 +73,7 @@ core::arch::global_asm!(".globl _start", "_start:", "and rsp, -16", "call {}", s
 #[cfg(all(target_os = "linux", target_arch = "aarch64"))]
 core::arch::global_asm!(".globl _start", "_start:", "bl {}", sym start);
 
-/// What the entry point calls, with the stack aligned.
+/// Called by the entry point with an aligned stack.
 extern "C" fn start() -> ! {
     exit(verdict())
 }

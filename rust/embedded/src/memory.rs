@@ -1,6 +1,6 @@
-//! The four routines that compiled code calls for memory, which a C library or a target's run-time has otherwise.
+//! The memory routines that compiled code calls; usually a C library or the target's run-time provides them.
 //!
-//! Volatile, or the compiler would see a copy in them and call them from themselves.
+//! Accesses are volatile. Otherwise the compiler would recognise a copy loop and replace it by a call of the same routine.
 
 /// # Safety
 /// As in C: both regions are `count` bytes long and do not overlap.

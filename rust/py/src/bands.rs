@@ -1,4 +1,4 @@
-//! Credible bands of loads, and draws of motions and peaks, over arrays.
+//! Credible bands of loads, and random motions and peaks, over arrays.
 
 use guideload::bands::{self, Deviation, NominalLoads, StandardDeviations};
 use guideload::smoother::{self, Posterior, PosteriorInput, ProcessNoise};
@@ -16,7 +16,7 @@ use crate::scene::PyScene;
 
 type Array3<'py> = Bound<'py, PyArray3<f64>>;
 
-/// The arrays of a chain: step, variance, covariance, cell, intensity.
+/// The arrays of a chain: step, variance, covariance, segment, density.
 type Chain<'py> = (
     PyReadonlyArray1<'py, f64>,
     PyReadonlyArray1<'py, f64>,
@@ -25,7 +25,7 @@ type Chain<'py> = (
     PyReadonlyArray1<'py, f64>,
 );
 
-/// A checked chain; it is computed without the interpreter.
+/// The checked arrays of a chain.
 struct Checked<'a> {
     order: usize,
     given: PosteriorInput<'a>,
@@ -33,11 +33,11 @@ struct Checked<'a> {
 
 impl<'a> Checked<'a> {
     fn new(
-        (step, variance, covariance, cell, intensity): &'a Chain<'_>,
+        (step, variance, covariance, segment, density): &'a Chain<'_>,
         derivative: usize,
     ) -> PyResult<Self> {
         let order = covariance.shape()[0];
-        let noise = ProcessNoise { segment: slice(cell, "cell")?, density: slice(intensity, "intensity")? };
+        let noise = ProcessNoise { segment: slice(segment, "segment")?, density: slice(density, "density")? };
         let given = PosteriorInput {
             step: slice(step, "step")?,
             variance: slice(variance, "variance")?,
@@ -46,13 +46,13 @@ impl<'a> Checked<'a> {
         };
         let intervals = [given.step.len(), given.noise.segment.len()];
         let fits = intervals.iter().all(|length| length + 1 == given.variance.len());
-        let cells = given.noise.density.len();
+        let segments = given.noise.density.len();
         if !fits
             || covariance.shape()[1] != order
-            || given.noise.segment.iter().any(|&cell| cell as usize >= cells)
+            || given.noise.segment.iter().any(|&segment| segment as usize >= segments)
         {
             return Err(PyValueError::new_err(
-                "step, variance, covariance, cell, intensity: lengths do not agree",
+                "step, variance, covariance, segment, density: lengths do not agree",
             ));
         }
         if !(2..=smoother::MAX_ORDER).contains(&order) {
@@ -79,7 +79,7 @@ impl<'a> Checked<'a> {
     }
 }
 
-/// Draws of a derivative's deviation, (count, n).
+/// Random deviations of a derivative, (count, n).
 #[pyfunction]
 pub fn draw_motion<'py>(
     py: Python<'py>,
@@ -98,7 +98,7 @@ pub fn draw_motion<'py>(
     drawn.into_pyarray(py).reshape([count, width])
 }
 
-/// Nominal loads, and the groups that they are of.
+/// Nominal loads, and their groups of links.
 struct Loads<'a> {
     instants: &'a [f64],
     loads: &'a [f64],
@@ -191,7 +191,7 @@ pub fn load_spread<'py>(
     ))
 }
 
-/// Largest y-z resultants, (groups, count).
+/// Random largest y-z resultants, (groups, count).
 #[pyfunction]
 #[allow(clippy::too_many_arguments)] // named in the stub
 pub fn draw_peaks<'py>(

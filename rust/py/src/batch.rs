@@ -13,7 +13,7 @@ use crate::convert::{self, Array2, CoreError, Samples, matrix3, rows, slice};
 use crate::law::PyLaw;
 use crate::links::{group_links, links};
 
-/// Owner of all that a batch borrows.
+/// A batch, with the data that it borrows.
 #[pyclass(name = "Batch", module = "guideload._core", frozen)]
 pub struct PyBatch {
     mass: f64,

@@ -76,7 +76,7 @@ impl From<CoreError> for PyErr {
     }
 }
 
-/// `array` as rows of `N` numbers; `name` for the error.
+/// `array` as rows of `N` numbers; `name` appears in the error.
 pub fn rows<'a, const N: usize>(
     array: &'a PyReadonlyArray2<'_, f64>,
     name: &str,
@@ -86,7 +86,7 @@ pub fn rows<'a, const N: usize>(
         let message = format!("{name}: expected shape (n, {N}), got ({}, {})", shape[0], shape[1]);
         return Err(PyValueError::new_err(message));
     }
-    // `as_slice` alone takes columns that lie one after the other for rows.
+    // `as_slice` alone would accept arrays in column order and take their columns for rows.
     if !array.is_c_contiguous() {
         return Err(not_contiguous(name));
     }
@@ -94,7 +94,7 @@ pub fn rows<'a, const N: usize>(
     Ok(flat.as_chunks::<N>().0)
 }
 
-/// `array` as a slice; `name` for the error.
+/// `array` as a slice; `name` appears in the error.
 pub fn slice<'a, T: numpy::Element>(array: &'a PyReadonlyArray1<'_, T>, name: &str) -> PyResult<&'a [T]> {
     array.as_slice().map_err(|_| not_contiguous(name))
 }

@@ -1,5 +1,5 @@
 //! Python binding: converts arrays and errors, releases the interpreter, and computes nothing itself.
-#![allow(missing_docs)] // the documentation stands in `_core.pyi`
+#![allow(missing_docs)] // the documentation is in `_core.pyi`
 
 mod bands;
 mod batch;

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use crate::convert::{Array1, Array2, not_contiguous, slice};
 
-/// The arrays of samples and of the model of their motion: step, value, variance, mean, covariance, cell, intensity.
+/// The arrays of samples and of the model of their motion: step, value, variance, mean, covariance, segment, density.
 type Arrays<'py> = (
     PyReadonlyArray1<'py, f64>,
     PyReadonlyArray1<'py, f64>,
@@ -20,7 +20,7 @@ type Arrays<'py> = (
     PyReadonlyArray1<'py, f64>,
 );
 
-/// What `adapt_motion` returns: intensities, level, values and variances of the sites, log densities, noise over expected.
+/// What `adapt_motion` returns: densities, noise variance, values and variances of the sites, log densities, noise ratios.
 type AdaptedArrays<'py> = (Array1<'py>, f64, Array1<'py>, Array1<'py>, Array1<'py>, Array1<'py>);
 
 /// Checked arrays of one motion.
@@ -32,7 +32,7 @@ struct Checked<'a> {
 }
 
 impl<'a> Checked<'a> {
-    fn new((step, value, variance, mean, covariance, cell, intensity): &'a Arrays<'_>) -> PyResult<Self> {
+    fn new((step, value, variance, mean, covariance, segment, density): &'a Arrays<'_>) -> PyResult<Self> {
         let samples = Samples {
             step: slice(step, "step")?,
             value: slice(value, "value")?,
@@ -42,7 +42,7 @@ impl<'a> Checked<'a> {
             mean: slice(mean, "mean")?,
             covariance: covariance.as_slice().map_err(|_| not_contiguous("covariance"))?,
         };
-        let noise = ProcessNoise { segment: slice(cell, "cell")?, density: slice(intensity, "intensity")? };
+        let noise = ProcessNoise { segment: slice(segment, "segment")?, density: slice(density, "density")? };
         let (count, order, segments) = (samples.value.len(), start.mean.len(), noise.density.len());
         let segment = noise.segment;
         let fits =
@@ -50,7 +50,7 @@ impl<'a> Checked<'a> {
         if !fits || start.covariance.len() != order * order || segment.iter().any(|&s| s as usize >= segments)
         {
             return Err(PyValueError::new_err(
-                "step, value, variance, cell, mean, covariance: lengths do not agree",
+                "step, value, variance, segment, mean, covariance: lengths do not agree",
             ));
         }
         if !(2..=6).contains(&order) {

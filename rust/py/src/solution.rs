@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use crate::convert::{self, rows};
 use crate::links::group_loads;
 
-/// Excitation at the recorded instants: as it was given, or at times between its samples.
+/// Excitation at the recorded instants: the given samples, or interpolated at output times.
 pub enum Inputs {
     Samples { acceleration: Vec<[f64; 3]>, wrench: Option<Vec<[f64; 6]>> },
     At(Vec<Input>),

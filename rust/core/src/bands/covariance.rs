@@ -53,7 +53,7 @@ impl Covariance {
         rest * rest * self.a + 2.0 * at * rest * across + at * at * after
     }
 
-    /// Covariance of the accelerations at both ends of the interval, and variance of that at its end.
+    /// Covariance of the accelerations at both ends of the interval, and variance of the one at its end.
     #[inline(always)]
     fn end(&self) -> (f64, f64) {
         let at = self.derivative;
@@ -145,7 +145,7 @@ impl Covariance {
 /// Matrix (by columns) times vector.
 #[inline(always)]
 fn times(columns: &[[f64; 12]; 12], vector: &[f64; 12]) -> [f64; 12] {
-    // Three sums side by side: one would wait for its own additions.
+    // Three sums side by side: each addition of a single sum would wait for the one before.
     let (mut first, mut second, mut third) = ([0.0; 12], [0.0; 12], [0.0; 12]);
     for j in (0..12).step_by(3) {
         add_scaled(&mut first, &columns[j], vector[j]);

@@ -23,11 +23,11 @@ pub struct StandardDeviations<'a> {
     pub links: &'a mut [f64],
 }
 
-/// Computes the standard deviations that the deviation of the acceleration makes in the loads of `groups` and of all links; None for a
+/// Computes the standard deviations of the loads of `groups` and of all links that follow from the deviation of the acceleration; None for a
 /// scene that is not linear.
 ///
-/// instants: m ascending times, s. loads: m x groups x 6, the nominal loads, which give the resultants their direction. A zero resultant
-/// has none; its deviation is then that of all its components together.
+/// `instants`: m ascending times, s. `loads`: m x groups x 6, the nominal loads, which determine the direction of the resultants. A
+/// resultant of zero has no direction; its deviation is the root of the sum of its components' variances.
 ///
 /// # Panics
 /// If lengths do not agree.

@@ -1,11 +1,11 @@
-//! Credible bands of the loads of a linear scene: what the uncertainty of the estimated motion leaves open.
+//! Credible bands of the loads of a linear scene, from the uncertainty of the estimated motion.
 //!
-//! The acceleration along x deviates from its estimate: at the time stamps by a number of the state of
-//! [`Posterior`](crate::smoother::Posterior), linearly in between, as the exact method has it. The state z of the machine deviates with
-//! it, z' = A z + f a(t), from zero at the first time stamp, as a run starts at rest. (d, z) is again a Markov chain.
-//! [`standard_deviations`] propagates its covariance, [`draw_peaks`] draws from it.
+//! At the time stamps, the deviation a of the acceleration along x from its estimate is an entry of the state d of
+//! [`Posterior`](crate::smoother::Posterior); between them it is linear, as in the exact method. It causes a deviation z of the machine's
+//! state, z' = A z + f a(t), with z = 0 at the first time stamp, because a run starts at rest. (d, z) is again a Markov chain.
+//! [`standard_deviations`] propagates its covariance, [`draw_peaks`] draws random peaks from it.
 //!
-//! `schedule` (what happens when) → `covariance` → `deviations`; `schedule` → `peaks`.
+//! `schedule` (the order of samples and instants) → `covariance` → `deviations`; `schedule` → `peaks`.
 
 mod covariance;
 mod deviations;

@@ -1,4 +1,4 @@
-//! Peaks of the loads, drawn from the posterior of the motion.
+//! Random peaks of the loads, drawn from the posterior of the motion.
 
 use super::schedule::{Deviation, Event, Response, Schedule};
 use crate::numeric::float::{add_scaled, fma, sqrt};
@@ -18,8 +18,8 @@ pub struct NominalLoads<'a> {
     pub wanted: &'a [bool],
 }
 
-/// Draws the largest y-z resultant of each group over the instants at which it is wanted: `out[group * draws + draw]`, N, zero if there
-/// are none; None for a scene that is not linear. A draw depends on the seed and its own number only, whatever the number of `threads`.
+/// Draws the largest y-z resultant of each group over its `wanted` instants: `out[group * draws + draw]`, N, zero if there are none. Returns
+/// None for a scene that is not linear. A draw depends only on the seed and its own number, not on the number of `threads`.
 ///
 /// # Panics
 /// If lengths do not agree.
@@ -40,7 +40,7 @@ pub fn draw_peaks(
     assert_eq!(out.len(), draws * groups.len(), "room for every draw of every group");
     assert_eq!(loads.len(), 6 * groups.len() * instants.len(), "loads at every instant");
     assert_eq!(wanted.len(), groups.len() * instants.len(), "every group at every instant");
-    // Nothing is evaluated after the last wanted instant.
+    // No load is evaluated after the last wanted instant.
     let last = wanted.iter().rposition(|wanted| *wanted).map_or(0, |at| at / groups.len() + 1);
     let plan = Plan {
         active: system.mode_count(),
@@ -63,7 +63,7 @@ pub fn draw_peaks(
     Some(())
 }
 
-/// Takes all draws along a schedule, each thread a share of them along a schedule of its own.
+/// Advances all draws along a schedule. Each thread advances a part of the draws, with its own schedule.
 fn follow_on_threads<'a>(
     threads: usize,
     blocks: &mut [DrawBlock],
@@ -97,7 +97,7 @@ fn follow_on_threads<'a>(
     });
 }
 
-/// Events that all draws follow before the next ones are prepared.
+/// Number of events by which all draws advance before the next ones are prepared.
 const EVENTS_AT_A_TIME: usize = 48;
 
 struct Plan<'a> {
@@ -163,7 +163,7 @@ impl DrawBlock {
     }
 
     #[inline(always)]
-    fn look(&mut self, plan: &Plan, index: usize) {
+    fn update_largest(&mut self, plan: &Plan, index: usize) {
         let groups = plan.across.len();
         for group in 0..groups {
             if !plan.wanted[index * groups + group] {
@@ -185,7 +185,7 @@ impl DrawBlock {
     }
 }
 
-/// Takes eight draws through some events.
+/// Advances eight draws by several events.
 struct FollowKernel<'a> {
     block: &'a mut DrawBlock,
     events: &'a [Event],
@@ -208,7 +208,7 @@ impl Kernel for FollowKernel<'_> {
                     }
                 }
                 Event::Part { response, from, to } => block.advance(plan, response, *from, *to),
-                Event::Instant { index, .. } => block.look(plan, *index),
+                Event::Instant { index, .. } => block.update_largest(plan, *index),
             }
         }
     }

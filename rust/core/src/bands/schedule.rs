@@ -1,4 +1,4 @@
-//! Schedule of a pass through time: samples, parts of the intervals between them, and the instants at which results are wanted.
+//! Schedule of events in the order of time: samples, parts of the intervals between them, and the instants of the results.
 
 use std::rc::Rc;
 
@@ -32,7 +32,7 @@ pub(super) struct Response {
 /// One event of the schedule.
 #[derive(Debug, Clone)]
 pub(super) enum Event {
-    /// The next sample; first of all the first one. `unit`: m/s² per unit of its acceleration.
+    /// The next sample, starting with the first. `unit`: m/s² per unit of its acceleration.
     Sample { step: Box<MarkovStep>, unit: f64 },
     /// A part of the interval between the last two samples, between two fractions of it.
     Part { response: Rc<Response>, from: f64, to: f64 },
@@ -54,7 +54,7 @@ pub(super) struct Schedule<'a> {
     here: f64,
     fraction: f64,
     next: usize,
-    /// Cached responses by length. Time stamps are rounded; lengths that differ by no more than rounding are one.
+    /// Cached responses by length. Lengths that differ only by the rounding of time stamps share one response.
     cached: Vec<(f64, Rc<Response>)>,
     oldest: usize,
     rounding: f64,

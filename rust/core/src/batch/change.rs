@@ -11,7 +11,7 @@ pub enum Target {
     Mass,
     /// Its centre of mass along an axis, from L.
     CenterOfMass(usize),
-    /// An entry of its inertia, and the mirrored one.
+    /// An entry of its inertia tensor, and the mirrored entry.
     Inertia(usize, usize),
     /// Gravity along an axis.
     Gravity(usize),
@@ -31,7 +31,7 @@ pub enum Target {
         /// Which parameter.
         parameter: LawParameter,
     },
-    /// Centre of a group, about which its moments are, along an axis, from L.
+    /// Centre of a group, the reference point of its moments, along an axis, from L.
     Center {
         /// Which group.
         group: usize,
@@ -62,12 +62,12 @@ impl fmt::Display for Target {
     }
 }
 
-/// A number as a function of the values of a sample: `constant + Σ factor * value[column]`.
+/// A changed number as a function of the values of a sample: `constant + Σ factor * value[column]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
     /// The number that is set.
     pub target: Target,
-    /// Its value where all terms are zero.
+    /// Its value if all terms are zero.
     pub constant: f64,
     /// Columns and factors.
     pub terms: Vec<(usize, f64)>,

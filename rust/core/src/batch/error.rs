@@ -24,18 +24,18 @@ pub enum BatchError {
         /// Target of the change.
         target: Target,
     },
-    /// A measure of a missing group.
+    /// A measure of a group that does not exist.
     Measure {
         /// The measure.
         measure: Measure,
     },
-    /// A group with a missing link.
+    /// A group with a link that does not exist.
     Group {
         /// Index of the group.
         group: usize,
         /// The link.
         link: usize,
-        /// Their number.
+        /// Number of links.
         count: usize,
     },
     /// An exponent of the mean load below 1 or not finite.
@@ -45,7 +45,7 @@ pub enum BatchError {
     },
     /// An array of the wrong length.
     Length {
-        /// Which one.
+        /// Its name.
         field: &'static str,
         /// Its length.
         expected: usize,
@@ -54,9 +54,9 @@ pub enum BatchError {
     },
     /// Fewer columns of values than the changes name.
     Columns {
-        /// Number that they name.
+        /// Number of columns that the changes name.
         expected: usize,
-        /// Their number.
+        /// Number of columns given.
         got: usize,
     },
     /// A speed that is not finite.
@@ -64,7 +64,7 @@ pub enum BatchError {
         /// At which sample, from 0.
         index: usize,
     },
-    /// The base is no scene.
+    /// The base is not a valid scene.
     Scene(SceneError),
     /// A setting of the method is refused.
     Run(RunError),
@@ -117,9 +117,9 @@ impl core::error::Error for BatchError {}
 /// Why a sample has no result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SampleError {
-    /// It is no scene.
+    /// It is not a valid scene.
     Scene(SceneError),
-    /// A link, by its index, is none.
+    /// A link, by its index, is not valid.
     Link(usize, SceneError),
     /// A value that is not finite.
     NotFinite {

@@ -1,4 +1,4 @@
-//! Instances: the base scene with the values of one sample put in, by a plan of changes.
+//! Instances: the base scene with the values of one sample, by a plan of changes.
 
 use core::ops::Range;
 
@@ -20,7 +20,7 @@ pub struct Base<'a> {
     pub center_of_mass: Vector3<f64>,
     /// Its inertia, kg m².
     pub inertia: Matrix3<f64>,
-    /// Whether the inertia is about L, and stays so where mass and centre of mass change, rather than about the centre of mass.
+    /// Whether the inertia is about L instead of the centre of mass; it remains so if mass and centre of mass change.
     pub inertia_about_reference: bool,
     /// The links.
     pub links: &'a [Link],
@@ -48,11 +48,11 @@ impl Base<'_> {
 pub struct Group {
     /// Their indices in the scene.
     pub links: Vec<usize>,
-    /// Point that moments are about, m from L.
+    /// Reference point of the moments, m from L.
     pub center: Vector3<f64>,
 }
 
-/// The base scene with the values of one sample put in.
+/// The base scene with the values of one sample.
 #[derive(Debug, Clone)]
 pub struct Instance {
     body: Body,
@@ -125,7 +125,7 @@ impl Instance {
     }
 }
 
-/// Changes sorted by what they change, so that those of one link stand together.
+/// Changes sorted by target, so that those of one link are adjacent.
 #[derive(Debug, Clone)]
 pub struct Plan {
     changes: Vec<Change>,
@@ -192,10 +192,10 @@ impl Plan {
         self.columns
     }
 
-    /// Puts the values of a sample into an instance of the base; all else is as in the base.
+    /// Applies the changes with the values of a sample to an instance of the base.
     ///
     /// # Errors
-    /// Those of [`Body`], [`Link`] and [`Scene`]; the instance is then not valid for this sample, but serves the next one.
+    /// Those of [`Body`], [`Link`] and [`Scene`]; the instance is then not valid for this sample, but can be used for the next one.
     pub fn apply(&self, base: &Base, values: &[f64], to: &mut Instance) -> Result<(), SampleError> {
         if !self.body.is_empty() {
             to.body = self.body(base, values, &to.body)?;

@@ -11,7 +11,7 @@ use crate::system::LinkRow;
 use crate::system::{State, System};
 use nalgebra::Vector3;
 
-/// Instants of a block: their states stay in the first-level cache.
+/// Number of instants of a block, so small that their states stay in the first-level cache.
 pub(super) const BLOCK: usize = 64;
 
 /// One number at each instant of a block.
@@ -36,7 +36,7 @@ impl StateBlock {
         }
     }
 
-    /// Fills the block up with its last instant.
+    /// Fills the rest of the block with its last instant.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn pad(&mut self, filled: usize) {
         if filled < BLOCK {
@@ -205,7 +205,7 @@ impl LoadRows {
         self.sums[index] = sum;
     }
 
-    /// The place of a nonlinear link, which is appended if it is new.
+    /// The index of a nonlinear link, which is appended if it is new.
     fn nonlinear_place(&mut self, row: &LinkRow, link: usize) -> usize {
         if let Some(place) = self.nonlinear.iter().position(|known| known.link == link) {
             return place;
@@ -268,7 +268,7 @@ fn force(law: &Law, at: &Values, out: &mut Values) {
     }
 }
 
-/// Whether a link has no force at one of these deflections, or, preloaded, has a row open.
+/// Whether a link has no force at one of these deflections or, if preloaded, an open row.
 #[cfg_attr(feature = "std", inline(always))]
 fn is_lost(law: &Law, at: &Values) -> bool {
     let [from, to, inside] = lost_between(law);

@@ -36,20 +36,20 @@ impl Quantity {
     }
 }
 
-/// Statistic of the history of a quantity. Of equal extremes the first counts.
+/// Statistic of the history of a quantity. The time of an extreme is that of its first occurrence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Statistic {
     /// Smallest value.
     Min,
-    /// When, s.
+    /// Time of the smallest value, s.
     TimeOfMin,
     /// Largest value.
     Max,
-    /// When, s.
+    /// Time of the largest value, s.
     TimeOfMax,
     /// Root of the time-weighted mean square, by [`time_weights`].
     Rms,
-    /// Value at the first sample: that of the static load.
+    /// Value at the first sample, the static load.
     Start,
 }
 
@@ -77,9 +77,9 @@ pub enum Measure {
     /// Statistic of the drive force, the reaction of a held x, N; NaN where x is free.
     Drive(Statistic),
     /// Distance-weighted mean load of a group, `(∫ P^p |v| dt / ∫ |v| dt)^(1/p)` with `P = |Fy| + |Fz|`, by [`travel_weights`], N. NaN
-    /// where the motion has no speed, or never moves.
+    /// if the speed of the motion is not known or always zero.
     MeanLoad(usize),
-    /// 1 if at some sample of the motion a link of the group has neither force nor stiffness, or, preloaded, has a row open; otherwise 0.
+    /// 1 if at some sample of the motion a link of the group has neither force nor stiffness or, if preloaded, an open row; otherwise 0.
     ContactLost(usize),
 }
 
@@ -103,8 +103,8 @@ impl Measure {
     }
 }
 
-/// Weight of each sample in time means: its part of the duration by the trapezoidal rule; equal for a motion without duration. Their sum
-/// is 1.
+/// Weight of each sample in means over time: its fraction of the duration by the trapezoidal rule; equal weights for a motion without
+/// duration. Their sum is 1.
 pub fn time_weights(excitation: &Excitation) -> Vec<f64> {
     let (count, duration) = (excitation.count(), excitation.duration());
     if duration == 0.0 {

@@ -46,10 +46,10 @@ pub struct Motion<'a> {
     pub exponent: f64,
 }
 
-/// Samples that a thread takes at a time.
+/// Number of samples that a thread runs at a time.
 pub const SAMPLES: usize = 64;
 
-/// A batch: base scene, motion, changes and measures. Immutable; one serves all threads.
+/// A batch: base scene, motion, changes and measures. Immutable and shared by all threads.
 #[derive(Debug, Clone)]
 pub struct Batch<'a> {
     base: Base<'a>,
@@ -70,8 +70,8 @@ impl<'a> Batch<'a> {
     /// with a step error.
     ///
     /// # Errors
-    /// [`BatchError`] for a missing target, something given twice or out of range, and for a base that is no scene even without changes.
-    /// Support and equilibrium are checked for each sample.
+    /// [`BatchError`] for a target that does not exist or is changed twice, for an argument out of range, and for a base that is not a valid
+    /// scene without changes. Support and equilibrium are checked for each sample.
     pub fn new(
         base: Base<'a>,
         motion: Motion<'a>,
@@ -123,7 +123,7 @@ impl<'a> Batch<'a> {
         })
     }
 
-    /// The same batch with linear scenes in vectors of another width: another speed, the same bits.
+    /// The batch with another vector width for linear scenes. The width changes the speed, but no bit of the results.
     pub fn with_width(mut self, width: Width) -> Self {
         self.lanes = Lanes::new(&self.base, &self.motion.excitation, &self.requirements, width);
         self
@@ -140,7 +140,7 @@ impl<'a> Batch<'a> {
     }
 
     /// Runs `count` samples with `values` (count, columns), row by row, on `threads` threads, and writes their measures to `out` (count,
-    /// measures). A sample without result has a row of NaN and is returned with the reason, in order.
+    /// measures). A sample without result gets a row of NaN, and its index is returned with the reason.
     ///
     /// # Errors
     /// [`BatchError::Columns`], [`BatchError::Length`].
@@ -244,7 +244,7 @@ impl<'a> Batch<'a> {
 
 /// Memory of one thread.
 struct Worker {
-    /// Scenes that run side by side; no more, so that they stay in the cache.
+    /// Scenes that run side by side, one per lane, so that they stay in the cache.
     samples: Vec<Instance>,
     memory: Memory,
     lanes: LaneMemory,
@@ -288,7 +288,7 @@ impl Worker {
         }
     }
 
-    /// Runs at most as many samples as there are lanes.
+    /// Runs samples side by side, at most one per lane.
     fn run_together(
         &mut self,
         batch: &Batch,
@@ -310,7 +310,7 @@ impl Worker {
                 }
             }
         }
-        // Linear scenes side by side; those not valid there, and all others, one by one.
+        // Linear scenes run side by side. Those for which the lanes are not accurate enough, and all others, run one by one.
         let lost = vec![false; batch.requirements.contacts.len()];
         if let Solver::Auto | Solver::Exact = batch.solver {
             let (linear, mut rest): (Vec<usize>, Vec<usize>) =
@@ -348,7 +348,7 @@ impl Worker {
     }
 }
 
-/// Does `work` on `threads` threads, one of them the present one, and joins the results.
+/// Does `work` on `threads` threads, one of which is the current one, and joins the results.
 fn work_on<T: Send>(threads: usize, work: impl Fn() -> Vec<T> + Sync) -> Vec<T> {
     std::thread::scope(|scope| {
         let others: Vec<_> = (1..threads)

@@ -1,4 +1,4 @@
-//! From the states of a run to its measures, a block of instants at a time: nothing is stored, and only what the measures need is computed.
+//! Measures from the states of a run, block by block: no history is stored, and only the loads that the measures need are computed.
 
 use super::load_rows::{BLOCK, LoadRows, StateBlock};
 use super::requirements::{Requirements, Signal};
@@ -96,7 +96,7 @@ impl Kernel for FlushKernel<'_, '_> {
         let Reduce { requirements, excitation, memory, before, filled } = self.0;
         let Memory { rows, block, statistics, lost } = &mut **memory;
         let (before, filled) = (*before, *filled);
-        // Past the end the last instant is repeated; it counts nowhere.
+        // The last instant is repeated past the end; these copies do not count.
         block.pad(filled);
         if requirements.needs_drive() {
             block.set_inputs(excitation, before, filled);
@@ -165,7 +165,7 @@ fn extremes(values: &[f64; BLOCK]) -> (f64, f64) {
     (smallest, largest)
 }
 
-/// The first place of a value that occurs.
+/// The first index of a value that occurs.
 #[cfg_attr(feature = "std", inline(always))]
 fn first(values: &[f64; BLOCK], value: f64) -> usize {
     let mut found = BLOCK - 1;

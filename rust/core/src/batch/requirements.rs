@@ -1,4 +1,4 @@
-//! What the measures of a batch need: loads, signals made of them, and the statistics of each signal.
+//! Requirements of the measures of a batch: loads, signals computed from them, and the statistics of each signal.
 
 use super::measure::{Measure, Quantity, Statistic, time_weights, travel_weights};
 use super::statistics::RunningStatistics;
@@ -6,7 +6,7 @@ use crate::excitation::Excitation;
 use crate::numeric::float::sqrt;
 use crate::numeric::power::Power;
 
-/// A signal: a history from which statistics are computed, by the load rows that it is made of.
+/// A signal: a history from which statistics are computed, by the indices of its load rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Signal {
     Row(usize),
@@ -23,7 +23,7 @@ pub(super) enum LoadRow {
     Drive,
 }
 
-/// Where the number of a measure comes from.
+/// Source of the value of a measure.
 #[derive(Debug, Clone, Copy)]
 enum Source {
     Statistic(usize, Statistic),
@@ -32,7 +32,7 @@ enum Source {
     Nothing,
 }
 
-/// What the measures need, each thing once.
+/// Requirements of all measures, without duplicates.
 #[derive(Debug, Clone)]
 pub(super) struct Requirements {
     pub rows: Vec<LoadRow>,
@@ -163,7 +163,7 @@ impl Requirements {
     }
 }
 
-/// The place of an item, which is appended if it is new.
+/// The index of an item, which is appended if it is new.
 fn index_of<T: PartialEq + Copy>(items: &mut Vec<T>, item: T) -> usize {
     items.iter().position(|known| *known == item).unwrap_or_else(|| {
         items.push(item);

@@ -1,4 +1,4 @@
-//! One sample by itself, for any scene.
+//! Runs of single samples, for any scene.
 
 use super::error::SampleError;
 use super::instance::{Group, Instance};
@@ -34,7 +34,7 @@ impl RunSettings<'_> {
         Ok(())
     }
 
-    /// The method; chosen here for `Auto`.
+    /// The method for a system; resolves `Auto`.
     fn method_for(&self, system: &System) -> NamedMethod {
         match self.solver {
             Solver::Exact => NamedMethod::Exact,
@@ -55,9 +55,10 @@ impl RunSettings<'_> {
     }
 }
 
-/// Cost of an implicit step in rk45 steps, on a scene with smooth laws, and the product of step and fastest eigenvalue up to which rk45
-/// is about stable.
+/// Cost of a step of the implicit method on a scene with smooth laws, in steps of rk45.
 const STEP_COST: f64 = 4.0;
+
+/// Product of step and largest eigenvalue magnitude up to which rk45 is about stable.
 const STABLE: f64 = 3.3;
 
 /// Runs a sample and writes its measures to `out`.

@@ -3,7 +3,7 @@
 /// Integrator of the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Solver {
-    /// Exact where the laws of a sample allow it; for preloaded ones rk45, or the implicit method where rk45 would be unstable.
+    /// The exact method if the laws of a sample allow it; with preloaded links rk45, or the implicit method if rk45 would be unstable.
     Auto,
     /// [`crate::Exact`].
     Exact,

@@ -1,4 +1,4 @@
-//! Eight links side by side: deflections, rates, and bounds on how far they are from the edges of their segments.
+//! Eight links side by side: deflections, rates, and their distance from the edges of their segments.
 
 use crate::numeric::float::{add_scaled, fma};
 use crate::numeric::simd::{LANES, Lanes};
@@ -47,8 +47,8 @@ impl LinkBlock {
         moving
     }
 
-    /// Whether no link passes an edge between two states, if the path is never farther than `margin` per unit of reach from the straight
-    /// line through them.
+    /// Whether no link passes an edge between two states, if the distance of the path from the straight line through them is at most
+    /// `margin` per unit of reach.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn ends_clear(&self, state: &State, next: &State, margin: f64) -> bool {
         let (at, end) = (self.deflections(state), self.deflections(next));

@@ -1,14 +1,15 @@
-//! Contact changes: the segment of its law that each link is on, and the instant at which it leaves it (event location).
+//! Contact changes: on which segment of its law each link is, and when it leaves this segment (event location).
 //!
-//! Between two contact changes the equations are linear, and every deflection is known at any time. No change is missed, and most steps cost
-//! next to nothing, as two tests come before the search:
+//! Between two contact changes the equations are linear, so every deflection is known at any time and no change is missed. Two cheap tests
+//! prove for most steps that they contain no change:
 //!
-//! 1. The ends of the step, with what a path can bow between them by a bound on the second derivative of the state. The bound is carried on
-//!    from step to step, and computed anew where it no longer clears the step.
-//! 2. The cubics through the ends, whose control points bound them, with their error from the fourth derivative.
+//! 1. The deflections at both ends are within the edges, by more than the path can bow out between them. This follows from a bound on the
+//!    second derivative of the state, which is carried from step to step and recomputed only where it is not sufficient.
+//! 2. The control points of the cubics through both ends are within the edges, by more than the error of the cubics, which follows from the
+//!    fourth derivative.
 //!
-//! Only a step that both leave open is searched, on the power series of the exact solution. (Measured in batches of the yardstick cart with
-//! 5 µm clearance on a noisy trace: without the carried bound 25 % slower, without the cubics 7 %.)
+//! Only the other steps are searched, on the power series of the exact solution. (Batches of the yardstick's cart with 5 µm clearance on a
+//! noisy trace are 25 % slower without the carried bound, and 7 % slower without the cubics.)
 
 mod block;
 mod path;
@@ -62,14 +63,14 @@ impl<'a> Contacts<'a> {
         &self.segments.current.equations
     }
 
-    /// Fraction of the step from `state` to `next` at which the first contact changes, if one does; `next` is what the present equations
-    /// make of the whole step.
+    /// Fraction of the step from `state` to `next` at which the first contact changes, if one does. `next` is the state after the whole
+    /// step by the present equations.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64> {
         let growth = self.segments.growth(ramp.h);
         let slope_change = growth * ramp.slope_change(&mut self.slopes, &mut self.values);
         self.curvature = fma(growth, self.curvature, slope_change);
-        // In these tests NaN does not count as clear.
+        // These tests fail for NaN, as they must.
         if self.segments.ends_clear(ramp.h, state, next, self.curvature) {
             return None;
         }
@@ -90,7 +91,7 @@ impl<'a> Contacts<'a> {
         change
     }
 
-    /// Takes up the equations after the change that was found; the step ended with it, in `state`.
+    /// Switches to the equations after the change that ended the step, in `state`.
     #[inline(never)]
     pub(crate) fn cross(&mut self, state: &State) {
         dispatch(CrossKernel { contacts: self, state });

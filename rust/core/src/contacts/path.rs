@@ -10,14 +10,14 @@ pub(super) struct DeflectionPath {
     fourth: f64,
 }
 
-/// Halvings of a step after which it is not divided any further: a path that turns within such a part turns within rounding.
+/// Largest number of halvings of a step: in a shorter part a path can turn back only within rounding.
 const HALVINGS: usize = 30;
 
-/// Parts of a step after which none is halved any more: a path that touches an edge needs some sixty, one that runs along it would need
+/// Largest number of parts of a step that are examined. A path that touches an edge needs some sixty, one that runs along an edge would need
 /// all.
-const MAX_LOOKS: usize = 1000;
+const MAX_EXAMINED: usize = 1000;
 
-/// Most steps of the root search, each of which gains a digit or more.
+/// Largest number of steps of the root search; each gains a digit or more.
 const ROOT_STEPS: usize = 60;
 
 impl DeflectionPath {
@@ -50,24 +50,24 @@ impl DeflectionPath {
             return Some((0.0, start[0] > high));
         }
         let (low, high) = (f64::min(low, start[0]), f64::max(high, start[0]));
-        // Ends of the parts that lie ahead, the nearest last.
+        // Ends of the parts still to be examined, the nearest last.
         let mut ends = [(0.0, [0.0; 2]); HALVINGS + 1];
         ends[0] = (limit, self.at(limit));
-        let (mut ahead, mut a, mut looks) = (1, 0.0, 0);
+        let (mut ahead, mut a, mut examined) = (1, 0.0, 0);
         while ahead > 0 {
             let (b, end) = ends[ahead - 1];
-            looks += 1;
-            match self.look(a, start, b, end, low, high) {
-                Verdict::Inside => {}
-                Verdict::Exit(theta, up) => return Some((theta, up)),
-                Verdict::Undecided if ahead <= HALVINGS && looks < MAX_LOOKS => {
+            examined += 1;
+            match self.test_part(a, start, b, end, low, high) {
+                PartTest::Inside => {}
+                PartTest::Exit(theta, up) => return Some((theta, up)),
+                PartTest::Undecided if ahead <= HALVINGS && examined < MAX_EXAMINED => {
                     let middle = 0.5 * (a + b);
                     ends[ahead] = (middle, self.at(middle));
                     ahead += 1;
                     continue;
                 }
-                Verdict::Undecided if end[0] < low || end[0] > high => return Some((b, end[0] > high)),
-                Verdict::Undecided => {}
+                PartTest::Undecided if end[0] < low || end[0] > high => return Some((b, end[0] > high)),
+                PartTest::Undecided => {}
             }
             (a, start) = (b, end);
             ahead -= 1;
@@ -75,17 +75,17 @@ impl DeflectionPath {
         None
     }
 
-    /// What the values and slopes at both ends of a part say about it.
+    /// Whether the path leaves within a part, from the values and slopes at both ends of the part.
     #[cfg_attr(feature = "std", inline(always))]
-    fn look(&self, a: f64, start: [f64; 2], b: f64, end: [f64; 2], low: f64, high: f64) -> Verdict {
+    fn test_part(&self, a: f64, start: [f64; 2], b: f64, end: [f64; 2], low: f64, high: f64) -> PartTest {
         let h = b - a;
-        // Control points of the cubic and its error; then the same of its slope.
+        // Control points of the cubic, and its error; then control points and error of its slope.
         let margin = self.fourth * h * h * h * h / 384.0;
         let (after, before) = (start[0] + h / 3.0 * start[1], end[0] - h / 3.0 * end[1]);
         let (top, bottom) =
             (f64::max(f64::max(after, before), end[0]), f64::min(f64::min(after, before), end[0]));
         if bottom - margin >= low && top + margin <= high {
-            return Verdict::Inside;
+            return PartTest::Inside;
         }
         let up = end[0] > high;
         if up || end[0] < low {
@@ -93,10 +93,10 @@ impl DeflectionPath {
                 (3.0 * (end[0] - start[0]) / h - start[1] - end[1], self.fourth * h * h * h / 100.0);
             let sign = if up { 1.0 } else { -1.0 };
             if f64::min(f64::min(sign * start[1], sign * end[1]), sign * bow) > margin {
-                return Verdict::Exit(self.root(a, b, if up { high } else { low }, up), up);
+                return PartTest::Exit(self.root(a, b, if up { high } else { low }, up), up);
             }
         }
-        Verdict::Undecided
+        PartTest::Undecided
     }
 
     /// The fraction at which a path that only rises (`up`) or only falls passes `edge`: Newton within a bracket.
@@ -120,12 +120,12 @@ impl DeflectionPath {
     }
 }
 
-/// What is known about a part of a path.
-enum Verdict {
+/// Result of the test of a part of a path.
+enum PartTest {
     /// It stays inside.
     Inside,
     /// It leaves at this fraction, and whether upwards.
     Exit(f64, bool),
-    /// Undecided: look at its halves.
+    /// Undecided: examine its halves.
     Undecided,
 }

@@ -8,7 +8,7 @@ use crate::numeric::float::{add_scaled, fma};
 use crate::numeric::simd::{Kernel, LANES};
 use crate::system::State;
 
-/// Parts of a step that one call searches, about a second of work; after that the run counts them and goes on.
+/// Largest number of parts of a step that one call searches, about a second of work. The run then continues with the rest of the step.
 const MAX_PARTS: usize = 1_000_000;
 
 /// Halvings of a step, after which any part is short enough for its series.
@@ -28,7 +28,7 @@ impl Kernel for SearchKernel<'_> {
     fn run(self) -> Self::Output {
         let Self { segments, ramp, state } = self;
         let Combination { equations, series, .. } = &segments.current;
-        // Ends of the parts that lie ahead, the nearest last. The whole step is known not to be clear.
+        // Ends of the parts still to be searched, the nearest last. The tests of the whole step have failed already.
         let mut ends = [1.0; MAX_HALVINGS];
         ends[1] = 0.5;
         let mut ahead = if series.parts(ramp.h) > 1.0 { 2 } else { 1 };

@@ -14,8 +14,8 @@ const CACHED_COMBINATIONS: usize = 32;
 #[cfg(not(feature = "std"))]
 const CACHED_COMBINATIONS: usize = 4;
 
-/// Tolerance of an edge, relative to the deflections of the run: a link counts as beyond its edge once it is farther out than this, some
-/// hundred roundings. The error of the load is no larger, and rounding alone cannot carry a link that has passed an edge back.
+/// Tolerance of an edge, relative to the deflections of the run: some hundred roundings. A link counts as beyond its edge if it exceeds the
+/// edge by more than this. The error of the load is no larger, and rounding alone cannot move a link back across an edge.
 const EDGE_TOLERANCE: f64 = 1e-13;
 
 /// The next contact change of a step.
@@ -23,7 +23,7 @@ const EDGE_TOLERANCE: f64 = 1e-13;
 pub(super) struct Change {
     /// Fraction of the step at which it happens.
     pub theta: f64,
-    /// The link that passes an edge, and whether upwards; none where the search only paused.
+    /// The link that passes an edge, and whether upwards; none if the search stopped before it found one.
     pub crossing: Option<(usize, bool)>,
 }
 
@@ -84,8 +84,8 @@ impl<'a> Segments<'a> {
         }
     }
 
-    /// Moves the link that passed an edge in `state` to its next segment, and with it all that stand at their edges, as in a symmetric
-    /// machine. The number of links that changed.
+    /// Moves the link that passed an edge in `state` to its next segment, and with it all links that are at their edges too, as in a
+    /// symmetric machine. Returns the number of links that changed.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn cross(&mut self, state: &State, (crossed, up): (usize, bool)) -> usize {
         let segment = &mut self.links.as_mut_slice()[crossed].1;

@@ -1,4 +1,4 @@
-//! The equations of motion as an integrator sees them: linear, linear on the present segments, or smooth.
+//! The equations of motion that an integrator solves: linear, linear on the present segments, or smooth.
 //!
 //! In the energy coordinates of `system`, with the elastic loads above those at rest:
 //!

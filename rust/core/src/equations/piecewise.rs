@@ -31,8 +31,8 @@ impl SegmentEquations {
         piece
     }
 
-    /// Adds a link on a segment with this `stiffness`, whose elastic load at the static position is `excess` above the load at rest, and
-    /// its damper if it acts. (Only sums of what acts, no differences: no digits cancel where a stiff link is out of contact.)
+    /// Adds a link on a segment with this `stiffness`, whose elastic load at the static position exceeds the load at rest by `excess`,
+    /// and its damper if `damped`. Links are only added, never subtracted, so no digits cancel where a stiff link is out of contact.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn add(&mut self, row: &LinkRow, stiffness: f64, excess: f64, damped: bool) {
         for j in 0..6 {

@@ -1,11 +1,11 @@
-//! The exact solution over one step of linearly changing force, as matrices.
+//! The exact solution over one step under a force that changes linearly, as matrices.
 
 use super::Equations;
 use crate::excitation::Values;
 use crate::numeric::float::add_scaled;
 use crate::system::{Force, NO_FORCE, State};
 
-/// Terms of the exponential series: the first one left out is below rounding where the norm is at most one (1/19! = 8e-18).
+/// Terms of the exponential series. For a norm of at most one, the first omitted term is below rounding (1/19! = 8e-18).
 pub(crate) const TERMS: usize = 18;
 
 /// Columns of 12 entries.
@@ -14,16 +14,17 @@ type Columns<const N: usize> = [[f64; 12]; N];
 /// Exact step of length h: `x(h) = x(0) + E x(0) + B₀ f(0) + B₁ f(h)`, `E = exp(A h) - I`, for a force that is linear in between
 /// (first-order hold).
 ///
-/// Scaling and doubling of `E`, `∫ exp(A s) ds g` and `∫∫ exp(A s) ds² g` together serves defective, overdamped and undamped matrices
-/// alike. E and not the exponential: added to 1 a slow mode of a strongly damped machine would lose digits, twice as many with every
-/// doubling. In energy coordinates `|exp(A τ)| <= 1`, so nothing grows (cf. Higham 2005; Moler & Van Loan 2003, method 3).
+/// Scaling and doubling are applied to `E`, `∫ exp(A s) ds g` and `∫∫ exp(A s) ds² g` together, which works for defective, overdamped and
+/// undamped matrices. E is used instead of `exp(A h)`, because `1 + E` would lose digits of a slow mode of a strongly damped machine, twice
+/// as many with every doubling. In energy coordinates `|exp(A τ)| <= 1`, so nothing grows (cf. Higham 2005; Moler & Van Loan 2003, method
+/// 3).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Propagator {
     /// E.
     change: Columns<12>,
     /// Effect of the constant force of the equations.
     from_constant: [f64; 12],
-    /// Effect of each component of the excitation by its value at the start and at the end.
+    /// Effects of each component of the excitation: of its value at the start, and at the end.
     from_start: Columns<9>,
     from_end: Columns<9>,
     components: usize,
@@ -99,8 +100,8 @@ impl Propagator {
     /// The state at the end of the interval.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn apply(&self, state: &State, start: &Values, end: &Values) -> State {
-        // The excitation first, as it does not depend on the state; then three sums side by side, as one would wait for its own
-        // additions.
+        // The excitation first, because it does not depend on the state. Then three sums side by side: each addition of a single sum
+        // would wait for the one before.
         let (mut sum, mut second, mut third) = (self.from_constant, *state, [0.0; 12]);
         for j in 0..self.components {
             add_scaled(&mut sum, &self.from_start[j], start[j]);

@@ -1,4 +1,4 @@
-//! The exact solution over one step of linearly changing force, as a power series in time.
+//! The exact solution over one step under a force that changes linearly, as a power series in time.
 
 use super::Equations;
 use super::propagator::{Propagator, TERMS};
@@ -13,10 +13,10 @@ pub(crate) struct PowerSeries {
 }
 
 impl PowerSeries {
-    /// The series of some linear equations.
+    /// The series of linear equations.
     ///
-    /// Its norm is the largest column sum of A after each `ω η` has been scaled to weigh as much in S as in ω. Where links are soft at
-    /// rest and stiff elsewhere that is smaller by orders of magnitude, and no digit of η' depends on the scale.
+    /// Its norm is the largest column sum of A after scaling each `ω η` so that its columns in S and in ω have the same size. Where links
+    /// are soft at rest and stiff elsewhere, the scaled norm is smaller by orders of magnitude; the scale does not change any digit of η'.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn new<E: Equations>(equations: &E) -> Self {
         let (stiffness, damping) = equations.tangent(&[0.0; 12]);
@@ -68,9 +68,9 @@ impl PowerSeries {
     }
 }
 
-/// Receives the terms of a power series. (A trait: a closure may be compiled for the oldest processor.)
+/// Receives the terms of a power series. (A trait, because a closure may be compiled for the oldest processor.)
 trait TermSink {
-    /// Takes term `k`; whether the next one is needed.
+    /// Receives term `k`; returns whether the next one is needed.
     fn take(&mut self, k: usize, term: &State) -> bool;
 }
 
@@ -95,7 +95,7 @@ impl TermSink for Sum {
     #[cfg_attr(feature = "std", inline(always))]
     fn take(&mut self, k: usize, term: &State) -> bool {
         add_scaled(&mut self.state, term, 1.0);
-        // Two in a row: one may be small only because it is in the other half of the state.
+        // Two in a row, because one alone may be small only where it belongs to the other half of the state.
         let size = size(term);
         self.scale = if k == 1 && size > self.scale { size } else { self.scale };
         self.small = if size <= NEGLIGIBLE * self.scale { self.small + 1 } else { 0 };
@@ -103,14 +103,15 @@ impl TermSink for Sum {
     }
 }
 
-/// Most terms for a norm of at most [`LONGEST`] (2²⁵/25! = 2e-18), and the part of a state below which a term does not change its last
-/// bit.
+/// Largest number of terms, enough for a norm of at most [`LONGEST`] (2²⁵/25! = 2e-18).
 const MAX_TERMS: usize = 24;
 const LONGEST: f64 = 2.0;
+
+/// Fraction of a state below which a term does not change its last bit.
 const NEGLIGIBLE: f64 = 1e-18;
 
-/// Gives `sink` terms 1, 2, … of the solution until it returns false or `most` is reached. The solution starts in `state` and covers
-/// the part of the ramp from the fraction `from` on, of the fraction `length`.
+/// Passes terms 1, 2, … of the solution to `sink` until it returns false or `most` is reached. The solution starts in `state` and covers the
+/// ramp from the fraction `from` to `from + length`.
 #[cfg_attr(feature = "std", inline(always))]
 fn power_series<E: Equations>(
     equations: &E,
@@ -143,7 +144,7 @@ fn power_series<E: Equations>(
     }
 }
 
-/// The state at the end of a ramp whose length does not recur, by whichever is cheaper: the series or a propagator used once.
+/// The state at the end of a ramp whose length does not recur, by the series or by a propagator used once, whichever is cheaper.
 #[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn advance<E: Equations>(
     equations: &E,

@@ -8,8 +8,8 @@ use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
 use crate::system::{Force, LinkRow, NO_FORCE, Square, State, System};
 
-/// The linear part is that of the linear links and of all dampers. The other links enter with their loads above those at rest, so that a
-/// body at rest stays at rest to the last bit.
+/// Equations with smooth laws. The linear part contains the linear links and all dampers. The other links enter by their loads minus those at
+/// rest, so a body at rest stays at rest to the last bit.
 #[derive(Debug)]
 pub(crate) struct SmoothEquations<'a> {
     linear: SegmentEquations,
@@ -23,7 +23,7 @@ pub(crate) struct SmoothEquations<'a> {
 #[derive(Debug, Clone, Copy)]
 struct BallLinks {
     deflection: [Lanes; 6],
-    /// Modal force of a unit of load of each link.
+    /// Modal force per unit of load of each link.
     rate: [Force; LANES],
     rest: Lanes,
     opening: Lanes,

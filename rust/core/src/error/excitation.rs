@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-/// What is wrong with an excitation.
+/// Why an excitation is refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ExcitationError {
     /// No sample.
@@ -11,9 +11,9 @@ pub enum ExcitationError {
     Length {
         /// Which one.
         field: &'static str,
-        /// Knots.
+        /// Number of time stamps.
         expected: usize,
-        /// Its samples.
+        /// Number of its samples.
         got: usize,
     },
     /// NaN or infinity.

@@ -1,5 +1,5 @@
-//! Errors, and all of their wording. Each message names the field, says what was expected and what was given, and what to do next. (Those
-//! of batches stand in `batch`.)
+//! Errors and their messages. Each message names the field, what was expected, what was given, and what to do. (The errors of batches are in
+//! `batch`.)
 
 mod excitation;
 mod run;

@@ -5,7 +5,7 @@ use core::fmt;
 /// Why a run is refused or stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RunError {
-    /// Tolerance outside 1e-13 to 0.1: below rounding, or no requirement.
+    /// Tolerance outside 1e-13 to 0.1. Smaller ones are below rounding, larger ones have no meaning.
     Tolerance {
         /// As asked.
         got: f64,
@@ -60,7 +60,7 @@ pub enum RunError {
     Capacity {
         /// Samples of the run.
         expected: usize,
-        /// Samples it holds.
+        /// Samples that it can store.
         got: usize,
     },
 }

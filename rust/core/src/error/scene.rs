@@ -4,7 +4,7 @@ use core::fmt;
 
 use nalgebra::{Vector3, Vector6};
 
-/// What is wrong with a scene.
+/// Why a scene is refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SceneError {
     /// Mass not positive.
@@ -46,7 +46,7 @@ pub enum SceneError {
     Sides {
         /// When the body moves along the link's direction, N/m.
         positive: f64,
-        /// When it moves against it, N/m.
+        /// When the body moves against the link's direction, N/m.
         negative: f64,
     },
     /// Negative or non-finite clearance.
@@ -118,7 +118,7 @@ pub enum SceneError {
     },
     /// Link with neither stiffness nor damping.
     IdleLink,
-    /// Damping in contact only, for a link without clearance.
+    /// Damping only in contact, on a link without clearance.
     AlwaysInContact,
     /// No free degree of freedom.
     NothingFree,
@@ -133,7 +133,7 @@ pub enum SceneError {
     },
     /// No static equilibrium: the weight drives the body out of its links.
     NoEquilibrium {
-        /// The motion `(u, φ)` along which it leaves, largest entry 1.
+        /// The motion `(u, φ)` in which the body leaves, largest entry 1.
         motion: Vector6<f64>,
     },
     /// No link resists a motion of the free degrees of freedom.
@@ -146,7 +146,7 @@ pub enum SceneError {
 }
 
 impl fmt::Display for SceneError {
-    // Long: one arm per error, so that all wording stands in one place.
+    // Long: one arm per error, so that all messages are in one place.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Mass { got } => write!(f, "body.mass: expected > 0 kg, got {got}"),

@@ -1,4 +1,4 @@
-//! Forcing: the excitation as modal force on a system, over one step a ramp.
+//! Forcing: the excitation as modal force on a system. Over one step it is a ramp.
 
 use super::Excitation;
 use crate::numeric::float::{add_scaled, fma, sqrt};
@@ -39,10 +39,12 @@ pub(crate) struct Forcing {
     peak: [f64; 9],
 }
 
-/// Most intervals that one step may span, and the distance of a sample from the straight line through its neighbours, relative to the
-/// peak, that counts as rounding. Over so many intervals the distances add up to some hundred roundings.
-const MOST_STRAIGHT: usize = 64;
-const STRAIGHT: f64 = 8.0 * f64::EPSILON;
+/// Largest number of intervals in one step.
+const MAX_MERGED_INTERVALS: usize = 64;
+
+/// Distance of a sample from the straight line through its neighbours, relative to the peak, that counts as rounding. Over
+/// [`MAX_MERGED_INTERVALS`] intervals these distances add up to some hundred roundings.
+const STRAIGHTNESS: f64 = 8.0 * f64::EPSILON;
 
 /// Values of the components of a [`Forcing`], in its order.
 pub(crate) type Values = [f64; 9];
@@ -71,10 +73,10 @@ impl Forcing {
         &self.influence[..self.count]
     }
 
-    /// The last sample up to which the excitation is a straight line from sample `k` on, within rounding; at least the next one.
+    /// The last sample up to which the excitation from sample `k` on is a straight line to within rounding; at least sample `k + 1`.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn straight_until(&self, excitation: &Excitation, k: usize) -> usize {
-        let farthest = usize::min(k + MOST_STRAIGHT, excitation.count() - 1);
+        let farthest = usize::min(k + MAX_MERGED_INTERVALS, excitation.count() - 1);
         let mut until = k + 1;
         while until < farthest && self.is_straight(excitation, k, until) {
             until += 1;
@@ -92,7 +94,7 @@ impl Forcing {
         for i in 0..self.count {
             let at = |k: usize| excitation.component(k, self.components[i]);
             let line = (1.0 - theta) * at(k) + theta * at(middle + 1);
-            straight &= (at(middle) - line).abs() <= STRAIGHT * self.peak[i];
+            straight &= (at(middle) - line).abs() <= STRAIGHTNESS * self.peak[i];
         }
         straight
     }
@@ -116,7 +118,7 @@ pub struct Ramp<'a> {
     /// Values at its end.
     pub(crate) end: &'a Values,
     pub(crate) forcing: &'a Forcing,
-    /// Whether it spans a whole interval between samples, so that its length may recur.
+    /// Whether it spans a whole interval between samples, whose length may recur.
     pub(crate) spans_interval: bool,
 }
 
@@ -156,7 +158,7 @@ impl Ramp<'_> {
         turn
     }
 
-    /// Bound on what the force adds to the norm of a state over the step.
+    /// Bound on the growth of the norm of a state by the force over the step.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn impulse(&self) -> f64 {
         let size = |force: Force| sqrt(force.iter().map(|f| f * f).sum());

@@ -25,7 +25,7 @@ enum Knots<'a> {
 
 /// Acceleration of L and external load over time.
 ///
-/// Two samples at one time are a jump. No step passes a sample at which the excitation bends.
+/// Two samples at one time are a jump. Steps end at every sample where the slope of the excitation changes.
 #[derive(Debug, Clone, Copy)]
 pub struct Excitation<'a> {
     knots: Knots<'a>,
@@ -38,7 +38,7 @@ impl<'a> Excitation<'a> {
     /// about L in N m). Times that are uniform to within rounding are taken as exactly uniform.
     ///
     /// # Errors
-    /// [`ExcitationError`] names the sample that is out of order, not finite or repeated, or the array that is short.
+    /// [`ExcitationError`] names the sample that is out of order, not finite or repeated, or the array of the wrong length.
     pub fn new(
         time: &'a [f64],
         acceleration: &'a [[f64; 3]],
@@ -63,7 +63,7 @@ impl<'a> Excitation<'a> {
     /// Samples every `step` s from `start` s on; only the accelerations need to be stored.
     ///
     /// # Errors
-    /// As [`Excitation::new`]; a step that is not positive counts as times out of order.
+    /// As [`Excitation::new`]; a step that is not positive gives [`ExcitationError::Order`].
     pub fn uniform(start: f64, step: f64, acceleration: &'a [[f64; 3]]) -> Result<Self, ExcitationError> {
         if !start.is_finite() || !step.is_finite() {
             return Err(ExcitationError::NotFinite { field: "time", index: 0 });
@@ -142,7 +142,7 @@ impl<'a> Excitation<'a> {
         from
     }
 
-    /// Excitation at `time` s; outside the samples that of the nearest one, at a jump that after it.
+    /// Excitation at `time` s. Before the first and after the last sample it is constant; at a jump it is the value after it.
     pub fn input_at(&self, time: f64) -> Input {
         let last = self.count() - 1;
         // Binary search for the last sample at or before `time`.
@@ -183,7 +183,7 @@ pub fn wrench_at(point: [f64; 3], force: [f64; 3], moment: [f64; 3]) -> [f64; 6]
     [force[0], force[1], force[2], about.x, about.y, about.z]
 }
 
-/// Whether `test` holds for all. Unlike `Iterator::all` it does not stop early, and so becomes vector code.
+/// Whether `test` holds for all items. Unlike `Iterator::all` it does not stop early, so it becomes vector code.
 fn every<T>(items: impl Iterator<Item = T>, test: impl Fn(T) -> bool) -> bool {
     items.fold(true, |all, item| all & test(item))
 }

@@ -6,7 +6,7 @@ use crate::numeric::float::{ceil, pow, sqrt};
 use crate::system::eigenvalues;
 use crate::system::{Input, State, System};
 
-/// How the steps of a run are chosen. In any case no step passes a sample at which the excitation bends.
+/// How the steps of a run are chosen. Steps always end at samples where the slope of the excitation changes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Control {
     /// Steps as long as the error of the link loads stays below `rtol` times the load scale.
@@ -77,7 +77,7 @@ impl ErrorNorm {
                 weight[6 + i] = f64::max(weight[6 + i], row.damping[i].abs());
             }
         }
-        // Without damping a velocity makes no load now, but it does a quarter of a period later.
+        // Without damping a velocity causes no load at once, but a quarter of a period later.
         for i in 0..6 {
             weight[6 + i] = f64::max(weight[6 + i], weight[i]);
             (weight[i], weight[6 + i]) = match scale {
@@ -99,18 +99,18 @@ impl ErrorNorm {
     }
 }
 
-/// Steps whose errors the margin of the estimate covers.
+/// Number of steps whose accumulated error stays below the tolerance if each estimate is at the tolerance.
 ///
-/// The error of a step lasts as long as the slowest mode rings. The higher-order result is kept (local extrapolation), and its true error
-/// is well below the estimate. That margin pays for so many steps; over a longer memory each step must be more accurate than the
-/// tolerance.
+/// The error of a step lasts as long as the slowest mode rings. The run continues with the higher-order result (local extrapolation), whose
+/// true error is well below the estimate; this margin covers so many steps. If errors last for more steps, each step must be more accurate
+/// than the tolerance.
 const STEPS_WITHIN_MARGIN: f64 = 50.0;
 
-/// Penalty on the error of a step that has samples inside it, because dense output is less accurate than the end of the step, and such a
-/// step is as long as its tolerance allows.
+/// Factor on the error of a step that has samples inside it, because dense output is less accurate than the end of the step, and such a
+/// step is as long as the tolerance allows.
 const DENSE_OUTPUT_PENALTY: f64 = 10.0;
 
-/// Largest and smallest change of the step size, and the safety factor (Hairer, Nørsett & Wanner, II.4).
+/// Largest and smallest factor on the step size, and the safety factor (Hairer, Nørsett & Wanner, II.4).
 const MAX_GROWTH: f64 = 5.0;
 const MIN_GROWTH: f64 = 0.2;
 const SAFETY: f64 = 0.9;
@@ -122,7 +122,7 @@ pub(crate) struct Controller {
     /// Time for which an error lasts, s.
     memory: f64,
     exponent: f64,
-    /// The step that the next one is derived from, s, and its error as a multiple of the tolerance.
+    /// The step from which the next step size follows, s, and its error over the tolerance.
     reference_step: f64,
     error_ratio: f64,
 }
@@ -130,7 +130,7 @@ pub(crate) struct Controller {
 impl Controller {
     /// `order`: that of the error estimate, which falls as `h^(order + 1)`.
     pub(crate) fn new(rtol: f64, system: &System, excitation: &Excitation, order: u32) -> Self {
-        // From the eigenvalues, not the modal damping ratios: modes that are damped together ring longer than each would alone.
+        // From the eigenvalues, not the modal damping ratios, because modes that are coupled by damping ring longer than each alone.
         let slowest = eigenvalues(system).map_or(0.0, |values| {
             values[..2 * system.mode_count()].iter().map(|value| value.re.abs()).fold(f64::INFINITY, f64::min)
         });
@@ -164,9 +164,9 @@ impl Controller {
         if error == 0.0 {
             error_ratio = 0.0; // however small the share
         } else if error_ratio.is_nan() {
-            error_ratio = f64::INFINITY; // no number, no trust
+            error_ratio = f64::INFINITY; // NaN rejects the step
         }
-        // A step cut short by a sample says little about the next step size, and a very short one nothing.
+        // A step shortened to end at a sample determines the next step size poorly, a very short one not at all.
         let short = MAX_GROWTH * h <= self.reference_step && self.error_ratio <= SAME_STEP_RATIO;
         if h >= self.reference_step
             || error_ratio > SAME_STEP_RATIO
@@ -184,12 +184,12 @@ impl Controller {
         h * factor.clamp(MIN_GROWTH, MAX_GROWTH)
     }
 
-    /// Error, as a multiple of the tolerance, of the step that the next one is derived from; after a rejection that of the rejected step.
+    /// Error over the tolerance of the step from which the next step size follows; after a rejection, of the rejected step.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn error_ratio(&self) -> f64 {
         self.error_ratio
     }
 }
 
-/// Error, as a multiple of the tolerance, up to which the step size stays the same: below `SAFETY^5` and `SAFETY^6`.
+/// Error over the tolerance up to which the step size is not reduced: below `SAFETY^5` and `SAFETY^6`.
 const SAME_STEP_RATIO: f64 = 0.5;

@@ -8,14 +8,14 @@ use crate::system::State;
 
 /// Exact propagation from sample to sample, also for defective, overdamped and undamped scenes.
 ///
-/// An interval length that recurs is stepped over by a propagator, of which `CACHE` are kept (3 kB each). One that comes once, as all do
-/// where time stamps jitter, is stepped over by the power series of the solution, which costs a tenth of making a propagator.
+/// Intervals of a recurring length use a cached propagator; the cache holds `CACHE` of them (3 kB each). Intervals of other lengths, which is
+/// all of them where time stamps jitter, use the power series of the solution, at a tenth of the cost of computing a propagator.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Exact<const CACHE: usize = 1>;
 
-/// How often an interval length must have occurred before its propagator is made: once for linear equations, where it then comes
-/// thousands of times; more often between contact changes, where it may not.
-const SEEN: [u32; 2] = [1, 6];
+/// How often an interval length must have occurred before its propagator is computed: once for linear equations, where it recurs
+/// thousands of times; more often between contact changes, where it may not recur.
+const MIN_OCCURRENCES: [u32; 2] = [1, 6];
 
 /// Memory of one run.
 #[derive(Debug, Clone)]
@@ -58,7 +58,7 @@ impl<const CACHE: usize> Method for Exact<CACHE> {
         if !ramp.spans_interval {
             return (self.between(equations, memory, ramp, state, 1.0), [0.0; 12]);
         }
-        let seen = SEEN[usize::from(E::PIECEWISE)];
+        let seen = MIN_OCCURRENCES[usize::from(E::PIECEWISE)];
         let (place, before) = memory.propagators.entry(ramp.h, equations.key());
         if place.is_none() && before < seen {
             return (self.between(equations, memory, ramp, state, 1.0), [0.0; 12]);

@@ -1,4 +1,4 @@
-//! What an integrator provides, and what a run of it returns.
+//! The trait of the integrators, the instants that a run records, and its summary.
 
 use crate::equations::Equations;
 use crate::excitation::Ramp;
@@ -52,7 +52,7 @@ pub struct Summary {
     pub rejected: usize,
     /// Instants recorded.
     pub recorded: usize,
-    /// Contact changes: times that a link passed to another segment of its law; zero where laws are linear or smooth.
+    /// Number of contact changes, at which a link moves to another segment of its law; zero if laws are linear or smooth.
     pub contact_changes: usize,
     /// The load that the tolerance is relative to, N.
     pub load_scale: f64,

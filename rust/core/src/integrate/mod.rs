@@ -1,7 +1,7 @@
-//! Time integration: [`run`] takes a [`Method`] from sample to sample of an excitation, with the steps that a [`Control`] asks for.
+//! Time integration: [`run`] advances a [`Method`] from sample to sample of an excitation, with steps by a [`Control`].
 //!
-//! A new integrator is one file beside `exact`, `rk45` and `radau` with an implementation of [`Method`], and a line here. It computes one step;
-//! it never chooses its length, locates contacts or records anything: `run` does that for all of them.
+//! A new integrator is one file beside `exact`, `rk45` and `radau` with an implementation of [`Method`], and a line here. It computes one
+//! step of given length. `run` chooses the lengths, locates contact changes and records, for all methods.
 
 mod control;
 mod exact;

@@ -16,7 +16,7 @@ const CACHED_STEPS: usize = 16;
 
 /// A method chosen by its name at run time.
 ///
-/// [`super::run`] is compiled once for each method and kind of equations, which takes long. Through this type all callers share one copy.
+/// [`super::run`] is compiled for each method and kind of equations, which takes long. With this type all callers share one compiled copy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NamedMethod {
     /// [`Exact`] with 16 cached propagators.

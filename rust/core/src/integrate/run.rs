@@ -14,11 +14,11 @@ use crate::system::{ModelLevel, System};
 
 /// Runs a system from static equilibrium through an excitation and hands each instant to `record`.
 ///
-/// Where laws have straight segments (clearance, sides, curves), every step ends at the next contact change, which is located on the exact
-/// solution between two of them.
+/// With laws of straight segments (clearance, sides, curves), a step ends at the next contact change, which is located on the exact solution
+/// between two contact changes.
 ///
 /// # Errors
-/// [`RunError`] with time, step and error; what was recorded until then stays in `record`.
+/// [`RunError`] with time, step and error. `record` then contains the instants before the error.
 pub fn run<M: Method, R: Record>(
     system: &System,
     method: &M,
@@ -66,7 +66,8 @@ pub(crate) fn run_scaled<M: Method>(
         ModelLevel::PiecewiseLinear => {
             dispatch(RunKernel { setup, equations: Contacts::new(system, load_scale) })
         }
-        // Decided at compile time: without this arm the loop of the exact method on smooth laws would be a tenth of the library.
+        // Decided at compile time. Without this arm the loop of the exact method on smooth laws would be compiled too, a tenth of the
+        // library.
         ModelLevel::SmoothNonlinear if const { M::ERROR_ORDER.is_none() } => unreachable!("refused above"),
         ModelLevel::SmoothNonlinear => {
             dispatch(RunKernel { setup, equations: Unswitched(&SmoothEquations::new(system)) })

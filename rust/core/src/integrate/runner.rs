@@ -10,10 +10,10 @@ use crate::numeric::float::{ceil, floor, sqrt};
 use crate::output::Record;
 use crate::system::{Input, NO_INPUT, State};
 
-/// A run under way.
+/// State of a run in progress.
 pub(super) struct Runner<'a, M: Method, C> {
     pub method: &'a M,
-    // By reference: the rest then stays in registers from step to step.
+    // By reference, so that the other fields stay in registers from step to step.
     pub memory: &'a mut M::Memory,
     pub equations: &'a mut C,
     pub steps: StepControl,
@@ -21,7 +21,7 @@ pub(super) struct Runner<'a, M: Method, C> {
     pub summary: Summary,
 }
 
-/// Step sizes of a run, and whether its steps are good enough.
+/// Choice and acceptance of the steps of a run.
 pub(super) struct StepControl {
     pub control: Control,
     /// None for fixed steps, and for a method without step error.
@@ -33,7 +33,7 @@ pub(super) struct StepControl {
     pub reach: f64,
 }
 
-/// The instants of a run, on their way to its record.
+/// Passes the instants of a run to its record.
 pub(super) struct Recorder<'a> {
     pub excitation: &'a Excitation<'a>,
     pub output: Output<'a>,
@@ -63,12 +63,12 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn run(mut self, forcing: &Forcing) -> Result<Summary, RunError> {
         let excitation = self.recorder.excitation;
-        // States behind references that swap, and so in memory: in registers their entries would be taken apart and put together every step.
+        // References that swap keep both states in memory. In registers, their entries would be unpacked and packed in every step.
         let (mut state, mut next): (&mut State, &mut State) = (&mut [0.0; 12], &mut [0.0; 12]);
         let (mut from, mut to) = (&mut [0.0; 9], &mut [0.0; 9]);
         forcing.sample(excitation, 0, from);
-        // A method with a step error may step over samples at which the excitation does not bend. Where contacts change, short steps are
-        // cheaper to search.
+        // A method with a step error may step over samples where the slope of the excitation does not change. With contact changes, short
+        // steps are cheaper, because they are cheaper to search.
         let merges = self.steps.controller.is_some() && !C::Equations::PIECEWISE;
         self.recorder.first_sample(state);
         let mut k = 0;
@@ -154,7 +154,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             done = match (last, change) {
                 (true, _) => length,
                 (false, Some(_)) => done + plan.h,
-                // Not by adding up, which a million steps would round.
+                // Not by adding up the steps: a million roundings would accumulate.
                 (false, None) => length - (plan.left - 1.0) * plan.h,
             };
             plan.left -= 1.0;
@@ -185,7 +185,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         self.method.between(self.equations.equations(), self.memory, ramp, state, theta)
     }
 
-    /// Records what lies within the last step, which began `done` s after the start of the interval: samples from `k` on, or output times.
+    /// Records the instants within the last step, which began `done` s after the start of the interval: samples from `k` on, or output times.
     #[cfg_attr(feature = "std", inline(always))]
     fn record_step(
         &mut self,
@@ -213,7 +213,8 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         }
     }
 
-    /// Records the output times within the last step, which began `done` s after `start`; all that are left where it is the `end`.
+    /// Records the output times within the last step, which began `done` s after `start`; at the `end` also all
+    /// remaining ones.
     #[cfg_attr(feature = "std", inline(always))]
     fn record_times(&mut self, times: &[f64], ramp: &Ramp, state: &State, start: f64, done: f64, end: bool) {
         while let Some(&time) = times.get(self.recorder.recorded) {
@@ -239,7 +240,7 @@ impl StepControl {
         done: f64,
     ) -> Result<bool, RunError> {
         let (time, h) = (interval.start + done, ramp.h);
-        // Without step error nothing grows by itself, and what is out of range stays so: tested once, at the end.
+        // Without a step error no free motion grows, and a state that overflows stays infinite: one test at the end suffices.
         let mut bounded = !self.has_error || finite(next);
         if let Some(controller) = &mut self.controller {
             let error = if bounded { self.norm.of(error) } else { f64::INFINITY };
@@ -250,14 +251,14 @@ impl StepControl {
                 return Ok(false);
             }
         } else if self.has_error {
-            // Springs and dampers are passive, and the start is the lowest point of their potential: |η'| grows no faster than |f|.
+            // Springs and dampers are passive, and their potential is lowest at the start, so |η'| grows no faster than ∫ |f| dt.
             self.reach += ramp.impulse();
             bounded &= speed(next) <= DIVERGENCE * self.reach;
         }
         if bounded { Ok(true) } else { Err(RunError::Diverged { time, step: h }) }
     }
 
-    /// Replans the `rest` of an interval of `length` s where other steps are wanted than planned.
+    /// Replans the `rest` of an interval of `length` s if the step size has changed.
     #[cfg_attr(feature = "std", inline(always))]
     fn update_plan(&mut self, plan: &mut Plan, rest: f64, length: f64) {
         let wanted = match (&mut self.controller, self.control) {
@@ -307,7 +308,7 @@ impl Recorder<'_> {
         self.recorded += 1;
     }
 
-    /// Records the output times that are left, as where the excitation has no duration.
+    /// Records the remaining output times, for instance if the excitation has no duration.
     #[cfg_attr(feature = "std", inline(always))]
     fn remaining_times(&mut self, state: &State) {
         if let Output::Times(times) = self.output {
@@ -318,7 +319,7 @@ impl Recorder<'_> {
     }
 }
 
-/// Largest speed of a stable run, as a multiple of what the impulse of the excitation can reach.
+/// Largest speed of a stable run over the bound from the impulse of the excitation.
 const DIVERGENCE: f64 = 100.0;
 
 /// Square root of twice the kinetic energy.

@@ -1,8 +1,8 @@
-//! Step cache: values by step length and equations, such as propagators.
+//! Step cache: propagators or tangents by step length and equations.
 
 /// Cache for the last `N` pairs of step length and key of equations.
 ///
-/// One entry serves a uniform trace, a few a device clock that counts in ticks.
+/// One entry is enough for a uniform trace, a few for a device clock that counts in ticks.
 #[derive(Debug, Clone)]
 pub struct StepCache<T, const N: usize> {
     places: [(f64, u32); N],
@@ -17,7 +17,7 @@ impl<T, const N: usize> StepCache<T, N> {
         Self { places: [(f64::NAN, 0); N], uses: [0; N], values: [const { None }; N], last: 0 }
     }
 
-    /// The entry of a step length under the equations `key`, and how often it was asked for before. A new one replaces the oldest.
+    /// The entry for a step length and the `key` of equations, and the number of earlier requests for it. A new entry replaces the oldest.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn entry(&mut self, length: f64, key: u32) -> (&mut Option<T>, u32) {
         if self.places[self.last] != (length, key) {

@@ -13,10 +13,10 @@ pub(super) trait SwitchedEquations {
     /// The equations that hold now.
     fn equations(&self) -> &Self::Equations;
 
-    /// The fraction of a step from `state` to `next` at which they first cease to hold, if they do.
+    /// The fraction of a step from `state` to `next` at which these equations first become invalid, if they do.
     fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64>;
 
-    /// Switches; the step ended with the change, in `state`.
+    /// Switches to the equations after the change that ended the step, in `state`.
     fn cross(&mut self, state: &State);
 
     /// Number of changes so far.
@@ -26,7 +26,7 @@ pub(super) trait SwitchedEquations {
     fn searched(&self) -> usize;
 }
 
-/// The same equations throughout.
+/// Equations that never switch.
 pub(super) struct Unswitched<'a, E>(pub &'a E);
 
 impl<E: Equations> SwitchedEquations for Unswitched<'_, E> {

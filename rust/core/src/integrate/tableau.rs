@@ -1,12 +1,12 @@
-//! Coefficients of the methods, and in tests the order conditions that they fulfil.
+//! Coefficients of the methods. The tests check their order conditions.
 
 /// Explicit Runge-Kutta pair with seven stages, the last of which is the first of the next step.
 pub(crate) struct ExplicitPair {
-    /// Where the stages stand in the step.
+    /// Nodes: the times of the stages, as fractions of the step.
     pub c: [f64; 7],
     /// Row by row from the second stage on: weights of the stages before; the last row is the result of order 5.
     pub a: [[f64; 6]; 6],
-    /// Result of order 5 less result of order 4.
+    /// Result of order 5 minus result of order 4.
     pub error: [f64; 7],
     /// Weight of each stage at the fraction θ of the step: coefficients of θ, θ², θ³, θ⁴.
     pub dense: [[f64; 4]; 7],
@@ -48,16 +48,16 @@ pub(crate) const DORMAND_PRINCE: ExplicitPair = ExplicitPair {
     ],
 };
 
-/// One eigenvalue of the inverse of a collocation matrix (of a conjugate pair the one above the real axis) and what the method needs
-/// along its eigenvector, as real and imaginary parts. A real eigenvalue counts once, a pair twice the real part.
+/// One eigenvalue of the inverse of a collocation matrix (of a conjugate pair, the one above the real axis) with the coefficients of the
+/// method along its eigenvector, as real and imaginary parts. A real eigenvalue contributes once, a pair twice its real part.
 pub(crate) struct Eigenpart {
     /// The eigenvalue λ.
     pub value: [f64; 2],
     /// The eigenvector, one entry per stage; the last entry is one, so that the parts add up to the end of the step.
     pub vector: [[f64; 2]; 5],
-    /// Share of a right-hand side that is the same at all stages.
+    /// Component along the eigenvector of a right-hand side that is equal at all stages.
     pub constant: [f64; 2],
-    /// Share of a right-hand side that is proportional to the nodes.
+    /// Component along the eigenvector of a right-hand side that is proportional to the nodes.
     pub linear: [f64; 2],
     /// Weight in the error estimate.
     pub error: [f64; 2],
@@ -68,7 +68,7 @@ pub(crate) struct Eigenpart {
 /// The error estimate is their eq. 8.19 for five stages, of order 5: it adds the start of the step with the weight 1/γ, γ the real
 /// eigenvalue.
 pub(crate) struct Collocation {
-    /// Where the stages stand in the step.
+    /// Nodes: the times of the stages, as fractions of the step.
     pub nodes: [f64; 5],
     /// The real eigenvalue, then the two pairs.
     pub parts: [Eigenpart; 3],

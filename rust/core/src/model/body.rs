@@ -5,10 +5,11 @@ use nalgebra::{Matrix3, Matrix6, SymmetricEigen, Vector3, Vector6};
 use crate::error::SceneError;
 use crate::numeric::tensor::{parallel_axes, skew};
 
-/// Relative tolerance of the symmetry and triangle checks: CAD systems print six digits, the last of which may be 5e-6 off.
+/// Relative tolerance of the symmetry and triangle checks: CAD systems print six digits, so an entry may be wrong by 5e-6.
 const PRINTED_DIGITS: f64 = 1e-5;
 
-/// A principal moment below this part of the largest is zero: rounding when the tensor is rotated or moved leaves no less.
+/// A principal moment below this fraction of the largest counts as zero, because rotating or moving a tensor has rounding errors of that
+/// size.
 const ROUNDING: f64 = 1e-12;
 
 /// One rigid body, described about the reference point L.
@@ -20,8 +21,8 @@ pub struct Body {
 }
 
 impl Body {
-    /// A body of `mass` kg with its centre of mass at `center_of_mass` m from L and `inertia` kg m² about the centre of mass (entries of
-    /// the tensor as they stand in it, eq. 10).
+    /// A body of `mass` kg with its centre of mass at `center_of_mass` m from L and `inertia` kg m² about the centre of mass (the
+    /// tensor of eq. 10).
     ///
     /// # Errors
     /// [`SceneError`] for a mass that is not positive, a tensor that is not symmetric or not positive definite, or principal moments that
@@ -48,7 +49,7 @@ impl Body {
         Ok(Self { mass, center_of_mass, inertia })
     }
 
-    /// As [`Body::new`], with the inertia given about L instead (eq. 10).
+    /// A body as by [`Body::new`], but with the inertia about L (eq. 10).
     ///
     /// # Errors
     /// As [`Body::new`], for the tensor moved to the centre of mass.
@@ -60,7 +61,7 @@ impl Body {
         Self::new(mass, center_of_mass, parallel_axes(&inertia, -mass, &center_of_mass))
     }
 
-    /// The body with another mass and centre of mass, and the same inertia about the new centre.
+    /// The body with a new mass and centre of mass, and the same inertia tensor about the new centre.
     ///
     /// # Errors
     /// As [`Body::new`].

@@ -45,9 +45,9 @@ impl fmt::Display for Dof {
 pub struct Free([bool; 6]);
 
 impl Free {
-    /// All but the travel, which the drive holds: y z rx ry rz. The choice for real machines.
+    /// All but x, which the drive holds: y z rx ry rz. The choice for real machines.
     pub const GUIDED: Self = Self([false, true, true, true, true, true]);
-    /// The choice of the paper: rx ry rz. The constraint at L then carries the weight, and guide loads lack it.
+    /// The choice of the paper: rx ry rz. The constraint at L then carries the weight, and the guides do not.
     pub const PAPER: Self = Self([false, false, false, true, true, true]);
     /// All six; the drive is then modelled as a link along x.
     pub const ALL: Self = Self([true; 6]);

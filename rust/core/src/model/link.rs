@@ -16,7 +16,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// A link that holds the body at `point` (m from L) along `direction` (of any ordinary length; kept as a unit vector)
+    /// A link that holds the body at `point` (m from L) along `direction` (of any length; stored as a unit vector)
     /// with `stiffness` N/m and `damping` N s/m, either of which may be zero, but not both.
     ///
     /// # Errors
@@ -30,7 +30,7 @@ impl Link {
         Self::with_law(point, direction, Law::linear(stiffness)?, damping)
     }
 
-    /// As [`Link::new`], with an elastic law of any kind. A deflection is positive where the body moves along `direction`.
+    /// A link as by [`Link::new`], with any elastic law. A deflection is positive where the body moves along `direction`.
     ///
     /// # Errors
     /// As [`Link::new`].
@@ -94,7 +94,7 @@ impl Link {
         Ok(link)
     }
 
-    /// Point at which it holds the body, m from L.
+    /// Point of the body at which it acts, m from L.
     pub fn point(&self) -> Vector3<f64> {
         self.point
     }
@@ -109,7 +109,7 @@ impl Link {
         &self.law
     }
 
-    /// Nominal stiffness k, N/m: that of a linear link, otherwise see [`Law::nominal`].
+    /// Nominal stiffness k, N/m; see [`Law::nominal`].
     pub fn stiffness(&self) -> f64 {
         self.law.nominal()
     }
@@ -140,7 +140,7 @@ pub fn carriage_ends(center: Vector3<f64>, length: f64) -> [(Vector3<f64>, Vecto
 }
 
 /// The four linear links of a carriage at its [`carriage_ends`]. `stiffness` and `damping` are those of the whole carriage along y and z;
-/// each end carries half. For other laws make them with [`Link::with_law`] and [`Law::scaled`].
+/// each end has half. For nonlinear laws, use [`Link::with_law`] and [`Law::scaled`] at the same ends.
 ///
 /// # Errors
 /// As [`Link::new`].

@@ -1,4 +1,4 @@
-//! What stands still: the body, its degrees of freedom, the elastic laws, the links, and the scene that they make.
+//! Description of a machine: body, degrees of freedom, elastic laws, links, and the scene of them all.
 
 mod body;
 mod dof;

@@ -1,4 +1,4 @@
-//! A scene: one body on its links, under gravity, with some degrees of freedom free. Immutable.
+//! A scene: one body on its links, under gravity, with its free degrees of freedom. Immutable.
 
 use nalgebra::Vector3;
 

@@ -1,4 +1,4 @@
-//! Numerical helpers that know nothing of machines: elementary functions, vector loops, tensors, random numbers.
+//! Numerical functions that do not depend on the model: elementary functions, vector loops, tensors, random numbers.
 
 pub(crate) mod bounded_vec;
 pub(crate) mod float;

@@ -18,7 +18,7 @@ impl Power {
         Self { exponent, whole }
     }
 
-    /// Raises non-negative numbers, of which there is a multiple of eight, to the power p.
+    /// Raises non-negative numbers to the power p. Their count must be a multiple of eight.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn raise(&self, values: &mut [f64]) {
         for lanes in values.as_chunks_mut::<LANES>().0 {
@@ -50,7 +50,7 @@ const ROOT_HALF: u64 = 0x3FE6_A09E_667F_3BCD;
 const MANTISSA: u64 = (1 << 52) - 1;
 const ONE: u64 = 0x3FF0_0000_0000_0000;
 
-/// 1.5 2^52 and 2^52: a whole number added to them stands in their last bits.
+/// 1.5 2^52 and 2^52: adding a whole number to one of them puts that number into its last bits.
 const WHOLE: f64 = 6_755_399_441_055_744.0;
 const WHOLE_FROM_ZERO: f64 = 4_503_599_627_370_496.0;
 

@@ -1,6 +1,6 @@
 //! Load recovery, paper section 3.6: loads of links and groups, and the motion of L, from states.
 //!
-//! A load is the force that the body exerts on its guide, `k δ + b δ'` along the link; gravity makes it point down.
+//! A load is the force of the body on its guide, `k δ + b δ'` along the link; the load by the weight points down.
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
@@ -34,7 +34,7 @@ pub(crate) struct Linear<const ROWS: usize> {
     pub constant: [f64; ROWS],
     pub by_state: [[f64; ROWS]; 12],
     pub by_input: [[f64; ROWS]; 9],
-    /// Whether the excitation enters other than through the state; it does not for loads of links.
+    /// Whether the quantity depends on the excitation directly; loads of links do not.
     pub by_input_at_all: bool,
 }
 
@@ -68,12 +68,12 @@ impl<const ROWS: usize> Linear<ROWS> {
     }
 }
 
-/// A nonlinear link, and what a unit of its loads adds to the quantity.
+/// A nonlinear link, and its contribution to the quantity per unit of its loads.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NonlinearLink<'a, const ROWS: usize> {
     pub row: &'a LinkRow,
     pub elastic: [f64; ROWS],
-    /// Per unit of the load of its damper, if that acts in contact only.
+    /// Contribution per unit of the load of its damper, if the damper acts only in contact.
     pub damping: [f64; ROWS],
 }
 
@@ -221,8 +221,8 @@ pub fn acceleration(system: &System) -> Wrench<'_> {
     out
 }
 
-/// Reaction of the held degrees of freedom, N, N m; that of a held x is the drive force (eqs. 34-36 solved for F). Zero for the free
-/// ones.
+/// Reactions of the held degrees of freedom, N and N m; that of held x is the drive force (eqs. 34-36 solved for F). Zero for free degrees of
+/// freedom.
 ///
 /// `reaction = M q'' + M_u a - Q - E + C q' + K q` in the held rows; the last two terms are the loads of all links about L.
 pub fn reaction<'a>(system: &'a System) -> Wrench<'a> {

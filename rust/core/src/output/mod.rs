@@ -1,5 +1,4 @@
-//! From states to what a user asks for: loads and motions of L (`loads`), at all instants at once (`evaluate`), and what a run records
-//! (`record`).
+//! Results from states: loads and motions of L (`loads`), their evaluation at all instants (`evaluate`), and what a run records (`record`).
 
 mod evaluate;
 mod loads;

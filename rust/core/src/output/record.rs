@@ -1,4 +1,4 @@
-//! What a run records: every state, or running extremes only. Memory is the choice of the caller.
+//! What a run records: every state, or only running extremes, in memory of the caller.
 
 use super::loads::Wrench;
 use crate::error::RunError;
@@ -14,7 +14,7 @@ pub trait Record {
     /// [`RunError::Capacity`] if they do not fit.
     fn reserve(&mut self, count: usize) -> Result<(), RunError>;
 
-    /// Whether it uses the excitation; if not, it may be given zeros.
+    /// Whether it uses the excitation. If not, `instant` may receive zeros.
     fn needs_input(&self) -> bool {
         true
     }
@@ -72,16 +72,16 @@ impl Record for Vec<State> {
     }
 }
 
-/// Smallest and largest value of each component of a load, and when.
+/// Smallest and largest value of each component of a load, and their times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extremes {
     /// Smallest Fx Fy Fz (N), Mx My Mz (N m), y-z resultant of the force (N), magnitude of the moment (N m).
     pub smallest: [f64; 8],
-    /// Largest of the same.
+    /// Largest values, in the order of `smallest`.
     pub largest: [f64; 8],
-    /// Times of the smallest, s.
+    /// Times of the smallest values, s.
     pub time_of_smallest: [f64; 8],
-    /// Times of the largest, s.
+    /// Times of the largest values, s.
     pub time_of_largest: [f64; 8],
 }
 
@@ -109,7 +109,7 @@ impl Extremes {
     }
 }
 
-/// Stores the running extremes of some loads and nothing else.
+/// Stores only the running extremes of loads.
 #[derive(Debug)]
 pub struct Peaks<'a> {
     loads: &'a [Wrench<'a>],
@@ -135,7 +135,7 @@ impl Record for Peaks<'_> {
     }
 }
 
-/// [`Peaks::instant`] as a kernel of its own: a run calls its record through a table, where its own vector code ends.
+/// [`Peaks::instant`] as a kernel of its own, because a run calls its record through a table and cannot inline it into its vector code.
 struct PeaksKernel<'a, 'b> {
     peaks: &'a mut Peaks<'b>,
     time: f64,

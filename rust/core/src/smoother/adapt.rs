@@ -19,9 +19,9 @@ pub struct Adapted<'a> {
     pub sites: SiteApproximations<'a>,
     /// Variance of the measurement noise before rounding, in and out.
     pub noise_variance: f64,
-    /// Logarithm of each sample's probability density given all others, n numbers, out.
+    /// Logarithm of the probability density of each sample given all others, n numbers, out.
     pub log_density: &'a mut [f64],
-    /// Squared process noise found in each segment over its expected value (normalised innovation variance) in the last round, out.
+    /// Squared process noise in each segment over its expected value (normalised innovation variance), in the last round, out.
     pub noise_ratio: &'a mut [f64],
 }
 
@@ -30,9 +30,9 @@ pub struct Adapted<'a> {
 pub struct AdaptationRule {
     /// Number of rounds.
     pub rounds: usize,
-    /// Process-noise density that the prior draws each segment to.
+    /// Process-noise density that the prior favours in each segment.
     pub typical_density: f64,
-    /// Weight of the prior, in squared noises of the segment: the smaller, the heavier its tail.
+    /// Weight of the prior as a number of samples of the noise; a smaller weight means a heavier tail.
     pub prior_weight: f64,
     /// Smallest variance of the measurement noise.
     pub min_noise_variance: f64,
@@ -40,8 +40,8 @@ pub struct AdaptationRule {
 
 /// Adapts process-noise densities, site approximations and the noise variance, all in place. None if `order` is not 2 to 6.
 ///
-/// Each round multiplies a density by the square root of what the scores show over their expectation, which never lowers the likelihood
-/// (Zhou, Hu, Zhou and Lange 2019), and the noise variance likewise. The prior of a segment's density is inverse gamma (Student's t).
+/// Each round multiplies a density, and the noise variance, by the square root of squared scores over their expectation. This never lowers
+/// the likelihood (Zhou, Hu, Zhou and Lange 2019). The prior of a segment's density is inverse gamma, which makes the noise Student's t.
 pub fn adapt(order: usize, start: Start, rule: AdaptationRule, adapted: &mut Adapted) -> Option<()> {
     match order {
         2 => dispatch(AdaptKernel::<2> { start, rule, adapted }),
@@ -58,7 +58,7 @@ pub fn adapt(order: usize, start: Start, rule: AdaptationRule, adapted: &mut Ada
 const MIN_DENSITY_RATIO: f64 = 1e-9;
 const MAX_DENSITY_RATIO: f64 = 1e12;
 
-/// [`adapt`] of N states.
+/// [`adapt`] for the order N.
 struct AdaptKernel<'a, 'b, const N: usize> {
     start: Start<'a>,
     rule: AdaptationRule,
@@ -106,7 +106,7 @@ impl<const N: usize> Kernel for AdaptKernel<'_, '_, N> {
             if round == rule.rounds {
                 adapted.rounded.log_densities(&cavity, adapted.noise_variance, adapted.log_density);
                 for (ratio, [found, expected]) in adapted.noise_ratio.iter_mut().zip(&evidence) {
-                    // The expectation can vanish in rounding; then nothing is known of the segment.
+                    // The expectation can vanish in rounding; the samples then do not determine the density of the segment.
                     *ratio = if *expected > 0.0 { found / expected } else { 1.0 };
                 }
             }

@@ -1,11 +1,11 @@
 //! Samples in, estimates out.
 
-/// The samples: n values, the variances of their noise, n - 1 steps of time between them.
+/// The samples: n values, the variances of their noise, and the n - 1 intervals of time between them.
 #[derive(Clone, Copy)]
 pub struct Samples<'a> {
     /// Time from each sample to the next, > 0.
     pub step: &'a [f64],
-    /// Measured values, or those of their site approximations.
+    /// Measured values, or values of their site approximations.
     pub value: &'a [f64],
     /// Variance of each value's measurement noise, > 0.
     pub variance: &'a [f64],
@@ -41,17 +41,17 @@ impl ProcessNoise<'_> {
 pub struct Smoothed<'a> {
     /// n x 3: value and its first two derivatives (of order 2 only the first).
     pub mean: &'a mut [[f64; 3]],
-    /// n x 3: their variances.
+    /// n x 3: variances of `mean`.
     pub variance: &'a mut [[f64; 3]],
-    /// n x 2: u and D. u/D is the sample less its estimate from all others (leave-one-out residual), 1/D the variance of that.
+    /// n x 2: u and D. u/D is the leave-one-out residual, the sample minus its estimate from all others; 1/D is its variance.
     pub residual: &'a mut [[f64; 2]],
 }
 
-/// Normal samples that stand for rounded ones (expectation propagation): n values and variances > 0, in and out.
+/// Site approximations: normal samples that replace rounded ones (expectation propagation); n values and variances > 0, in and out.
 pub struct SiteApproximations<'a> {
-    /// Their values.
+    /// Values of the sites.
     pub value: &'a mut [f64],
-    /// Variances of their noise.
+    /// Variances of the sites.
     pub variance: &'a mut [f64],
 }
 

@@ -1,4 +1,4 @@
-//! Draws of a derivative's deviation from its estimate, from the posterior.
+//! Random deviations of a derivative from its estimate, drawn from the posterior.
 
 use super::posterior::{MAX_ORDER, MarkovStep, Posterior};
 use crate::numeric::float::add_scaled;
@@ -14,7 +14,7 @@ pub(crate) struct DeviationDraws {
 }
 
 impl DeviationDraws {
-    /// Draws `first` to `first + LANES - 1` of a seed.
+    /// Draws number `first` to `first + LANES - 1` of a seed.
     pub(crate) fn new(seed: u64, first: usize) -> Self {
         Self { normals: NormalStreams::new(seed, first), state: [[0.0; LANES]; MAX_ORDER] }
     }
@@ -40,7 +40,7 @@ impl DeviationDraws {
     }
 }
 
-/// Writes draws of the deviation of a derivative: `out[draw * n + k]`. A draw depends on the seed and its own number only.
+/// Writes random deviations of a derivative: `out[draw * n + k]`. A draw depends only on the seed and its own number.
 ///
 /// # Panics
 /// If the length of `out` is not a multiple of the number of samples, or `derivative` is not below the order.
@@ -55,7 +55,7 @@ pub fn draw(posterior: &Posterior, derivative: usize, seed: u64, out: &mut [f64]
     let mut from = 0;
     let mut all = posterior.steps();
     while from < count {
-        // In blocks of samples, so that each draw is written in pieces and not number by number.
+        // In blocks of samples, so that each draw is written block by block and not number by number.
         steps.clear();
         steps.extend(all.by_ref().take(SAMPLES_AT_A_TIME));
         for (block, rows) in blocks.iter_mut().zip(out.chunks_mut(LANES * count)) {

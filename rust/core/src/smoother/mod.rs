@@ -2,16 +2,17 @@
 //!
 //! The state is the position and its first N - 1 derivatives, N = 2 to 6. The N-th derivative is white noise (process noise) of constant
 //! spectral density in each segment, a stretch of intervals between samples. A sample is the position (or, for velocity samples, the velocity
-//! in its place) plus white noise (measurement noise) of its own variance. All is in the caller's units; a time unit near the sampling step
-//! keeps the numbers well scaled.
+//! in its place) plus white noise (measurement noise) of its own variance. All quantities have the caller's units; a time unit near the
+//! sampling interval scales the numbers well.
 //!
 //! Files in the order of the data:
 //!
 //! - `data`: samples in, estimates out; `transition`: the state over one interval.
 //! - `passes`: filter forwards (Kalman 1960, with the exact noise of each interval) and smoother backwards, with the score r and its variance
-//!   (de Jong 1989; Durbin and Koopman 2012, section 4.4). These give also the derivative of the likelihood by each noise density and, for each
-//!   sample, its residual against the estimate without it (de Jong and Penzer 1998).
-//! - `square_root` → `posterior`: deviations from the estimate as a Markov chain; `variance_recovery`, `draw`: what is computed from it.
+//!   (de Jong 1989; Durbin and Koopman 2012, section 4.4). They also give the derivative of the likelihood with respect to each noise
+//!   density, and the leave-one-out residual of each sample (de Jong and Penzer 1998).
+//! - `square_root` → `posterior`: deviations from the estimate as a Markov chain; `variance_recovery`, `draw`: variances and random
+//!   deviations from it.
 //! - `rounding`: samples rounded to a quantum, replaced by normal ones (site approximations of expectation propagation).
 //! - `smooth`, `adapt`: the entry points.
 

@@ -1,6 +1,6 @@
-//! The filter forwards and the smoother backwards, sample by sample; callers get each result through a closure.
+//! The filter forwards and the smoother backwards, sample by sample; a closure of the caller receives each result.
 //!
-//! All of it is inlined into the kernels of `smooth` and `adapt`, which are compiled for the widest vectors.
+//! All functions are inlined into the kernels of `smooth` and `adapt`, which are compiled for the widest vectors.
 
 use super::data::{ProcessNoise, Samples, Start};
 use super::transition::Transition;
@@ -27,14 +27,14 @@ pub(super) struct Score<const N: usize> {
     pub variance: [[f64; N]; N],
 }
 
-/// Both passes over the same samples. The forward pass stores its state before each block only. The backward pass repeats it block by
-/// block, which is faster than fetching all of it from memory and needs little of it.
+/// Both passes over the same samples. The forward pass stores only its state before each block; the backward pass repeats it block by
+/// block. This is faster than loading all states from memory, and needs little memory.
 pub(super) struct ForwardBackward<const N: usize> {
     before: Vec<State<N>>,
     block: Vec<Prediction<N>>,
 }
 
-const BLOCK: usize = 32; // samples: even of six states they fit into the cache next to the core
+const BLOCK: usize = 32; // samples; even for six states they fit into the first-level cache
 
 impl<const N: usize> ForwardBackward<N> {
     pub fn new() -> Self {
@@ -90,8 +90,8 @@ impl<const N: usize> ForwardBackward<N> {
                 if k + 1 < count {
                     transition.set(samples.step[k]);
                     interval(k, &transition, &score);
-                    transition.back(&mut score.r);
-                    transition.gather(&mut score.variance);
+                    transition.propagate_transposed(&mut score.r);
+                    transition.propagate_information(&mut score.variance);
                 }
                 let gain: [f64; N] = core::array::from_fn(|i| at.covariance[i][0] / at.variance);
                 let mut passed = [0.0; N];
@@ -125,7 +125,7 @@ impl<const N: usize> State<N> {
         }
     }
 
-    /// Predicts sample k, and updates with it.
+    /// Predicts sample k and updates the state with it.
     #[inline(always)]
     fn pass(
         &mut self,
@@ -136,8 +136,8 @@ impl<const N: usize> State<N> {
     ) -> Prediction<N> {
         if k > 0 {
             transition.set(samples.step[k - 1]);
-            transition.ahead(&mut self.mean);
-            transition.spread(&mut self.covariance, noise.after(k - 1));
+            transition.propagate(&mut self.mean);
+            transition.propagate_covariance(&mut self.covariance, noise.after(k - 1));
         }
         let (mean, p) = (self.mean, self.covariance);
         let variance = p[0][0].max(0.0) + samples.variance[k];

@@ -1,9 +1,9 @@
 //! The posterior of the motion given all samples, as a Markov chain forward in time.
 //!
-//! Given all samples, the deviations of the states from their estimates obey d(k+1) = A d(k) + L w, w standard normal, as x(k) contains
-//! all that the samples up to k say about x(k+1). Backwards, the information of the samples k to n on x(k) is stored as a square root R:
-//! R x is known up to standard normal noise (square-root information filter, Bierman 1977). Over an interval, x(k+1) = Phi x(k) + G w,
-//! and orthogonal transformations of
+//! Given all samples, the deviations of the states from their estimates obey d(k+1) = A d(k) + L w with w standard normal, because given
+//! x(k), the samples up to k contain no further information on x(k+1). A backward pass stores the information of the samples k to n on x(k)
+//! as a square root R: R x is known up to standard normal noise (square-root information filter, Bierman 1977). Over an interval, x(k+1) =
+//! Phi x(k) + G w, and orthogonal transformations of
 //!
 //! ```text
 //! [  I    0   ]        [ U  V ]
@@ -18,13 +18,13 @@ use super::square_root::{Columns, MeasurementUpdate, TimeUpdate, TimeUpdated, up
 use super::transition::Transition;
 use crate::numeric::simd::{Kernel, dispatch};
 
-/// Largest order: numbers of a state.
+/// Largest order, the number of entries of a state.
 pub const MAX_ORDER: usize = 6;
 
 /// A matrix by rows; entries past the order are zero.
 pub type Square = [[f64; MAX_ORDER]; MAX_ORDER];
 
-/// Step of the chain from one sample to the next, or to the first one: d' = `transition` d + `noise_root` w, w standard normal.
+/// Step of the chain to the first sample, or from one sample to the next: d' = `transition` d + `noise_root` w, w standard normal.
 #[derive(Debug, Clone, Copy)]
 pub struct MarkovStep {
     /// A.
@@ -33,7 +33,7 @@ pub struct MarkovStep {
     pub noise_root: Square,
 }
 
-/// All of the model but the values of the samples, on which deviations from the estimate do not depend.
+/// The model without the values of the samples, on which deviations from the estimate do not depend.
 #[derive(Clone, Copy)]
 pub struct PosteriorInput<'a> {
     /// Time from each sample to the next, > 0, n - 1 numbers.
@@ -46,7 +46,7 @@ pub struct PosteriorInput<'a> {
     pub noise: ProcessNoise<'a>,
 }
 
-/// The chain of n states of 2 to 6 numbers, with the information of the later samples on each: N (N + 1) / 2 numbers per sample.
+/// The chain of n states of 2 to 6 entries. It stores the information of the later samples on each state: N (N + 1) / 2 numbers per sample.
 #[derive(Clone)]
 pub struct Posterior<'a> {
     order: usize,
@@ -55,7 +55,7 @@ pub struct Posterior<'a> {
 }
 
 impl<'a> Posterior<'a> {
-    /// The chain of states of `order` numbers; None if `order` is not 2 to 6.
+    /// The chain of states with `order` entries; None if `order` is not 2 to 6.
     pub fn new(order: usize, given: PosteriorInput<'a>) -> Option<Self> {
         let information = match order {
             2 => information::<2>(given),
@@ -68,7 +68,7 @@ impl<'a> Posterior<'a> {
         Some(Self { order, given, information })
     }
 
-    /// Order: numbers of a state.
+    /// Order, the number of entries of a state.
     pub fn order(&self) -> usize {
         self.order
     }
@@ -89,7 +89,7 @@ impl<'a> Posterior<'a> {
         }
     }
 
-    /// The variances of the first three numbers of each state.
+    /// The variances of the first three entries of each state.
     pub(super) fn variances(&self) -> impl Iterator<Item = [f64; 3]> {
         self.steps().scan([[0.0; MAX_ORDER]; MAX_ORDER], |covariance, step| {
             *covariance = dispatch(CovarianceKernel { step: &step, covariance });
@@ -165,7 +165,7 @@ impl<const N: usize> IntervalNoise<N> {
         Self { transition: Transition::new(1.0), step: f64::NAN, root: [[0.0; N]; N] }
     }
 
-    /// Takes up the interval after sample k; returns G.
+    /// Sets the interval to the one after sample k; returns G.
     fn noise(&mut self, given: PosteriorInput, k: usize) -> Columns<N> {
         if given.step[k] != self.step {
             self.step = given.step[k];

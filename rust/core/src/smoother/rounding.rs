@@ -1,37 +1,37 @@
 //! Rounded samples: the measured value plus noise lies within half a quantum of the sample.
 //!
-//! Rounding is no white noise where many samples fall into one quantum: then their changes tell where the axis is. Each sample is
-//! replaced by a normal one, its site approximation, with which the estimate has the moments that the rounded sample and all others give
-//! it (expectation propagation, Minka 2001; Rasmussen and Williams 2006, section 3.6).
+//! Rounding is not white noise where many samples have the same value: then only their changes contain information. Expectation propagation
+//! (Minka 2001; Rasmussen and Williams 2006, section 3.6) replaces each sample by a normal one, its site approximation. With it, the estimate
+//! at that sample has the mean and variance that follow from the exact interval and all other samples.
 
 use super::data::{Rounded, SiteApproximations};
 use crate::numeric::float::log;
 use crate::numeric::simd::{Kernel, dispatch_wide};
 
-/// Cavity distributions: what all other samples say of each, n means and variances.
+/// Cavity distributions: the distribution of each sample given all others, n means and variances.
 pub(super) struct Cavity {
     pub mean: Vec<f64>,
     pub variance: Vec<f64>,
 }
 
-/// Quantum over standard deviation up to which rounding counts as normal noise of variance quantum^2/12: the moments are then right to
-/// 3e-4 of the deviation.
+/// Quantum over standard deviation up to which rounding counts as normal noise of variance quantum^2/12; the error of the moments is then at
+/// most 3e-4 of the deviation.
 const FINE_QUANTUM: f64 = 0.7;
-/// Distance inside the quantum, in standard deviations, from which on a sample has no information.
+/// Distance from both edges of the quantum, in standard deviations, beyond which a sample has no information.
 const FAR_INSIDE: f64 = 7.0;
 /// Largest variance of a site, in squared quanta; it then has no information.
 const MAX_SITE_VARIANCE: f64 = 1e6;
-/// Share of the previous site that is kept (damping): all sites move at once and would overshoot.
+/// Weight of the previous site in an update (damping), because all sites change at once and would overshoot.
 const SITE_DAMPING: f64 = 0.3;
-/// Smallest variance of a site over the total one, so that sites of noiseless samples stay finite.
+/// Smallest variance of a site over the total variance, so that sites of noiseless samples stay finite.
 const MIN_SITE_VARIANCE: f64 = 1e-6;
 /// ln sqrt(2 pi)
 const LOG_ROOT_TWO_PI: f64 = 0.918_938_533_204_672_7;
 
 impl Rounded<'_> {
-    /// Moves the sites to the moments that samples and cavities give. `noise_variance`: of the measurement noise before rounding. Returns
-    /// sums over the samples, with the logarithm of a sample's probability as a function of the cavity mean: of squared first
-    /// derivatives, and of negative second ones. Their ratio is 1 at the true noise variance.
+    /// Matches the sites to the moments by samples and cavities. `noise_variance`: of the measurement noise before rounding. Returns two sums
+    /// over the samples: of the squared first derivative, and of the negative second derivative, of the logarithm of a sample's probability
+    /// with respect to the cavity mean. Their ratio is 1 at the true noise variance.
     pub(super) fn update_sites(
         &self,
         cavity: &mut Cavity,
@@ -39,7 +39,7 @@ impl Rounded<'_> {
         sites: &mut SiteApproximations,
     ) -> [f64; 2] {
         dispatch_wide(SiteUpdate { of: self, cavity, noise_variance, sites });
-        // In order, so that the bits do not depend on the width of vectors.
+        // In order, so that the bits of the sums do not depend on the width of vectors.
         let mut sums = [0.0; 2];
         for (slope, curvature) in cavity.mean.iter().zip(&cavity.variance) {
             sums[0] += slope * slope;
@@ -69,7 +69,8 @@ impl Rounded<'_> {
         self.quantum * self.quantum <= FINE_QUANTUM * FINE_QUANTUM * total
     }
 
-    /// First derivative and negative second one of the logarithm of a sample's probability by the mean, which is `rest` below the sample.
+    /// First and negative second derivative of the logarithm of a sample's probability with respect to the mean, which is `rest` below the
+    /// sample.
     #[inline(always)]
     fn derivatives(&self, rest: f64, total: f64) -> (f64, f64) {
         let rounding = total + self.quantum * self.quantum / 12.0;
@@ -90,7 +91,7 @@ impl Rounded<'_> {
     }
 }
 
-/// Updates all sites; without branches, for vectors.
+/// Updates all sites, without branches, for vector loops.
 struct SiteUpdate<'a, 'b> {
     of: &'a Rounded<'a>,
     cavity: &'a mut Cavity,
@@ -139,8 +140,8 @@ impl Edges {
         Self { near: (rest.abs() - 0.5 * quantum) / deviation, far: (rest.abs() + 0.5 * quantum) / deviation }
     }
 
-    /// Normal density at the far edge, and area between the edges, both over the density at the near edge, so that nothing underflows far
-    /// out.
+    /// Normal density at the far edge, and area between the edges, both divided by the density at the near edge, so that they do not
+    /// underflow far from the mean.
     #[inline(always)]
     fn area(&self) -> (f64, f64) {
         let at_far = exp(-0.5 * (self.far - self.near) * (self.far + self.near));

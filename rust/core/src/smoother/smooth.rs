@@ -38,10 +38,10 @@ pub fn smooth(
     Some(())
 }
 
-/// Part of its terms below which a variance has lost its digits in rounding.
+/// Variance over the size of its terms below which it has lost its digits in rounding.
 const LOST_DIGITS: f64 = 1e-6;
 
-/// [`likelihood`] of N states.
+/// [`likelihood`] for the order N.
 struct LikelihoodKernel<'a, const N: usize> {
     samples: Samples<'a>,
     start: Start<'a>,
@@ -63,7 +63,7 @@ impl<const N: usize> Kernel for LikelihoodKernel<'_, N> {
     }
 }
 
-/// [`smooth`] of N states.
+/// [`smooth`] for the order N.
 struct SmoothKernel<'a, 'b, const N: usize> {
     samples: Samples<'a>,
     start: Start<'a>,

@@ -1,4 +1,4 @@
-//! Square-root updates: orthogonal transformations that carry what is known of a state over an interval and past a sample.
+//! Square-root updates: orthogonal transformations of the information on a state, over an interval and by a sample.
 //!
 //! R is a square root of an information matrix: R x is known up to standard normal noise (square-root information filter, Bierman 1977);
 //! see `posterior`.

@@ -18,7 +18,7 @@ impl<const N: usize> Transition<N> {
         transition
     }
 
-    /// Changes the step; free where it is the last one, as with uniform time stamps.
+    /// Changes the step. Without cost if it is the same as before, as with uniform time stamps.
     #[inline(always)]
     pub fn set(&mut self, step: f64) {
         if step == self.step {
@@ -40,7 +40,7 @@ impl<const N: usize> Transition<N> {
 
     /// Phi x
     #[inline(always)]
-    pub fn ahead(&self, x: &mut [f64; N]) {
+    pub fn propagate(&self, x: &mut [f64; N]) {
         for i in 0..N {
             let mut sum = x[i];
             for j in i + 1..N {
@@ -52,7 +52,7 @@ impl<const N: usize> Transition<N> {
 
     /// Phi^T r
     #[inline(always)]
-    pub fn back(&self, r: &mut [f64; N]) {
+    pub fn propagate_transposed(&self, r: &mut [f64; N]) {
         for i in (0..N).rev() {
             let mut sum = r[i];
             for j in 0..i {
@@ -64,7 +64,7 @@ impl<const N: usize> Transition<N> {
 
     /// Phi P Phi^T + density * noise
     #[inline(always)]
-    pub fn spread(&self, p: &mut [[f64; N]; N], density: f64) {
+    pub fn propagate_covariance(&self, p: &mut [[f64; N]; N], density: f64) {
         for i in 0..N {
             for j in i + 1..N {
                 let factor = self.phi[j - i];
@@ -87,7 +87,7 @@ impl<const N: usize> Transition<N> {
 
     /// Phi^T M Phi
     #[inline(always)]
-    pub fn gather(&self, m: &mut [[f64; N]; N]) {
+    pub fn propagate_information(&self, m: &mut [[f64; N]; N]) {
         for i in (0..N).rev() {
             for j in 0..i {
                 let factor = self.phi[i - j];
@@ -127,8 +127,8 @@ mod tests {
     fn two_steps_are_one_of_their_sum() {
         let (short, long) = (Transition::<4>::new(0.3), Transition::<4>::new(0.6));
         let mut twice = [[0.0; 4]; 4];
-        short.spread(&mut twice, 2.0);
-        short.spread(&mut twice, 2.0);
+        short.propagate_covariance(&mut twice, 2.0);
+        short.propagate_covariance(&mut twice, 2.0);
         for i in 0..4 {
             for j in 0..4 {
                 assert!((twice[i][j] - 2.0 * long.noise[i][j]).abs() < 1e-14 * long.noise[i][j]);
@@ -136,19 +136,19 @@ mod tests {
         }
         let mut x = [1.0, -2.0, 3.0, 0.5];
         let mut y = x;
-        short.ahead(&mut x);
-        short.ahead(&mut x);
-        long.ahead(&mut y);
+        short.propagate(&mut x);
+        short.propagate(&mut x);
+        long.propagate(&mut y);
         assert!(x.iter().zip(y).all(|(a, b)| (a - b).abs() < 1e-14));
     }
 
     #[test]
-    fn back_is_the_transpose_of_ahead() {
+    fn propagate_transposed_is_the_transpose_of_propagate() {
         let transition = Transition::<5>::new(0.7);
         let (a, b) = ([1.0, 0.2, -0.4, 2.0, 0.3], [0.5, -1.0, 0.1, 0.9, -2.0]);
         let (mut ahead, mut back) = (a, b);
-        transition.ahead(&mut ahead);
-        transition.back(&mut back);
+        transition.propagate(&mut ahead);
+        transition.propagate_transposed(&mut back);
         let dot = |x: [f64; 5], y: [f64; 5]| x.iter().zip(y).map(|(p, q)| p * q).sum::<f64>();
         assert!((dot(b, ahead) - dot(back, a)).abs() < 1e-14);
         let mut rank_one = [[0.0; 5]; 5];
@@ -157,7 +157,7 @@ mod tests {
                 rank_one[i][j] = b[i] * b[j];
             }
         }
-        transition.gather(&mut rank_one);
+        transition.propagate_information(&mut rank_one);
         for i in 0..5 {
             for j in 0..5 {
                 assert!((rank_one[i][j] - back[i] * back[j]).abs() < 1e-13);

@@ -1,7 +1,7 @@
 //! Variance recovery where the backward pass loses its digits.
 //!
-//! After a gap, in a sudden jump and at the first samples the filter knows next to nothing. The backward pass then subtracts nearly equal
-//! covariances, and only rounding remains. The chain of `posterior`, which subtracts nothing, gives these variances again.
+//! After a gap, in a sudden jump and at the first samples the variances of the filter are very large. The backward pass then subtracts nearly
+//! equal covariances, and only rounding remains. The chain of `posterior` subtracts nothing; these variances are computed from it.
 
 use super::data::{ProcessNoise, Samples};
 use super::posterior::{Posterior, PosteriorInput};
@@ -24,8 +24,8 @@ impl LostRange {
     }
 }
 
-/// Number of samples after a range that the chain includes, first and at most: what later ones say about the range fades within some time
-/// constants.
+/// Number of samples after a range that the chain includes, at first and at most. The information of later samples on the range decays within
+/// some time constants.
 const FIRST_REACH: usize = 64;
 const MAX_REACH: usize = 4096;
 /// Relative difference up to which the variance after the range agrees with that of the backward pass.
@@ -52,7 +52,7 @@ pub(super) fn recover_variances(
                 noise: ProcessNoise { segment: &noise.segment[range.first..end - 1], density: noise.density },
             };
             let Some(chain) = Posterior::new(order, given) else { return };
-            // One more than the range: it tells whether enough samples were included.
+            // One more than the range, to check whether enough samples were included.
             found.clear();
             found.extend(chain.variances().take(range.last + 2 - range.first));
             let enough = end == count

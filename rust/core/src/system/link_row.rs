@@ -14,7 +14,7 @@ pub(crate) struct LinkRow {
     pub elastic: [f64; 6],
     /// Load per unit of `η'`: `b d·Φ`, N.
     pub damping: [f64; 6],
-    /// Deflection rate per unit of `η'`, and also the modal force of a unit of load: `d·Φ`.
+    /// Deflection rate per unit of `η'`, which is also the modal force per unit of load: `d·Φ`.
     pub rate: [f64; 6],
     /// Deflection per unit of `ω η`: `d·Φ / ω`, m.
     pub deflection: [f64; 6],
@@ -49,7 +49,7 @@ impl LinkRow {
         at
     }
 
-    /// Load of the damper at a state, N, as if it acted.
+    /// Load of the damper at a state, N, whether it acts there or not.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn damping_load(&self, state: &State) -> f64 {
         let mut load = 0.0;
@@ -59,7 +59,7 @@ impl LinkRow {
         load
     }
 
-    /// Whether the damper does not act: it acts in contact only, and the link has no stiffness at this state.
+    /// Whether the damper is without effect: it acts only in contact, and the link has no contact at this state.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn damper_is_idle(&self, state: &State) -> bool {
         self.link.is_damped_in_contact() && self.link.law().tangent(self.deflection_at(state)) == 0.0

@@ -1,4 +1,4 @@
-//! A scene made ready to integrate: static equilibrium, undamped modes about it, and the equations of motion in energy coordinates.
+//! A scene prepared for integration: static equilibrium, undamped modes about it, and the equations of motion in energy coordinates.
 //!
 //! With the undamped modes Φ (`Φᵀ M Φ = I`, `Φᵀ K Φ = ω²`) and `q = q_static + Φ η` the state is `s = (ω η, η')`:
 //!
@@ -7,8 +7,8 @@
 //! d/dt  η'   = -ω (ω η) - Ĉ η' + f(t),      f = Φᵀ (E(t) - M_u a(t))
 //! ```
 //!
-//! `|s|² / 2` is the energy of the motion. Without damping the system matrix is skew, with damping it only dissipates. Nothing depends on the
-//! unit of length, and small motion is not lost beside the static deflection.
+//! `|s|² / 2` is the energy of the motion. Without damping the system matrix is skew-symmetric; damping only dissipates energy. The
+//! coordinates do not depend on the unit of length, and a small motion does not lose digits beside the static deflection.
 //!
 //! `state` (plain arrays), `assemble` (M, C, K), `link_row` (each link in the modes), `undamped_modes`, `statics` (equilibrium of any laws),
 //! `modes` (damping ratios, eigenvalues).
@@ -60,7 +60,7 @@ impl ModelLevel {
     }
 }
 
-/// A scene ready to integrate: its linear part (the slopes of all laws at rest) and its links.
+/// A scene prepared for integration: its linear part (with the slopes of all laws at rest) and its links.
 #[derive(Debug, Clone)]
 pub struct System {
     matrices: Matrices,
@@ -80,13 +80,13 @@ impl System {
     /// Assembles a scene and finds its static equilibrium (section 3.5; `K q = Q` where all links are linear) and its undamped modes
     /// about it.
     ///
-    /// A body that is free within its clearance has no single equilibrium. Chosen is the most central one: the limit for vanishing
-    /// springs beside the links, of one common fraction of the nominal stiffnesses. A link without stiffness at rest enters the modes
-    /// with its nominal stiffness.
+    /// A body that is free within its clearance has many equilibria. The system has the most central one: the limit for vanishing springs
+    /// parallel to the links, whose stiffness is the same fraction of each nominal stiffness. A link without stiffness at rest enters the
+    /// modes with its nominal stiffness.
     ///
     /// # Errors
-    /// [`SceneError::Unsupported`] names the motion that no link resists, [`SceneError::NoEquilibrium`] the one in which the weight
-    /// drives the body out of its links; [`SceneError::TooManyLinks`] only without `std`.
+    /// [`SceneError::Unsupported`] with the motion that no link resists; [`SceneError::NoEquilibrium`] with the motion in which the weight
+    /// pushes the body away from its links; without `std` also [`SceneError::TooManyLinks`].
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
         let links = scene.links();
         let mut matrices = assemble(scene);
@@ -131,7 +131,8 @@ impl System {
         self.model_level
     }
 
-    /// Motions `(u, φ)` of L in which the body is free within its clearance at rest, m, rad; the static position is then one of many.
+    /// Motions `(u, φ)` of L, m and rad, in which the body at rest is free within its clearance. If there are any, the static position is one
+    /// of many.
     pub fn free_at_rest(&self) -> impl ExactSizeIterator<Item = Vector6<f64>> {
         let Rest { loose, loose_count, .. } = &self.equilibrium;
         (0..*loose_count).map(|i| loose.column(i).into_owned())
@@ -162,7 +163,7 @@ impl System {
         self.free
     }
 
-    /// Number of modes: that of free degrees of freedom.
+    /// Number of modes, equal to the number of free degrees of freedom.
     pub fn mode_count(&self) -> usize {
         self.free.count()
     }
@@ -192,7 +193,7 @@ impl System {
         &self.influence
     }
 
-    /// Rate of change of a state under the modal force `force`, where all links have their stiffness of the tangent at rest.
+    /// Rate of change of a state under the modal force `force`, with the tangent stiffness at rest in all links.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn linear_rate(&self, state: &State, force: &Force) -> State {
         let mut fast = [0.0; 6];

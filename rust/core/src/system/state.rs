@@ -9,7 +9,7 @@ pub type State = [f64; 12];
 /// Excitation at one instant: acceleration of L (3, m/s²), then external force (3, N) and moment about L (3, N m).
 pub type Input = [f64; 9];
 
-/// Modal force f: six entries, and two zeros that make a copy of it two whole registers.
+/// Modal force f: six entries, and two zeros that fill the second vector register.
 pub(crate) type Force = [f64; 8];
 
 /// Zero modal force.
@@ -27,7 +27,7 @@ pub fn input_from([x, y, z]: [f64; 3], [a, b, c, d, e, f]: [f64; 6]) -> Input {
     [x, y, z, a, b, c, d, e, f]
 }
 
-/// Size of a state: the square root of twice its energy, in the linear part of a scene.
+/// Size of a state: the square root of twice its energy in the linear part of a scene.
 #[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn size(state: &State) -> f64 {
     // Four sums side by side.

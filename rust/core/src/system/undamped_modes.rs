@@ -3,7 +3,7 @@
 //! With `M_ff = L Lᵀ` the rows `√k d L⁻ᵀ` of all links form a matrix A with `L⁻¹ K_ff L⁻ᵀ = Aᵀ A`. The singular values of A are the
 //! natural frequencies, its right singular vectors the modes, and its left ones, U, give the loads of the links in the modes: `√k U = k
 //! d·Φ / ω`. Rows sorted by norm, QR with column pivoting (Cox & Higham 1998) and one-sided Jacobi on the triangle (Drmač & Veselić 2008)
-//! keep the digits of all three whatever the spread of stiffness; `k d·Φ` would lose them where a stiff link hardly moves in a soft mode.
+//! keep the digits of all three for any spread of stiffness. `k d·Φ` would lose them where a stiff link hardly moves in a soft mode.
 
 use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
 
@@ -21,7 +21,8 @@ pub(crate) struct UndampedModes {
     pub frequency: [f64; 6],
 }
 
-/// A frequency below this fraction of the highest counts as unsupported: rounding leaves 1e-15, real machines spread over 1e6.
+/// A mode with a frequency below this fraction of the highest counts as unsupported. Rounding errors are about 1e-15; the frequencies of
+/// real machines differ by factors up to 1e6.
 const UNSUPPORTED: f64 = 1e-12;
 
 /// Finds the undamped modes, and writes the loads of all links in them to `rows`.
@@ -95,7 +96,7 @@ fn unpivoted(order: &[usize], of: &Matrix6<f64>, column: usize, scale: f64) -> [
 
 /// The error that names one of `loose` motions without stiffness.
 ///
-/// They are right singular vectors of A whose lengths have vanished in rounding: found from the other side, as left ones of the triangle.
+/// They are right singular vectors of A whose lengths are lost in rounding, so they are computed as left singular vectors of the triangle.
 fn unsupported(
     triangle: &Matrix6<f64>,
     order: &[usize; 6],
@@ -111,7 +112,7 @@ fn unsupported(
     for mode in 0..loose {
         set_shape(&mut shapes, mode, unpivoted(&order[..n], &turned, ascending[mode], 1.0), lower, dofs);
     }
-    SceneError::Unsupported { motion: plainest_motion(&shapes, loose), count: loose }
+    SceneError::Unsupported { motion: sparsest_motion(&shapes, loose), count: loose }
 }
 
 /// Turns a row of Q into the loads of its link in the modes.
@@ -122,14 +123,14 @@ fn load_in_modes(row: &mut LinkRow, modes: &UndampedModes, left: &Matrix6<f64>, 
     for (mode, &column) in ascending.iter().enumerate() {
         let u: f64 = (0..ascending.len()).map(|i| q[i] * left[(i, column)]).sum();
         row.elastic[mode] = root * u;
-        // d·Φ = u ω / √k, but for a damper alone.
+        // d·Φ = u ω / √k, except for a link that is only a damper.
         row.rate[mode] = if root > 0.0 { u * modes.frequency[mode] / root } else { moved[mode] };
         row.deflection[mode] = if root > 0.0 { u / root } else { moved[mode] / modes.frequency[mode] };
         row.damping[mode] = row.link.damping() * row.rate[mode];
     }
 }
 
-/// Puts `L⁻ᵀ v` into a column of `shapes`.
+/// Writes `L⁻ᵀ v` to a column of `shapes`.
 fn set_shape(shapes: &mut Matrix6<f64>, mode: usize, mut v: [f64; 6], lower: &Matrix6<f64>, dofs: &[usize]) {
     let n = dofs.len();
     for i in (0..n).rev() {
@@ -239,7 +240,7 @@ fn reflect(rows: &mut [LinkRow], j: usize, n: usize, tau: f64) {
 
 /// Makes the first n columns of `work` orthogonal by plane rotations, which `turned` accumulates.
 fn one_sided_jacobi(work: &mut Matrix6<f64>, turned: &mut Matrix6<f64>, n: usize) {
-    // Quadratic convergence: five or six sweeps do for a 6 x 6 matrix; the bound is for one of rounding noise.
+    // Quadratic convergence: five or six sweeps suffice for a 6 x 6 matrix; the bound is for a matrix of rounding errors.
     for _ in 0..30 {
         let mut settled = true;
         for p in 0..n {
@@ -270,7 +271,7 @@ fn one_sided_jacobi(work: &mut Matrix6<f64>, turned: &mut Matrix6<f64>, n: usize
 }
 
 /// The motion with the fewest components among those spanned by the first `count` shapes, largest entry 1.
-fn plainest_motion(shapes: &Matrix6<f64>, count: usize) -> Vector6<f64> {
+fn sparsest_motion(shapes: &Matrix6<f64>, count: usize) -> Vector6<f64> {
     let mut span = *shapes;
     // Echelon form: each pivot row is cleared in all other columns.
     let mut cleared = [false; 6];

@@ -14,7 +14,7 @@ fn skew_is_the_cross_product_of_the_textbook() {
     let mut random = Random::new(1);
     for _ in 0..20 {
         let (r, w) = (random.vector(1.0), random.vector(1.0));
-        // The same products and sums in both: a rounding at most.
+        // Both compute the same products and sums, to one rounding.
         assert!((skew(&r) * w - r.cross(&w)).amax() <= 1e-15);
     }
 }
@@ -58,7 +58,7 @@ fn kinetic_energy_is_that_of_the_points_of_the_body() {
         let of_points: f64 = points.iter().map(|(m, r)| 0.5 * m * (u + phi.cross(r)).norm_squared()).sum();
         let rate = Vector6::new(u.x, u.y, u.z, phi.x, phi.y, phi.z);
         let of_matrix = 0.5 * rate.dot(&(body.mass_matrix() * rate));
-        close(of_matrix, of_points, 1e-14, of_points); // Fifteen points, a rounding each.
+        close(of_matrix, of_points, 1e-14, of_points); // Fifteen points, one rounding each.
     }
 }
 
@@ -77,7 +77,7 @@ fn inertia_about_the_reference_point_describes_the_same_body() {
     let there = body();
     let about_l = parallel_axes(&there.inertia(), there.mass(), &there.center_of_mass());
     let here = Body::about_reference(there.mass(), there.center_of_mass(), about_l).expect("a body");
-    // There and back through numbers of 1e3: their roundings.
+    // Moving forth and back rounds numbers of size 1e3.
     assert!((here.mass_matrix() - there.mass_matrix()).amax() < 1e-12);
 }
 
@@ -147,7 +147,7 @@ fn forces_and_moments_are_the_derivative_of_the_potential_energy() {
         let q = Vector6::from_fn(|_, _| random.between(-1.0, 1.0));
         let want = stiffness * q - weight;
         let other = assemble(&machine.clone().with_damping(7.0).scene());
-        // No damping in it; the directions are normalised once more, which moves last digits.
+        // The energy has no damping; normalising the directions again changes last digits.
         assert!((stiffness - other.stiffness).amax() <= 1e-15 * stiffness.amax() && weight == other.weight);
         for i in 0..6 {
             // The energy is quadratic, so the central difference is exact at any step; roundings of U / step remain.
@@ -160,7 +160,7 @@ fn forces_and_moments_are_the_derivative_of_the_potential_energy() {
 }
 
 #[test]
-fn what_no_body_can_have_is_refused_with_its_numbers() {
+fn invalid_inertias_are_refused_with_their_numbers() {
     let body = |mass, inertia| Body::new(mass, Vector3::zeros(), inertia).expect_err("no body");
     let one = Matrix3::identity();
     assert_eq!(body(-1.0, one), SceneError::Mass { got: -1.0 });

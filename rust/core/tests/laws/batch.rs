@@ -1,4 +1,4 @@
-//! A batch is many single runs: the same numbers, whoever computes them beside whom.
+//! A batch equals many single runs: each sample has the same numbers on any thread and beside any other samples.
 
 use guideload::LawParameter;
 use guideload::batch::{
@@ -71,7 +71,7 @@ fn draws(random: &mut Random, count: usize) -> Vec<[f64; 14]> {
     (0..count).map(|_| draw()).collect()
 }
 
-/// Everything that can be asked.
+/// All measures.
 fn all_measures(groups: usize) -> Vec<Measure> {
     let mut measures = Vec::new();
     for group in 0..groups {
@@ -84,7 +84,7 @@ fn all_measures(groups: usize) -> Vec<Measure> {
     measures
 }
 
-/// A motion that owns its samples: not evenly timed, with a jump and external loads.
+/// A motion that owns its samples: with uneven intervals, a jump and external loads.
 pub struct Trace {
     time: Vec<f64>,
     acceleration: Vec<[f64; 3]>,
@@ -123,7 +123,7 @@ impl Trace {
         Motion { excitation: self.excitation(), speed: Some(&self.speed), exponent }
     }
 
-    /// The trace with its accelerations and external loads times two factors.
+    /// The motion with factors on its accelerations and external loads.
     fn scaled(&self, acceleration: f64, wrench: f64) -> Self {
         Self {
             time: self.time.clone(),
@@ -215,7 +215,7 @@ fn by_hand(
     measures.iter().map(measure).collect()
 }
 
-/// The machine that a row of values makes, made directly.
+/// The machine of a row of values, built without a batch.
 fn machine_of(base: &Machine, values: &[f64; 14]) -> Machine {
     let center = base.body.center_of_mass() + Vector3::new(values[1], values[2], values[3]);
     let mut machine = base.clone();
@@ -239,7 +239,7 @@ fn laws() -> [(Law, Solver); 5] {
 }
 
 #[test]
-fn a_row_is_what_a_single_run_gives() {
+fn a_row_equals_a_single_run() {
     let mut random = Random::new(41);
     let trace = Trace::new(&mut random, 120);
     for (law, solver) in laws() {
@@ -276,7 +276,7 @@ fn a_row_is_what_a_single_run_gives() {
                 };
                 let scaled = trace.scaled(values[12], values[13]);
                 let want = by_hand(&sample, &groups, &scaled, exponent, &measures, solver);
-                // Steps are chosen by errors, which roundings move.
+                // Step sizes depend on estimated errors, which change with rounding.
                 let tolerance = if solver == Solver::Implicit { 1e-8 } else { 1e-12 };
                 for ((measure, got), want) in measures.iter().zip(row).zip(&want) {
                     let scale = match measure {
@@ -289,7 +289,7 @@ fn a_row_is_what_a_single_run_gives() {
                         Measure::Load(_, _, Statistic::TimeOfMin | Statistic::TimeOfMax)
                             | Measure::Drive(Statistic::TimeOfMin | Statistic::TimeOfMax)
                     );
-                    // A sum that is zero but for roundings has its extremes anywhere.
+                    // A sum that is zero up to rounding has its extremes at any time.
                     if !(time && matches!(measure, Measure::Load(_, Quantity::Fx, _))) {
                         close(*got, *want, tolerance, scale);
                     }
@@ -299,7 +299,7 @@ fn a_row_is_what_a_single_run_gives() {
     }
 }
 
-/// As [`machine_of`] with the laws left alone.
+/// As [`machine_of`], with unchanged laws.
 fn damped(base: &Machine, values: &[f64; 14]) -> Machine {
     let mut machine = machine_of(&cart(), values);
     for (i, (link, known)) in machine.links.iter_mut().zip(&base.links).enumerate() {
@@ -310,7 +310,7 @@ fn damped(base: &Machine, values: &[f64; 14]) -> Machine {
 }
 
 #[test]
-fn rows_do_not_know_of_threads_or_neighbours() {
+fn rows_do_not_depend_on_threads_or_other_rows() {
     let mut random = Random::new(5);
     let trace = Trace::new(&mut random, 12);
     for (law, solver) in [laws()[0], laws()[1], laws()[4]] {
@@ -339,7 +339,7 @@ fn rows_do_not_know_of_threads_or_neighbours() {
 }
 
 #[test]
-fn samples_without_a_result_have_a_reason_and_leave_others_alone() {
+fn samples_without_a_result_have_a_reason_and_do_not_affect_others() {
     let (machine, groups) = cart_on(Law::sided(6e7, 6e7, 5e-6).expect("a law"));
     let trace = Trace::new(&mut Random::new(3), 50);
     let mut changes = vec![
@@ -347,7 +347,7 @@ fn samples_without_a_result_have_a_reason_and_leave_others_alone() {
         change(Target::Acceleration, 0.0, &[(2, 1.0)]),
         change(Target::Law { link: 3, parameter: LawParameter::Clearance }, 0.0, &[(1, 1.0)]),
     ];
-    // One side only: with gravity from below nothing bears the weight.
+    // Stiff to one side only: with gravity reversed no link carries the weight.
     for link in (0..16).step_by(2) {
         let target = Target::Law { link, parameter: LawParameter::PositiveStiffness };
         changes.push(change(target, 0.0, &[(3, 6e7)]));
@@ -442,7 +442,7 @@ fn histories_are_those_of_a_single_run() {
 }
 
 #[test]
-fn the_drive_of_a_free_travel_and_the_mean_of_a_standstill_are_no_numbers() {
+fn the_drive_force_with_free_x_and_the_mean_load_at_standstill_are_nan() {
     let (mut machine, groups) = cart_on(Law::linear(6e7).expect("a law"));
     machine.links.push(Link::new(Vector3::zeros(), Vector3::x(), 1e7, 1e4).expect("a link"));
     machine.free = Free::ALL;
@@ -462,7 +462,7 @@ fn the_drive_of_a_free_travel_and_the_mean_of_a_standstill_are_no_numbers() {
         let mut row = [0.0; 5];
         assert_eq!(batch.run(1, &[], 1, &mut row), Ok(vec![]));
         assert!(row[0].is_nan() && row[1].is_nan());
-        // At rest the load is the static one throughout, and the first of equal extremes counts.
+        // At rest the load is always the static one, and the time of an extreme is that of its first occurrence.
         close(row[2], row[3].abs(), 1e-14, row[3].abs());
         assert_eq!(row[4], 0.0);
     }
@@ -471,8 +471,8 @@ fn the_drive_of_a_free_travel_and_the_mean_of_a_standstill_are_no_numbers() {
 const PEAK: Measure = Measure::Load(0, Quantity::Fy, Statistic::Max);
 
 #[test]
-fn auto_takes_what_the_laws_of_the_sample_allow() {
-    // A clearance that may be zero: some samples are linear, some are not, and all are exact.
+fn auto_chooses_the_method_by_the_laws_of_the_sample() {
+    // The clearance may be zero: some samples are linear, others are not, and all are exact.
     let (machine, groups) = cart_on(Law::linear(6e7).expect("a law"));
     let motion_samples = cycle();
     let excitation = Excitation::uniform(0.0, 1e-3, &motion_samples[..900]).expect("a motion");

@@ -1,4 +1,4 @@
-//! What varies: one number of a law, one scene with the values of a sample in place, and what is refused.
+//! Changes: a parameter of a law, a scene with the values of a sample, and refused values.
 
 use guideload::LawParameter;
 use guideload::batch::{Base, Batch, Change, Instance, Measure, Plan, Solver, Target};
@@ -9,7 +9,7 @@ use crate::batch::{Trace, base, cart_on, change, yardstick};
 use crate::common::{GRAVITY, Random};
 
 #[test]
-fn one_number_of_a_law_makes_the_law_with_that_number() {
+fn changing_a_parameter_gives_the_law_with_that_parameter() {
     let (linear, sided) = (Law::linear(6e7), Law::sided(6e7, 3e7, 4e-6));
     let (balls, rollers) = (Law::preloaded(6e7, 600.0, 1.5), Law::preloaded(6e7, 600.0, 10.0 / 9.0));
     let curve = Law::curve(&[[-1e-5, -300.0], [0.0, 0.0], [1e-5, 100.0]]);
@@ -66,7 +66,7 @@ fn one_number_of_a_law_makes_the_law_with_that_number() {
 }
 
 #[test]
-fn a_stiffness_that_is_set_is_the_nominal_one() {
+fn setting_the_stiffness_sets_the_nominal_stiffness() {
     let mut random = Random::new(8);
     for _ in 0..100 {
         let (a, b, c) = (random.between(0.0, 1e8), random.between(1.0, 1e8), random.between(0.0, 1e-5));
@@ -99,7 +99,7 @@ fn a_changed_scene_is_the_one_made_directly() {
     let mut instance = Instance::new(&base).expect("a scene");
     for _ in 0..20 {
         let [a, b] = [random.between(0.1, 1.0), random.between(0.1, 1.0)];
-        // What a refused sample leaves behind must not show in the next.
+        // A refused sample must not affect the next one.
         let refused = plan.apply(&base, &[a, -1e9], &mut instance);
         assert!(matches!(refused, Err(SampleError::Scene(_) | SampleError::Link(2, _))), "{refused:?}");
         plan.apply(&base, &[a, b], &mut instance).expect("a sound sample");
@@ -126,7 +126,7 @@ fn a_changed_scene_is_the_one_made_directly() {
 }
 
 #[test]
-fn what_no_batch_can_have_is_refused_by_name() {
+fn invalid_batches_are_refused_by_name() {
     let (machine, groups) = cart_on(Law::linear(6e7).expect("a law"));
     let trace = Trace::new(&mut Random::new(3), 5);
     let new = |changes: &[Change], measures: &[Measure], exponent: f64, rtol: f64| {

@@ -1,4 +1,4 @@
-//! The yardstick scenes, the motion `cycle`, and what every law measures with.
+//! The yardstick scenes, the motion `cycle`, and helpers of all tests.
 
 use guideload::evaluate;
 use guideload::{
@@ -27,7 +27,7 @@ impl Machine {
         System::new(&self.scene()).expect("a supported body")
     }
 
-    /// The same with the damping of every link times `factor`, stiffness left alone.
+    /// The machine with the damping of every link times `factor`, and the same stiffness.
     pub fn with_damping(mut self, factor: f64) -> Self {
         for link in &mut self.links {
             *link = Link::new(link.point(), link.direction(), link.stiffness(), link.damping() * factor)
@@ -51,7 +51,7 @@ impl Machine {
         group_load(system, 0..self.links.len(), Vector3::zeros(), Part::Total)
     }
 
-    /// Runs and keeps every state; the summary is whatever the run said.
+    /// Runs and stores every state; returns the summary or the error.
     pub fn run<M: Method>(
         &self,
         method: &M,
@@ -91,7 +91,7 @@ impl Machine {
     }
 }
 
-/// A control for the exact method, which has no use for it.
+/// A control for the exact method, which ignores it.
 pub const ADAPTIVE: Control = Control::Adaptive { rtol: 1e-6 };
 
 /// The body of the yardstick.
@@ -100,7 +100,7 @@ pub fn body() -> Body {
     Body::new(1250.0, Vector3::new(0.12, -0.65, 0.18), inertia).expect("a body")
 }
 
-/// Where the carriages of `cart` sit.
+/// Centres of the carriages of `cart`.
 pub const CART_CENTERS: [[f64; 3]; 4] =
     [[-0.5, 0.05, -0.35], [-0.5, 0.05, 0.35], [0.5, 0.05, -0.35], [0.5, 0.05, 0.35]];
 
@@ -138,7 +138,7 @@ pub fn one_dof(frequency: f64, damping_ratio: f64) -> Machine {
     Machine { body, links, gravity: GRAVITY, free: Free::only(&[guideload::Dof::Y]) }
 }
 
-/// A body on twelve links anywhere in any direction, all six degrees of freedom free.
+/// A body on twelve links at random points in random directions, with six free degrees of freedom.
 pub fn random_machine(random: &mut Random) -> Machine {
     let skewed = Matrix3::from_fn(|_, _| random.between(-0.3, 0.3));
     let inertia = (Matrix3::identity() + skewed * skewed.transpose()) * random.between(50.0, 500.0);
@@ -183,7 +183,7 @@ pub fn cycle() -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// Accelerations in all three axes without any order.
+/// Random accelerations along all three axes.
 pub fn noise(random: &mut Random, count: usize) -> Vec<[f64; 3]> {
     (0..count).map(|_| random.vector(3.0).into()).collect()
 }

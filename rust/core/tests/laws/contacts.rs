@@ -1,4 +1,4 @@
-//! Contact changes: links that are linear in pieces, and smooth ones that open.
+//! Contact changes: piecewise linear links, and preloaded links whose rows open.
 
 use core::f64::consts::PI;
 
@@ -14,7 +14,7 @@ use crate::common::{
     random_machine,
 };
 
-/// The same machine with other laws; `law` is given the index and the stiffness of each link.
+/// The machine with other laws; `law` receives the index and the stiffness of each link.
 fn with_laws(mut machine: Machine, mut law: impl FnMut(usize, f64) -> Law) -> Machine {
     for (i, link) in machine.links.iter_mut().enumerate() {
         let law = law(i, link.stiffness());
@@ -53,13 +53,13 @@ fn any_machine(random: &mut Random) -> Machine {
     machine
 }
 
-/// A push that sets in from rest where every link is far from its edges: what it was before says nothing of what comes.
+/// A sudden push from rest, where every link is far from its edges: bounds from the time before do not hold any more.
 #[test]
 fn a_jump_is_seen_by_the_search_for_contact_changes() {
     let (omega, c) = (2000.0, 2e-5);
     let mut machine = with_laws(one_dof(omega, 0.0), |_, k| clear(k, c));
     machine.gravity = Vector3::zeros();
-    // In 4 ms at 10 m/s2 to the stop and back into the gap, once there and, from the end of the jump on, once the other way.
+    // 4 ms at 10 m/s2 lead to the stop and back into the gap, and after the end of the jump once to the other side.
     let time = [0.0, 1.0, 1.0, 1.006, 1.006, 1.016];
     let samples =
         [[0.0; 3], [0.0; 3], [0.0, -10.0, 0.0], [0.0, -10.0, 0.0], [0.0, 60.0, 0.0], [0.0, 60.0, 0.0]];
@@ -87,7 +87,7 @@ fn a_jump_is_seen_by_the_search_for_contact_changes() {
     alike(&coarse, &machine.loads_of(&states), 1e-10);
 }
 
-/// Each interval of samples cut in `parts`.
+/// Each interval between samples divided into `parts`.
 fn refined(time: &[f64], samples: &[[f64; 3]], parts: usize) -> (Vec<f64>, Vec<[f64; 3]>) {
     let (mut times, mut refined) = (vec![time[0]], vec![samples[0]]);
     for k in 1..time.len() {
@@ -102,7 +102,7 @@ fn refined(time: &[f64], samples: &[[f64; 3]], parts: usize) -> (Vec<f64>, Vec<[
 }
 
 #[test]
-fn the_exact_solution_does_not_depend_on_where_the_samples_are() {
+fn the_exact_solution_does_not_depend_on_the_choice_of_samples() {
     let mut random = Random::new(301);
     for _ in 0..6 {
         let machine = any_machine(&mut random);
@@ -121,7 +121,7 @@ fn the_exact_solution_does_not_depend_on_where_the_samples_are() {
             let finer = Excitation::new(&times, &finer, None).expect("sound");
             let (states, changes) = machine.states(&Exact::<4>, ADAPTIVE, &finer);
             let states: Vec<State> = states.into_iter().step_by(parts).collect();
-            // A change at a sample may count on either side of it, and two that graze count or do not: not so the loads.
+            // Rounding decides on which side of a sample a change counts, and whether two grazing changes count. The loads are the same.
             assert!(changes.contact_changes.abs_diff(summary.contact_changes) <= 2);
             alike(&machine.loads_of(&states), &loads, 1e-10);
         }
@@ -145,7 +145,7 @@ fn step_methods_land_on_contact_changes() {
     }
 }
 
-/// Landing keeps the order 5 of the method: stepping over a change of slope would leave order 2.
+/// Steps that end at contact changes keep the order 5 of the method; steps over a change of slope would have order 2.
 #[test]
 fn rk45_keeps_its_order_where_contacts_change() {
     let machine = cart_clear();
@@ -164,8 +164,8 @@ fn rk45_keeps_its_order_where_contacts_change() {
     close(order, 5.0, 0.1, 1.0);
 }
 
-/// Beyond its preload a contact is as smooth as a power 3/2: the load has a tangent of Hölder order 1/2 there. A step across costs `h^(5/2)`
-/// once, and the sum of such steps falls as `h^(5/2)`, between the orders 2 of a kink and 5 of smooth equations.
+/// Where a preloaded row opens, the force has a term of power 3/2, so its slope is Hölder continuous with exponent 1/2. A step across the
+/// opening has an error of `h^(5/2)`, and so has the run: between order 2 of a kink and order 5 of smooth equations.
 #[test]
 fn across_the_opening_of_a_preload_the_order_is_two_and_a_half_or_more() {
     let mut machine = with_laws(one_dof(200.0, 0.02), |_, k| Law::preloaded(k, 60.0, 1.5).expect("a law"));
@@ -174,7 +174,7 @@ fn across_the_opening_of_a_preload_the_order_is_two_and_a_half_or_more() {
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
     let end = |control| machine.loads_of(&machine.states(&Rk45, control, &excitation).0[1..])[0];
     let truth = end(Control::Fixed { step: 0.3 / 50_000.0 });
-    // Where in a step the edge lies changes the constant: an envelope over neighbouring numbers of steps.
+    // The constant depends on the position of the edge within a step, hence an envelope over neighbouring numbers of steps.
     let error = |steps: usize| {
         (0..12)
             .map(|i| (end(Control::Fixed { step: 0.3 / (steps + 7 * i) as f64 }) - truth).abs())
@@ -184,13 +184,13 @@ fn across_the_opening_of_a_preload_the_order_is_two_and_a_half_or_more() {
     assert!((2.4..3.6).contains(&order), "order {order}");
 }
 
-/// Between two walls a body without damping and weight flies freely and turns in half a sine: `T = 2 (2 c / v + π / ω)`.
+/// Between two elastic walls a body without damping and weight flies freely, and each contact lasts half a sine: `T = 2 (2 c / v + π / ω)`.
 #[test]
-fn a_body_bounces_between_its_stops_for_ever() {
+fn a_body_bounces_between_its_stops_without_loss() {
     let (omega, c): (f64, f64) = (2000.0, 2e-5);
     let mut machine = with_laws(one_dof(omega, 0.0), |_, k| clear(k, c));
     machine.gravity = Vector3::zeros();
-    // A kick of 1 ms, then nothing for some hundred periods.
+    // A push of 1 ms, then no excitation for some hundred periods.
     let v = -0.01;
     let (kick, mass) = (1e-3, machine.body.mass());
     let period = 2.0 * (2.0 * c / 0.01 + PI / omega);
@@ -216,13 +216,13 @@ fn a_body_bounces_between_its_stops_for_ever() {
     close(position(&states[3]), position(&states[2]), 1e-6, c);
 }
 
-/// A path that just reaches an edge, or just does not, costs no more than others and is right in both cases.
+/// A path that just reaches an edge, or just misses it, costs no more than others, and the loads are right in both cases.
 #[test]
 fn grazing_is_nothing_special() {
     for miss in [-1e-6, -1e-9, -1e-12, 0.0, 1e-12, 1e-9, 1e-6] {
         let (mass, k) = (100.0, 1e7);
         let omega = f64::sqrt(k / mass);
-        // Under a constant push the body rises to twice its rest deflection: just the edge of the stiffer side.
+        // Under a constant push the body moves to twice its static deflection, exactly the edge of the stiffer side.
         let push = 2.0;
         let edge = 2.0 * push / (omega * omega) * (1.0 + miss);
         let law =
@@ -241,7 +241,7 @@ fn grazing_is_nothing_special() {
     }
 }
 
-/// Dropped onto a stiff stop that damps in contact only, a body bounces ever lower and comes to rest: the force jumps at every contact.
+/// A body dropped onto a stiff stop that damps only in contact bounces lower each time and comes to rest; the force jumps at every contact.
 #[test]
 fn a_dropped_body_chatters_and_comes_to_rest() {
     let (mass, k, c) = (100.0, 1e8, 1e-4);
@@ -249,7 +249,7 @@ fn a_dropped_body_chatters_and_comes_to_rest() {
     let body = Body::new(mass, Vector3::zeros(), Matrix3::identity()).expect("a body");
     let links = vec![link(5e3).damped_in_contact().expect("a clearance")];
     let machine = Machine { body, links, gravity: GRAVITY, free: Free::only(&[Dof::Y]) };
-    // Lifted off its stop by 2 g for 5 ms, then left to fall.
+    // Lifted off its stop by 2 g for 5 ms, then in free fall.
     let time = [0.0, 0.005, 0.005, 2.0];
     let lift = [0.0, -2.0 * 9.80665, 0.0];
     let samples = [lift, lift, [0.0; 3], [0.0; 3]];
@@ -261,7 +261,7 @@ fn a_dropped_body_chatters_and_comes_to_rest() {
 }
 
 #[test]
-fn laws_that_never_bend_give_the_linear_scene() {
+fn laws_without_edges_give_the_linear_scene() {
     let samples = cycle()[500..1500].to_vec();
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
     let linear = cart().exact_loads(&excitation);
@@ -269,13 +269,13 @@ fn laws_that_never_bend_give_the_linear_scene() {
     let machine = with_laws(cart(), |_, _| Law::curve(&far).expect("a law"));
     assert_eq!(machine.system().model_level(), ModelLevel::PiecewiseLinear);
     alike(&machine.exact_loads(&excitation), &linear, 1e-12);
-    // A preload a thousand times the loads: the tangent at no load is all that counts.
+    // With a preload of a thousand times the loads, the law is its tangent at zero deflection.
     let machine = with_laws(cart(), |_, k| Law::preloaded(k, 1e7, 1.5).expect("a law"));
     let (states, _) = machine.states(&Radau, Control::Adaptive { rtol: 1e-11 }, &excitation);
     alike(&machine.loads_of(&states), &linear, 1e-8);
 }
 
-/// Force and moment of the guides and of what is held balance weight, inertia and the body's own acceleration.
+/// Force and moment of the guides and the reactions balance weight and inertia.
 #[test]
 fn momentum_balances_whatever_the_laws() {
     let mut random = Random::new(303);
@@ -361,10 +361,10 @@ fn peaks_and_instants_between_samples_are_those_of_a_finer_run() {
 }
 
 #[test]
-fn a_body_without_hold_on_one_side_is_told_how_it_leaves() {
+fn the_error_names_the_motion_of_a_body_unsupported_on_one_side() {
     let body = body();
     let law = Law::sided(0.0, 6e7, 0.0).expect("a law");
-    // Bears only what pushes it up; gravity pulls down, or up.
+    // A link that resists to one side only; gravity points down, or up.
     let links: Vec<_> = cart()
         .links
         .iter()
@@ -378,7 +378,7 @@ fn a_body_without_hold_on_one_side_is_told_how_it_leaves() {
     close(lying.system().static_position()[1], -1250.0 * 9.80665 / (8.0 * 6e7), 1e-13, 1e-5);
 }
 
-/// In its clearance the cart may shift in z and turn: it rests where it is as centred as can be, and says what is loose.
+/// Within its clearance the cart can move in z and rotate: it rests at the most central position, and `free_at_rest` lists these motions.
 #[test]
 fn a_loose_body_rests_centred() {
     let system = cart_clear().system();
@@ -396,7 +396,7 @@ fn a_loose_body_rests_centred() {
 }
 
 #[test]
-fn the_exact_method_refuses_what_has_no_exact_solution() {
+fn the_exact_method_refuses_preloaded_links() {
     let machine = with_laws(cart(), |i, k| match i {
         3 => Law::preloaded(k, 600.0, 10.0 / 9.0).expect("a law"),
         _ => Law::linear(k).expect("a law"),

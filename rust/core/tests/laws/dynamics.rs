@@ -35,7 +35,7 @@ fn energy_falls_at_exactly_the_dissipated_power() {
     let mut machines: Vec<_> = (0..3).map(|_| random_machine(&mut random)).collect();
     machines.push(cart());
     for machine in machines {
-        // Pushed for 20 ms, then let go for as long.
+        // A push of 20 ms, then 20 ms without excitation.
         let push = [2.2, 0.7, -1.0];
         let time = [0.0, 0.02, 0.02, 0.04];
         let samples = [push, push, [0.0; 3], [0.0; 3]];
@@ -61,7 +61,7 @@ fn energy_falls_at_exactly_the_dissipated_power() {
             .map(|(state, (_, weight))| power(state) * weight * 0.02 / panels)
             .sum();
         let energies = energy(&machine, &ends);
-        // Gauss on panels of 0.6 rad of the energy's oscillation errs by 1e-13; the rest is roundings.
+        // Gauss quadrature on panels of 0.6 rad of the energy's oscillation has an error of 1e-13; the rest is rounding.
         close(energies[0] - energies[1], lost, 1e-11, energies[0]);
         assert!(lost > 0.1 * energies[0]);
     }
@@ -79,7 +79,7 @@ fn energy_stays_without_damping() {
         let (states, _) = machine.states(&Exact::<1>, ADAPTIVE, &excitation);
         let energies = energy(&machine, &states[4..]);
         let constant = vec![energies[0]; energies.len()];
-        // 10 000 steps with one and the same rounding of the transition matrix, about 2e-15 each at most.
+        // 10 000 steps with the same rounding error of the transition matrix, at most about 2e-15 each.
         alike(&energies, &constant, 2e-11);
     }
 }
@@ -114,7 +114,7 @@ fn response(w: f64, z: f64, step: f64, slope: f64, t: f64) -> [f64; 2] {
         return [0.0; 2];
     }
     if z > 1.0 {
-        // Integrals of the response to an impulse, (e^pt - e^qt) / (p - q): they keep their digits however stiff.
+        // Integrals of the impulse response (e^pt - e^qt) / (p - q), which lose no digits at any stiffness.
         let q = -w * (z + (z * z - 1.0).sqrt());
         let p = w * w / q;
         let impulse = ((p * t).exp() - (q * t).exp()) / (p - q);
@@ -128,7 +128,7 @@ fn response(w: f64, z: f64, step: f64, slope: f64, t: f64) -> [f64; 2] {
     [particular(t) + x, rate + v]
 }
 
-/// Response to samples with straight lines between: a step at the first, a change of slope at each.
+/// Response to samples with straight lines between them: a step at the first sample, a change of slope at each.
 fn piecewise(w: f64, z: f64, time: &[f64], samples: &[f64], t: f64) -> [f64; 2] {
     let mut sum = response(w, z, samples[0], 0.0, t - time[0]);
     let mut slope = 0.0;
@@ -161,7 +161,7 @@ fn assert_closed_form(time: &[f64], samples: &[f64], tolerance: f64) {
         let got = machine.exact_loads(&excitation);
         let m = machine.body.mass();
         let load = |t: f64, passed: usize| {
-            // At a jump only the samples passed so far count.
+            // At a jump only the samples up to here count.
             let [x, v] = piecewise(w, z, &time[..=passed.max(1)], &samples[..=passed.max(1)], t);
             m * w * w * x + 2.0 * z * m * w * v - m * 9.80665
         };
@@ -197,7 +197,7 @@ fn one_dof_answers_straight_lines_and_jumps_in_closed_form() {
         time.push(if k % 9 == 0 { last } else { last + random.between(1e-4, 8e-3) });
     }
     let samples: Vec<f64> = time.iter().map(|_| random.between(-3.0, 3.0)).collect();
-    // The closed form adds eighty responses that cancel.
+    // The closed form is a sum of eighty responses that nearly cancel.
     assert_closed_form(&time, &samples, 1e-12);
 }
 

@@ -1,4 +1,4 @@
-//! Contacts where rounding, size or shape is extreme, and against what knows nothing of them.
+//! Contacts at extremes of rounding, size or shape, and compared with integration that does not locate contact changes.
 
 use guideload::{
     Body, Control, Dof, Exact, Excitation, Free, Law, Link, Output, Part, Radau, Rk45, State, link_load,
@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3, Vector6};
 
 use crate::common::{ADAPTIVE, Machine, Random, alike, cart, close, cycle, noise, one_dof, random_machine};
 
-/// The same machine with other laws; `law` is given the index and the stiffness of each link.
+/// The machine with other laws; `law` receives the index and the stiffness of each link.
 fn with_laws(mut machine: Machine, mut law: impl FnMut(usize, f64) -> Law) -> Machine {
     for (i, link) in machine.links.iter_mut().enumerate() {
         let law = law(i, link.stiffness());
@@ -21,7 +21,7 @@ fn sided(positive: f64, negative: f64, clearance: f64) -> Law {
     Law::sided(positive, negative, clearance).expect("a law")
 }
 
-/// Laws of all kinds that are linear in pieces, some without stiffness to one side, some damped in contact only.
+/// All kinds of piecewise linear laws, some without stiffness to one side, some damped only in contact.
 fn any_machine(random: &mut Random) -> Machine {
     let mut machine = random_machine(random);
     let weight = machine.body.mass() * machine.gravity.norm();
@@ -46,7 +46,7 @@ fn any_machine(random: &mut Random) -> Machine {
     machine
 }
 
-/// Load of a link, from what its documentation says.
+/// Load of a link, by the definition in its documentation.
 fn load(link: &Link, d: f64, rate: f64) -> f64 {
     let elastic = link.law().force(d);
     let idle = link.is_damped_in_contact() && elastic == 0.0;
@@ -110,12 +110,12 @@ fn the_exact_solution_is_that_of_the_equations_of_motion() {
         let excitation = Excitation::uniform(0.0, 3e-3, &samples).expect("sound");
         let (states, summary) = machine.states(&Exact::<4>, ADAPTIVE, &excitation);
         assert!(summary.contact_changes > 5, "{summary:?}");
-        // Steps that pass changes of slope are of order 2, those that pass jumps of a damper of order 1.
+        // Steps across a change of slope have order 2, steps across a jump of a damper order 1.
         alike(&machine.loads_of(&states), &brute_loads(&machine, &excitation, 800), 1e-4);
     }
 }
 
-/// Where nothing drives it no machine moves, to the last bit, and no method takes its rounding for divergence.
+/// Without excitation no machine moves, to the last bit, and no method mistakes rounding for divergence.
 #[test]
 fn rest_is_rest_on_any_segment() {
     let mut random = Random::new(402);
@@ -135,7 +135,7 @@ fn rest_is_rest_on_any_segment() {
     }
 }
 
-/// Also where it has a clearance and no stiffness beyond: there is nothing to be in contact with.
+/// This holds also for a clearance without stiffness beyond it, where no contact is possible.
 #[test]
 fn a_damper_in_contact_rests_on_the_side_without_stiffness() {
     for side in [1.0, -1.0] {
@@ -143,7 +143,7 @@ fn a_damper_in_contact_rests_on_the_side_without_stiffness() {
         let mut machine = with_laws(one_dof(1000.0, 0.1), |_, _| law);
         machine.links[0] = machine.links[0].damped_in_contact().expect("a clearance");
         machine.gravity = Vector3::new(0.0, -9.80665 * side, 0.0);
-        // Thrown off its stop with 2 g for 5 ms: it flies 0.3 mm beyond the other end of its clearance.
+        // Pushed off its stop with 2 g for 5 ms, it flies 0.3 mm beyond the other end of its clearance.
         let time: Vec<f64> = (0..30).map(|k| f64::from(k) * 1e-3).collect();
         let thrown = |k: usize| [0.0, if k < 6 { -30.0 * side } else { 0.0 }, 0.0];
         let samples: Vec<_> = (0..30).map(thrown).collect();
@@ -165,7 +165,7 @@ fn a_damper_in_contact_rests_on_the_side_without_stiffness() {
     }
 }
 
-/// Links that give way at rest, as far as they like: the state is measured by the stiffness there, the work is not.
+/// Links that are very soft at rest: the state is scaled by the stiffness at rest, the work is not.
 #[test]
 fn softness_at_rest_costs_neither_digits_nor_work() {
     let mut last: Option<Vec<f64>> = None;
@@ -179,7 +179,7 @@ fn softness_at_rest_costs_neither_digits_nor_work() {
         let samples = noise(&mut Random::new(403), 30);
         let excitation = Excitation::uniform(0.0, 4e-3, &samples).expect("sound");
         let loads = machine.exact_loads(&excitation);
-        // So soft is as good as nothing.
+        // These stiffnesses are too small to change the loads.
         if let Some(last) = &last {
             alike(&loads, last, 1e-6);
         }
@@ -187,9 +187,9 @@ fn softness_at_rest_costs_neither_digits_nor_work() {
     }
 }
 
-/// Numbers near the end of their range: an answer or a refusal, in bounded time.
+/// Numbers near the limits of their range give a result or an error, in bounded time.
 #[test]
-fn numbers_of_any_size_end_a_run() {
+fn a_run_ends_for_numbers_of_any_size() {
     for size in [1e-300, 1e-160, 1e160, 1e306, 1e308] {
         for law in [sided(1e8, 1e8, 1e-5), sided(1e8, 2e7, 0.0), sided(0.0, 1e8, 1e-3)] {
             let machine = with_laws(one_dof(1000.0, 0.1), |_, _| law);
@@ -228,7 +228,7 @@ fn many_edges_in_one_step() {
     alike(&machine.exact_loads(&fine), &machine.loads_of(&states), 1e-11);
 }
 
-/// What the dampers take is what the energy of body and links falls by.
+/// The energy of body and links falls by exactly the energy that the dampers dissipate.
 #[test]
 fn energy_falls_by_the_work_of_the_dampers() {
     let mut random = Random::new(404);
@@ -259,14 +259,14 @@ fn energy_falls_by_the_work_of_the_dampers() {
     let powers: Vec<f64> = states[2..].iter().map(power).collect();
     let work: f64 = powers.windows(2).map(|pair| 1e-6 * (pair[0] + pair[1])).sum();
     let (start, end) = (energy(&states[2]), energy(&states[states.len() - 1]));
-    // The trapezoidal rule over jumps of the power where dampers come and go: a step times their sum.
+    // Error of the trapezoidal rule where the power of dampers jumps: a step times the sum of the jumps.
     close(start - end, work, 1e-4, work);
     assert!(work > 0.1 * (start - energy(&states[0])));
 }
 
-/// Where it never opens, a link with clearance is a linear one whose frame is shifted.
+/// A link with clearance that never opens equals a linear link with a shifted frame.
 #[test]
-fn clearance_that_stays_shut_only_shifts_the_body() {
+fn a_clearance_that_stays_closed_only_shifts_the_body() {
     let machine = one_dof(200.0, 0.05);
     let samples: Vec<_> = cycle()[500..1500].iter().map(|a| [0.0, a[0], 0.0]).collect();
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
@@ -278,7 +278,7 @@ fn clearance_that_stays_shut_only_shifts_the_body() {
     alike(&shut.loads_of(&states), &linear, 1e-14);
 }
 
-/// Turned as a whole, or with all masses, stiffnesses and dampers times a factor.
+/// Rotating the scene, or multiplying all masses, stiffnesses and dampers by a factor.
 #[test]
 fn nothing_depends_on_axes_or_units_of_force() {
     let mut random = Random::new(405);
@@ -319,9 +319,9 @@ fn nothing_depends_on_axes_or_units_of_force() {
     }
 }
 
-/// The first touch under a constant push is where free flight says.
+/// Under a constant push, the time of the first contact is that of free flight.
 #[test]
-fn the_first_touch_is_where_free_flight_says() {
+fn the_first_contact_is_at_the_end_of_free_flight() {
     let (gap, push, omega): (f64, f64, f64) = (2e-4, 3.0, 800.0);
     let body = Body::new(100.0, Vector3::zeros(), Matrix3::identity()).expect("a body");
     let law = sided(100.0 * omega * omega, 0.0, gap);

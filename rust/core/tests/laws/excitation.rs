@@ -1,4 +1,4 @@
-//! Samples as knots: what may be done to a trace without changing the loads.
+//! Samples: changes of a trace that must not change the loads.
 
 use guideload::{Control, Excitation, ExcitationError, Output, Radau, Rk45};
 
@@ -20,7 +20,7 @@ fn uneven(random: &mut Random, count: usize) -> Vec<f64> {
     time
 }
 
-/// Semigroup: points on the straight lines add nothing.
+/// Semigroup: additional samples on the straight lines do not change the loads.
 #[test]
 fn samples_inserted_on_the_lines_change_nothing() {
     let mut random = Random::new(41);
@@ -52,12 +52,12 @@ fn a_uniform_trace_is_the_same_by_step_and_by_times() {
     let time: Vec<f64> = (0..500).map(|k| 0.25 + k as f64 * 1e-3).collect();
     let by_times = Excitation::new(&time, &samples, None).expect("sound");
     let by_step = Excitation::uniform(0.25, 1e-3, &samples).expect("sound");
-    // The step from the times differs in its last digit: 500 times that, at most.
+    // The step from the times differs in its last digit, and the times by at most 500 times that.
     alike(&cart().exact_loads(&by_times), &cart().exact_loads(&by_step), 1e-12);
 }
 
 #[test]
-fn a_later_clock_shows_the_same_loads() {
+fn a_shift_in_time_does_not_change_the_loads() {
     let mut random = Random::new(43);
     for machine in machines(&mut random) {
         let samples = noise(&mut random, 200);
@@ -65,7 +65,7 @@ fn a_later_clock_shows_the_same_loads() {
         let late = Excitation::uniform(1.7e9, 1e-3, &samples).expect("sound"); // Unix time
         assert_eq!(machine.exact_loads(&early), machine.exact_loads(&late));
 
-        // An uneven clock that ticks in powers of two loses nothing to the shift.
+        // Times in powers of two do not round when they are shifted.
         let time: Vec<f64> = (0..200).map(|k| (3 * k + k % 3) as f64 / 2048.0).collect();
         let shifted: Vec<f64> = time.iter().map(|t| t + 4096.0).collect();
         let early = machine.exact_loads(&Excitation::new(&time, &samples, None).expect("sound"));
@@ -93,7 +93,7 @@ fn responses_add_up() {
     }
 }
 
-/// Two samples at one time are what two samples a nanosecond apart tend to.
+/// Two samples at one time are the limit of two samples a nanosecond apart.
 #[test]
 fn a_jump_is_the_limit_of_a_nanosecond() {
     for machine in [cart(), paper(), cart_stiff()] {
@@ -110,7 +110,7 @@ fn a_jump_is_the_limit_of_a_nanosecond() {
 }
 
 #[test]
-fn nanosecond_samples_are_no_harder() {
+fn nanosecond_samples_need_no_more_work() {
     let mut random = Random::new(45);
     let time: Vec<f64> = (0..50).map(|k| if k < 49 { k as f64 * 1e-9 } else { 0.02 }).collect();
     let samples = noise(&mut random, 50);
@@ -147,7 +147,7 @@ fn the_excitation_between_samples_is_the_straight_line() {
     assert_eq!(excitation.duration(), 3.0);
 }
 
-/// A clock that shows the date resolves a quarter of a microsecond: a jump must stay a jump there.
+/// Times since 1970 in double precision resolve a quarter of a microsecond; a jump must stay a jump.
 #[test]
 fn a_jump_on_a_coarse_clock_stays_a_jump() {
     let ulp = 1.7e9_f64.next_up() - 1.7e9;
@@ -157,7 +157,7 @@ fn a_jump_on_a_coarse_clock_stays_a_jump() {
 }
 
 #[test]
-fn what_is_no_trace_is_refused_with_its_sample() {
+fn invalid_excitations_are_refused_with_their_sample() {
     let zeros = [[0.0; 3]; 4];
     let time = |time: &[f64; 4]| Excitation::new(time, &zeros, None).expect_err("no trace");
     assert_eq!(time(&[0.0, 1.0, 0.5, 2.0]), ExcitationError::Order { index: 2, before: 1.0, got: 0.5 });
@@ -172,9 +172,9 @@ fn what_is_no_trace_is_refused_with_its_sample() {
     assert!(matches!(Excitation::uniform(0.0, 0.0, &zeros), Err(ExcitationError::Order { .. })));
 }
 
-/// Asked for by its time, the instant of a jump has the excitation after it, however it is asked.
+/// At the time of a jump the excitation is that after the jump, for every kind of output.
 #[test]
-fn the_instant_of_a_jump_comes_after_it() {
+fn at_a_jump_the_excitation_is_that_after_it() {
     struct Inputs(Vec<(f64, f64)>);
     impl guideload::Record for Inputs {
         fn reserve(&mut self, _: usize) -> Result<(), guideload::RunError> {

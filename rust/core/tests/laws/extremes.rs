@@ -1,4 +1,4 @@
-//! Scenes and traces at the edge of what numbers hold.
+//! Scenes and traces at the limits of double precision.
 
 use guideload::{
     Body, Control, Dof, Exact, Excitation, Free, Link, Output, Radau, Rk45, RunError, Scene, SceneError,
@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::common::{ADAPTIVE, GRAVITY, Machine, cart, difference, largest, one_dof};
 
-/// Springs along y and z, and one damper between the two: y - z rings undamped, though both directions look damped.
+/// Springs along y and z, and one damper along y + z: the motion y - z is undamped, though both directions have damping.
 #[test]
 fn methods_agree_where_modes_are_damped_only_together() {
     let mass = 100.0;
@@ -38,7 +38,7 @@ fn methods_agree_where_modes_are_damped_only_together() {
     }
 }
 
-/// Where damping rules, `m q'' + b q' + k q = -m a` creeps back at `λ = k/b (1 + ...)`, and all is in the digits of `1 - exp(-λ h)`.
+/// With dominant damping, `m q'' + b q' + k q = -m a` decays at `λ = k/b (1 + ...)`; the result depends on the digits of `1 - exp(-λ h)`.
 #[test]
 fn strong_damping_keeps_its_digits() {
     let frequency: f64 = 1e3;
@@ -63,7 +63,7 @@ fn strong_damping_keeps_its_digits() {
     }
 }
 
-/// Seconds since 1970 are as good as seconds since the start.
+/// Seconds since 1970 give the same loads as seconds since the start.
 #[test]
 fn unix_time_is_as_good_as_any() {
     let samples = [[0.0; 3], [2.0, 0.0, 0.0], [0.0; 3], [0.0; 3]];
@@ -76,7 +76,7 @@ fn unix_time_is_as_good_as_any() {
 }
 
 #[test]
-fn an_interval_of_no_length_to_speak_of_ends() {
+fn a_very_short_interval_ends() {
     let samples = [[0.0; 3], [2.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
     for tiny in [5e-324, 1e-310, 1e-300, 1e-30] {
         let time = [0.0, tiny, 1.0];
@@ -93,7 +93,7 @@ fn an_interval_of_no_length_to_speak_of_ends() {
     }
 }
 
-/// A rod has no moment about its own axis, however it is turned.
+/// A rod has no moment of inertia about its axis, in any orientation.
 #[test]
 fn a_needle_is_refused_in_every_direction() {
     for axis in [
@@ -112,7 +112,7 @@ fn a_needle_is_refused_in_every_direction() {
 }
 
 #[test]
-fn what_leaves_the_range_of_numbers_is_told() {
+fn overflow_of_loads_is_an_error() {
     let heavy = Body::new(1e10, Vector3::zeros(), Matrix3::identity()).expect("a body");
     let links = cart().links;
     let scene = Scene::new(heavy, &links, Vector3::new(0.0, -1e300, 0.0), Free::GUIDED).expect("a scene");

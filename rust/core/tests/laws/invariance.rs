@@ -1,4 +1,4 @@
-//! What the choice of axes, origin, order and units must not change.
+//! Invariance under the choice of axes, origin, order and units.
 
 use guideload::position;
 use guideload::{Body, Exact, Excitation, Free, Link, Part, group_load};
@@ -10,10 +10,10 @@ use crate::common::{
 
 const STEP: f64 = 1e-3;
 
-/// Roundings of the modes and of a few hundred steps, times what ill-conditioned random supports make of them.
+/// Rounding of the modes and of a few hundred steps, times the condition of ill-conditioned random supports.
 const ROUNDING: f64 = 1e-11;
 
-/// The machines that are turned, moved and scaled here, all degrees of freedom free.
+/// The machines of these tests, with six free degrees of freedom.
 fn machines(random: &mut Random) -> Vec<Machine> {
     let mut machines: Vec<_> = (0..6).map(|_| random_machine(random)).collect();
     for mut guided in [cart(), cart_stiff()] {
@@ -173,11 +173,11 @@ fn loads_scale_as_their_units_do() {
             ROUNDING,
         );
         alike(&scaled(&machine, 1e3, 1e3, 1e3, 1.0, 1.0).exact_loads(&still), &times(1e3), ROUNDING);
-        // Length: millimetres for metres, with newtons kept.
+        // Length in millimetres instead of metres, force in newtons.
         let faster: Vec<_> = acceleration.iter().map(|a| a.map(|a| a * 1e3)).collect();
         let excitation = Excitation::uniform(0.0, STEP, &faster).expect("sound");
         alike(&scaled(&machine, 1e-3, 1e-3, 1e-3, 1e3, 1e3).exact_loads(&excitation), &loads, ROUNDING);
-        // Time: a tenth of it, at a hundred times the acceleration.
+        // A tenth of the time, a hundred times the acceleration.
         let faster: Vec<_> = acceleration.iter().map(|a| a.map(|a| a * 100.0)).collect();
         let excitation = Excitation::uniform(0.0, STEP / 10.0, &faster).expect("sound");
         alike(
@@ -188,7 +188,8 @@ fn loads_scale_as_their_units_do() {
     }
 }
 
-/// Maxwell and Betti, in time: what a force history at A along a moves B along b, it moves A along a when it acts at B along b.
+/// Reciprocity (Maxwell, Betti) over time: a force history at A along a causes the same displacement at B along b as the force history at B
+/// along b causes at A along a.
 #[test]
 fn displacements_are_reciprocal() {
     let mut random = Random::new(25);

@@ -1,4 +1,4 @@
-//! Linear scenes side by side give what each gives by itself, in lanes of any width and beside any neighbours.
+//! Linear scenes side by side give the same loads as single runs, in lanes of any width and beside any other scenes.
 
 use guideload::LawParameter;
 use guideload::batch::{
@@ -12,7 +12,7 @@ use crate::common::{
     ADAPTIVE, Machine, Random, cart, cart_stiff, cycle, noise, one_dof, paper, random_machine,
 };
 
-/// What a batch is asked: all there is of two groups and of the drive.
+/// Measures of a batch: all of two groups and of the drive.
 fn all_measures() -> Vec<Measure> {
     let mut measures = Vec::new();
     for group in 0..2 {
@@ -182,7 +182,7 @@ fn agree(study: &Study, samples: &Samples, exponent: f64) {
                 Measure::Load(_, _, Statistic::TimeOfMin | Statistic::TimeOfMax)
                     | Measure::Drive(Statistic::TimeOfMin | Statistic::TimeOfMax)
             );
-            // Two extremes that are equal but for rounding may change places, as where a load is zero throughout.
+            // The times of two extremes that are equal up to rounding may be exchanged, for instance if a load is always zero.
             let same = (got - want).abs() <= 1e-12 * forces || (got.is_nan() && want.is_nan());
             assert!(same || time, "sample {index}, {measure:?}: got {got}, want {want}");
         }
@@ -245,10 +245,10 @@ fn jitter_ticks_jumps_and_process_forces() {
 }
 
 #[test]
-fn what_lanes_cannot_is_done_one_by_one() {
+fn scenes_that_are_not_accurate_in_lanes_run_one_by_one() {
     let mut random = Random::new(4);
     let samples = Samples::new(ticks(200, 1e-3), &mut random);
-    // Overdamped; two modes that are one; hardly damped; a stiff link beside soft ones.
+    // Overdamped; two equal modes; hardly damped; a stiff link beside soft ones.
     let mut spread = random_machine(&mut random);
     let stiff = spread.links[0];
     spread.links[0] =
@@ -278,9 +278,9 @@ fn neighbours_do_not_matter() {
     assert!(same);
 }
 
-/// Where only extremes are asked for, stretches that cannot hold a new one are passed over: to the last bit without effect.
+/// If only extremes are requested, blocks without a new extreme are skipped. This does not change a bit of the results.
 #[test]
-fn what_is_passed_over_holds_no_extreme() {
+fn skipped_blocks_contain_no_new_extreme() {
     let mut random = Random::new(6);
     let quiet = |k: usize| [0.0, 40.0, 400.0].contains(&(k as f64 / 10.0).floor());
     for machine in [cart(), random_machine(&mut random), cart().with_damping(0.02)] {
@@ -315,7 +315,7 @@ fn what_is_passed_over_holds_no_extreme() {
     }
 }
 
-/// Where L stands far from all, masses and stiffnesses about it nearly cancel.
+/// If L is far from the body and the links, terms of the mass and stiffness matrices nearly cancel.
 #[test]
 fn any_reference_point() {
     let mut random = Random::new(7);
@@ -342,9 +342,9 @@ fn any_reference_point() {
     }
 }
 
-/// In a motion far shorter than any mode the loads are a vanishing part of what the excitation would hold for ever.
+/// In a motion far shorter than any period the loads are a tiny fraction of the quasi-static loads.
 #[test]
-fn motions_that_end_before_anything_moves() {
+fn motions_far_shorter_than_any_period() {
     let mut random = Random::new(8);
     let mut machine = random_machine(&mut random);
     machine.gravity = Vector3::zeros();
@@ -354,7 +354,7 @@ fn motions_that_end_before_anything_moves() {
     }
 }
 
-/// Stiffness and mass of any size, as their ratio is an ordinary one.
+/// Stiffness and mass of extreme size, with an ordinary ratio.
 #[test]
 fn any_size_of_numbers() {
     let mut random = Random::new(9);

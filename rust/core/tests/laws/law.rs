@@ -1,4 +1,4 @@
-//! Elastic laws: force, tangent and energy of each, and what is refused.
+//! Elastic laws: force, tangent and energy of each, and refused parameters.
 
 use guideload::{Law, SceneError};
 
@@ -83,7 +83,8 @@ fn tangent_is_the_slope_of_the_force_and_never_negative() {
         for d in deflections(&law) {
             let (h, k) = (1e-10, law.tangent(d));
             assert!(k >= 0.0);
-            // To the right, as an edge belongs to what is there. The slope of a preloaded law meets its edge as a root does: not there.
+            // To the right, because an edge belongs to the segment on its right. Not at the edges of a preloaded law, where the slope
+            // behaves like a square root.
             let (margin, bend) = if law.is_piecewise_linear() { (0.0, 1e-5) } else { (1e-7, 1e-4) };
             if law.edges().iter().any(|&edge| d + h >= edge - margin && d - margin < edge) {
                 continue;
@@ -129,7 +130,7 @@ fn segments_are_the_law() {
 }
 
 #[test]
-fn a_law_with_play_is_what_its_formula_says() {
+fn a_law_with_clearance_agrees_with_its_formula() {
     let (k, l, c) = (3e8, 5e8, 5e-6);
     let law = Law::sided(k, l, c).unwrap();
     assert_eq!((law.kind(), law.edges(), law.segment(1)), ("sided", [-c, c].as_slice(), (0.0, 0.0)));
@@ -164,7 +165,7 @@ fn symmetric_laws_are_odd_to_the_bit() {
 }
 
 #[test]
-fn a_preloaded_carriage_opens_where_the_catalogue_says() {
+fn a_preloaded_carriage_opens_at_the_load_in_catalogues() {
     for (exponent, d0, times) in [(BALL, 11.633e-6, 2.8284), (ROLLER, 8.617e-6, 2.1601)] {
         let (k0, preload) = (5.39e8, 2.09e3);
         let law = Law::preloaded(k0, preload, exponent).unwrap();
@@ -217,7 +218,7 @@ fn balls_by_roots_and_balls_by_powers_are_the_same() {
     for d in deflections(&balls) {
         close(balls.force(d), nearly.force(d), 1e-14, balls.force(d).abs());
         close(balls.energy(d), nearly.energy(d), 1e-14, balls.energy(d));
-        // The slope of the slope has no bound at the edge.
+        // The second derivative is unbounded at the edge.
         close(balls.tangent(d), nearly.tangent(d), 1e-7, k0);
     }
 }
@@ -238,7 +239,7 @@ fn preloads_of_any_size_work() {
 }
 
 #[test]
-fn scaled_laws_have_the_same_edges_and_so_much_more_force() {
+fn scaled_laws_have_the_same_edges_and_scaled_forces() {
     for law in laws() {
         let half = law.scaled(0.5).unwrap();
         assert_eq!((half.edges(), half.kind()), (law.edges(), law.kind()));
@@ -258,7 +259,7 @@ fn scaled_laws_have_the_same_edges_and_so_much_more_force() {
 }
 
 #[test]
-fn a_curve_passes_its_points_and_goes_on_beyond() {
+fn a_curve_passes_through_its_points_and_continues_with_the_end_slopes() {
     let law = Law::curve(&BENT).unwrap();
     assert_eq!(law.kind(), "curve");
     assert_eq!(law.edges(), BENT[1..5].iter().map(|[d, _]| *d).collect::<Vec<_>>());
@@ -276,7 +277,7 @@ fn points_on_a_line_are_no_edges() {
     let law = Law::curve(&straight).unwrap();
     assert!(law.is_linear());
     close(law.nominal(), 7.7e8, 1e-14, 7.7e8);
-    // Odd, with the gap cut in two.
+    // An odd curve with a point in the middle of its gap.
     let law = Law::curve(&[[-2e-5, -9e3], [-1e-5, 0.0], [0.0, 0.0], [1e-5, 0.0], [2e-5, 9e3]]).unwrap();
     assert_eq!((law.edges(), law.segment(1)), ([-1e-5, 1e-5].as_slice(), (0.0, 0.0)));
     let offset = Law::curve(&[[0.0, 5.0], [1e-5, 1e3]]).unwrap();
@@ -285,7 +286,7 @@ fn points_on_a_line_are_no_edges() {
 }
 
 #[test]
-fn what_is_no_law_is_refused_with_its_numbers() {
+fn invalid_laws_are_refused_with_their_numbers() {
     let many: Vec<_> = (0..17).map(|i| [f64::from(i), f64::from(i * i)]).collect();
     let refused = [
         (Law::linear(-1.0), "stiffness: expected >= 0 N/m, got -1"),

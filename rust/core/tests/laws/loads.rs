@@ -1,4 +1,4 @@
-//! Load recovery, paper section 3.6: at every sample the books balance.
+//! Load recovery, paper section 3.6: at every sample forces and moments balance.
 
 use guideload::{
     Control, Dof, Exact, Excitation, Extremes, Free, Link, Output, Part, Peaks, Radau, Rk45, RunError, State,
@@ -24,7 +24,7 @@ fn wrenches(random: &mut Random, count: usize) -> Vec<[f64; 6]> {
     (0..count).map(|_| core::array::from_fn(|_| random.between(-300.0, 300.0))).collect()
 }
 
-/// `reaction - guides = M (q'' + a) - Q - E`, from all guides, with every method: it holds for any state.
+/// `reaction - guides = M (q'' + a) - Q - E` over all guides, with every method, because it holds for any state.
 #[test]
 fn guides_and_reactions_balance_inertia_and_weight_at_every_sample() {
     let mut random = Random::new(51);
@@ -175,7 +175,7 @@ fn under_the_dofs_of_the_paper_the_guides_carry_no_weight_and_under_the_guided_o
         let mean = vertical[..100].iter().sum::<f64>() / 100.0; // The dwell before the motion.
         close(mean, want, 1e-12, weight);
     }
-    // While it moves, single guides of the paper's scene carry thousands of newtons of the moment.
+    // During the motion, single guides of the paper's scene carry loads of thousands of newtons by the moment.
     let machine = paper();
     let loads = machine.exact_loads(&excitation);
     let still = largest(&loads[..8]);
@@ -183,7 +183,7 @@ fn under_the_dofs_of_the_paper_the_guides_carry_no_weight_and_under_the_guided_o
     assert!(still > 1000.0 && largest(&moving) > 1000.0, "{still} {}", largest(&moving));
 }
 
-/// A held x takes the inertia of the whole body, and what the body adds by swinging.
+/// The reaction of held x is the inertial force of the whole body, plus that of its vibration.
 #[test]
 fn the_drive_force_is_mass_times_acceleration_once_it_has_settled() {
     let machine = cart();
@@ -194,13 +194,13 @@ fn the_drive_force_is_mass_times_acceleration_once_it_has_settled() {
     let system = machine.system();
     let drive = reaction(&system);
     let got = drive.at(&states[1], &excitation.input(1))[0];
-    close(got, 1250.0 * 2.2, 1e-12, 1250.0 * 2.2); // After 20 s nothing swings any more.
+    close(got, 1250.0 * 2.2, 1e-12, 1250.0 * 2.2); // After 20 s the vibration has decayed.
 }
 
 #[test]
 fn external_loads_reach_the_guides_as_acceleration_does() {
     let machine = cart();
-    // A force -m a at the centre of mass is what the acceleration a does, but for the held reaction.
+    // A force -m a at the centre of mass has the effect of the acceleration a, except on the held reaction.
     let cycle = cycle();
     let samples = &cycle[550..800];
     let center = machine.body.center_of_mass();
@@ -220,7 +220,7 @@ fn external_loads_reach_the_guides_as_acceleration_does() {
 }
 
 #[test]
-fn a_record_without_room_is_refused_before_the_run() {
+fn a_record_that_is_too_small_is_refused_before_the_run() {
     let machine = cart();
     let samples = [[0.0; 3]; 5];
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
@@ -232,7 +232,7 @@ fn a_record_without_room_is_refused_before_the_run() {
 }
 
 #[test]
-fn a_damper_of_its_own_carries_only_while_it_moves() {
+fn a_link_with_damper_only_has_load_only_in_motion() {
     let mut machine = cart();
     machine.links.push(Link::new(Vector3::new(0.0, 0.3, 0.0), Vector3::y(), 0.0, 1e5).expect("a damper"));
     let samples = [[0.0; 3], [2.2, 0.0, 0.0], [2.2, 0.0, 0.0]];
@@ -241,5 +241,5 @@ fn a_damper_of_its_own_carries_only_while_it_moves() {
     let damper: Vec<f64> = loads.chunks(17).map(|row| row[16]).collect();
     assert_eq!(damper[0], 0.0);
     assert!(damper[1].abs() > 1.0, "{damper:?}");
-    close(damper[2], 0.0, 1e-9, damper[1].abs()); // Twenty seconds later.
+    close(damper[2], 0.0, 1e-9, damper[1].abs()); // The vibration has decayed after 20 s.
 }

@@ -1,4 +1,4 @@
-//! The laws that the core keeps, through its public interface. One binary, a file per theme, in the order of the data.
+//! Tests of physical and numerical laws through the public interface. One binary, one file per topic, in the order of the data.
 
 mod common;
 mod contacts;

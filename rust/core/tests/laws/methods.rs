@@ -1,4 +1,4 @@
-//! Three methods, one answer: agreement, work, knots.
+//! The three methods: agreement of loads, work, and steps at samples.
 
 use guideload::{Control, Exact, Excitation, Method, NamedMethod, Output, Radau, Rk45, State, Summary};
 
@@ -21,10 +21,10 @@ fn misses<M: Method>(
 
 const TOLERANCES: [f64; 4] = [1e-4, 1e-6, 1e-8, 1e-10];
 
-/// One tolerance per decade where it is cheap.
+/// Tolerances, one per decade where runs are cheap.
 const DECADES: [f64; 7] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
 
-/// Straight stretches of an excitation along x: what lies between the samples at which it bends.
+/// Straight stretches of an excitation along x, between the samples where its slope changes.
 fn straights(excitation: &Excitation) -> usize {
     let at = |k: usize| (excitation.time(k), excitation.input(k)[0]);
     let bends = |k: &usize| {
@@ -51,7 +51,7 @@ fn assert_agree<M: Method>(
     }
 }
 
-/// The motion up to a second after the machine has got to speed: rest, both jerks of either sign, cruise.
+/// The motion up to a second after the end of the acceleration: rest, acceleration with both jerks, cruise.
 fn start_of_cycle() -> Vec<[f64; 3]> {
     cycle()[500..1700].to_vec()
 }
@@ -77,14 +77,14 @@ fn methods_agree_on_the_stiff_cart() {
     let samples = start_of_cycle();
     let excitation = Excitation::uniform(0.0, 1e-3, &samples[..500]).expect("sound");
     assert_agree("radau", &Radau, &cart_stiff(), &excitation, &DECADES);
-    // Rk45 gets there too, at the price of its stability: about 3.6e4 / 3.3 steps a second once it moves.
+    // Rk45 reaches this accuracy too, but stability requires about 3.6e4 / 3.3 steps per second once the machine moves.
     let excitation = Excitation::uniform(0.0, 1e-3, &samples[80..180]).expect("sound");
     assert_agree("rk45", &Rk45, &cart_stiff(), &excitation, &TOLERANCES);
     let (_, summary) = cart_stiff().states(&Rk45, ADAPTIVE, &excitation);
     assert!((800..2500).contains(&(summary.steps + summary.rejected)), "{summary:?}");
 }
 
-/// Nothing damps an error here: it lives for all of the time.
+/// Without damping, an error does not decay.
 #[test]
 fn methods_agree_over_seconds_without_damping() {
     let mut samples = vec![[0.0; 3]; 1500];
@@ -95,7 +95,7 @@ fn methods_agree_over_seconds_without_damping() {
     let machine = cart().with_damping(0.0);
     assert_agree("rk45", &Rk45, &machine, &excitation, &TOLERANCES);
     assert_agree("radau", &Radau, &machine, &excitation, &TOLERANCES);
-    // And where a few knots leave the step to the control.
+    // The same with few samples, so that the control determines the step.
     let time = [0.0, 0.088, 0.4, 0.4, 1.5];
     let samples = [[0.0; 3], [2.2, 0.0, 0.0], [2.2, 0.0, 0.0], [0.0; 3], [0.0; 3]];
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
@@ -121,7 +121,7 @@ fn methods_agree_on_any_scene_under_any_load() {
     }
 }
 
-/// The yardstick's `pulse`: a half-sine of 20 ms after five seconds of rest, which general solvers step over.
+/// The yardstick's `pulse`: a half-sine of 20 ms after five seconds of rest, which general adaptive solvers miss.
 #[test]
 fn a_pulse_after_rest_is_never_missed() {
     let half_sine = |k: u32| [2.2 * (f64::from(k) * core::f64::consts::PI / 20.0).sin(), 0.0, 0.0];
@@ -149,7 +149,7 @@ fn a_pulse_after_rest_is_never_missed() {
                 let loads = machine.loads_of(&states);
                 let off = difference(&loads, &exact) / summary.load_scale;
                 assert!(off <= 10.0 * rtol, "{rtol:e}: off by {off:e} of the load scale");
-                // Even at 1e-2 of the load scale: every knot is a step, so the pulse is seen as it is.
+                // Even at 1e-2 of the load scale, because steps end at every bend and cannot miss the pulse.
                 close(peak(&loads), peak(&exact), f64::min(0.05, 10.0 * rtol), peak(&exact));
             }
         }
@@ -169,12 +169,12 @@ fn work_is_bounded() {
         let least = straights(&excitation);
         let (_, exact) = cart().states(&Exact::<1>, control, &excitation);
         assert_eq!((exact.steps, exact.rejected), (1999, 0));
-        // A step or more for each straight stretch, up to one from sample to sample, noise or no noise.
+        // One or more steps for each straight stretch, at most one per interval between samples, with and without noise.
         let (_, radau) = cart().states(&Radau, control, &excitation);
         assert!((least..=1999).contains(&radau.steps) && radau.rejected <= 20, "{least} {radau:?}");
         let (_, rk45) = cart().states(&Rk45, control, &excitation);
         assert!((least..=1999 + 20).contains(&rk45.steps), "{least} {rk45:?}");
-        // And never fewer than the bends ask for, however loose the tolerance.
+        // At least one step between two bends, at any tolerance.
         let (_, loose) = cart().states(&Radau, Control::Adaptive { rtol: 0.1 }, &excitation);
         assert!(loose.steps >= least, "{least} {loose:?}");
     }
@@ -194,7 +194,7 @@ fn times_are_the_samples_and_what_lies_between_is_exact() {
         let between: Vec<f64> = (0..500).map(|k| 0.129 * (f64::from(k) + 0.5) / 500.0).collect();
         let output = Output::Times(&between);
         let exact = machine.loads_of(&machine.run(&Exact::<1>, ADAPTIVE, &excitation, output).0);
-        // The exact one is that of a trace with samples there.
+        // The exact state there is that of a trace with samples at these times.
         for (k, &t) in between.iter().enumerate().step_by(50) {
             let mut time = at_samples.clone();
             time.retain(|&sample| sample < t);
@@ -220,7 +220,7 @@ fn times_are_the_samples_and_what_lies_between_is_exact() {
 }
 
 #[test]
-fn a_method_by_its_name_is_that_method() {
+fn a_method_by_its_name_equals_the_method() {
     let (machine, motion) = (cart(), start_of_cycle());
     let excitation = Excitation::uniform(0.0, 1e-3, &motion).expect("sound");
     let by_name = |name| {

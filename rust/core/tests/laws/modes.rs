@@ -62,7 +62,7 @@ fn one_dof_has_the_frequency_and_damping_of_the_textbook() {
         let want = [(root - ratio) * 250.0, (-root - ratio) * 250.0];
         for value in &values[..2] {
             let off = want.iter().map(|want| (want - value).norm()).fold(f64::INFINITY, f64::min);
-            // A double eigenvalue feels the root of a rounding.
+            // The error of a double eigenvalue is the square root of a rounding error.
             let tolerance = if ratio == 1.0 { 1e-7 } else { 1e-13 };
             assert!(off <= tolerance * 250.0 * ratio.max(1.0), "{ratio}: {value} {want:?}");
         }
@@ -82,7 +82,7 @@ fn proportional_damping_gives_each_mode_its_ratio() {
         let system = machine.system();
         let highest = system.frequencies().iter().copied().fold(0.0, f64::max);
         for (i, mode) in modes(&system).enumerate() {
-            // Roundings of b φᵀ d dᵀ φ, whose size the highest mode sets.
+            // Rounding of b φᵀ d dᵀ φ; the highest mode determines its size.
             close(
                 mode.damping_ratio,
                 beta * mode.frequency / 2.0,
@@ -105,7 +105,7 @@ fn proportional_damping_gives_each_mode_its_ratio() {
     }
 }
 
-/// Each eigenvalue makes `λ² M + λ C + K` singular, and they add up to the trace.
+/// Each eigenvalue makes `λ² M + λ C + K` singular, and their sum is the trace.
 #[test]
 fn eigenvalues_solve_the_damped_problem() {
     let mut random = Random::new(63);
@@ -122,7 +122,7 @@ fn eigenvalues_solve_the_damped_problem() {
             let pencil = m.map(|x| value * value * x) + c.map(|x| value * x) + k.map(Complex::from);
             let size = pencil.norm();
             let smallest = pencil.singular_values().min();
-            // QR errs by roundings of the fastest eigenvalue, in λ as in what λ multiplies.
+            // The error of QR is some roundings of the fastest eigenvalue, in λ and in its factors.
             let slip = 1e-13 * fastest * (2.0 * value.norm() * m.norm() + c.norm());
             assert!(smallest <= 1e-13 * size + slip, "{value}: {smallest:e} of {size:e}");
             let twin = values.iter().map(|other| (other - value.conj()).norm()).fold(f64::INFINITY, f64::min);
@@ -134,7 +134,7 @@ fn eigenvalues_solve_the_damped_problem() {
 }
 
 #[test]
-fn the_yardstick_scenes_are_where_the_yardstick_says() {
+fn the_yardstick_scenes_have_the_published_eigenvalues() {
     let stiff = eigenvalues(&cart_stiff().system()).expect("they settle");
     let stiff = &stiff[..10];
     assert!(stiff.iter().all(|value| value.im == 0.0), "overdamped: real eigenvalues {stiff:?}");
@@ -154,9 +154,9 @@ fn eigenvalues_come_slowest_first() {
     }
 }
 
-/// A point mass on an arm, near enough: the mass matrix is singular to rounding, and still no number is lost.
+/// Nearly a point mass on an arm: the mass matrix is singular to rounding, but no digits are lost.
 #[test]
-fn a_nearly_singular_mass_matrix_gives_numbers() {
+fn a_nearly_singular_mass_matrix_gives_finite_results() {
     let mut random = Random::new(65);
     let base = cart();
     for size in [1e-6, 1e-9, 1e-12, 1e-15] {

@@ -4,7 +4,7 @@ use guideload::{Control, Exact, Excitation, Method, Output, Radau, Rk45, State};
 
 use crate::common::{ADAPTIVE, Machine, cart, difference, largest, one_dof};
 
-/// One long interval: a step of the acceleration and a slope.
+/// One long interval with a step of the acceleration and then a slope.
 const SAMPLES: [[f64; 3]; 2] = [[1.0, 2.0, -1.0], [-2.0, 1.0, 2.0]];
 
 /// Error of the last state after `steps` equal steps over `length` s, relative to the exact one.
@@ -38,7 +38,7 @@ fn rk45_has_order_five() {
 
 #[test]
 fn radau_has_order_nine() {
-    // ω h = 1 and 0.5 or so; below that its error drowns in rounding.
+    // ω h of about 1 and 0.5; at smaller steps rounding exceeds the error.
     assert_order(&Radau, &one_dof(100.0, 0.0), 1.0, [100, 200], 9.0);
     assert_order(&Radau, &one_dof(100.0, 0.05), 0.2, [20, 40], 9.0);
     assert_order(&Radau, &cart(), 0.05, [20, 36], 9.0);
@@ -46,7 +46,7 @@ fn radau_has_order_nine() {
 
 /// Error of one step from rest at the fraction `theta` of it, relative to the exact state.
 fn error_inside<M: Method>(method: &M, machine: &Machine, h: f64, theta: f64) -> f64 {
-    // The same slope however long the step.
+    // The slope is the same for any length of the step.
     let (time, samples) = ([0.0, h], [[1.0, 2.0, -1.0], [1.0, 2.0 - 50.0 * h, -1.0]]);
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
     let times = [theta * h];
@@ -56,7 +56,7 @@ fn error_inside<M: Method>(method: &M, machine: &Machine, h: f64, theta: f64) ->
     difference(&got, &exact)
 }
 
-/// A method of order p errs by h^(p + 1) in one step.
+/// The error of one step of a method of order p is proportional to h^(p + 1).
 #[track_caller]
 fn assert_order_inside<M: Method>(method: &M, theta: f64, steps: [f64; 2], nominal: f64) {
     for machine in [one_dof(100.0, 0.0), one_dof(100.0, 0.3)] {
@@ -72,15 +72,16 @@ fn dense_output_has_order_four_in_rk45_and_five_in_radau() {
     for theta in [0.25, 0.5, 0.75] {
         assert_order_inside(&Rk45, theta, [1e-3, 5e-4], 4.0);
     }
-    // Where the error polynomial of the collocation is not near one of its zeros.
+    // At fractions that are not near a zero of the collocation's error polynomial.
     for theta in [0.25, 0.5] {
         assert_order_inside(&Radau, theta, [2e-3, 1e-3], 5.0);
     }
     assert_order_inside(&Rk45, 1.0, [1e-3, 5e-4], 5.0);
 }
 
-/// Steps that a tolerance costs: while each step may err by its share of the time, which falls with its length, an estimate that
-/// falls as h^(p + 1) makes them as rtol^(-1 / p); where steps are so long that each may err by all of rtol, as rtol^(-1 / (p + 1)).
+/// The number of steps at a tolerance. If the allowed error of a step is proportional to its length, an estimate proportional to h^(p + 1)
+/// makes the number of steps proportional to rtol^(-1 / p). If steps are so long that each may have an error of rtol, it is proportional to
+/// rtol^(-1 / (p + 1)).
 #[track_caller]
 fn assert_order_of_estimate<M: Method>(method: &M, order: f64, tolerances: [f64; 2]) {
     let machine = one_dof(100.0, 0.0);

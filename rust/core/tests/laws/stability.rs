@@ -1,4 +1,4 @@
-//! Where steps are too long, tolerances too tight, or a method has no bound.
+//! Steps that are too long, tolerances that are too tight, and methods that are stable at any step.
 
 use guideload::{Control, Excitation, Output, Radau, Rk45, RunError};
 use nalgebra::{DMatrix, DVector};
@@ -36,12 +36,12 @@ fn rk45_is_stable_up_to_its_limit_and_no_further() {
         }
         other => panic!("expected Diverged, got {other:?}"),
     }
-    // What was recorded until then are numbers.
+    // The states recorded before are finite.
     assert!(outside.iter().flatten().all(|x| x.is_finite()));
 }
 
 #[test]
-fn rk45_beyond_its_limit_on_the_stiff_cart_says_so() {
+fn rk45_beyond_its_limit_on_the_stiff_cart_is_an_error() {
     let samples = vec![[2.2, 0.0, 0.0]; 2000];
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
     let (states, outcome) =
@@ -52,7 +52,7 @@ fn rk45_beyond_its_limit_on_the_stiff_cart_says_so() {
     assert!(states.len() < 2000 && states.iter().flatten().all(|x| x.is_finite()));
 }
 
-/// The answer once everything has settled: `K q = Q - M a` in the free degrees of freedom, from the matrices alone.
+/// The quasi-static position: `K q = Q - M a` in the free degrees of freedom, from the matrices.
 fn quasi_static(machine: &Machine, acceleration: [f64; 3]) -> Vec<f64> {
     let system = machine.system();
     let dofs: Vec<usize> = machine.free.iter().map(|dof| dof as usize).collect();
@@ -74,7 +74,7 @@ fn quasi_static(machine: &Machine, acceleration: [f64; 3]) -> Vec<f64> {
 }
 
 #[test]
-fn radau_takes_any_step_and_settles() {
+fn radau_is_stable_at_any_step() {
     let a = [2.2, 0.3, -0.4];
     for machine in [cart(), cart_stiff()] {
         let want = quasi_static(&machine, a);
@@ -84,14 +84,14 @@ fn radau_takes_any_step_and_settles() {
             let excitation = Excitation::new(&time, &samples, None).expect("sound");
             let (states, _) = machine.states(&Radau, Control::Fixed { step }, &excitation);
             let got = machine.loads_of(&states[1..]);
-            // |R(z)| <= 5 / |z| or so far out: forty steps leave rounding, of `h A` with a condition of up to 1e2.
+            // |R(z)| is at most about 5 / |z| for large |z|, so after forty steps only rounding is left, of `h A` with a condition up to 1e2.
             assert!(
                 difference(&got, &want) <= 1e-11 * largest(&want),
                 "{step}: {:e}",
                 difference(&got, &want)
             );
         }
-        // L-stable: one huge step leaves no ringing behind.
+        // L-stable: after one very long step there is no vibration left.
         let (time, samples) = ([0.0, 1e6], [a, a]);
         let excitation = Excitation::new(&time, &samples, None).expect("sound");
         let (states, _) = machine.states(&Radau, Control::Fixed { step: 1e6 }, &excitation);
@@ -116,7 +116,7 @@ fn radau_without_damping_never_gains_energy() {
 }
 
 #[test]
-fn what_no_control_can_do_is_refused() {
+fn invalid_controls_are_refused() {
     let samples = [[0.0; 3]; 3];
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
     let outcome = |control| cart().run(&Rk45, control, &excitation, Output::Samples).1;
@@ -140,7 +140,7 @@ fn what_no_control_can_do_is_refused() {
     }
 }
 
-/// Ringing for a million radians without damping at 1e-13: what each step rounds off is more than its share.
+/// Undamped vibration over a million radians at 1e-13: the rounding of each step exceeds its allowed error.
 #[test]
 fn a_tolerance_below_rounding_is_reported_with_its_numbers() {
     let time = [0.0, 0.01, 0.01, 100.0];
@@ -158,8 +158,8 @@ fn a_tolerance_below_rounding_is_reported_with_its_numbers() {
 }
 
 #[test]
-fn a_few_diverging_steps_are_told_too() {
-    // Far from overflow: 1e17 N after five steps, were it let through.
+fn a_few_diverging_steps_are_an_error() {
+    // Far from overflow: without the test of divergence the loads would be 1e17 N after these five steps.
     let (states, outcome) = rk45_at(3.0 * DP5_REAL_LIMIT, 5);
     assert!(matches!(outcome, Err(RunError::Diverged { .. })), "{outcome:?}");
     assert_eq!(states.len(), 1);

@@ -16,7 +16,7 @@ fn stiffness_times_static_position_is_the_weight() {
         let (k, weight) = (system.matrices().stiffness, system.matrices().weight);
         let missing = k * system.static_position() - weight;
         for dof in machine.free.iter() {
-            // Backward stable: the residual is roundings of K q, however soft a direction is.
+            // Backward stable: the residual is the rounding of K q, for any stiffness of a direction.
             let size = k.amax() * system.static_position().amax() + weight.amax();
             close(missing[dof as usize], 0.0, 1e-14, size);
         }
@@ -39,7 +39,7 @@ fn guides_and_held_reactions_carry_the_weight() {
 }
 
 #[test]
-fn the_dofs_of_the_paper_hide_the_weight_and_guided_ones_show_it() {
+fn guides_carry_the_weight_with_guided_dofs_and_not_with_those_of_the_paper() {
     let vertical = |machine: &Machine| {
         let system = machine.system();
         let load = machine.guide_load(&system);
@@ -61,7 +61,7 @@ fn unsupported(machine: &Machine) -> (Vector6<f64>, usize, String) {
     }
 }
 
-/// No link feels the motion, and no held degree of freedom takes part in it.
+/// No link resists the motion, and it moves no held degree of freedom.
 #[track_caller]
 fn assert_unresisted(machine: &Machine, motion: &Vector6<f64>) {
     close(motion.amax(), 1.0, 1e-15, 1.0);
@@ -99,7 +99,7 @@ fn one_rail_leaves_a_rotation_about_it() {
 }
 
 #[test]
-fn links_across_leave_a_translation() {
+fn links_across_a_direction_leave_its_translation_free() {
     let mut machine = cart();
     machine.links.retain(|link| link.direction().z == 0.0);
     machine.links.push(Link::new(Vector3::new(0.0, 0.0, 1.0), Vector3::x(), 6e7, 0.0).expect("a link"));
@@ -124,7 +124,7 @@ fn several_motions_are_counted() {
     assert_eq!(unsupported(&dampers).1, 5); // A damper supports nothing at rest.
 }
 
-/// A nut on its thread: whatever the links push against, they leave the screw motion `u = pitch φ` alone.
+/// A nut on its thread: the links do not resist the screw motion `u = pitch φ`.
 #[test]
 fn an_oblique_screw_is_named_with_its_travel() {
     let mut random = Random::new(13);
@@ -138,7 +138,7 @@ fn an_oblique_screw_is_named_with_its_travel() {
             machine.body =
                 Body::new(machine.body.mass(), machine.body.center_of_mass(), inertia).expect("a body");
             for link in &mut machine.links {
-                // A direction across the velocity that the screw gives to the point.
+                // A direction perpendicular to the velocity of the point in the screw motion.
                 let velocity = screw[0] + screw[1].cross(&link.point());
                 let k = link.stiffness() * f64::powf(spread, random.between(-0.5, 0.5));
                 let across = velocity.cross(&random.vector(1.0));
@@ -154,7 +154,7 @@ fn an_oblique_screw_is_named_with_its_travel() {
     }
 }
 
-/// Soft is not loose: a stiffness spread of 1e8 beside an axis that hardly has inertia.
+/// A soft direction counts as supported: a stiffness spread of 1e8, and an axis with hardly any inertia.
 #[test]
 fn a_softly_supported_body_is_supported() {
     let light = Matrix3::from_diagonal(&Vector3::new(1e-6, 1.0, 1.0));
@@ -170,7 +170,7 @@ fn a_softly_supported_body_is_supported() {
         }
         let machine = Machine { body, links: soft, gravity: GRAVITY, free: Free::ALL };
         let system = System::new(&machine.scene()).expect("soft, not loose");
-        // Every link load is a digit of the weight, so the soft ones have to be right beside the stiff ones.
+        // The links share the weight, so the loads of soft links must be as accurate as those of stiff links.
         let carried = at(&machine.guide_load(&system), &[0.0; 12]);
         let weight = system.matrices().weight;
         assert!((carried - weight).amax() <= 1e-10 * weight.amax(), "{}", (carried - weight).amax());

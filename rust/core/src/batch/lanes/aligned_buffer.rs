@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-/// Numbers that begin at a cache line, which loads of the widest vectors must not straddle.
+/// Numbers that begin at a cache line, so that no load of the widest vectors crosses two lines.
 #[derive(Debug, Default)]
 pub(super) struct AlignedBuffer {
     numbers: Vec<f64>,

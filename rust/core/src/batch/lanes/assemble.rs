@@ -1,4 +1,4 @@
-//! Mass matrices, weights and links of many scenes, one in each lane: as `crate::assemble`.
+//! Mass matrices, weights and links of many scenes, one in each lane; see `crate::assemble` for one scene.
 
 use pulp::Simd;
 

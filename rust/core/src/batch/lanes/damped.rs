@@ -1,9 +1,8 @@
 //! Damped modes of many scenes, one in each lane.
 //!
 //! With `y = (p, -p̄)`, `p = (iω η + η') / √2`, the equations of motion are `y' = M y + (f, -f) / √2` with the complex symmetric
-//! `M = [[iΩ - Ĉ/2, Ĉ/2], [Ĉ/2, -iΩ - Ĉ/2]]`. A complex orthogonal T makes it diagonal, and the modes are decoupled: `z' = λ z + g u`. Measured
-//! from the value at which a constant excitation would hold it, `v = z + (g/λ) u`, a mode is driven by changes of u alone:
-//! `v' = λ v + (g/λ) u'`.
+//! `M = [[iΩ - Ĉ/2, Ĉ/2], [Ĉ/2, -iΩ - Ĉ/2]]`. A complex orthogonal T makes it diagonal, and the modes are decoupled: `z' = λ z + g u`. Only
+//! changes of u drive the deviation of a mode from its quasi-static value, `v = z + (g/λ) u`: `v' = λ v + (g/λ) u'`.
 
 use pulp::Simd;
 
@@ -12,15 +11,15 @@ use super::matrix::MAX_MODES;
 use super::undamped::{RowParts, Undamped};
 use super::vector::{Complex, Mask, Real};
 
-/// Smallest angle, rad, that every mode must turn or decay by during the motion. Below it the loads are differences of far larger
-/// quasi-static ones and lose digits.
-const LEAST_TURN: f64 = 0.3;
+/// Smallest `|λ|` times duration of the motion, for every mode. Below it the loads are differences of far larger quasi-static loads and lose
+/// digits.
+const MIN_TURN: f64 = 0.3;
 
-/// Largest squared norm of T per mode: 1 where damping does not couple modes, infinite where two modes become one.
-const CONDITION: f64 = 50.0;
+/// Largest squared norm of T per mode. It is 1 if damping does not couple modes, and infinite if two modes coincide (defective).
+const MAX_MODE_SIZE: f64 = 50.0;
 
-/// Largest angle, rad, that a mode may turn while it lasts: the load's relative error is that of λ times this angle.
-const TURNS: f64 = 2e3;
+/// Largest angle, rad, that a mode may turn before it decays; the relative error of a load is that of λ times this angle.
+const MAX_TURN: f64 = 2e3;
 
 /// Damped modes of the scenes.
 pub(super) struct Damped<S: Simd> {
@@ -48,7 +47,7 @@ impl<S: Simd> Damped<S> {
             }
         }
         let mut modes = DampedModes::new(simd, a, b, n);
-        modes.turn();
+        modes.diagonalise();
         let mut accurate = modes.does_not_oscillate.not();
         let mut eigenvalues = [none; MAX_MODES];
         let (mut size, mut trace, mut damped) = (zero, zero, zero);
@@ -66,18 +65,18 @@ impl<S: Simd> Damped<S> {
             let settled = largest.less_than(square * square.constant(1e-28));
             // The shorter of the duration of the motion and the time in which the mode decays.
             let memory = (-eigenvalues[k].re).max(square.constant(1.0 / duration));
-            let turns = (eigenvalues[k].im).less_than(memory * square.constant(TURNS));
+            let turns = (eigenvalues[k].im).less_than(memory * square.constant(MAX_TURN));
             let swings = zero.less_than(eigenvalues[k].im);
-            let least = square.constant(LEAST_TURN / duration);
+            let least = square.constant(MIN_TURN / duration);
             let lasts = (least * least).less_than(square);
             accurate = accurate.and(settled).and(turns).and(swings).and(lasts);
             trace = trace + eigenvalues[k].re;
             damped = damped + half * damping[k][k];
         }
-        // No rotation changes a trace.
+        // Rotations do not change the trace.
         let same_trace =
             (trace + damped).abs().less_than((damped + frequency[n - 1]) * damped.constant(1e-12));
-        let accurate = accurate.and(same_trace).and(size.less_than(size.constant(CONDITION * n as f64)));
+        let accurate = accurate.and(same_trace).and(size.less_than(size.constant(MAX_MODE_SIZE * n as f64)));
         Self { modes, eigenvalues, accurate }
     }
 

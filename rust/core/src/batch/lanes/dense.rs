@@ -5,7 +5,7 @@ use pulp::Simd;
 use super::matrix::{MAX_MODES, Square};
 use super::vector::Real;
 
-/// Replaces a symmetric matrix by its Cholesky factor L, `L Lᵀ`. Returns the smallest pivot as a part of its diagonal entry, at most 1.
+/// Replaces a symmetric matrix by its Cholesky factor L, `L Lᵀ`. Returns the smallest ratio of a pivot to its diagonal entry, at most 1.
 #[inline(always)]
 pub(super) fn cholesky<S: Simd>(matrix: &mut Square<Real<S>>, n: usize) -> Real<S> {
     let zero = matrix[0][0].constant(0.0);
@@ -15,7 +15,7 @@ pub(super) fn cholesky<S: Simd>(matrix: &mut Square<Real<S>>, n: usize) -> Real<
         for k in 0..j {
             pivot = (-matrix[j][k]).mul_add(matrix[j][k], pivot);
         }
-        // NaN is not above zero, and fails the later comparison.
+        // NaN is not above zero, so it fails the later comparison.
         let part = pivot / matrix[j][j];
         smallest = zero.less_than(part).select(smallest.min(part), zero);
         let root = pivot.sqrt();
@@ -36,7 +36,7 @@ pub(super) fn cholesky<S: Simd>(matrix: &mut Square<Real<S>>, n: usize) -> Real<
 #[inline(always)]
 pub(super) fn congruent<S: Simd>(lower: &Square<Real<S>>, matrix: &mut Square<Real<S>>, n: usize) {
     for _ in 0..2 {
-        // Solve for the columns, then transpose; twice does both sides.
+        // Solve for the columns, then transpose. Two passes treat both sides.
         for column in 0..n {
             for i in 0..n {
                 let mut sum = matrix[i][column];

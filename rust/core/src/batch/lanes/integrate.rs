@@ -118,7 +118,7 @@ impl<const N: usize> WithSimd for Advance<'_, N> {
         let Some(states) = states.first_chunk_mut::<N>() else { return };
         let inside = usize::min(BLOCK, timeline.count - block * BLOCK);
         let mut state = *end;
-        // A loop of its own for one component, the usual case, in which the compiler knows the count.
+        // A separate loop for the usual case of one component, whose count the compiler knows.
         if let [by_input] = by_input {
             let Some(changes) = changes.first_chunk::<BLOCK>() else { return };
             for k in 0..inside {
@@ -202,7 +202,7 @@ fn advanced<S: Simd, const N: usize>(
     changes: &[f64],
     state: &[[S::f64s; 2]; N],
 ) -> [[S::f64s; 2]; N] {
-    // The share of the excitation first, as it does not depend on the state.
+    // The effect of the excitation first, because it does not depend on the state.
     let zero = Real::splat(simd, 0.0);
     let mut rise = [Complex::new(zero, zero); N];
     for (index, (by_input, &change)) in by_input.iter().zip(changes).enumerate() {

@@ -1,30 +1,30 @@
 //! Eigenvectors by Jacobi rotations, one matrix in each lane.
 //!
-//! A lane that has converged is rotated by exactly nothing from then on, so its result does not depend on its neighbours.
+//! A lane that has converged is not rotated any more, so its result does not depend on the other lanes.
 
 use pulp::Simd;
 
 use super::matrix::{MAX_MODES, Square};
 use super::vector::{Complex, Mask, Real};
 
-/// Most sweeps over all pairs. Quadratic convergence needs five or six for an ordinary scene; a lane that has not converged then is left
-/// to the scalar path.
-const SWEEPS: usize = 12;
+/// Largest number of sweeps over all pairs. Convergence is quadratic; ordinary scenes need five or six. The scene of a lane that has not
+/// converged runs by itself.
+const MAX_SWEEPS: usize = 12;
 
-/// Part of the geometric mean of the two diagonal entries below which an off-diagonal entry counts as zero.
-const NOTHING: f64 = f64::EPSILON;
+/// Off-diagonal entry over the geometric mean of the two diagonal entries below which it counts as zero.
+const MAX_OFF_DIAGONAL: f64 = f64::EPSILON;
 
 /// Diagonalises a symmetric positive definite matrix: leaves the eigenvalues on its diagonal and returns the eigenvectors in columns.
 #[inline(always)]
 pub(super) fn symmetric<S: Simd>(simd: S, matrix: &mut Square<Real<S>>, n: usize) -> Square<Real<S>> {
     let n = usize::min(n, MAX_MODES);
     let (zero, one) = (Real::splat(simd, 0.0), Real::splat(simd, 1.0));
-    let limit = Real::splat(simd, NOTHING * NOTHING);
+    let limit = Real::splat(simd, MAX_OFF_DIAGONAL * MAX_OFF_DIAGONAL);
     let mut vectors = [[zero; MAX_MODES]; MAX_MODES];
     for (i, row) in vectors.iter_mut().enumerate() {
         row[i] = one;
     }
-    for _ in 0..SWEEPS {
+    for _ in 0..MAX_SWEEPS {
         let mut settled = true;
         for p in 0..n {
             for q in p + 1..n {
@@ -63,8 +63,8 @@ pub(super) fn symmetric<S: Simd>(simd: S, matrix: &mut Square<Real<S>>, n: usize
     vectors
 }
 
-/// Damped modes: the upper half of `M = [[A, B], [B̄, Ā]]`, A complex symmetric and B Hermitian, which complex rotations `RᵀMR`
-/// diagonalise while they keep this form, and the upper half of the modes that the rotations make.
+/// Damped modes: the upper halves of `M = [[A, B], [B̄, Ā]]`, A complex symmetric and B Hermitian, and of its modes T. Complex rotations
+/// `RᵀMR` diagonalise M without changing this form.
 ///
 /// The form is that of `iΩ - Ĉ/2` beside `Ĉ/2`: a mode and its conjugate. (Jacobi's method for complex symmetric matrices, Seaton 1969;
 /// rotations are orthogonal without conjugation, so `Tᵀ T = I`.)
@@ -76,7 +76,7 @@ pub(super) struct DampedModes<S: Simd> {
     /// `T = [[U, V̄], [V, Ū]]`: upper and lower half of the columns of the modes.
     pub(super) upper: Square<Complex<S>>,
     pub(super) lower: Square<Complex<S>>,
-    /// Lanes with a mode that does not oscillate. It and its conjugate are then two real modes, which do not have this form.
+    /// Lanes with a mode that does not oscillate: two real modes, which do not have this form of a mode and its conjugate.
     pub(super) does_not_oscillate: Mask<S>,
 }
 
@@ -102,15 +102,15 @@ impl<S: Simd> DampedModes<S> {
 
     /// Diagonalises M; the eigenvalues are then on the diagonal of A.
     #[inline(always)]
-    pub(super) fn turn(&mut self) {
+    pub(super) fn diagonalise(&mut self) {
         let n = self.n;
-        for _ in 0..SWEEPS {
+        for _ in 0..MAX_SWEEPS {
             let mut settled = true;
             for j in 0..n {
-                settled &= !self.with_own_conjugate(j);
+                settled &= !self.rotate_with_own_conjugate(j);
                 for k in j + 1..n {
-                    settled &= !self.with_other(j, k);
-                    settled &= !self.with_conjugate_of_other(j, k);
+                    settled &= !self.rotate_pair(j, k);
+                    settled &= !self.rotate_with_conjugate_of_other(j, k);
                 }
             }
             if settled {
@@ -119,9 +119,9 @@ impl<S: Simd> DampedModes<S> {
         }
     }
 
-    /// Rotates the modes j and k, and their conjugates by the conjugate rotation. Whether there was anything to rotate.
+    /// Rotates the modes j and k, and their conjugates by the conjugate rotation. Returns whether any lane was rotated.
     #[inline(always)]
-    fn with_other(&mut self, j: usize, k: usize) -> bool {
+    fn rotate_pair(&mut self, j: usize, k: usize) -> bool {
         let n = self.n;
         let Some((cos, sin, turns)) = rotation(self.a[j][j], self.a[j][k], self.a[k][k]) else {
             return false;
@@ -137,15 +137,15 @@ impl<S: Simd> DampedModes<S> {
                 (half[j][i], half[k][i]) = turned([cos, sin], half[j][i], half[k][i]);
             }
         }
-        // Exactly zero, or rounding would be rotated away again and again.
+        // Set to exactly zero, or later sweeps would rotate rounding errors again and again.
         self.a[j][k] = cleared(turns, self.a[j][k]);
         self.a[k][j] = self.a[j][k];
         true
     }
 
-    /// Rotates the mode j and the conjugate of the mode k, and conjugately the conjugate of j and k.
+    /// Rotates the mode j and the conjugate of k, and by the conjugate rotation the conjugate of j and k.
     #[inline(always)]
-    fn with_conjugate_of_other(&mut self, j: usize, k: usize) -> bool {
+    fn rotate_with_conjugate_of_other(&mut self, j: usize, k: usize) -> bool {
         let n = self.n;
         let Some((cos, sin, turns)) = rotation(self.a[j][j], self.b[j][k], self.a[k][k].conj()) else {
             return false;
@@ -175,7 +175,7 @@ impl<S: Simd> DampedModes<S> {
 
     /// Rotates the mode j and its own conjugate, by an imaginary angle.
     #[inline(always)]
-    fn with_own_conjugate(&mut self, j: usize) -> bool {
+    fn rotate_with_own_conjugate(&mut self, j: usize) -> bool {
         let n = self.n;
         let Some((cos, sin, turns)) = rotation(self.a[j][j], self.b[j][j], self.a[j][j].conj()) else {
             return false;
@@ -208,7 +208,7 @@ fn rotation<S: Simd>(
 ) -> Option<(Complex<S>, Complex<S>, Mask<S>)> {
     let (zero, one) = (a.re.constant(0.0), a.re.constant(1.0));
     let size = (a.norm_squared() * d.norm_squared()).sqrt();
-    let turns = (a.re.constant(NOTHING * NOTHING) * size).less_than(b.norm_squared());
+    let turns = (a.re.constant(MAX_OFF_DIAGONAL * MAX_OFF_DIAGONAL) * size).less_than(b.norm_squared());
     if !turns.any() {
         return None;
     }

@@ -8,7 +8,7 @@ use super::modal::{ModalScenes, TILE};
 use super::timeline::{BLOCK, Timeline};
 use super::vector::Real;
 
-/// Samples evaluated at a time for a tile of rows: sixteen sums in registers share each number loaded.
+/// Samples evaluated at a time for a tile of rows, so that sixteen sums in registers share each loaded number.
 const SAMPLES: usize = 4;
 
 /// Smallest and largest value of all rows: over a block if the values at the samples are stored, otherwise over all blocks so far.
@@ -97,8 +97,9 @@ fn largest<S: Simd>(simd: S, values: &[S::f64s; BLOCK]) -> Real<S> {
     most[0].max(most[1]).max(most[2].max(most[3]))
 }
 
-/// Whether a row of a tile may have a new extreme in a block, in any lane: from the range of the excitation there and the largest
-/// deviations, which costs a tenth of evaluating it. Usually it has none: after the overshoot of a ramp, and wherever the drive rests.
+/// Whether a row of a tile may have a new extreme in a block, in any lane, by the range of the excitation in the block and the largest
+/// deviations of the modes. This test costs a tenth of the evaluation. Most blocks have no new extreme: those after the overshoot of a
+/// ramp, and those at standstill.
 #[inline(always)]
 fn may_be_new<S: Simd>(
     simd: S,
@@ -108,7 +109,7 @@ fn may_be_new<S: Simd>(
     sizes: &[S::f64s; 2 * MAX_MODES],
     extremes: &[[S::f64s; 2]; TILE],
 ) -> bool {
-    // Rounding of a sum of some twenty terms is far below this part of their sizes.
+    // The rounding error of a sum of some twenty terms is far below this fraction of their sizes.
     let rounding = Real::splat(simd, 1e-13);
     let mut new = rounding.less_than(Real::splat(simd, 0.0));
     for row in 0..TILE {

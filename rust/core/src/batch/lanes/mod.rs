@@ -1,9 +1,9 @@
 //! Linear scenes in vector lanes: one scene in each lane, with the widest vectors of the processor.
 //!
-//! Files in the order of the data: `vector`, `aligned_buffer`, `matrix` (numbers in lanes, memory for them) → `request` (what is request)
+//! Files in the order of the data: `vector`, `aligned_buffer`, `matrix` (numbers in lanes, memory for them) → `request`
 //! → `assemble`, `dense`, `jacobi` → `undamped` → `damped` → `modal` (from scenes to damped modes); `timeline` (the motion) → `step` →
-//! `integrate` (from sample to sample) → `loads` → `statistics`. A scene gives the same bits in any lane of any width, whatever its
-//! neighbours are. See `numeric::simd` for why these files use `pulp`.
+//! `integrate` (from sample to sample) → `loads` → `statistics`. The results of a scene have the same bits in any lane of any width,
+//! beside any other scenes. See `numeric::simd` for why these files use `pulp`.
 
 mod aligned_buffer;
 mod assemble;
@@ -37,7 +37,7 @@ use timeline::Timeline;
 pub enum Width {
     /// The widest of the processor: 8 lanes with AVX-512, 4 with AVX2 and FMA, 2 with NEON.
     Widest,
-    /// 4 lanes, AVX2 and FMA; one where the processor has none.
+    /// 4 lanes with AVX2 and FMA; one lane on a processor without them.
     Four,
     /// One lane, on any processor.
     One,
@@ -102,8 +102,8 @@ impl<'a> Lanes<'a> {
         self.dispatch(Run { lanes: self, requirements, scenes, memory });
     }
 
-    /// Statistics of each signal of a scene of the last run. False where the arithmetic of the lanes does not leave enough digits; such a
-    /// scene must run by itself.
+    /// Writes the statistics of each signal of a scene of the last run. False if rounding in the lanes leaves too few digits; such a scene
+    /// must run by itself.
     pub(super) fn statistics(
         &self,
         requirements: &Requirements,

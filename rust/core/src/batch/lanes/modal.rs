@@ -1,4 +1,4 @@
-//! From many scenes to the numbers that the lane integrator needs: eigenvalues, drives, and rows of loads in damped modes.
+//! The input of the lane integrator from many scenes: eigenvalues, drives, and rows of loads in damped modes.
 
 use pulp::{Simd, WithSimd};
 
@@ -21,14 +21,14 @@ pub(super) struct ModalScenes {
     /// For each [`TILE`] rows side by side: the values at rest, the coefficients of each component of the excitation, then, mode by mode,
     /// those of the real and the imaginary part of v. The last tile is filled up with zeros.
     pub(super) tiles: AlignedBuffer,
-    /// Value of each row at the first sample, before anything has moved.
+    /// Value of each row at the first sample, at rest.
     pub(super) starts: AlignedBuffer,
-    /// One in the lanes in which rounding leaves enough digits, zero in the others, which must run by themselves.
+    /// One in lanes in which rounding leaves enough digits; zero in the others, whose scenes must run by themselves.
     pub(super) accurate: AlignedBuffer,
 }
 
-/// Largest size of a row: beyond it squares leave the range of numbers.
-const LARGEST: f64 = 1e150;
+/// Largest size of a row; squares of larger ones would overflow.
+const MAX_ROW_SIZE: f64 = 1e150;
 
 /// Load rows evaluated side by side.
 pub(super) const TILE: usize = 4;
@@ -88,7 +88,8 @@ impl WithSimd for ModalSetup<'_> {
                 size = size + feed.abs();
             }
         }
-        let accurate = undamped.accurate.and(damped.accurate).and(size.less_than(size.constant(LARGEST)));
+        let accurate =
+            undamped.accurate.and(damped.accurate).and(size.less_than(size.constant(MAX_ROW_SIZE)));
         to.accurate.clear::<S>(1)[0] = accurate.select(Real::splat(simd, 1.0), undamped.zero).lanes;
     }
 }

@@ -1,4 +1,4 @@
-//! What a batch asks of all scenes alike.
+//! The part of a batch that is the same for all scenes.
 
 use crate::batch::instance::Group;
 use crate::batch::requirements::LoadRow;

@@ -10,7 +10,7 @@ use crate::batch::statistics::RunningStatistics;
 use crate::numeric::power::Power;
 use crate::numeric::simd;
 
-/// Numbers of a signal, in the order of [`RunningStatistics`]; of a resultant those of its square.
+/// Number of statistics of a signal, in the order of [`RunningStatistics`]; for a resultant, statistics of its square.
 pub(super) const STATISTICS: usize = 6;
 
 /// Running statistics of a signal in each lane.
@@ -31,7 +31,7 @@ pub(super) fn nothing<S: Simd>(simd: S) -> [S::f64s; STATISTICS] {
         .lanes()
 }
 
-/// Statistics of one scene, one entry per signal; whether all that are needed are finite.
+/// Writes the statistics of one scene, one entry per signal; returns whether all requested ones are finite.
 pub(super) fn statistics(
     requirements: &Requirements,
     found: &AlignedBuffer,
@@ -47,7 +47,7 @@ pub(super) fn statistics(
         finite &= !wanted.extremes || (number(0).is_finite() && number(1).is_finite());
         let root = |x: f64| if let Signal::Resultant(..) = wanted.signal { x.sqrt() } else { x };
         out.push(RunningStatistics {
-            // Removes the sign of a zero, which differs between processors.
+            // Adding zero removes the sign of a zero, which differs between processors.
             smallest: root(number(0)) + 0.0,
             largest: root(number(1)) + 0.0,
             at_smallest: number(2) as usize,

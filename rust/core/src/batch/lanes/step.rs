@@ -47,7 +47,7 @@ impl WithSimd for Steps<'_> {
 fn exponential<S: Simd>(simd: S, z: Complex<S>) -> (Complex<S>, Complex<S>) {
     let (zero, one) = (Real::splat(simd, 0.0), Real::splat(simd, 1.0));
     let (half, two) = (Real::splat(simd, 0.5), Real::splat(simd, 2.0));
-    // For a part of z of size at most 1/2, doubled as often as it was halved.
+    // The series for z halved until its size is at most 1/2; then as many doublings.
     let (mut part, mut doublings) = (one, zero);
     let size = z.norm_squared();
     loop {

@@ -1,11 +1,11 @@
-//! The motion as all scenes share it: values and changes at the samples, recurring interval lengths, weights.
+//! The motion of all scenes: values and changes at the samples, recurring interval lengths, weights.
 
 use crate::excitation::Excitation;
 
-/// Samples of a block: their states and loads stay in the first-level cache.
+/// Number of samples of a block, so small that their states and loads stay in the first-level cache.
 pub(super) const BLOCK: usize = 16;
 
-/// Interval lengths whose step is stored; for a trace with more, each step is computed when it comes.
+/// Largest number of interval lengths with a stored step; if a trace has more, the step is computed for each interval.
 const MAX_LENGTHS: usize = 64;
 
 /// A motion, laid out in blocks.
@@ -15,8 +15,8 @@ pub(super) struct Timeline {
     pub count: usize,
     /// Components of the excitation that are not zero throughout.
     pub components: Vec<usize>,
-    /// Their values at the samples, and the changes from the sample before, sample by sample, in whole blocks with the last value
-    /// repeated.
+    /// Values of these components at the samples, and changes from the sample before, sample by sample. The last block is filled with the
+    /// last value.
     pub values: Vec<f64>,
     pub changes: Vec<f64>,
     /// Smallest and largest value of each component in each block.
@@ -78,7 +78,7 @@ impl Timeline {
         &self.ranges[block * self.components.len()..][..self.components.len()]
     }
 
-    /// The one length of all intervals of a block, if they have the same.
+    /// The index of the length of all intervals of a block, if they have the same length.
     pub(super) fn kind(&self, block: usize) -> Option<usize> {
         let kinds = self.kinds.as_ref()?;
         let kinds = &kinds[block * BLOCK..usize::min((block + 1) * BLOCK, self.count)];

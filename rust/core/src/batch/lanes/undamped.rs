@@ -11,14 +11,14 @@ use super::vector::{Mask, Real};
 use crate::batch::instance::Instance;
 use crate::batch::requirements::LoadRow;
 
-/// Largest spread of ω², times that of the pivots of the mass matrix (large where L is far from the body), at which rounding leaves less than
-/// 1e-12 of the loads. K and M are formed here, which squares the spread; `system::undamped_modes` does not.
-const SPREAD: f64 = 1e3;
+/// Largest product of the spread of ω² and that of the pivots of the mass matrix (large if L is far from the body) for which rounding
+/// errors are below 1e-12 of the loads. Forming K and M squares the spread; `system::undamped_modes` does not form them.
+const MAX_SPREAD: f64 = 1e3;
 
 /// Smallest ω² [1/s²] whose square is within the range of numbers; 1 / SMALLEST is the largest.
 const SMALLEST: f64 = 1e-100;
 
-/// Undamped modes of the scenes, and what acts on them.
+/// Undamped modes of the scenes, their damping, modal forces and static position.
 pub(super) struct Undamped<S: Simd> {
     pub n: usize,
     pub zero: Real<S>,
@@ -30,7 +30,7 @@ pub(super) struct Undamped<S: Simd> {
     pub frequency: [Real<S>; MAX_MODES],
     /// Ĉ.
     pub damping: Square<Real<S>>,
-    /// Modal force of a unit of each component of the excitation, and the factor that a sample puts on it.
+    /// Modal force of a unit of each component of the excitation, and the sample's factor on this component.
     pub influence: Vec<([Real<S>; MAX_MODES], Real<S>)>,
     /// Static position, ωη.
     rest: [Real<S>; MAX_MODES],
@@ -73,7 +73,7 @@ impl<S: Simd> Undamped<S> {
             frequency[mode] = square.sqrt();
         }
         let accurate = high
-            .less_than(low * pivots * low.constant(SPREAD))
+            .less_than(low * pivots * low.constant(MAX_SPREAD))
             .and(low.constant(SMALLEST).less_than(low))
             .and(high.less_than(high.constant(1.0 / SMALLEST)));
         let damping = projected(&shapes, &damping, n);
@@ -154,7 +154,7 @@ impl<S: Simd> Undamped<S> {
     }
 }
 
-/// Modal force of a unit of a component of the excitation, and the factor that a sample puts on it.
+/// Modal force of a unit of a component of the excitation, and the sample's factor on this component.
 #[inline(always)]
 fn modal_influence<S: Simd>(
     simd: S,

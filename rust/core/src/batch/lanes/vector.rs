@@ -93,7 +93,7 @@ impl<S: Simd> Real<S> {
     }
 }
 
-/// Yes or no in each lane.
+/// A truth value in each lane.
 #[derive(Debug)]
 pub(super) struct Mask<S: Simd> {
     simd: S,
@@ -110,7 +110,7 @@ impl<S: Simd> Clone for Mask<S> {
 impl<S: Simd> Copy for Mask<S> {}
 
 impl<S: Simd> Mask<S> {
-    /// The first number where yes, the second where no.
+    /// The first number where true, the second where false.
     #[inline(always)]
     pub(super) fn select(self, yes: Real<S>, no: Real<S>) -> Real<S> {
         Real::new(self.simd, self.simd.select_f64s(self.lanes, yes.lanes, no.lanes))
@@ -121,13 +121,13 @@ impl<S: Simd> Mask<S> {
         Self { simd: self.simd, lanes: self.simd.and_m64s(self.lanes, other.lanes) }
     }
 
-    /// The opposite in each lane.
+    /// Negation in each lane.
     #[inline(always)]
     pub(super) fn not(self) -> Self {
         Self { simd: self.simd, lanes: self.simd.not_m64s(self.lanes) }
     }
 
-    /// Yes here and no there.
+    /// True in `self` and false in `other`.
     #[inline(always)]
     pub(super) fn and_not(self, other: Self) -> Self {
         Self { simd: self.simd, lanes: self.simd.and_m64s(self.lanes, self.simd.not_m64s(other.lanes)) }
@@ -138,13 +138,13 @@ impl<S: Simd> Mask<S> {
         Self { simd: self.simd, lanes: self.simd.or_m64s(self.lanes, other.lanes) }
     }
 
-    /// The first number where yes, the second where no.
+    /// The first number where true, the second where false.
     #[inline(always)]
     pub(super) fn select_complex(self, yes: Complex<S>, no: Complex<S>) -> Complex<S> {
         Complex::new(self.select(yes.re, no.re), self.select(yes.im, no.im))
     }
 
-    /// Whether any lane says yes.
+    /// Whether any lane is true.
     #[inline(always)]
     pub(super) fn any(self) -> bool {
         self.simd.first_true_m64s(self.lanes) < S::F64_LANES
@@ -277,7 +277,7 @@ impl<S: Simd> Complex<S> {
         let zero = self.re.constant(0.0);
         let half = self.re.constant(0.5);
         let large = ((self.norm_squared().sqrt() + self.re.abs()) * half).sqrt();
-        // Where the number is zero so is its root.
+        // The root of zero is zero.
         let small = zero.less_than(large).select(self.im.abs() * half / large, zero);
         let left = self.re.less_than(zero);
         let (re, im) = (left.select(small, large), left.select(large, small));

@@ -2,7 +2,7 @@
 //!
 //! In the eigenvectors of the collocation matrix the stages decouple into `(λ - h A) w = r`, and the second-order structure of A leaves
 //! only the velocity half of each: `(λ² + λ h Ĉ + h² S ω) w_v = λ r_v - h S r_s`, one real and two complex systems of n equations. They
-//! are inverted once per step length; all steps of a uniform trace share one.
+//! are inverted once per step length, so all steps of a uniform trace share the inverses.
 //!
 //! `tangent`: these systems. `newton`: the iteration for equations that are not linear.
 
@@ -34,7 +34,7 @@ pub struct Stages {
     tangents: StepCache<Tangent, CACHED_TANGENTS>,
     parts: Parts,
     last_step: LastStep,
-    /// Differences of the stages from the start of the last step, once dense output was asked for.
+    /// Differences of the stages from the start of the last step, computed at the first request for dense output.
     dense: Option<[State; 5]>,
 }
 

@@ -36,28 +36,28 @@ pub(super) const SHARES: [[[f64; 2]; 5]; 3] = [
     ],
 ];
 
-/// Most iterations with one tangent.
+/// Largest number of iterations with one tangent.
 const MAX_ITERATIONS: usize = 10;
 
-/// Contraction from which on a new tangent is made for the next step.
+/// Contraction above which the next step gets a new tangent.
 const SLOW_CONTRACTION: f64 = 0.1;
 
-/// Contraction from which on the iteration has stalled.
+/// Contraction above which the iteration counts as stalled.
 const STALLED_CONTRACTION: f64 = 0.5;
 
-/// Smallest contraction that is believed: a single measured ratio may be better than the next.
+/// Lower bound for the contraction, because a single measured ratio may be better than the next.
 const MIN_CONTRACTION: f64 = 1e-4;
 
-/// Part of the error of the step that the iteration may leave: with a tenth the observed order is the same as for a converged iteration.
+/// Allowed iteration error over the error of the step. With a tenth, the observed order is the same as for a converged iteration.
 const ITERATION_ERROR_SHARE: f64 = 0.1;
 
-/// Size of an update, relative to the state, that is rounding.
+/// Size of an update relative to the state below which it is rounding.
 const ROUNDING: f64 = 1e-15;
 
 /// Largest contraction, predicted from the tangents at the stages, at which a stalled iteration counts as converged to rounding.
 const SMALL_TANGENT_CHANGE: f64 = 0.25;
 
-/// Step length, relative to the last step, beyond which nothing is extrapolated.
+/// Step length relative to the last step beyond which the iteration starts without extrapolation.
 const MAX_STEP_RATIO: f64 = 2.0;
 
 /// The last step: stages, nonlinear forces and contraction.
@@ -119,7 +119,7 @@ pub(super) fn step<E: Equations>(
             *last_step = LastStep::NONE;
             return ([f64::INFINITY; 12], [f64::INFINITY; 12]);
         }
-        // Once more, with a new tangent and nothing of the last step.
+        // Second attempt, with a new tangent and without extrapolation.
         (fresh, again) = (true, true);
     }
 }
@@ -151,7 +151,7 @@ impl LastStep {
         let mut extra = NO_STAGE_FORCES;
         for stage in 0..5 {
             let there = &self.states[stage];
-            let mut beyond = times(&tangent.pull, &upper(there));
+            let mut beyond = times(&tangent.step_stiffness, &upper(there));
             add_scaled(&mut beyond, &self.own[stage], tangent.h);
             for (j, column) in tangent.damping.iter().enumerate() {
                 add_scaled(&mut beyond, column, tangent.h * there[6 + j]);
@@ -165,7 +165,7 @@ impl LastStep {
         extra
     }
 
-    /// Iterates on the parts; the estimated error of the step, or none without convergence.
+    /// Iterates on the parts; returns the estimated error of the step, or none without convergence.
     #[cfg_attr(feature = "std", inline(always))]
     fn converge<E: Equations>(
         &mut self,
@@ -177,7 +177,7 @@ impl LastStep {
         parts: &mut Parts,
     ) -> Option<State> {
         let size_of_state = f64::max(size(state), size(&end(state, parts)));
-        // A single iteration does not measure it, so it is believed a little less from step to step.
+        // A single iteration does not measure the contraction, so the estimate is doubled from step to step.
         self.contraction = f64::min(1.0, 2.0 * self.contraction);
         let mut before = f64::INFINITY;
         for iteration in 0..MAX_ITERATIONS {
@@ -196,7 +196,7 @@ impl LastStep {
                 return Some(error);
             }
             if iteration > 0 && self.contraction > STALLED_CONTRACTION || iteration + 1 == MAX_ITERATIONS {
-                // If the tangent hardly changes between the stages, it has stalled in rounding.
+                // If the tangent hardly changes between the stages, only rounding has stalled the iteration.
                 return if self.tangent_changes(equations, tangent) { None } else { Some(error) };
             }
             before = update;
@@ -232,7 +232,7 @@ impl LastStep {
         }
     }
 
-    /// One iteration; the size of the update.
+    /// Performs one iteration; returns the size of the update.
     #[cfg_attr(feature = "std", inline(always))]
     fn improve<E: Equations>(
         &self,
@@ -292,7 +292,7 @@ impl LastStep {
             for j in 0..6 {
                 let mut off = [0.0; 6];
                 for i in 0..6 {
-                    off[i] = (h * stiffness[j][i] - tangent.pull[j][i]) * (h * frequency[j])
+                    off[i] = (h * stiffness[j][i] - tangent.step_stiffness[j][i]) * (h * frequency[j])
                         + gamma * h * (damping[j][i] - tangent.damping[j][i]);
                 }
                 for entry in times(&tangent.inverses[0].re, &off) {

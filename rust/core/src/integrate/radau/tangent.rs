@@ -19,7 +19,7 @@ pub(super) struct Tangent {
     pub h: f64,
     pub inverses: [Inverse; 3],
     /// Columns of `h S`.
-    pub pull: Square,
+    pub step_stiffness: Square,
     /// Columns of Ĉ.
     pub damping: Square,
 }
@@ -32,12 +32,18 @@ pub(super) struct Inverse {
 }
 
 impl Inverse {
-    fn new(frequency: &[f64; 6], pull: &Square, damping: &Square, h: f64, part: &Eigenpart) -> Self {
+    fn new(
+        frequency: &[f64; 6],
+        step_stiffness: &Square,
+        damping: &Square,
+        h: f64,
+        part: &Eigenpart,
+    ) -> Self {
         let lambda = Complex::new(part.value[0], part.value[1]);
         let mut matrix = Matrix6::from_fn(|i, j| lambda * (h * damping[j][i]));
         for i in 0..6 {
             for j in 0..6 {
-                let elastic = Complex::from(pull[j][i] * (h * frequency[j]));
+                let elastic = Complex::from(step_stiffness[j][i] * (h * frequency[j]));
                 matrix[(i, j)] += if i == j { lambda * lambda + elastic } else { elastic };
             }
         }
@@ -75,16 +81,17 @@ impl Tangent {
 
     #[inline(never)]
     fn inverted(frequency: &[f64; 6], stiffness: Square, damping: Square, h: f64) -> Self {
-        let pull = stiffness.map(|column| column.map(|entry| h * entry));
-        let inverses = RADAU.parts.each_ref().map(|part| Inverse::new(frequency, &pull, &damping, h, part));
-        Self { h, inverses, pull, damping }
+        let step_stiffness = stiffness.map(|column| column.map(|entry| h * entry));
+        let inverses =
+            RADAU.parts.each_ref().map(|part| Inverse::new(frequency, &step_stiffness, &damping, h, part));
+        Self { h, inverses, step_stiffness, damping }
     }
 
     /// `h S s` of the elastic half s of a vector.
     #[cfg_attr(feature = "std", inline(always))]
-    fn pulled<E: Equations>(&self, equations: &E, vector: &State) -> [f64; 6] {
+    fn stiffness_product<E: Equations>(&self, equations: &E, vector: &State) -> [f64; 6] {
         if E::PIECEWISE || !E::LINEAR {
-            return times(&self.pull, &upper(vector));
+            return times(&self.step_stiffness, &upper(vector));
         }
         // Linear throughout: the coordinates are the modes of these equations, and S = ω.
         let frequency = equations.frequency();
@@ -99,10 +106,10 @@ impl Tangent {
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn solve_real<E: Equations>(&self, equations: &E, r: &State) -> State {
         let (h, frequency, gamma) = (self.h, equations.frequency(), RADAU.parts[0].value[0]);
-        let pulled = self.pulled(equations, r);
+        let elastic = self.stiffness_product(equations, r);
         let mut moved = [0.0; 6];
         for i in 0..6 {
-            moved[i] = gamma * r[6 + i] - pulled[i];
+            moved[i] = gamma * r[6 + i] - elastic[i];
         }
         let v = times(&self.inverses[0].re, &moved);
         let mut x = [0.0; 12];
@@ -118,11 +125,12 @@ impl Tangent {
     fn solve_complex<E: Equations>(&self, equations: &E, index: usize, [re, im]: &[State; 2]) -> [State; 2] {
         let (h, frequency, [a, b]) = (self.h, equations.frequency(), RADAU.parts[index].value);
         let size = a * a + b * b;
-        let (pulled_re, pulled_im) = (self.pulled(equations, re), self.pulled(equations, im));
+        let (elastic_re, elastic_im) =
+            (self.stiffness_product(equations, re), self.stiffness_product(equations, im));
         let mut moved = [[0.0; 6]; 2];
         for i in 0..6 {
-            moved[0][i] = a * re[6 + i] - b * im[6 + i] - pulled_re[i];
-            moved[1][i] = a * im[6 + i] + b * re[6 + i] - pulled_im[i];
+            moved[0][i] = a * re[6 + i] - b * im[6 + i] - elastic_re[i];
+            moved[1][i] = a * im[6 + i] + b * re[6 + i] - elastic_im[i];
         }
         let [v_re, v_im] = self.inverses[index].apply(&moved);
         let mut w = [[0.0; 12]; 2];

@@ -1,4 +1,4 @@
-//! Laws of the implicit method on equations that are not linear.
+//! Tests of the implicit method on nonlinear equations.
 
 use core::cell::Cell;
 
@@ -15,10 +15,10 @@ use crate::{Body, Free, Scene, carriage_links};
 /// Force and stiffness of a spring at a deflection.
 type Law = fn(f64) -> (f64, f64);
 
-/// Springs of any law along rows in the coordinates η, dampers beside them.
+/// Springs of any law along rows in the coordinates η, with parallel dampers.
 struct Springs {
     frequency: [f64; 6],
-    /// Deflection per unit of each η, and deflection at the start, whose force something else balances.
+    /// Deflection per unit of each η, and deflection at the start, whose force is balanced.
     rows: Vec<([f64; 6], f64)>,
     law: Law,
     damping: Square,
@@ -31,7 +31,7 @@ impl Springs {
         Self { frequency, rows: rows.to_vec(), law, damping, calls: Cell::new(0) }
     }
 
-    /// Iterations of each of so many steps, on average.
+    /// Mean number of iterations per step.
     fn iterations(&self, steps: u32) -> f64 {
         (self.calls.get() as f64 / f64::from(steps) - 1.0) / 5.0
     }
@@ -191,7 +191,7 @@ fn distance(a: &State, b: &State) -> f64 {
 
 #[test]
 fn shares_resolve_right_hand_sides_into_the_parts() {
-    // They are the inverse of the eigenvectors: their parts of each stage alone add up to it.
+    // The shares are the inverse of the eigenvectors, so the parts of each stage add up to that stage.
     for stage in 0..5 {
         for row in 0..5 {
             let mut sum = 0.0;
@@ -237,7 +237,7 @@ fn links_that_open_and_close_converge_and_agree_with_rk45() {
     };
     assert!(deflection(&shaken()) > 60e-6, "{:e}", deflection(&shaken()));
     let want = coast(&Rk45, &springs, shaken(), 0.05, 20_000);
-    // The second derivative of the force is unbounded where a row opens: no order nine over that.
+    // The second derivative of the force is unbounded where a row opens, so the order is below nine there.
     for (steps, allowed) in [(50, 1e-3), (200, 1e-4), (800, 1e-5), (3200, 1e-6)] {
         springs.calls.set(0);
         let off =
@@ -248,7 +248,7 @@ fn links_that_open_and_close_converge_and_agree_with_rk45() {
 }
 
 #[test]
-fn linear_springs_are_stepped_over_as_the_linear_system_is() {
+fn linear_springs_give_the_steps_of_the_linear_system() {
     let system = cart();
     let springs = carried(&system, |x| (6e7 * x, 6e7));
     let forcing = Forcing::new(&system, &[1.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0], [1.0; 2]);
@@ -273,7 +273,7 @@ fn linear_springs_are_stepped_over_as_the_linear_system_is() {
 }
 
 #[test]
-fn stiff_damping_costs_no_iterations() {
+fn stiff_damping_needs_no_additional_iterations() {
     // Coupled to a mode that is damped 1e6 1/s, with a hardening spring across both.
     let mut damping = NO_DAMPING;
     (damping[0][0], damping[1][1], damping[0][1], damping[1][0]) = (5.0, 1e6, 300.0, 300.0);
@@ -293,7 +293,7 @@ fn stiff_damping_costs_no_iterations() {
 
 #[test]
 fn motion_below_the_rounding_of_the_static_load_is_no_failure() {
-    // Also where the law is least smooth: at rest just where a row opens.
+    // Also at rest at the opening of a row, where the law is least smooth.
     for start in [0.0, 29e-6, 30e-6] {
         for size in [0.0, 1e-300, 1e-30, 1e-18, 1e-14, 1e-12, 1e-9, 1e-6] {
             let springs = Springs::new(
@@ -305,7 +305,7 @@ fn motion_below_the_rounding_of_the_static_load_is_no_failure() {
             let mut state = one(3.0 * size, 4.0 * size);
             (state[1], state[7]) = (-5.0 * size, 3.0 * size);
             let got = coast(&Radau, &springs, state, 0.05, 50);
-            // The force is known to within 1e-16 of that of the springs, some 1e3 N.
+            // The rounding error of the force is 1e-16 of the spring forces, some 1e3 N.
             assert!(distance(&got, &[0.0; 12]) <= 10.0 * size + 1e-13, "{start} {size}: {got:?}");
             assert!(springs.iterations(50) <= 6.0, "{start} {size}: {}", springs.iterations(50));
         }
@@ -313,7 +313,7 @@ fn motion_below_the_rounding_of_the_static_load_is_no_failure() {
 }
 
 #[test]
-fn what_does_not_converge_is_infinite_after_bounded_work_and_a_shorter_step_goes_on() {
+fn a_step_without_convergence_is_infinite_after_bounded_work_and_a_shorter_step_converges() {
     let springs = duffing();
     let forcing = no_drive();
     let ramp = |h| Ramp { h, start: &[0.0; 9], end: &[0.0; 9], forcing: &forcing, spans_interval: false };
@@ -326,11 +326,11 @@ fn what_does_not_converge_is_infinite_after_bounded_work_and_a_shorter_step_goes
         assert!(next.iter().chain(&error).all(|x| *x == f64::INFINITY), "{next:?}");
         assert!(springs.calls.get() <= 1 + 5 * 20, "{}", springs.calls.get());
     }
-    // As though nothing had been tried.
+    // The failed step has no effect on the next.
     let (got, error) = Radau.step(&springs, &mut memory, &ramp(1e-4), &first);
     assert!(distance(&got, &coast(&Radau, &springs, first, 1e-4, 1)) <= 1e-10 * distance(&got, &[0.0; 12]));
     assert!(distance(&error, &[0.0; 12]) <= 1e-6 * distance(&got, &[0.0; 12]));
-    // And one begun again, shorter, from where the last began.
+    // The same for a shorter step that starts where the last step started.
     let (again, _) = Radau.step(&springs, &mut memory, &ramp(5e-5), &first);
     assert!(distance(&again, &coast(&Radau, &springs, first, 5e-5, 1)) <= 1e-10 * distance(&got, &[0.0; 12]));
 }

@@ -2,10 +2,10 @@
 
 use crate::error::SceneError;
 
-/// Most points of a curve.
+/// Largest number of points of a curve.
 pub const MAX_CURVE_POINTS: usize = 16;
 
-/// Relative change of slope that is only rounding in the table.
+/// Relative change of slope below which three points lie on a line: rounding of the table.
 const STRAIGHT: f64 = 1e-12;
 
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,4 +1,4 @@
-//! Forces of the two common nonlinear laws in a form for vector loops: no branches, constants as arguments.
+//! Forces of the two common nonlinear laws for vector loops: without branches, with the constants as arguments.
 
 use crate::numeric::float::sqrt;
 
@@ -17,8 +17,8 @@ pub(crate) fn ball_compressions(opening: f64, d: f64) -> [f64; 2] {
     [if a > 0.0 { a } else { 0.0 }, if b > 0.0 { b } else { 0.0 }]
 }
 
-/// Force of preloaded balls over K at the deflection `d`: `(d₀ + d)₊^(3/2) - (d₀ - d)₊^(3/2)`. Near d = 0 digits cancel, which
-/// [`super::Law::force`] avoids at the price of branches and divisions.
+/// Force of preloaded balls over K at the deflection `d`: `(d₀ + d)₊^(3/2) - (d₀ - d)₊^(3/2)`. Near d = 0
+/// digits cancel; [`super::Law::force`] avoids this, but needs branches and divisions.
 #[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn ball_force(opening: f64, d: f64) -> f64 {
     let [a, b] = ball_compressions(opening, d);

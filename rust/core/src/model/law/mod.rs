@@ -1,10 +1,10 @@
 //! Elastic laws: the force of a link as a function of its deflection (load-deflection curve).
 //!
-//! The deflection δ [m] is positive when the body moves along the link's direction; the force [N] is the one with which the body pushes
-//! on the link. No law decreases anywhere, so the elastic energy is convex and a static equilibrium has one set of loads.
+//! The deflection δ [m] is positive when the body moves along the link's direction; the force [N] is that of the
+//! body on the link. The force of every law increases or is constant, so the elastic energy is convex and the static loads are unique.
 //!
-//! A new law is one file beside `sided`, `preloaded` and `curve`, a variant of `Kind`, and its arms in the methods of [`Law`]. If it
-//! consists of straight segments it needs nothing else: contacts are located at its [`Law::edges`].
+//! A new law needs a file beside `sided`, `preloaded` and `curve`, a variant of `Kind`, and its arms in the methods of [`Law`]. Contact
+//! changes are then located at its [`Law::edges`].
 
 mod curve;
 mod kernels;

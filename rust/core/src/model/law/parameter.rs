@@ -6,11 +6,11 @@ use crate::error::SceneError;
 /// A parameter of a law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LawParameter {
-    /// Nominal stiffness, N/m; the two sides of a law keep their ratio.
+    /// Nominal stiffness, N/m; the ratio of the two sides of a law does not change.
     Stiffness,
     /// Stiffness where the body moves along the link's direction, N/m.
     PositiveStiffness,
-    /// Stiffness where it moves against it, N/m.
+    /// Stiffness where the body moves against the link's direction, N/m.
     NegativeStiffness,
     /// Clearance to either side, m.
     Clearance,
@@ -21,7 +21,7 @@ pub enum LawParameter {
 }
 
 impl LawParameter {
-    /// All of them, in the order in which several are set.
+    /// All parameters, in the order in which [`Law::with`] must set several.
     pub const ALL: [Self; 6] = [
         Self::Stiffness,
         Self::PositiveStiffness,
@@ -44,7 +44,8 @@ impl LawParameter {
 }
 
 impl Law {
-    /// The law with one parameter changed. A linear law with a clearance, or with another stiffness on one side, becomes a sided one.
+    /// The law with one parameter changed. A linear law becomes a sided one if it gets a clearance, or a different stiffness on one
+    /// side.
     ///
     /// # Errors
     /// [`SceneError::NoParameter`] for a parameter that a law of this kind does not have, and the errors of the law with the new value.

@@ -17,10 +17,10 @@ pub(super) struct Preloaded {
     exponent: f64,
 }
 
-/// Exponent of balls; `x √x` then replaces the power.
+/// Exponent of balls, for which `x √x` replaces the power.
 const BALL: f64 = 1.5;
 
-/// Up to this part of d₀ the difference of powers loses digits; hyperbolic functions replace it.
+/// Fraction of d₀ up to which the difference of powers loses digits; hyperbolic functions replace it there.
 const SMALL: f64 = 0.5;
 
 impl Preloaded {

@@ -1,4 +1,4 @@
-//! Another stiffness on either side, with a clearance between them.
+//! A stiffness for each side, with a clearance between them.
 
 use super::kernels::sided_force;
 

@@ -1,9 +1,9 @@
 //! Static equilibrium on links of any laws.
 //!
 //! The energy `U(y) = Σ E(c·y) - w·y` of elastic links under a weight is convex, and its minimum is the position of rest. In the
-//! coordinates y the nominal stiffness is the identity, so `ε |y|² / 2` stands for centring springs in all links, ε times as stiff as the
-//! links. They make the minimum unique where the body is free within its clearance. As ε falls to zero the minimum tends to the position
-//! of rest with the least `|y|`.
+//! coordinates y the nominal stiffness is the identity, so `ε |y|² / 2` is the energy of centring springs parallel to all links, ε times as
+//! stiff as the links. They make the minimum unique where the body is free within its clearance. As ε falls to zero the minimum tends to
+//! the position of rest with the least `|y|`.
 
 #[cfg(test)]
 mod tests;
@@ -23,28 +23,30 @@ pub(crate) struct Equilibrium {
     pub loose_count: usize,
 }
 
-/// Relative stiffness ε of the centring springs, stage by stage. At the last one its rounding and its own displacement weigh the same.
+/// Relative stiffness ε of the centring springs, stage by stage. At the last stage rounding and the springs displace the body by the same
+/// order.
 const CENTRING: [f64; 4] = [1e-2, 1e-4, 1e-6, 1e-8];
 
-/// A stiffness below this part of the nominal or the largest one, or a force below this part of all forces, counts as zero: rounding
-/// leaves 1e-15.
+/// A stiffness below this fraction of the nominal or the largest one, or a force below this fraction of all forces, counts as zero.
+/// Rounding errors are about 1e-15.
 pub(crate) const NEGLIGIBLE: f64 = 1e-12;
 
-/// Relative residual that is hardly more than rounding.
+/// Relative residual at which the equilibrium is exact up to rounding.
 const ROUNDING: f64 = 1e-14;
 
-/// Part of the deflection by which a link must be beyond its edge to count as beyond: rounding of deflections along soft directions. The
-/// true force decides on the balance.
+/// Relative deflection beyond its edge up to which a link still counts as at the edge: rounding of deflections along soft directions.
+/// The balance uses the true force.
 const AT_EDGE: f64 = 1e-11;
 
-/// Most Newton steps at each stiffness of the centring springs: a handful do, a scene of a hundred edges may need some dozen.
+/// Largest number of Newton steps at each stiffness of the centring springs. Most scenes need a handful, one with a hundred edges some
+/// dozens.
 const MAX_STEPS: usize = 100;
 
 /// The position of rest with the least `|y|` under `weight`, on `springs` (law, c) with the deflection `c·y`, over the first `count`
 /// entries.
 ///
 /// # Errors
-/// The unit direction y in which the body leaves, because nothing resists it, or not enough. Zeros where numbers leave their range.
+/// The unit direction y in which the body leaves its links, because they do not resist enough. Zeros if numbers overflow.
 pub(crate) fn equilibrium<'a>(
     springs: impl Iterator<Item = (&'a Law, [f64; 6])> + Clone,
     weight: &[f64; 6],
@@ -56,17 +58,17 @@ pub(crate) fn equilibrium<'a>(
     // Start: the position on linear links of nominal stiffness.
     let mut y = statics.weight;
     for centring in CENTRING {
-        y = statics.settle(y, centring, MAX_STEPS)?;
+        y = statics.minimise(y, centring, MAX_STEPS)?;
     }
     for _ in 0..MAX_STEPS {
-        if let Some(found) = statics.polish(&y, true).or_else(|| statics.polish(&y, false)) {
+        if let Some(found) = statics.refine(&y, true).or_else(|| statics.refine(&y, false)) {
             return Ok(found);
         }
         // The centring springs have hidden an edge.
-        y = statics.settle(y, 0.0, 1)?;
+        y = statics.minimise(y, 0.0, 1)?;
     }
-    // No scene is known that comes here. The error is the direction of the force that is left.
-    Err(unit(&statics.pull(&y, 0.0).force).into())
+    // No known scene leads here. The error is the direction of the remaining force.
+    Err(unit(&statics.residual(&y, 0.0).force).into())
 }
 
 struct Statics<I> {
@@ -82,7 +84,7 @@ struct Residual {
 }
 
 impl Residual {
-    /// Force over the size of its terms; some 1e-15 in balance.
+    /// Force over the size of its terms; about 1e-15 in equilibrium.
     fn relative(&self) -> f64 {
         if self.size > 0.0 { self.force.norm() / self.size } else { 0.0 }
     }
@@ -93,7 +95,7 @@ type Modes = SymmetricEigen<f64, nalgebra::U6>;
 
 impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
     /// Force out of balance at y: the weight less what links and centring springs carry.
-    fn pull(&self, y: &Vector6<f64>, centring: f64) -> Residual {
+    fn residual(&self, y: &Vector6<f64>, centring: f64) -> Residual {
         let mut force = self.weight - y * centring;
         let mut size = self.weight.norm() + centring * y.norm();
         for (law, c) in self.springs.clone() {
@@ -119,26 +121,26 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
     }
 
     /// At most `steps` Newton steps towards the minimum of the energy with centring springs.
-    fn settle(&self, mut y: Vector6<f64>, centring: f64, steps: usize) -> Result<Vector6<f64>, [f64; 6]> {
-        let mut pull = self.pull(&y, centring);
+    fn minimise(&self, mut y: Vector6<f64>, centring: f64, steps: usize) -> Result<Vector6<f64>, [f64; 6]> {
+        let mut residual = self.residual(&y, centring);
         for _ in 0..steps {
-            if pull.relative() <= f64::EPSILON {
+            if residual.relative() <= f64::EPSILON {
                 break;
             }
             let modes = self.stiffness(&y, &y, centring).ok_or([0.0; 6])?;
-            let (resisted, free) = split(&modes, &pull.force);
-            let step = if free.norm() > NEGLIGIBLE * pull.size {
-                self.reach(&y, &free, centring)?
+            let (resisted, free) = split(&modes, &residual.force);
+            let step = if free.norm() > NEGLIGIBLE * residual.size {
+                self.extend(&y, &free, centring)?
             } else {
                 resisted
             };
-            let next = y + step * self.part(&y, &step, &pull, centring);
-            let left = self.pull(&next, centring);
-            let rounding = left.relative() <= ROUNDING && left.relative() >= 0.5 * pull.relative();
+            let next = y + step * self.step_fraction(&y, &step, &residual, centring);
+            let left = self.residual(&next, centring);
+            let rounding = left.relative() <= ROUNDING && left.relative() >= 0.5 * residual.relative();
             if next == y {
                 break;
             }
-            (y, pull) = (next, left);
+            (y, residual) = (next, left);
             if rounding {
                 break;
             }
@@ -146,12 +148,12 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
         Ok(y)
     }
 
-    /// Lengthens a step along a direction without stiffness until a link resists.
-    fn reach(&self, y: &Vector6<f64>, free: &Vector6<f64>, centring: f64) -> Result<Vector6<f64>, [f64; 6]> {
+    /// Extends a step along a direction without stiffness until a link resists.
+    fn extend(&self, y: &Vector6<f64>, free: &Vector6<f64>, centring: f64) -> Result<Vector6<f64>, [f64; 6]> {
         let direction = unit(free);
         let mut length = y.norm() + free.norm();
         for _ in 0..60 {
-            if self.pull(&(y + direction * length), centring).force.dot(&direction) <= 0.0 {
+            if self.residual(&(y + direction * length), centring).force.dot(&direction) <= 0.0 {
                 return Ok(direction * length);
             }
             length *= 2.0;
@@ -159,18 +161,24 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
         Err(direction.into())
     }
 
-    /// Part of a Newton step to take: all of it, unless the minimum along it comes before its end; then shortly before the minimum.
-    fn part(&self, y: &Vector6<f64>, step: &Vector6<f64>, pull: &Residual, centring: f64) -> f64 {
-        let whole = self.pull(&(y + step), centring);
-        let first = pull.force.dot(step);
-        if whole.force.dot(step) >= 0.0 || whole.force.norm() <= 0.5 * pull.force.norm() {
+    /// Fraction of a Newton step to take: 1, or if the energy has a minimum within the step, a point shortly before that minimum.
+    fn step_fraction(
+        &self,
+        y: &Vector6<f64>,
+        step: &Vector6<f64>,
+        residual: &Residual,
+        centring: f64,
+    ) -> f64 {
+        let whole = self.residual(&(y + step), centring);
+        let first = residual.force.dot(step);
+        if whole.force.dot(step) >= 0.0 || whole.force.norm() <= 0.5 * residual.force.norm() {
             return 1.0;
         }
         // The energy is convex, so the force along the step decreases.
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            let along = self.pull(&(y + step * middle), centring).force.dot(step);
+            let along = self.residual(&(y + step * middle), centring).force.dot(step);
             if along >= 0.0 {
                 low = middle;
                 if along <= 0.1 * first {
@@ -183,15 +191,15 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
         low
     }
 
-    /// Newton steps to rounding without centring springs, on the segments at `reference`; none if these turn out not to be the right
-    /// ones. `nearest`: take, of all positions with these loads, the one with the least `|y|`; it may lie beyond an edge by the
-    /// displacement of the centring springs.
-    fn polish(&self, reference: &Vector6<f64>, nearest: bool) -> Option<Equilibrium> {
+    /// Newton steps without centring springs, converged to rounding, on the segments at `reference`; none if these are the wrong segments.
+    /// `nearest`: return the position with the least `|y|` of all that have the same loads; it may lie beyond an edge by the displacement of
+    /// the centring springs.
+    fn refine(&self, reference: &Vector6<f64>, nearest: bool) -> Option<Equilibrium> {
         let mut y = *reference;
         let (mut best, mut least) = (y, f64::INFINITY);
         for _ in 0..MAX_STEPS {
             let modes = self.stiffness(&y, reference, 0.0)?;
-            let (step, _) = split(&modes, &self.pull(&y, 0.0).force);
+            let (step, _) = split(&modes, &self.residual(&y, 0.0).force);
             for direction in loose(&modes).filter(|_| nearest) {
                 y -= direction * direction.dot(&y);
             }
@@ -199,7 +207,7 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
             if !self.same_segments(&y, reference) {
                 break;
             }
-            let left = self.pull(&y, 0.0).relative();
+            let left = self.residual(&y, 0.0).relative();
             let slow = left > 0.5 * least;
             if left < least {
                 (best, least) = (y, left);
@@ -220,7 +228,7 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
         Some(rest)
     }
 
-    /// Whether all links are at y on their segments at `reference`, or at the edges of these.
+    /// Whether all links at y are on their segments of `reference`, or at the edges of these.
     fn same_segments(&self, y: &Vector6<f64>, reference: &Vector6<f64>) -> bool {
         let size = y.norm();
         self.springs.clone().filter(|(law, _)| law.is_piecewise_linear()).all(|(law, c)| {
@@ -233,7 +241,7 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
     }
 }
 
-/// Stiffness up to which a direction counts as without stiffness. Those of the entries past the count are 1, as the nominal one is.
+/// Stiffness up to which a direction counts as free. Entries past the count have the stiffness 1, as the nominal one is.
 fn threshold(modes: &Modes) -> f64 {
     NEGLIGIBLE * f64::max(modes.eigenvalues.max(), 1.0)
 }

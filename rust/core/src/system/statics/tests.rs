@@ -1,4 +1,4 @@
-//! The laws of rest, on links without a body.
+//! Tests of static equilibrium, on links without a body.
 
 use super::*;
 use crate::error::SceneError;
@@ -58,7 +58,7 @@ fn deflections(springs: &[Spring], y: &[f64; 6]) -> Vec<f64> {
     springs.iter().map(|(_, c)| Vector6::from(*c).dot(&Vector6::from(*y))).collect()
 }
 
-/// What the links do not carry, as a part of all that they carry.
+/// Force out of balance over the sum of the link forces.
 fn unbalanced(springs: &[Spring], weight: [f64; 6], y: &[f64; 6]) -> f64 {
     let (mut missing, mut size) = (-Vector6::from(weight), 0.0);
     for ((law, c), d) in springs.iter().zip(deflections(springs, y)) {
@@ -79,7 +79,7 @@ fn random_scene(
 }
 
 #[test]
-fn what_hangs_on_a_clearance_sags_by_it_and_by_its_weight_over_the_stiffness() {
+fn a_body_on_links_with_clearance_sags_by_clearance_plus_weight_over_stiffness() {
     let (k, c) = (1.2e8, 5e-6);
     for (weight, sag) in [(1e4, c + 1e4 / k), (-1e4, -c - 2e4 / k), (0.0, 0.0)] {
         let springs = scene(&[(Law::sided(k, 0.5 * k, c).unwrap(), Vector6::x())], 1);
@@ -91,7 +91,7 @@ fn what_hangs_on_a_clearance_sags_by_it_and_by_its_weight_over_the_stiffness() {
 }
 
 #[test]
-fn linear_links_rest_at_their_weight() {
+fn linear_links_carry_the_weight_at_rest() {
     let mut random = Random(5);
     let springs = random_scene(&mut random, 12, 6, 0..1);
     let weight = random.vector(6);
@@ -125,17 +125,17 @@ fn hundreds_of_scenes_balance_at_the_minimum_of_their_energy() {
             assert!(energy(&other.into()) >= least - 1e-12 * least.abs());
         }
     }
-    // Roundings of a deflection beside its clearance.
+    // Rounding of a deflection at the size of the clearance.
     assert!(worst <= 1e-13, "{worst:e}");
 }
 
 #[test]
-fn of_all_positions_of_rest_it_is_the_nearest() {
+fn of_all_equilibria_it_is_the_most_central() {
     let mut random = Random(7);
     let (mut free, mut tried) = (0, 0);
     for _ in 0..200 {
         let springs = random_scene(&mut random, 7, 6, 1..3);
-        // Two links carry the weight, the others have play; more than that where they happen to touch.
+        // Two links carry the weight, the others are within their clearance; sometimes more links are in contact.
         let weight =
             Vector6::from(springs[0].1) * 3e3 + Vector6::from(springs[1].1) * random.between(-3e3, 3e3);
         let rest = solve(&springs, weight.into(), 6).unwrap();
@@ -160,7 +160,7 @@ fn a_link_without_load_may_hold_the_nearest_position_at_its_edge() {
     let play = |clearance: f64| Law::sided(k, k, clearance).unwrap();
     let diagonal = Vector6::x() + Vector6::y();
     let springs = scene(&[(play(c), Vector6::x()), (play(c), Vector6::y()), (play(0.6 * c), diagonal)], 2);
-    // x is pressed to 1.5 c. Centring springs alone would bring y to -0.75 c; the diagonal allows no more than -0.9 c.
+    // The load moves x to 1.5 c. Centring springs alone would move y to -0.75 c; the diagonal link allows at most -0.9 c.
     let weight = Vector6::from(springs[0].1) * (0.5 * k * c);
     let rest = solve(&springs, weight.into(), 2).unwrap();
     for (got, want) in deflections(&springs, &rest.position).into_iter().zip([1.5, -0.9, 0.6]) {
@@ -170,7 +170,7 @@ fn a_link_without_load_may_hold_the_nearest_position_at_its_edge() {
 }
 
 #[test]
-fn free_motions_are_those_in_the_gaps() {
+fn free_motions_at_rest_are_those_within_clearances() {
     let (k, c) = (1e8, 1e-5);
     let (play, firm) = (Law::sided(k, k, c).unwrap(), Law::linear(k).unwrap());
     let springs = scene(&[(play, Vector6::x()), (play, Vector6::y()), (firm, Vector6::z())], 3);
@@ -183,7 +183,7 @@ fn free_motions_are_those_in_the_gaps() {
 }
 
 #[test]
-fn a_body_that_nothing_holds_leaves_along_the_way_it_is_told() -> Result<(), SceneError> {
+fn the_error_names_the_direction_of_an_unsupported_body() -> Result<(), SceneError> {
     let k = 1e8;
     let full = Law::curve(&[[-2e-5, -1e3], [-1e-5, -1e3], [1e-5, 1e3], [2e-5, 1e3]])?;
     let one_sided = Law::sided(k, 0.0, 1e-5)?;
@@ -224,7 +224,7 @@ fn soft_sides_and_wide_gaps_are_found() {
 }
 
 #[test]
-fn numbers_beyond_their_range_are_told() {
+fn overflow_is_an_error() {
     let springs = [(Law::linear(1e300).unwrap(), [1e300, 0.0, 0.0, 0.0, 0.0, 0.0])];
     assert!(solve(&springs, [1.0; 6], 1).is_err());
 }
