@@ -9,7 +9,7 @@ from pathlib import Path
 from guideload.base.atomic import LOCK, draft_of, exclusive_lock
 from guideload.base.errors import ArgumentError, RunError
 from guideload.study.description.metadata import FILE, StudyMetadata, read_json
-from guideload.study.storage.store import HISTORIES, SAMPLES, FolderStore, MemoryStore, SampleStore, chunks_in
+from guideload.study.storage.store import HISTORIES, SAMPLES, FolderStore, SampleStore, chunks_in
 
 
 @contextmanager
@@ -20,7 +20,7 @@ def open_store(metadata: StudyMetadata, folder: Path | None, resume: bool) -> It
     to their last byte, and damaged ones are removed, to be run again.
     """
     if folder is None:
-        yield MemoryStore(metadata)
+        yield SampleStore(metadata)
         return
     _require_ours(folder, metadata, resume)
     with ExitStack() as held:
