@@ -92,14 +92,14 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 def stops_at(monkeypatch: pytest.MonkeyPatch, samples: int) -> None:
     """Ctrl-C when so many samples are done."""
-    told = execution._Counter.add
+    count = execution._Writer.count
 
-    def tells(self: Any, more: int) -> None:
-        told(self, more)
+    def counts(self: Any, more: int) -> None:
+        count(self, more)
         if self.done >= samples:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(execution._Counter, "add", tells)
+    monkeypatch.setattr(execution._Writer, "count", counts)
 
 
 def test_study_writes_samples_report_and_pictures(file: Path, tmp_path: Path) -> None:

@@ -9,10 +9,10 @@ from fractions import Fraction
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
 
 import numpy as np
-from pydantic import Field, PlainValidator, StrictBool, StrictStr
+from pydantic import Field, PlainValidator, StrictBool, StrictStr, create_model
 
 from guideload.base.config import ConfigModel, number
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused
@@ -25,6 +25,7 @@ from guideload.study.description.quantities import STATISTICS, Life, Recorded, S
 from guideload.study.description.refusals import problem_at
 from guideload.study.description.varied_parameter import DistributionSpec, optional
 from guideload.study.sampling.sequences import Sampling, Sobol
+from guideload.traces.options import ReadingOptions, SmoothingOptions
 from guideload.traces.reading import motion_from_trace, read_trace
 
 
@@ -61,38 +62,34 @@ NumberOrText = Annotated[Any, PlainValidator(_number_or_text)]
 Positive = Annotated[float, PlainValidator(partial(number, unit="1", above=0.0))]
 
 
-class TraceOptions(ConfigModel):
-    """How the trace is read, as by the options of `guideload run`; what is left out is taken from its header."""
+SMOOTHING = get_type_hints(SmoothingOptions, include_extras=True)
+CHECKED = {  # what a file may give, by the type of a keyword of `read_trace`; of others text
+    float | str | None: NumberOrText,
+    int | None: Annotated[int, PlainValidator(partial(_integer, least=0, most=62))],
+    float | None: Positive,
+    bool | None: StrictBool,
+}
+OPTIONS = {
+    key: (CHECKED.get(get_args(hint)[0], StrictStr) | None, optional(get_args(hint)[1]))
+    for key, hint in (get_type_hints(ReadingOptions, include_extras=True) | SMOOTHING).items()
+}
+OPTIONS["window"] = (
+    Annotated[float, PlainValidator(partial(number, unit="s", above=0.0))] | None,
+    OPTIONS["window"][1],
+)
+if TYPE_CHECKING:
+    Keys = ConfigModel
+else:
+    Keys = create_model("Keys", __base__=ConfigModel, **OPTIONS)
 
-    column: StrictStr | None = optional("column of the measured motion")
-    unit: NumberOrText | None = optional('of that column, e.g. "rpm"; for counts the travel of one')
-    kind: StrictStr | None = optional("position, counts, velocity or motor_speed")
-    time: StrictStr | None = optional("column of the time stamps")
-    rate: NumberOrText | None = optional("samples per second, in place of a time column")
-    clock: StrictStr | None = optional("kind of the time stamps: uniform, ticks, jitter or on_change")
-    quantum: NumberOrText | None = optional('step of the value, e.g. "5e-8 m"')
-    counter_bits: Annotated[int, PlainValidator(partial(_integer, least=0, most=62))] | None = optional(
-        "width of a counter of counts that overflows, 0 for none"
-    )
-    hold: Positive | None = optional(
-        "rows that repeat each value, in a log faster than its signal; 1 uses all"
-    )
-    date_order: StrictStr | None = optional('of dates such as 03/04/2024: "dmy" or "mdy"')
-    max_speed: NumberOrText | None = optional('greatest speed of the axis, e.g. "2 m/s"')
-    allow_gaps: StrictBool | None = optional("whether long steps in time are accepted")
-    repair: StrictStr | None = optional(
-        'damage to leave out: "all", or some of "empty,doubled,clock,outliers,stuck"'
-    )
-    cross_check: StrictBool | None = optional("whether position is compared with velocity")
-    smoothing: StrictStr | None = optional("auto; for comparison savitzky_golay or differences")
-    window: Annotated[float, PlainValidator(partial(number, unit="s", above=0.0))] | None = optional(
-        "of savitzky_golay, in s"
-    )
+
+class TraceOptions(Keys):
+    """How the trace is read, as by the options of `guideload run`; what is left out is taken from its header."""
 
     def motion(self, trace: Path, machine: Machine) -> Motion:
         """The motion of the machine in a trace. Raises TraceError."""
         options = self.model_dump(exclude_none=True)
-        smoothing = {key: options.pop(key) for key in ("smoothing", "window") if key in options}
+        smoothing = {key: options.pop(key) for key in SMOOTHING.keys() & options}
         return motion_from_trace(read_trace(trace, **options), drive=machine.drive, **smoothing)
 
 
