@@ -96,9 +96,9 @@ class StandIn(Plan):
 
     def batch(self) -> Any:
         return _batch(
-            len(self.measures),
+            len(self.metadata.measures),
             self.motion.time.size,
-            len(self.machine.carriages),
+            len(self.metadata.carriages),
             self.pause,
             self.metadata.seed,
         )

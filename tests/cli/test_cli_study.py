@@ -50,7 +50,9 @@ def core(monkeypatch: pytest.MonkeyPatch) -> None:
     batches: dict[str, HashedBatch] = {}
 
     def batch(plan: Any) -> HashedBatch:
-        new = HashedBatch(len(plan.measures), plan.motion.time.size, len(plan.machine.carriages), 0.0)
+        new = HashedBatch(
+            len(plan.metadata.measures), plan.motion.time.size, len(plan.metadata.carriages), 0.0
+        )
         return batches.setdefault(plan.metadata.fingerprint, new)
 
     monkeypatch.setattr("guideload.study.description.plan.Plan.batch", batch)

@@ -138,7 +138,7 @@ def test_failed_samples_are_kept_apart(whole: dict[str, bytes]) -> None:
     failed = result.store.reasons()
     assert 5 < len(failed) < 50
     assert result.store.done == RUNS
-    for name in plan(RUNS).columns:
+    for name in plan(RUNS).metadata.columns:
         assert set(np.flatnonzero(np.isnan(result.store.column(name)))) == set(failed)
     mass = result.store.column("body.mass")
     assert all(reason == f"no equilibrium at {mass[i]:.3f} kg" for i, reason in failed.items())

@@ -56,7 +56,7 @@ def test_a_folder_returns_the_same_as_memory(folder: Path) -> None:
     for table, other in zip(opened.tables(), memory.tables(), strict=True):
         assert table.schema.equals(other.schema, check_metadata=True)
         assert table.to_pandas().equals(other.to_pandas())  # NaN equals NaN here
-    for name in study.columns:  # NaN where it failed or was not run, nowhere else
+    for name in study.metadata.columns:  # NaN where it failed or was not run, nowhere else
         empty = {*opened.reasons(), *range(100, 200)}
         assert set(np.flatnonzero(np.isnan(opened.column(name)))) == empty
     values = study.values(0, 300)

@@ -6,7 +6,7 @@ import pickle
 import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
-from functools import lru_cache, partial
+from functools import lru_cache
 from itertools import islice
 from os import PathLike
 from pathlib import Path
@@ -155,10 +155,10 @@ class _Writer:
 
 def _run_here(plan: Plan, missing: list[Range], threads: int, writer: _Writer) -> None:
     """One chunk after the other; the next is drawn and the last is written while one runs."""
-    slices, draw, following = _Slices(plan, threads, writer), partial(writer.thread.submit, plan.values), None
+    slices, thread, following = _Slices(plan, threads, writer), writer.thread, None
     for i, samples in enumerate(missing):
-        values = (following or draw(*samples)).result()
-        following = draw(*missing[i + 1]) if i + 1 < len(missing) else None
+        values = (following or thread.submit(plan.values, *samples)).result()
+        following = thread.submit(plan.values, *missing[i + 1]) if i + 1 < len(missing) else None
         slices.run(samples[0], values)
 
 
@@ -166,7 +166,7 @@ class _Slices:
     """Runs samples in slices so short that Ctrl-C is answered; the results do not depend on them."""
 
     def __init__(self, plan: Plan, threads: int, writer: _Writer) -> None:
-        self.batch, self.measures, self.threads = plan.batch(), len(plan.measures), threads
+        self.batch, self.measures, self.threads = plan.batch(), len(plan.metadata.measures), threads
         self.writer, self.size = writer, 64
 
     def run(self, start: int, values: Array) -> None:

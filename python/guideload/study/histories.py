@@ -25,7 +25,7 @@ def histories(plan: Plan) -> xr.Dataset:
     A sample that failed has NaN, and why in `reason`. nominal_force and so on (time, carriage): of the machine as
     described, if that has a solution.
     """
-    samples = list(plan.histories)
+    samples, metadata = list(plan.histories), plan.metadata
     values = np.concatenate([plan.values(i, i + 1) for i in samples])
     loads, reasons = [], [""] * len(samples)
     for start in range(0, len(samples), TOGETHER):
@@ -35,7 +35,7 @@ def histories(plan: Plan) -> xr.Dataset:
             reasons[start + i] = reason
     variables = _loads(("sample",), np.concatenate(loads), "", "load of the carriage")
     try:
-        nominal = simulate(plan.machine, plan.motion, plan.method, rtol=plan.rtol).carriage_loads
+        nominal = simulate(metadata.machine, plan.motion, metadata.method, rtol=metadata.rtol).carriage_loads
         variables |= _loads((), nominal, "nominal_", "load of the carriage, machine as described")
     except (RunError, SceneError):  # perhaps only the drawn machines have a solution
         pass
@@ -45,11 +45,11 @@ def histories(plan: Plan) -> xr.Dataset:
     coords = {
         "sample": ("sample", samples, {"long_name": "index of the sample"}),
         "time": ("time", plan.motion.time, {"units": "s", "long_name": "time"}),
-        "carriage": [carriage.name for carriage in plan.machine.carriages],
+        "carriage": list(metadata.carriages),
         "axis": list(AXES),
         "factor": [factor.name for factor in plan.factors],
     }
-    return xr.Dataset(variables, coords=coords, attrs={"fingerprint": plan.metadata.fingerprint})
+    return xr.Dataset(variables, coords=coords, attrs={"fingerprint": metadata.fingerprint})
 
 
 def _loads(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> dict[str, Variable]:

@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, GuideloadError, shown
 from guideload.machine.machine import Machine
+from guideload.simulation.simulation import Method
 from guideload.study.description.quantities import Life, Measure
 from guideload.traces.format.table import listed
 
@@ -73,7 +74,7 @@ class StudyMetadata(BaseModel):
     motion_digest: str = ""
     duration: float
     instants: int
-    method: str = "auto"
+    method: Method = "auto"
     rtol: float = 1e-6
     sampling: str
     seed: int | None = None

@@ -60,23 +60,19 @@ def _number_or_text(value: object) -> object:
 
 NumberOrText = Annotated[Any, PlainValidator(_number_or_text)]
 Positive = Annotated[float, PlainValidator(partial(number, unit="1", above=0.0))]
-
-
 SMOOTHING = get_type_hints(SmoothingOptions, include_extras=True)
-CHECKED = {  # what a file may give, by the type of a keyword of `read_trace`; of others text
+CHECKED: dict[Any, Any] = {  # what a file may give for an option, by its name or its type; for others text
+    "window": Annotated[float, PlainValidator(partial(number, unit="s", above=0.0))],
     float | str | None: NumberOrText,
     int | None: Annotated[int, PlainValidator(partial(_integer, least=0, most=62))],
     float | None: Positive,
     bool | None: StrictBool,
 }
 OPTIONS = {
-    key: (CHECKED.get(get_args(hint)[0], StrictStr) | None, optional(get_args(hint)[1]))
+    key: (CHECKED.get(key, CHECKED.get(kind, StrictStr)) | None, optional(description))
     for key, hint in (get_type_hints(ReadingOptions, include_extras=True) | SMOOTHING).items()
+    for kind, description in [get_args(hint)]
 }
-OPTIONS["window"] = (
-    Annotated[float, PlainValidator(partial(number, unit="s", above=0.0))] | None,
-    OPTIONS["window"][1],
-)
 if TYPE_CHECKING:
     Keys = ConfigModel
 else:

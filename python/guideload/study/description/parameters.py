@@ -7,7 +7,7 @@ Each parameter says what of the core's scene it sets. What can vary is listed in
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
@@ -245,17 +245,15 @@ class Parameters:
 
     # ---- changing
 
-    def changes(self, columns: Sequence[tuple[Form, Sequence[Parameter]]]) -> tuple[Change, ...]:
+    def changes(self, columns: Iterable[tuple[Form, Sequence[str]]]) -> tuple[Change, ...]:
         """What the core changes: each target, its constant and its terms.
 
-        columns: the form of each column of values, and the parameters that it sets; no two set the same parameter.
+        columns: the form of each column of values, and the full paths that it sets; no two set the same one.
         A target is the sum of all parameters that set it, each with its factor; those without a column keep the
         machine's value.
         """
         column_of: dict[str, tuple[int, Form]] = {
-            parameter.path: (column, form)
-            for column, (form, parameters) in enumerate(columns)
-            for parameter in parameters
+            path: (column, form) for column, (form, paths) in enumerate(columns) for path in paths
         }
         summands: dict[Target, list[tuple[Parameter, float]]] = {}
         for parameter in self:
