@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from guideload.base.numbers import counted
-from guideload.plots.style import GREY, INK, axes_or_new, look, new_figure
+from guideload.plots.style import GREY, INK, axes_or_new, legend_beside, look, new_figure, write_instead
 from guideload.study.results.result import weaker_parameters
 from guideload.study.results.statistics import TOO_FEW, known
 from guideload.study.results.titles import capitalised, with_owner, with_unit
@@ -27,6 +28,8 @@ TREND = 120  # samples from which on a scatter has its median drawn
 NAME = 26  # characters of a name beside an axis
 STEPS = (1, 2, 2.5, 5, 10)  # of the ticks
 
+nothing = partial(write_instead, reason="no sample has a result")
+
 
 def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
     """The parameters that drive a quantity, or any column, strongest on top, with their intervals of 95 %.
@@ -44,7 +47,7 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
             return nothing(ax)
         strength, low, high = (shown[key].to_numpy(dtype=np.float64) for key in (main, *ends))
         if result.too_few or not np.isfinite(strength).any():
-            return nothing(ax, TOO_FEW if result.too_few else "nothing varies")
+            return nothing(ax, reason=TOO_FEW if result.too_few else "nothing varies")
         places = np.arange(len(shown))
         if sensitivity:
             first = np.clip(shown["first_order"].to_numpy(dtype=np.float64), 0, None)
@@ -52,7 +55,7 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
             ax.barh(places, first, 0.34, color="#0072B2", label="first order, alone")
             ax.set_xlim(0, max(1.0, 1.04 * float(np.nanmax(high))))
             ax.set_xlabel("Sobol index: share of the variance")
-            ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+            legend_beside(ax)
         else:
             colors = np.where(strength >= 0, "#0072B2", "#D55E00")
             ax.barh(places, strength, 0.68, color=colors.tolist())
@@ -124,12 +127,6 @@ def _trend(ax: Axes, x: Array, y: Array) -> None:
 def short(name: str) -> str:
     """A name beside an axis, its middle left out if it is long."""
     return name if len(name) <= NAME else f"{name[: NAME // 2 - 1]}…{name[-NAME // 2 :]}"
-
-
-def nothing(ax: Axes, why: str = "no sample has a result") -> Axes:
-    """The axes with the reason why they are empty."""
-    ax.text(0.5, 0.5, why, transform=ax.transAxes, ha="center", color=GREY)
-    return ax
 
 
 def set_title(ax: Axes, result: StudyResult, title: str, samples: int) -> None:

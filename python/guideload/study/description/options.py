@@ -23,7 +23,7 @@ from guideload.simulation.simulation import Method
 from guideload.study.description.correlation import Correlation
 from guideload.study.description.quantities import STATISTICS, Life, Recorded, Statistic
 from guideload.study.description.refusals import problem_at
-from guideload.study.description.varied_parameter import DistributionSpec, optional
+from guideload.study.description.varied_parameter import DistributionSpec, NumberOrText, optional
 from guideload.study.sampling.sequences import Sampling, Sobol
 from guideload.traces.options import ReadingOptions, SmoothingOptions
 from guideload.traces.reading import motion_from_trace, read_trace
@@ -51,14 +51,6 @@ def _exponent(value: object) -> float:
         raise ValueRefused("an exponent > 0", value, '3 for balls, "10/3" for rollers') from None
 
 
-def _number_or_text(value: object) -> object:
-    """A number or text; its unit is checked when the trace or the quantity is known."""
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise ValueRefused("a number, or text with a unit", value)
-    return value
-
-
-NumberOrText = Annotated[Any, PlainValidator(_number_or_text)]
 Positive = Annotated[float, PlainValidator(partial(number, unit="1", above=0.0))]
 SMOOTHING = get_type_hints(SmoothingOptions, include_extras=True)
 CHECKED: dict[Any, Any] = {  # what a file may give for an option, by its name or its type; for others text

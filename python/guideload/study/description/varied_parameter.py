@@ -46,16 +46,12 @@ class Amount(NamedTuple):
     number: float
     relative: bool
 
-    def absolute(self, base: float) -> Amount:
-        """A share as a number: the share of `base`."""
-        return Amount(self.number * base, False) if self.relative else self
 
-
-def _amount(value: object) -> object:
-    """A number or text, whose unit is checked when the path is known; NumPy's numbers become Python's."""
+def _number_or_text(value: object) -> object:
+    """A number or text, whose unit is checked when its quantity is known; NumPy's numbers become Python's."""
     value = value.item() if isinstance(value, np.generic) else value
-    if value is not None and (isinstance(value, bool) or not isinstance(value, int | float | str)):
-        raise ValueRefused('a number, or text with a unit or percent, such as "90 %"', value)
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ValueRefused("a number, or text with a unit", value)
     return value
 
 
@@ -88,8 +84,7 @@ def optional(description: str, default: Any = None, **checks: Any) -> Any:
 
 Numbers = Mapping[str | int, float]  # amounts as numbers
 Coefficient = Annotated[float, PlainValidator(_coefficient)]
-Given = Annotated[float | str | None, BeforeValidator(_amount)]
-Required = Annotated[float | str, BeforeValidator(_amount)]
+NumberOrText = Annotated[Any, PlainValidator(_number_or_text)]
 
 
 class VariedParameter(ConfigModel):
@@ -102,8 +97,8 @@ class VariedParameter(ConfigModel):
     name: str | None = optional("its name in tables; else its path", min_length=1)
     each: Each | None = optional("one draw for each carriage, rail, link or value; one for all if left out")
     within: Coefficient | None = optional("correlation of the draws of this entry among each other")
-    at_least: Given = optional("values below are left out")
-    at_most: Given = optional("values above are left out")
+    at_least: NumberOrText | None = optional("values below are left out")
+    at_most: NumberOrText | None = optional("values above are left out")
 
     @model_validator(mode="after")
     def _named(self) -> VariedParameter:
@@ -145,9 +140,10 @@ class VariedParameter(ConfigModel):
             drawn = self._bounded(amounts, 1.0)
             return Marginal(drawn, "value", own[0]) if len(own) == 1 else Marginal(drawn, "factor")
         if len(own) == 1:
-            bases = {key: abs(own[0]) if key in WIDTHS else own[0] for key in amounts}
-            numbers = {key: amount.absolute(bases[key]) for key, amount in amounts.items()}
-            return Marginal(self._bounded(numbers, own[0]), "value")
+            for key, (share, relative) in amounts.items():
+                if relative:
+                    amounts[key] = Amount(share * (abs(own[0]) if key in WIDTHS else own[0]), False)
+            return Marginal(self._bounded(amounts, own[0]), "value")
         located = any(key in LOCATIONS or isinstance(key, int) for key in amounts)
         # A mode left out is each machine value's own, and a bound needs a location to count from.
         without_mode = "mode" in self.KEYS and "low" in amounts and "mode" not in amounts
@@ -191,8 +187,8 @@ class NormalSpec(VariedParameter):
 
     KEYS = ("mean", "sigma")
     distribution: Literal["normal"] = Field(description=NAMES)
-    mean: Given = optional("the machine's value if left out")
-    sigma: Required = Field(description='standard deviation, e.g. "3 %" or "2 mm"')
+    mean: NumberOrText | None = optional("the machine's value if left out")
+    sigma: NumberOrText = Field(description='standard deviation, e.g. "3 %" or "2 mm"')
 
     def _distribution(self, numbers: Numbers, own: float) -> Distribution:
         return distributions.Normal(numbers.get("mean", own), numbers["sigma"])
@@ -203,7 +199,7 @@ class LognormalSpec(VariedParameter):
 
     KEYS = ("median",)  # sigma is a plain number, in no unit of the path and no share of the machine's value
     distribution: Literal["lognormal"] = Field(description=NAMES)
-    median: Given = optional("the machine's value if left out")
+    median: NumberOrText | None = optional("the machine's value if left out")
     sigma: Annotated[float, PlainValidator(_sigma_of_logarithm)] = Field(
         description="standard deviation of the logarithm, e.g. 0.2"
     )
@@ -218,9 +214,11 @@ class LognormalSpec(VariedParameter):
 class _IntervalSpec(VariedParameter):
     """A distribution between two values, or around the machine's value."""
 
-    low: Given = optional('the smallest value, e.g. "90 %" or "1100 kg"')
-    high: Given = optional('the largest value, e.g. "110 %" or "1400 kg"')
-    plus_minus: Given = optional('reach to both sides of the machine\'s value, e.g. "10 %" or "5 cm"')
+    low: NumberOrText | None = optional('the smallest value, e.g. "90 %" or "1100 kg"')
+    high: NumberOrText | None = optional('the largest value, e.g. "110 %" or "1400 kg"')
+    plus_minus: NumberOrText | None = optional(
+        'reach to both sides of the machine\'s value, e.g. "10 %" or "5 cm"'
+    )
 
     @model_validator(mode="after")
     def _complete(self) -> _IntervalSpec:
@@ -253,7 +251,7 @@ class TriangularSpec(_IntervalSpec):
 
     KEYS = ("low", "mode", "high", "plus_minus")
     distribution: Literal["triangular"] = Field(description=NAMES)
-    mode: Given = optional("the most likely value; the machine's value if left out")
+    mode: NumberOrText | None = optional("the most likely value; the machine's value if left out")
 
     @model_validator(mode="after")
     def _one_center(self) -> TriangularSpec:
@@ -275,7 +273,7 @@ class SampleSpec(VariedParameter):
 
     KEYS = ()
     distribution: Literal["sample"] = Field(description=NAMES)
-    values: Annotated[tuple[Given, ...] | None, BeforeValidator(_listed)] = optional(
+    values: Annotated[tuple[NumberOrText, ...] | None, BeforeValidator(_listed)] = optional(
         'measured values, e.g. ["118 N/um", "131 N/um"]', min_length=1
     )
     file: str | None = optional("a table of measured values beside this file")
