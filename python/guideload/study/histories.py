@@ -9,13 +9,13 @@ import xarray as xr
 
 from guideload.base.arrays import Array
 from guideload.base.errors import RunError, SceneError
+from guideload.base.quantities import Quantity, quantities
 from guideload.simulation.run import AXES
 from guideload.simulation.simulation import simulate
 
 if TYPE_CHECKING:
     from guideload.study.description.plan import Plan
 
-Variable = tuple[tuple[str, ...], object, dict[str, str]]
 TOGETHER = 16  # samples at a time, so that Ctrl-C is answered
 
 
@@ -39,9 +39,10 @@ def histories(plan: Plan) -> xr.Dataset:
         variables |= _loads((), nominal, "nominal_", "load of the carriage, machine as described")
     except (RunError, SceneError):  # perhaps only the drawn machines have a solution
         pass
-    variables["value"] = ("sample", "factor"), values, {"long_name": "values of the factors, in their units"}
-    why = np.array(reasons, dtype=object)
-    variables["reason"] = ("sample",), why, {"long_name": "why the sample failed, or empty"}
+    words = {"long_name": "values of the factors, in their units"}
+    variables["value"] = Quantity(("sample", "factor"), values, words)
+    words = {"long_name": "why the sample failed, or empty"}
+    variables["reason"] = Quantity(("sample",), np.array(reasons, dtype=object), words)
     coords = {
         "sample": ("sample", samples, {"long_name": "index of the sample"}),
         "time": ("time", plan.motion.time, {"units": "s", "long_name": "time"}),
@@ -52,19 +53,15 @@ def histories(plan: Plan) -> xr.Dataset:
     return xr.Dataset(variables, coords=coords, attrs={"fingerprint": metadata.fingerprint})
 
 
-def _loads(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> dict[str, Variable]:
+def _loads(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> dict[str, Quantity]:
     """Labelled loads (..., time, carriage, 6)."""
-    dims = (*dims, "time", "carriage")
-    resultant = np.hypot(loads[..., 1], loads[..., 2])
-    columns = {
-        "force": ((*dims, "axis"), loads[..., :3], "N", text),
-        "moment": ((*dims, "axis"), loads[..., 3:], "N m", f"{text}, about its centre"),
-        "resultant": (dims, resultant, "N", f"{text}, resultant in y and z"),
-    }
-    return {
-        prefix + name: (of, values, {"units": unit, "long_name": long_name})
-        for name, (of, values, unit, long_name) in columns.items()
-    }
+    dims, resultant = (*dims, "time", "carriage"), np.hypot(loads[..., 1], loads[..., 2])
+    rows = [
+        ("force", (*dims, "axis"), loads[..., :3], "N", text),
+        ("moment", (*dims, "axis"), loads[..., 3:], "N m", f"{text}, about its centre"),
+        ("resultant", dims, resultant, "N", f"{text}, resultant in y and z"),
+    ]
+    return {f"{prefix}{name}": quantity for name, quantity in quantities(rows).items()}
 
 
 def are_of(data: xr.Dataset | None, plan: Plan) -> bool:

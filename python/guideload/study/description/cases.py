@@ -8,7 +8,7 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ConfigError, Problem, TraceError, ValueRefused
-from guideload.study.description.factors import Factor, conflicts, require
+from guideload.study.description.factors import Factor, conflicts
 from guideload.study.description.parameters import Parameters
 from guideload.study.description.refusals import problem_at
 from guideload.study.description.tables import name_and_unit, numbers_of
@@ -58,8 +58,8 @@ def _factor(table: Table, i: int, header: str, parameters: Parameters) -> tuple[
         numbers = numbers * group[0].value
     if form == "value" and len({parameter.unit for parameter in group}) > 1:
         raise ValueRefused("a path to values of one unit, or [%]", path)
-    if numbers.size:
-        require(group, form, float(numbers.min()), float(numbers.max()))
+    for parameter in group if numbers.size else ():
+        parameter.require(float(numbers.min()), float(numbers.max()), form)
     targets = tuple(parameter.path for parameter in group)
     return Factor(path, "1" if form == "factor" else unit, targets, form, None, i, ""), numbers
 

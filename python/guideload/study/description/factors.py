@@ -12,7 +12,7 @@ from guideload.base.errors import ConfigError, Problem, ValueRefused
 from guideload.study.description.metadata import ParameterMetadata
 from guideload.study.description.parameters import Parameter, Parameters
 from guideload.study.description.refusals import KeyRefused, problem_at
-from guideload.study.description.varied_parameter import OF_EACH, VariedParameter
+from guideload.study.description.varied_parameter import VariedParameter
 from guideload.study.sampling.distributions import Form, Marginal, in_words
 
 
@@ -103,7 +103,7 @@ def _draws(entry: VariedParameter, parameters: Parameters) -> dict[str, list[Par
         elif entry.each in parameter.owners:
             owner = parameter.owners[entry.each]
         else:
-            words = f"paths of {OF_EACH[entry.each][0]}"
+            words = "paths of rails or carriages" if entry.each == "rail" else f"paths of {entry.each}s"
             raise KeyRefused("each", words, entry.each, f"{parameter.path} is of no {entry.each}")
         draws.setdefault(owner, []).append(parameter)
     return draws
@@ -117,18 +117,10 @@ def _factor(i: int, entry: VariedParameter, owner: str, group: Sequence[Paramete
         hint = " and ".join(f"{path} is in {other}" for other, path in units.items())
         raise KeyRefused("path", "paths of one unit, or all amounts in percent", list(entry.path), hint)
     try:
-        require(group, marginal.form, *marginal.reach)
+        for parameter in group:
+            parameter.require(*marginal.reach, marginal.form)
     except ValueRefused as refused:
         raise KeyRefused("distribution", refused.expected, refused.value, refused.hint) from None
     targets = tuple(parameter.path for parameter in group)
     unit = "1" if marginal.form == "factor" else unit
     return Factor(entry.title_of(owner), unit, targets, marginal.form, marginal, i, owner)
-
-
-def require(group: Sequence[Parameter], form: Form, low: float, high: float) -> None:
-    """Raise ValueRefused for a column with values from `low` to `high` if a parameter cannot have them."""
-    for parameter in group:
-        factor = parameter.value if form == "factor" else 1.0
-        shift = parameter.value if form == "shift" else 0.0
-        ends = (factor * low + shift, factor * high + shift)
-        parameter.require(min(ends), max(ends))

@@ -12,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, GuideloadError, shown
@@ -26,7 +26,7 @@ CONTENT = "samples of a guideload study"
 FORMAT = 2  # of `study.json` and of the chunks beside it; guideload 0.1.0 wrote the first, without a number
 
 
-class ParameterMetadata(BaseModel):
+class ParameterMetadata(BaseModel, frozen=True):
     """One column of drawn values.
 
     name          "body.mass", "k[1a]"
@@ -35,15 +35,13 @@ class ParameterMetadata(BaseModel):
     distribution  in words: "uniform from 1125 to 1375 kg"
     """
 
-    model_config = ConfigDict(frozen=True)
-
     name: str
     unit: str
     targets: tuple[str, ...]
     distribution: str = ""
 
 
-class StudyMetadata(BaseModel):
+class StudyMetadata(BaseModel, frozen=True):
     """Machine, motion and design of a study, and what its columns are.
 
     fingerprint     SHA-256 of all that decides the result of a run
@@ -60,8 +58,6 @@ class StudyMetadata(BaseModel):
     limits          by quantity, in its unit: {"peak_resultant_N": 7000.0}
     life            rating and travel of a carriage, or None
     """
-
-    model_config = ConfigDict(frozen=True)
 
     content: str = CONTENT
     format: int = FORMAT

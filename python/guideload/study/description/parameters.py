@@ -47,8 +47,11 @@ class Parameter:
     sets: tuple[tuple[Target, float], ...]
     owners: dict[str, str]
 
-    def require(self, low: float, high: float) -> None:
-        """Raise ValueRefused if the parameter cannot have all values from `low` to `high`."""
+    def require(self, low: float, high: float, form: Form = "value") -> None:
+        """Raise ValueRefused if a column of this form, whose values are from `low` to `high`, is not possible."""
+        factor = self.value if form == "factor" else 1.0
+        shift = self.value if form == "shift" else 0.0
+        low, high = sorted((factor * low + shift, factor * high + shift))
         if (self.floor == "> 0" and not low > 0.0) or (self.floor == ">= 0" and not low >= 0.0):
             unit = "" if self.unit == "1" else f" {self.unit}"
             reach = f"values from {low:.4g} to {high:.4g}{unit}"

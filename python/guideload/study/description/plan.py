@@ -101,13 +101,7 @@ class Plan:
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
 
-def with_fingerprint(
-    metadata: StudyMetadata,
-    factors: Sequence[Factor],
-    changes: Sequence[Change],
-    design: Design | None,
-    cases: Array | None,
-) -> StudyMetadata:
+def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any) -> StudyMetadata:
     """The metadata of a study with its fingerprint.
 
     In it are the versions of guideload, NumPy and SciPy. The number of samples is in it only where it decides the
@@ -115,7 +109,7 @@ def with_fingerprint(
     """
     resumed_with_more = design is not None and design.sampling != "latin hypercube"
     free = {"motion", "duration", "instants", "limits", "life", *(("runs",) if resumed_with_more else ())}
-    exact = [factors, changes, digest(cases), None if design is None else design.copula]
+    exact = (*exact, None if design is None else design.copula)
     text = json.dumps([metadata.model_dump(mode="json", exclude=free), exact], default=_plain, sort_keys=True)
     return metadata.model_copy(update={"fingerprint": hashlib.sha256(text.encode()).hexdigest()})
 

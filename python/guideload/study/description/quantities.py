@@ -131,6 +131,7 @@ def _catalogue() -> dict[str, Quantity]:
 
 
 QUANTITIES = _catalogue()
+RECORDED = {column_of(load, statistic) for load in UNITS for statistic in STATISTICS if statistic != "rms"}
 # By their keys in the table [limits]: the names without the unit.
 LIMITS = {
     re.sub(r"_(Nm|N|km)$", "", name): quantity

@@ -132,7 +132,7 @@ class Study(StudyOptions):
             columns=columns,
             limits=limits_of(self.limits, measures, self.life),
         )
-        metadata = with_fingerprint(metadata, factors, changes, design, cases)
+        metadata = with_fingerprint(metadata, design, factors, changes, digest(cases))
         return Plan(metadata, self.motion, factors, changes, design, cases, histories)
 
     def _require_one_source(self) -> None:

@@ -26,16 +26,11 @@ from guideload.traces.format.files import load_table
 from guideload.traces.format.table import listed
 
 Each = Literal["carriage", "rail", "link", "value"]
-# Of a draw for each: what it is for, in words, and how the paths of all begin.
-OF_EACH = {
-    "carriage": ("carriages", ("carriages.*.", "carriages[*].")),
-    "rail": ("rails or carriages", ("rails.*.", "rails[*].")),
-    "link": ("links", ("links.*.", "links[*].")),
-}
 NAMES = "one of normal, lognormal, uniform, triangular, sample"
 LEAST_PROBABILITY = 1e-6  # of a distribution within at_least and at_most: rounding spoils the draws of less
 PERCENT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*%\s*")
-BOUNDS = ("at_least", "at_most")
+# Keys of amounts, with or without a unit.
+AMOUNTS = ("mean", "sigma", "median", "low", "mode", "high", "plus_minus", "at_least", "at_most")
 LOCATIONS = ("mean", "median", "mode", "low")  # values of the parameter
 WIDTHS = ("sigma", "plus_minus")  # differences of values
 
@@ -90,7 +85,7 @@ NumberOrText = Annotated[Any, PlainValidator(_number_or_text)]
 class VariedParameter(ConfigModel):
     """What varies (`path`), how many draws there are (`each`), and the bounds of their distribution."""
 
-    KEYS: ClassVar[tuple[str, ...]]  # of the distribution's amounts, beside the bounds
+    KEYS: ClassVar[tuple[str, ...]] = AMOUNTS
     path: Annotated[tuple[str, ...], BeforeValidator(_listed)] = Field(
         min_length=1, description='one or several, e.g. "body.mass" or "carriages.*.stiffness_y"'
     )
@@ -119,9 +114,9 @@ class VariedParameter(ConfigModel):
             return self.title
         if self.name is None and self.each == "value":
             return owner
-        for every in OF_EACH[self.each][1] if self.name is None and self.each is not None else ():
-            if self.title.startswith(every):
-                return f"{every.split('.')[0].split('[')[0]}[{owner}].{self.title.removeprefix(every)}"
+        all_of_a_kind = re.fullmatch(rf"({self.each}s)(?:\.\*|\[\*\])\.(.+)", self.title)
+        if self.name is None and all_of_a_kind:
+            return f"{all_of_a_kind[1]}[{owner}].{all_of_a_kind[2]}"
         return f"{self.title}[{owner}]"
 
     def marginal(self, unit: str, own: Sequence[float]) -> Marginal:
@@ -146,7 +141,7 @@ class VariedParameter(ConfigModel):
             return Marginal(self._bounded(amounts, own[0]), "value")
         located = any(key in LOCATIONS or isinstance(key, int) for key in amounts)
         # A mode left out is each machine value's own, and a bound needs a location to count from.
-        without_mode = "mode" in self.KEYS and "low" in amounts and "mode" not in amounts
+        without_mode = isinstance(self, TriangularSpec) and "low" in amounts and "mode" not in amounts
         if True in kinds or without_mode or not (located or amounts.keys() <= set(WIDTHS)):
             expected = (
                 "one place where some amounts are in percent or left to the machine and others have a unit"
@@ -158,7 +153,7 @@ class VariedParameter(ConfigModel):
 
     def _amounts(self, unit: str) -> dict[str | int, Amount]:
         """The amounts that are given, by key; measured values by index."""
-        given = {key: getattr(self, key) for key in (*self.KEYS, *BOUNDS)}
+        given = {key: getattr(self, key, None) for key in self.KEYS}
         return {key: _read(key, value, unit) for key, value in given.items() if value is not None}
 
     def _bounded(self, amounts: Mapping[str | int, Amount], own: float) -> Distribution:
@@ -185,7 +180,6 @@ class VariedParameter(ConfigModel):
 class NormalSpec(VariedParameter):
     """A normal distribution."""
 
-    KEYS = ("mean", "sigma")
     distribution: Literal["normal"] = Field(description=NAMES)
     mean: NumberOrText | None = optional("the machine's value if left out")
     sigma: NumberOrText = Field(description='standard deviation, e.g. "3 %" or "2 mm"')
@@ -197,7 +191,11 @@ class NormalSpec(VariedParameter):
 class LognormalSpec(VariedParameter):
     """A lognormal distribution."""
 
-    KEYS = ("median",)  # sigma is a plain number, in no unit of the path and no share of the machine's value
+    KEYS = (
+        "median",
+        "at_least",
+        "at_most",
+    )  # sigma is a plain number, in no unit of the path and no share of the machine's value
     distribution: Literal["lognormal"] = Field(description=NAMES)
     median: NumberOrText | None = optional("the machine's value if left out")
     sigma: Annotated[float, PlainValidator(_sigma_of_logarithm)] = Field(
@@ -239,7 +237,6 @@ class _IntervalSpec(VariedParameter):
 class UniformSpec(_IntervalSpec):
     """A uniform distribution."""
 
-    KEYS = ("low", "high", "plus_minus")
     distribution: Literal["uniform"] = Field(description=NAMES)
 
     def _distribution(self, numbers: Numbers, own: float) -> Distribution:
@@ -249,7 +246,6 @@ class UniformSpec(_IntervalSpec):
 class TriangularSpec(_IntervalSpec):
     """A triangular distribution."""
 
-    KEYS = ("low", "mode", "high", "plus_minus")
     distribution: Literal["triangular"] = Field(description=NAMES)
     mode: NumberOrText | None = optional("the most likely value; the machine's value if left out")
 
@@ -271,7 +267,6 @@ class TriangularSpec(_IntervalSpec):
 class SampleSpec(VariedParameter):
     """Measured values, in the study or in a table beside it."""
 
-    KEYS = ()
     distribution: Literal["sample"] = Field(description=NAMES)
     values: Annotated[tuple[NumberOrText, ...] | None, BeforeValidator(_listed)] = optional(
         'measured values, e.g. ["118 N/um", "131 N/um"]', min_length=1

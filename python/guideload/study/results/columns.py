@@ -12,15 +12,7 @@ import numpy as np
 from guideload.base.arrays import Array
 from guideload.base.errors import ValueRefused
 from guideload.study.description.metadata import StudyMetadata
-from guideload.study.description.quantities import (
-    CONTACT,
-    LIFE,
-    PEAK,
-    QUANTITIES,
-    STATISTICS,
-    UNITS,
-    column_of,
-)
+from guideload.study.description.quantities import CONTACT, LIFE, PEAK, QUANTITIES, RECORDED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -159,14 +151,13 @@ def available(metadata: StudyMetadata) -> tuple[str, ...]:
     """
     recorded = {(load, statistic) for load, _, statistic in metadata.measures}
     columns = dict.fromkeys(column.partition("[")[0] for column in metadata.columns)
-    stored = {column_of(load, statistic) for load in UNITS for statistic in STATISTICS if statistic != "rms"}
     made = [
         name
         for name, quantity in QUANTITIES.items()
-        if name not in stored and recorded.issuperset(quantity.sources) and (name != LIFE or metadata.life)
+        if name not in RECORDED and recorded.issuperset(quantity.sources) and (name != LIFE or metadata.life)
     ]
     used = {source for name in made for source in QUANTITIES[name].sources}
-    rest = (name for name in columns if name in stored and not used.issuperset(QUANTITIES[name].sources))
+    rest = (name for name in columns if name in RECORDED and not used.issuperset(QUANTITIES[name].sources))
     return (*made, *rest)
 
 
