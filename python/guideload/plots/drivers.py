@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
+from guideload.base.arrays import Array
 from guideload.base.numbers import counted
 from guideload.plots.style import GREY, INK, axes_or_new, legend_beside, look, new_figure, write_instead
-from guideload.study.results.result import weaker_parameters
+from guideload.study.results.result import StudyResult, weaker_parameters
 from guideload.study.results.statistics import TOO_FEW, known
 from guideload.study.results.titles import capitalised, with_owner, with_unit
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from guideload.base.arrays import Array
-    from guideload.study.results.result import StudyResult
-
 
 BARS = 16  # parameters of a tornado
 PANELS = 6  # parameters of a scatter

@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from guideload.base.numbers import load_in_table
 from guideload.reports.elements import WIDTH, heading, new_table, remark, section, to_text
+from guideload.study.description.metadata import StudyMetadata
 from guideload.study.description.quantities import CONTACT, LIFE, PEAK, QUANTITIES, Quantity
-from guideload.study.results.result import weaker_parameters
+from guideload.study.results.result import StudyResult, weaker_parameters
 from guideload.study.results.statistics import TOO_FEW, fewest_samples, known
 from guideload.study.results.titles import capitalised, contact_words, title_of, with_owner, with_unit
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from guideload.study.description.metadata import StudyMetadata
-    from guideload.study.results.result import StudyResult
 
 # Limits of warnings.
 MANY_FAILURES = 0.01  # share of the runs: the failed ones may be the ones that matter
@@ -112,8 +107,7 @@ def answer_lines(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
 def cases_answer(result: StudyResult) -> Iterator[str]:
     """The worst of the given cases, and how many exceed a limit."""
     stem = result.leading.partition("[")[0]
-    columns = [f"{stem}[{owner}]" if owner else stem for owner in result.owners(stem)]
-    values, quantity = result.table(columns)[columns], QUANTITIES[stem]
+    values, quantity = result.table(result.of_carriages(stem)).drop(columns="reason"), QUANTITIES[stem]
     worst, words = ("idxmin", "Smallest") if quantity.smallest_is_worst else ("idxmax", "Largest")
     column, case = getattr(values.unstack(), worst)()
     value = _with_unit(float(values[column][case]), quantity)

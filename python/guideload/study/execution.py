@@ -10,21 +10,18 @@ from functools import lru_cache
 from itertools import islice
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.cores import cores
 from guideload.base.errors import ArgumentError, GuideloadError, RunError
+from guideload.study.description.plan import Plan
+from guideload.study.description.study import Study
 from guideload.study.histories import are_of, histories
+from guideload.study.results.result import StudyResult
 from guideload.study.storage.folder import open_store
 from guideload.study.storage.store import Chunk, FolderStore, Range, SampleStore
-
-if TYPE_CHECKING:
-    from guideload.study.description.plan import Plan
-    from guideload.study.description.study import Study
-    from guideload.study.results.result import StudyResult
 
 Progress = Callable[[int, int], None]  # called with the number of samples done and that of the whole study
 
@@ -68,10 +65,6 @@ def run_study(
     Raises ArgumentError (an argument, or a folder with another study), RunError (a full disk, a lost executor) and
     StudyInterrupted (Ctrl-C); samples done until then stay. For a file also what Study.from_toml raises.
     """
-    from guideload.study.description.plan import Plan
-    from guideload.study.description.study import Study
-    from guideload.study.results.result import StudyResult
-
     if isinstance(study, str | PathLike):
         study = Study.from_toml(study)
     if not isinstance(study, Study | Plan):

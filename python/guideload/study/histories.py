@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import xarray as xr
 
@@ -12,9 +10,7 @@ from guideload.base.errors import RunError, SceneError
 from guideload.base.quantities import Quantity, quantities
 from guideload.simulation.run import AXES
 from guideload.simulation.simulation import simulate
-
-if TYPE_CHECKING:
-    from guideload.study.description.plan import Plan
+from guideload.study.description.plan import Plan
 
 TOGETHER = 16  # samples at a time, so that Ctrl-C is answered
 

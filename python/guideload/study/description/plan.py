@@ -7,10 +7,11 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from guideload._core import Batch
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.motion.motion import Motion
@@ -19,9 +20,6 @@ from guideload.study.description.metadata import StudyMetadata
 from guideload.study.description.parameters import Change
 from guideload.study.sampling.design import Copula, Design
 from guideload.study.sampling.distributions import Sample
-
-if TYPE_CHECKING:
-    from guideload._core import Batch
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +66,6 @@ class Plan:
 
     @cached_property
     def _batch(self) -> Batch:
-        from guideload._core import Batch
-
         metadata, machine, motion = self.metadata, self.metadata.machine, self.motion
         body, table = machine.body, machine.link_table()
         return Batch(

@@ -5,19 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from difflib import get_close_matches
 from functools import cached_property, reduce
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ValueRefused
 from guideload.study.description.metadata import StudyMetadata
 from guideload.study.description.quantities import CONTACT, LIFE, PEAK, QUANTITIES, RECORDED
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from guideload.study.storage.store import SampleStore
+from guideload.study.storage.store import SampleStore
 
 
 class StudyColumns:
@@ -122,6 +118,10 @@ class StudyColumns:
             life: Array = 1e-3 * metadata.life.base * (metadata.life.rating / first) ** metadata.exponent
         return life
 
+    def of_carriages(self, name: str) -> list[str]:
+        """The columns of a quantity: of each carriage, or its only one."""
+        return [f"{name}[{owner}]" if owner else name for owner in self.owners(name)]
+
     def owners(self, name: str) -> tuple[str, ...]:
         """The carriages of a quantity, or "" where it is the machine's."""
         return ("",) if QUANTITIES[name].of_machine else self.metadata.carriages
@@ -139,8 +139,8 @@ class StudyColumns:
     def _names(self) -> Iterator[str]:
         """The names of all quantities, of every carriage and of the machine."""
         for name in self.quantities:
-            yield from (f"{name}[{owner}]" for owner in self.owners(name) if owner)
-            if QUANTITIES[name].worse is not None:
+            yield from self.of_carriages(name)
+            if QUANTITIES[name].worse is not None and not QUANTITIES[name].of_machine:
                 yield name
 
 

@@ -150,9 +150,8 @@ class StudyResult(StudyColumns):
         without result.
         """
         stem = self.leading.partition("[")[0]
-        figures = [f"{stem}[{owner}]" if owner else stem for owner in self.owners(stem)]
         life = [LIFE] if LIFE in self.quantities and stem != LIFE else []
-        table = self.table([*(one.name for one in self.metadata.parameters), *figures, *life])
+        table = self.table([*(one.name for one in self.metadata.parameters), *self.of_carriages(stem), *life])
         exceeded: list[list[str]] = [["failed"] if i in self.reasons else [] for i in range(self.runs)]
         for name, limit in self.limits.items():
             for i in np.flatnonzero(QUANTITIES[name].exceeds(self.column(name), limit)):

@@ -9,19 +9,17 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as parquet
+import xarray as xr
 
 from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, RunError
 from guideload.study.description.metadata import StudyMetadata
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Range = tuple[int, int]  # samples start..stop-1
 
@@ -207,8 +205,6 @@ class FolderStore(SampleStore):
             raise RunError(f"{path} is damaged ({error}); {hint}") from error
 
     def histories(self) -> xr.Dataset | None:
-        import xarray as xr
-
         path = self.folder / HISTORIES
         try:
             return xr.load_dataset(path, engine="h5netcdf") if path.exists() else None
