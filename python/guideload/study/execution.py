@@ -68,10 +68,8 @@ def run_study(
     if isinstance(study, str | PathLike):
         study = Study.from_toml(study)
     if not isinstance(study, Study | Plan):
-        kind = type(study).__name__
-        raise TypeError(
-            f"study: expected a Study, as of Study.from_toml(file), its plan or a file, got {kind}"
-        )
+        expected = "a Study, as of Study.from_toml(file), its plan or a file"
+        raise TypeError(f"study: expected {expected}, got {type(study).__name__}")
     plan = study.plan() if isinstance(study, Study) else study
     threads = _whole_number("threads", threads, cores() if executor is None else 1)
     chunk = _whole_number("chunk", chunk, CHUNK if executor is None else executor_chunk(plan.runs))

@@ -94,11 +94,6 @@ class StudyMetadata(BaseModel, frozen=True):
         """Names of the carriages, in their order."""
         return tuple(carriage.name for carriage in self.machine.carriages)
 
-    @property
-    def all_columns(self) -> tuple[str, ...]:
-        """The names of all stored columns: parameters, then measures."""
-        return (*(parameter.name for parameter in self.parameters), *self.columns)
-
     def as_json(self) -> dict[str, Any]:
         """As tables, lists, numbers and text, without what is None."""
         return self.model_dump(mode="json", exclude_none=True)

@@ -54,11 +54,8 @@ class Plan:
             assert self.cases is not None
             return self.cases[start:stop].copy()
         uniforms = self.design.uniforms(start, stop)
-        values = np.empty((stop - start, len(self.factors)))
-        for i, factor in enumerate(self.factors):
-            assert factor.marginal is not None
-            values[:, i] = factor.marginal.values(uniforms[i])
-        return values
+        marginals = [factor.marginal for factor in self.factors if factor.marginal is not None]
+        return np.column_stack([marginal.values(u) for marginal, u in zip(marginals, uniforms, strict=True)])
 
     def batch(self) -> Batch:
         """The core's batch, made once in a process. Raises SceneError if the machine as described has no solution."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from itertools import chain
@@ -28,6 +27,7 @@ from guideload.study.storage.store import FolderStore
 
 LEVELS = (0.01, 0.05, 0.5, 0.95, 0.99)
 RANKED = 2**17  # first samples of a rank correlation, for a standard error of 0.003
+NUMBER = r"\d[\d.,_]*(?:e[+-]?\d+)?"
 FEWEST = 10  # samples, or rows of a Saltelli design, for an estimate of what drives a quantity
 
 
@@ -52,14 +52,13 @@ class StudyResult(StudyColumns):
 
         Reasons that differ in numbers only are of one kind; the first one is shown.
         """
-        kinds: dict[str, list[int]] = {}
-        for index in sorted(self.reasons):
-            kinds.setdefault(re.sub(r"\d[\d.,_]*(?:e[+-]?\d+)?", "#", self.reasons[index]), []).append(index)
-        rows = [
-            (self.reasons[samples[0]], len(samples), len(samples) / self.finished, samples[0])
-            for samples in sorted(kinds.values(), key=len, reverse=True)
-        ]
-        return pd.DataFrame(rows, columns=["reason", "count", "share", "first_sample"])
+        samples = pd.DataFrame(sorted(self.reasons.items()), columns=["first_sample", "reason"])
+        kinds = samples["reason"].astype(str).str.replace(NUMBER, "#", regex=True).rename("kind")
+        table = samples.groupby(kinds, sort=False).agg(
+            reason=("reason", "first"), count=("reason", "size"), first_sample=("first_sample", "first")
+        )
+        table.insert(2, "share", table["count"] / self.finished)
+        return table.sort_values("count", ascending=False, kind="stable", ignore_index=True)
 
     # ---- statistics
 

@@ -53,9 +53,9 @@ def _require_ours(folder: Path, metadata: StudyMetadata, resume: bool) -> None:
 
 
 def _drafts(folder: Path) -> list[Path]:
-    """What a killed writer may have left."""
-    drafts = [draft_of(folder / name) for name in (FILE, HISTORIES)]
-    return [*(path for path in drafts if path.exists()), *(folder / SAMPLES).glob(".*.draft.parquet")]
+    """What a killed writer may have left; some may not exist."""
+    drafts = (draft_of(folder / name) for name in (FILE, HISTORIES))
+    return [*drafts, *(folder / SAMPLES).glob(".*.draft.parquet")]
 
 
 def begun_only(folder: Path) -> bool:

@@ -58,7 +58,8 @@ class SampleStore:
     """
 
     def __init__(self, metadata: StudyMetadata) -> None:
-        self.metadata, self.columns, self.runs = metadata, metadata.all_columns, metadata.runs
+        self.metadata, self.runs = metadata, metadata.runs
+        self.columns = (*(parameter.name for parameter in metadata.parameters), *metadata.columns)
         self.damaged: dict[Path, str] = {}
         self._stored: dict[Range, Any] = {}  # by samples: the table of a chunk, or its file
         self._ahead: dict[str, Array] = {}  # columns that were read together
@@ -234,6 +235,5 @@ def chunks_in(folder: Path) -> list[Path]:
 
 
 def _range(path: Path) -> Range:
-    name = NAME.fullmatch(path.name)
-    assert name is not None
-    return int(name[1]), int(name[2])
+    start, stop = map(int, re.findall(r"\d+", path.name))
+    return start, stop
