@@ -93,7 +93,7 @@ def answer_lines(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     probabilities = result.probabilities()
     for name in probabilities.index.unique("quantity"):
         rows = probabilities.loc[name]
-        row = rows.loc[""] if "" in rows.index else rows.iloc[0]
+        row = rows.iloc[-1]  # of the machine
         probability, *ends = (f"{100 * row[key]:.3g}" for key in ("probability", "low", "high"))
         yield f"Probability of {_limit_text(name, row['limit'], metadata)}: {probability} % ({' to '.join(ends)} %)"
     if result.too_few:
@@ -293,7 +293,9 @@ def driving_table(result: StudyResult) -> list[RenderableType]:
     table = new_table("parameter", *titles)
     places = [list(rows.columns).index(name) for name in names]  # followed by the ends of the interval
     for parameter, *values in rows.iloc[:DRIVERS].itertuples():
-        cells = ((_share(values[i]), _shares(*values[i + 1 : i + 3])) for i in places)
+        cells = (
+            (_share(values[i]), " to ".join(filter(None, map(_share, values[i + 1 : i + 3])))) for i in places
+        )
         table.add_row(Text(str(parameter)), *(cell for pair in cells for cell in pair))
     return [table, *remark(*weaker_parameters(rows, DRIVERS))]
 
@@ -338,7 +340,3 @@ def _with_unit(value: float, quantity: Quantity) -> str:
 
 def _share(value: float) -> str:
     return "" if np.isnan(value) else f"{value:.2f}".replace("-0.00", "0.00")
-
-
-def _shares(low: float, high: float) -> str:
-    return f"{_share(low)} to {_share(high)}" if np.isfinite(low) else ""

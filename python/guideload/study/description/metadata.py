@@ -101,9 +101,8 @@ class StudyMetadata(BaseModel, frozen=True):
     def write(self, folder: Path) -> None:
         """Write `study.json` atomically."""
         with atomic_write(folder / FILE, durable=True) as draft:
-            draft.write_text(
-                json.dumps(self.as_json(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
-            )
+            text = json.dumps(self.as_json(), indent=1, ensure_ascii=False)
+            draft.write_text(f"{text}\n", encoding="utf-8")
 
     @classmethod
     def read(cls, folder: Path) -> StudyMetadata:

@@ -80,8 +80,7 @@ class Quantity:
     def exceeds(self, values: Array, limit: float) -> NDArray[np.bool_]:
         """Whether values are on the wrong side of a limit; limit NaN: whether contact is lost."""
         bound = 0.5 if np.isnan(limit) else limit
-        beyond: NDArray[np.bool_] = values < bound if self.smallest_is_worst else values > bound
-        return beyond
+        return values < bound if self.smallest_is_worst else values > bound
 
 
 def column_of(load: str, statistic: str) -> str:

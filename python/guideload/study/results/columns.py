@@ -72,8 +72,7 @@ class StudyColumns:
         names = sorted(summarised(self.metadata), key=lambda name: name == CONTACT)
         if PEAK in names or not names:
             return PEAK if names else self.metadata.columns[0]
-        has_worst = QUANTITIES[names[0]].worse is not None
-        return names[0] if has_worst else f"{names[0]}[{self.metadata.carriages[0]}]"
+        return names[0] if QUANTITIES[names[0]].worse else f"{names[0]}[{self.metadata.carriages[0]}]"
 
     def column(self, name: str) -> Array:
         """A column of the samples, the name of a parameter, a measure or a quantity; NaN without result.
@@ -115,8 +114,7 @@ class StudyColumns:
             return first
         assert metadata.life is not None
         with np.errstate(divide="ignore"):  # without load it is infinite
-            life: Array = 1e-3 * metadata.life.base * (metadata.life.rating / first) ** metadata.exponent
-        return life
+            return 1e-3 * metadata.life.base * (metadata.life.rating / first) ** metadata.exponent
 
     def of_carriages(self, name: str) -> list[str]:
         """The columns of a quantity: of each carriage, or its only one."""

@@ -44,8 +44,7 @@ class Normal(Distribution):
     sigma: float
 
     def ppf(self, u: Array) -> Array:
-        scores: Array = ndtri(u)
-        return self.mean + self.sigma * scores
+        return self.mean + self.sigma * np.asarray(ndtri(u))
 
     def cdf(self, x: float) -> float:
         return float(ndtr((x - self.mean) / self.sigma))
@@ -60,8 +59,7 @@ class Lognormal(Distribution):
 
     def ppf(self, u: Array) -> Array:
         # exp2 of SciPy is plain arithmetic; exp of NumPy has other last bits on another processor.
-        powers: Array = exp2((self.sigma / math.log(2.0)) * ndtri(u))
-        return self.median * powers
+        return self.median * np.asarray(exp2((self.sigma / math.log(2.0)) * ndtri(u)))
 
     def cdf(self, x: float) -> float:
         return float(ndtr(math.log(x / self.median) / self.sigma)) if x > 0.0 else 0.0
