@@ -56,9 +56,8 @@ def test_a_folder_returns_the_same_as_memory(folder: Path) -> None:
     for table, other in zip(opened.tables(), memory.tables(), strict=True):
         assert table.schema.equals(other.schema, check_metadata=True)
         assert table.to_pandas().equals(other.to_pandas())  # NaN equals NaN here
-    for name in study.metadata.columns:  # NaN where it failed or was not run, nowhere else
-        empty = {*opened.reasons(), *range(100, 200)}
-        assert set(np.flatnonzero(np.isnan(opened.column(name)))) == empty
+    empty = {*opened.reasons(), *range(100, 200)}  # it failed or was not run
+    assert all(set(np.flatnonzero(np.isnan(opened.column(one)))) == empty for one in study.metadata.columns)
     values = study.values(0, 300)
     values[100:200] = np.nan
     np.testing.assert_array_equal(opened.column(study.factors[0].name), values[:, 0])

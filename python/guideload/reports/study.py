@@ -37,10 +37,7 @@ PROBABILITIES = (
     "Intervals of 95 % by Clopper and Pearson. All intervals hold for independent samples; those of a Sobol or "
     "Latin hypercube design scatter less, and the intervals are conservative."
 )
-INDICES = (
-    "Sobol indices: the share of the variance due to a parameter alone (first order), and with its interactions "
-    "(total), for independent parameters."
-)
+INDICES = "Sobol indices of independent parameters: variance share of one alone (first order), with interactions (total)."
 RANKS = (
     "Spearman's rank correlation: 1 or -1 for an increasing or decreasing function of the parameter. That of a "
     "correlated parameter includes the influence of its partners."
