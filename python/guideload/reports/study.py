@@ -37,7 +37,10 @@ PROBABILITIES = (
     "Intervals of 95 % by Clopper and Pearson. All intervals hold for independent samples; those of a Sobol or "
     "Latin hypercube design scatter less, and the intervals are conservative."
 )
-INDICES = "Sobol indices of independent parameters: variance share of one alone (first order), with interactions (total)."
+INDICES = (
+    "Sobol indices: the share of the variance due to a parameter alone (first order), and with its interactions "
+    "(total), for independent parameters."
+)
 RANKS = (
     "Spearman's rank correlation: 1 or -1 for an increasing or decreasing function of the parameter. That of a "
     "correlated parameter includes the influence of its partners."
@@ -290,10 +293,11 @@ def driving_table(result: StudyResult) -> list[RenderableType]:
     table = new_table("parameter", *titles)
     places = [list(rows.columns).index(name) for name in names]  # followed by the ends of the interval
     for parameter, *values in rows.iloc[:DRIVERS].itertuples():
-        cells = (
-            (_share(values[i]), " to ".join(filter(None, map(_share, values[i + 1 : i + 3])))) for i in places
-        )
-        table.add_row(Text(str(parameter)), *(cell for pair in cells for cell in pair))
+        cells: list[str] = []
+        for i in places:
+            value, low, high = map(_share, values[i : i + 3])
+            cells += [value, f"{low} to {high}" if low else ""]
+        table.add_row(Text(str(parameter)), *cells)
     return [table, *remark(*weaker_parameters(rows, DRIVERS))]
 
 
