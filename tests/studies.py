@@ -93,9 +93,8 @@ def study(
     draws = np.random.default_rng(seed).standard_normal((samples, 2 * factors))
     values = draws[:, :factors]
     if sensitivity:
-        blocks = [values, draws[:, factors:], *(values.copy() for _ in range(factors))]
-        for j in range(factors):
-            blocks[2 + j][:, j] = draws[:, factors + j]
+        a, b = values, draws[:, factors:]
+        blocks = [a, b, *(np.where(np.arange(factors) == j, b, a) for j in range(factors))]
         values = np.stack(blocks, axis=1).reshape(-1, factors)
     peaks = level(carriages) + values @ weights(carriages, factors).T
     gantry = machine(carriages)
@@ -183,3 +182,8 @@ def preloaded(result: StudyResult) -> StudyResult:
     """The study as if all carriages of its machine were preloaded."""
     keys = dict(preload_y=5e3, preload_z=5e3, rolling="ball")
     return changed(result, machine=machine(len(result.metadata.carriages), **keys))
+
+
+def without_result() -> StudyResult:
+    """A study all of whose samples failed."""
+    return study(5, failed=dict.fromkeys(range(5), "no equilibrium"), limits={"peak_resultant_N": 1.0})

@@ -60,25 +60,21 @@ class HashedBatch:
             seeds = mixed(seeds ^ column)
         return seeds
 
-    def _failures(self, values: Array) -> list[tuple[int, str]]:
-        bad = np.flatnonzero(self._seeds(values) % np.uint64(50) == 0)
-        return [(int(i), f"no equilibrium at {values[i, 0]:.3f} kg") for i in bad]
+    def _loads(self, values: Array, columns: int) -> tuple[Array, list[tuple[int, str]]]:
+        seeds = self._seeds(values)
+        loads = fractions(mixed(seeds[:, None] ^ np.arange(columns, dtype=np.uint64)))
+        bad = np.flatnonzero(seeds % np.uint64(50) == 0)
+        loads[bad] = np.nan
+        return loads, [(int(i), f"no equilibrium at {values[i, 0]:.3f} kg") for i in bad]
 
     def run(self, values: Array, threads: int) -> tuple[Array, list[tuple[int, str]]]:
         assert threads >= 1
         self.sizes.append(len(values))
         time.sleep(self.pause * len(values) / threads)
-        columns = np.arange(self.measures, dtype=np.uint64)
-        rows = fractions(mixed(self._seeds(values)[:, None] ^ columns))
-        failed = self._failures(values)
-        rows[[i for i, _ in failed]] = np.nan
-        return rows, failed
+        return self._loads(values, self.measures)
 
     def histories(self, values: Array) -> tuple[Array, list[tuple[int, str]]]:
-        points = np.arange(self.instants * self.carriages * 6, dtype=np.uint64)
-        loads = fractions(mixed(self._seeds(values)[:, None] ^ points))
-        failed = self._failures(values)
-        loads[[i for i, _ in failed]] = np.nan
+        loads, failed = self._loads(values, self.instants * self.carriages * 6)
         return loads.reshape(len(values), self.instants, self.carriages, 6), failed
 
 
@@ -95,13 +91,8 @@ class StandIn(Plan):
         return fractions(mixed(samples[:, None] ^ columns)) + 0.5
 
     def batch(self) -> Any:
-        return _batch(
-            len(self.measures),
-            self.motion.time.size,
-            len(self.machine.carriages),
-            self.pause,
-            self.metadata.seed,
-        )
+        metadata, instants = self.metadata, self.motion.time.size
+        return _batch(len(metadata.measures), instants, len(metadata.carriages), self.pause, metadata.seed)
 
 
 @lru_cache(maxsize=8)
@@ -114,32 +105,19 @@ def study(samples: int = 1000, seed: int = 1, histories: Sequence[int] = (), mas
     machine = Machine.from_toml(str(EXAMPLES / "manipulator.toml"))
     machine = machine.model_copy(update={"body": machine.body.model_copy(update={"mass": mass})})
     motion = Motion.along_x(time=[0, 0.5, 0.6, 1.2, 1.3, 2], acceleration=[0, 0, 2, 2, 0, 0])
+    stiffness = dict(name="k", path="carriages.*.stiffness_y", each="carriage")
     vary = [
-        {"path": "body.mass", "distribution": "uniform", "plus_minus": "10 %"},
-        {
-            "name": "k",
-            "path": "carriages.*.stiffness_y",
-            "each": "carriage",
-            "distribution": "lognormal",
-            "sigma": 0.2,
-        },
+        dict(path="body.mass", distribution="uniform", plus_minus="10 %"),
+        dict(**stiffness, distribution="lognormal", sigma=0.2),
     ]
     given: dict[str, Any] = {"machine": machine, "motion": motion, "vary": vary, "histories": list(histories)}
-    return Study(
-        **given, samples=samples, seed=seed, quantities=["resultant"], statistics=["max", "time_of_max"]
-    )
+    given |= {"quantities": ["resultant"], "statistics": ["max", "time_of_max"]}
+    return Study(**given, samples=samples, seed=seed)
 
 
-def plan(
-    samples: int = 1000,
-    seed: int = 1,
-    *,
-    pause: float = 0.0,
-    histories: Sequence[int] = (),
-    mass: float = 1250.0,
-) -> StandIn:
+def plan(samples: int = 1000, seed: int = 1, *, pause: float = 0.0, **keys: Any) -> StandIn:
     """The stand-in for the plan of `study`."""
-    real = study(samples, seed, histories, mass).plan()
+    real = study(samples, seed, **keys).plan()
     return StandIn(**{field.name: getattr(real, field.name) for field in fields(real)}, pause=pause)
 
 

@@ -13,6 +13,7 @@ from matplotlib.image import imread
 from guideload.base.numbers import load_with_unit
 from guideload.plots import study as pictures
 from guideload.plots.drivers import BARS
+from guideload.study.description.quantities import PEAK
 from guideload.study.results.result import StudyResult
 
 
@@ -42,20 +43,10 @@ def test_distributions_mark_the_quantiles_of_every_carriage(result: StudyResult)
     assert f"limit {load_with_unit(8000)}" in texts(ax)
 
 
-def test_few_samples_are_drawn_one_by_one() -> None:
-    few = studies.study(12, 2)
-    first = pictures.distributions(few).lines[0]
-    np.testing.assert_array_equal(first.get_xdata(), few.column("peak_resultant_N[1a]"))
-
-
 def test_exceedance_is_that_of_the_result_with_its_band(result: StudyResult) -> None:
     ax = pictures.exceedance(result)
     assert labels(ax) == [*result.metadata.carriages, "machine (any)"] and ax.get_yscale() == "log"
-    columns = [
-        *(f"peak_resultant_N[{carriage}]" for carriage in result.metadata.carriages),
-        "peak_resultant_N",
-    ]
-    for column, line in zip(columns, ax.lines, strict=False):
+    for column, line in zip([*result.of_carriages(PEAK), PEAK], ax.lines, strict=False):
         limits, (share, *_) = result.exceedance(column)
         np.testing.assert_array_equal(line.get_xdata(), limits)
         np.testing.assert_array_equal(line.get_ydata(), share)
@@ -112,10 +103,8 @@ def test_band_holds_the_histories_and_the_machine_as_described(result: StudyResu
     np.testing.assert_allclose(median, np.median(data["resultant"], axis=0))
     np.testing.assert_array_equal(described, data["nominal_resultant"])
     assert labels(ax) == ["all", "5 % to 95 %", "median", "machine as described"]
-    few = studies.study(30, 1, histories=3)
-    assert len(pictures.band(few, "1a").lines) == 4 and "3 samples" in pictures.band(few, "1a").get_title(
-        loc="left"
-    )
+    few = pictures.band(studies.study(30, 1, histories=3), "1a")
+    assert len(few.lines) == 4 and "3 samples" in few.get_title(loc="left")
     with pytest.raises(ValueError, match="no carriage 'x': the study has '1a', '2a'"):
         pictures.band(result, "x")
     with pytest.raises(ValueError, match="no histories were stored"):
@@ -135,8 +124,9 @@ def test_at_every_size_the_pictures_hold_their_carriages_and_parameters(
     assert len(rows.get_yticks()) == carriages
     assert len(curves.lines) == carriages + (carriages > 1)
     few = result.column("peak_resultant_N").size <= pictures.FEW
-    dots = sum(line.get_xdata().size for line in rows.lines if line.get_markersize() == 4)
-    assert dots == (carriages * result.column("peak_resultant_N").size if few else 0)
+    dots = [line.get_xdata() for line in rows.lines if line.get_markersize() == 4]
+    drawn = [result.column(column) for column in result.of_carriages(PEAK)] if few else []
+    np.testing.assert_array_equal(dots, drawn)
     assert len(rows.patches) == (0 if few else carriages)
     bars = pictures.tornado(result).patches
     assert len(bars) == (0 if too_few else min(factors, BARS) * (1 + sensitivity))
@@ -156,9 +146,7 @@ def test_all_pictures_are_saved_and_none_is_blank(tmp_path: Path, result: StudyR
 
 
 def test_a_study_without_any_result_says_so(tmp_path: Path) -> None:
-    nothing = studies.study(
-        5, failed=dict.fromkeys(range(5), "no equilibrium"), limits={"peak_resultant_N": 1.0}
-    )
+    nothing = studies.without_result()
     for ax in (pictures.distributions(nothing), pictures.exceedance(nothing), pictures.tornado(nothing)):
         assert "no sample has a result" in texts(ax)
     pictures.save_study(nothing, tmp_path)

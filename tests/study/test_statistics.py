@@ -1,7 +1,6 @@
 """Statistics of samples against laws: known distributions, nominal coverage, known indices, no order."""
 
 import time
-from functools import partial
 
 import numpy as np
 import pytest
@@ -69,14 +68,8 @@ def test_probability_intervals_are_those_of_clopper_and_pearson() -> None:
     assert float(probability(0, 1000).high) == pytest.approx(3.7e-3, rel=0.01)
 
 
-def test_a_linear_gaussian_case_has_its_known_distribution() -> None:
+def test_the_exceedance_of_a_linear_gaussian_case_is_known() -> None:
     values, _, law = linear_gaussian(400_000)
-    mean, deviation = mean_and_deviation(values)
-    assert mean == pytest.approx(law.mean(), abs=5 * law.std() / 400_000**0.5)
-    assert deviation == pytest.approx(law.std(), rel=5 / 800_000**0.5)
-    found, low, high = quantiles(values, LEVELS, confidence=1 - BY_CHANCE)
-    assert ((low <= law.ppf(LEVELS)) & (law.ppf(LEVELS) <= high)).all()
-    assert ((low < found) & (found < high)).all()
     limits, (share, *_) = exceedance(values)
     np.testing.assert_allclose(share, law.sf(limits), atol=stats.kstwobign.isf(BY_CHANCE) / 400_000**0.5)
 
@@ -113,22 +106,14 @@ def test_exceedance_falls_from_one_to_one_sample_and_counts() -> None:
 
 def saltelli(function, count: int, factors: int, draw) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Results of the matrices A, B and those of A with a column of B each (n, factor)."""
-    uniforms = draw(count, 2 * factors)
+    uniforms = draw((count, 2 * factors))
     a, b = uniforms[:, :factors], uniforms[:, factors:]
-    mixed = []
-    for j in range(factors):
-        one = a.copy()
-        one[:, j] = b[:, j]
-        mixed.append(function(one))
+    mixed = [function(np.where(np.arange(factors) == j, b, a)) for j in range(factors)]
     return function(a), function(b), np.stack(mixed, axis=1)
 
 
-def drawn(distribution, count: int, columns: int) -> np.ndarray:
-    return distribution(size=(count, columns))
-
-
-def sobol_points(count: int, columns: int) -> np.ndarray:
-    return stats.qmc.Sobol(columns, rng=1).random(count)
+def sobol_points(size: tuple[int, int]) -> np.ndarray:
+    return stats.qmc.Sobol(size[1], rng=1).random(size[0])
 
 
 def ishigami(uniforms: np.ndarray) -> np.ndarray:
@@ -143,10 +128,9 @@ def test_sobol_indices_of_the_ishigami_function() -> None:
     first = np.array([(1 + b4 / 5) ** 2 / 2, 7**2 / 8, 0]) / variance
     alone_with_third = b8 * (1 / 18 - 1 / 50) / variance
     found = sobol_indices(*saltelli(ishigami, 2**14, 3, sobol_points))
-    np.testing.assert_allclose(found.first.values, first, atol=0.01)
-    np.testing.assert_allclose(found.total.values, first + [alone_with_third, 0, alone_with_third], atol=0.01)
     assert (found.rows == 2**14).all()
     for part, truth in ((found.first, first), (found.total, first + [alone_with_third, 0, alone_with_third])):
+        np.testing.assert_allclose(part.values, truth, atol=0.01)
         assert ((part.low <= truth) & (truth <= part.high)).all()
 
 
@@ -164,8 +148,8 @@ def test_sobol_intervals_cover_nearly_what_they_say() -> None:
     truth = weights**2 / (weights @ weights)
     held = np.zeros((2, 3), dtype=int)
     for seed in range(600):
-        normal = np.random.default_rng(seed).normal
-        found = sobol_indices(*saltelli(lambda x: 7 + x @ weights, 500, 3, partial(drawn, normal)))
+        normal = np.random.default_rng(seed).standard_normal
+        found = sobol_indices(*saltelli(lambda x: 7 + x @ weights, 500, 3, normal))
         for which, part in enumerate((found.first, found.total)):
             held[which] += (part.low <= truth) & (truth <= part.high)
     assert (held >= fewest(0.93, 600)).all()
@@ -223,7 +207,7 @@ def test_the_order_of_the_samples_does_not_matter() -> None:
     np.testing.assert_allclose(
         rank_correlation(factors.T, values), rank_correlation(factors[turned].T, values[turned]), rtol=1e-12
     )
-    a, b, mixed = saltelli(ishigami, 999, 3, lambda n, d: np.random.default_rng(5).random((n, d)))
+    a, b, mixed = saltelli(ishigami, 999, 3, np.random.default_rng(5).random)
     other = np.random.default_rng(1).permutation(999)
     np.testing.assert_allclose(
         sobol_indices(a, b, mixed).total, sobol_indices(a[other], b[other], mixed[other]).total, rtol=1e-12
@@ -273,7 +257,5 @@ def test_a_million_values_take_well_under_a_second() -> None:
     """Some tenths of a second each where one sort takes a tenth; the bound leaves room for a busy machine."""
     values = np.random.default_rng(0).lognormal(size=1_000_000)
     began = time.process_time()
-    mean_and_deviation(values)
-    quantiles(values, LEVELS)
-    exceedance(values)
+    mean_and_deviation(values), quantiles(values, LEVELS), exceedance(values)
     assert time.process_time() - began < 1.5

@@ -17,7 +17,7 @@ from guideload.study.description.metadata import FILE, StudyMetadata, read_json
 from guideload.study.description.plan import Plan
 from guideload.study.storage import store as stores
 from guideload.study.storage.folder import begun_only, open_store, remove
-from guideload.study.storage.store import Chunk, FolderStore, MemoryStore, SampleStore, chunks_in
+from guideload.study.storage.store import Chunk, FolderStore, SampleStore, chunks_in
 
 
 def chunk(of: Plan, start: int, stop: int) -> Chunk:
@@ -47,7 +47,7 @@ def folder(tmp_path: Path) -> Path:
 
 def test_a_folder_returns_the_same_as_memory(folder: Path) -> None:
     study = plan(300)
-    memory = MemoryStore(study.metadata)
+    memory = SampleStore(study.metadata)
     for start in (0, 200):
         memory.add(chunk(study, start, start + 100))
     opened = FolderStore.open(folder)
@@ -56,9 +56,8 @@ def test_a_folder_returns_the_same_as_memory(folder: Path) -> None:
     for table, other in zip(opened.tables(), memory.tables(), strict=True):
         assert table.schema.equals(other.schema, check_metadata=True)
         assert table.to_pandas().equals(other.to_pandas())  # NaN equals NaN here
-    for name in study.columns:  # NaN where it failed or was not run, nowhere else
-        empty = {*opened.reasons(), *range(100, 200)}
-        assert set(np.flatnonzero(np.isnan(opened.column(name)))) == empty
+    empty = {*opened.reasons(), *range(100, 200)}  # it failed or was not run
+    assert all(set(np.flatnonzero(np.isnan(opened.column(one)))) == empty for one in study.metadata.columns)
     values = study.values(0, 300)
     values[100:200] = np.nan
     np.testing.assert_array_equal(opened.column(study.factors[0].name), values[:, 0])
@@ -74,7 +73,7 @@ def test_missing_samples_are_split_at_multiples_of_the_chunk(folder: Path) -> No
     opened = FolderStore.open(folder)
     assert list(opened.missing(1000)) == [(100, 200)]
     assert list(opened.missing(64)) == [(100, 128), (128, 192), (192, 200)]
-    assert list(MemoryStore(plan(10).metadata).missing(4)) == [(0, 4), (4, 8), (8, 10)]
+    assert list(SampleStore(plan(10).metadata).missing(4)) == [(0, 4), (4, 8), (8, 10)]
 
 
 def test_columns_are_read_a_few_at_a_time(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,7 +25,9 @@ EXAMPLES = Path(guideload.__file__).parent / "examples"
 MACHINE = Machine.from_toml(EXAMPLES / "manipulator.toml")
 MOTION = Motion.along_x(np.linspace(0, 1, 11), np.sin(np.arange(11.0)), velocity=np.arange(11.0))
 MASS = dict(path="body.mass", distribution="uniform", plus_minus="10 %")
-STIFFNESS = dict(name="k", path="carriages.*.stiffness", each="carriage", distribution="lognormal", sigma=0.2)
+K = dict(name="k", path="carriages.*.stiffness", each="carriage")
+STIFFNESS = K | dict(distribution="lognormal", sigma=0.2)
+HEAD = 'machine = "manipulator.toml"\ntrace = "manipulator.csv"\n'
 DAMPING = STIFFNESS | dict(name="b", path="carriages.*.damping")
 
 
@@ -54,7 +56,7 @@ def folder(tmp_path: Path) -> Path:
 def test_the_packaged_example_is_a_study_of_the_packaged_machine() -> None:
     of = Study.from_toml(EXAMPLES / "study.toml")
     plan = of.plan()
-    assert plan.machine == MACHINE
+    assert plan.metadata.machine == MACHINE
     assert (plan.metadata.seed, plan.runs) == (1, 10_000)
     names = [factor.name for factor in plan.factors]
     assert names[:5] == ["body.mass", *(f"body.center_of_mass.{axis}" for axis in "xyz"), "k[1a]"]
@@ -63,10 +65,8 @@ def test_the_packaged_example_is_a_study_of_the_packaged_machine() -> None:
 
 def test_a_study_in_code_is_the_same_as_from_a_file(folder: Path) -> None:
     (folder / "study.toml").write_text(
-        """
-machine = "manipulator.toml"
-trace = "manipulator.csv"
-samples = 100
+        HEAD
+        + """samples = 100
 seed = 5
 histories = 2
 exponent = "10/3"
@@ -101,13 +101,7 @@ value = 0.2
     motion = motion_from_trace(trace, MACHINE.drive, smoothing="savitzky_golay", window=0.05)
     coded = study(
         MASS | {"plus_minus": None, "low": 1100, "high": 1400},
-        dict(
-            name="k",
-            path="carriages.*.stiffness",
-            each="carriage",
-            distribution="sample",
-            values=[118e6, 123e6, 131e6],
-        ),
+        K | dict(distribution="sample", values=[118e6, 123e6, 131e6]),
         motion=motion,
         samples=100,
         histories=[1, 0],
@@ -118,7 +112,7 @@ value = 0.2
     ).plan()
     assert written.metadata.fingerprint == coded.metadata.fingerprint
     assert np.array_equal(written.values(0, 100), coded.values(0, 100))
-    assert (written.histories, written.life, written.limits) == ((0, 1), coded.life, coded.limits)
+    assert (written.histories, written.metadata) == ((0, 1), coded.metadata)
     assert set(written.values(0, 100)[:, 1]) == {118e6, 123e6, 131e6}
 
 
@@ -156,9 +150,7 @@ def test_a_study_reads_a_trace_as_the_command_does(folder: Path) -> None:
     assert np.array_equal(motion.acceleration, expected.acceleration)
     assert motion.notes == expected.notes
     (folder / "study.toml").write_text(text.replace("counter_bits = 16", "counter_bits = 63"))
-    with pytest.raises(
-        ConfigError, match=r"row \d+: reading.counter_bits: expected a whole number from 0 to 62"
-    ):
+    with pytest.raises(ConfigError, match=r"row \d+: reading.counter_bits: .* a whole number from 0 to 62"):
         Study.from_toml(folder / "study.toml")
 
 
@@ -181,7 +173,7 @@ def test_samples_and_seed_may_be_given_in_place_of_the_files(folder: Path) -> No
     assert (caught.value.key, caught.value.row) == ("samples", None)  # it stands in no row
     assert f"got {2**40}" in str(caught.value)
     (folder / "cases.csv").write_text("body.mass [t]\n1.1\n1.3\n")
-    file.write_text('machine = "manipulator.toml"\ntrace = "manipulator.csv"\ncases = "cases.csv"\n')
+    file.write_text(HEAD + 'cases = "cases.csv"\n')
     with pytest.raises(ConfigError, match="no samples beside cases, got 5"):
         Study.from_toml(file, samples=5)
 
@@ -191,14 +183,12 @@ def test_a_study_lists_the_files_that_it_reads(folder: Path) -> None:
     three = {folder / name for name in ("study.toml", "manipulator.toml", "manipulator.csv")}
     assert set(Study.from_toml(file).inputs) == three
     (folder / "m.csv").write_text("m [t]\n1.1\n1.3\n")
-    head = 'machine = "manipulator.toml"\ntrace = "manipulator.csv"\n'
-    file.write_text(
-        head + 'samples = 4\n[[vary]]\npath = "body.mass"\ndistribution = "sample"\nfile = "m.csv"\n'
-    )
+    measured = '[[vary]]\npath = "body.mass"\ndistribution = "sample"\nfile = "m.csv"\n'
+    file.write_text(f"{HEAD}samples = 4\n{measured}")
     of = Study.from_toml(file)
     assert set(of.inputs) == set(of.model_copy(update={"samples": 8}).inputs) == {*three, folder / "m.csv"}
     (folder / "cases.csv").write_text("body.mass [t]\n1.1\n1.3\n")
-    file.write_text(head + 'cases = "cases.csv"\n')
+    file.write_text(HEAD + 'cases = "cases.csv"\n')
     assert set(Study.from_toml(file).inputs) == {*three, folder / "cases.csv"}
     in_code = Study(machine=MACHINE, motion=MOTION, cases=str(folder / "cases.csv"))
     assert in_code.inputs == (folder / "cases.csv",)
@@ -330,17 +320,13 @@ def test_a_draw_of_one_place_is_its_value_and_of_several_a_factor() -> None:
     assert abs(np.median(factor) - 1.0) < 2e-3 and abs(np.log(factor).std() - 0.2) < 1e-3
     targets = {target: (constant, terms) for target, constant, terms in plan.changes}
     assert targets["mass", 0, 0] == (0.0, ((0, 1.0),))
-    assert targets["law", 0, "stiffness"] == (0.0, ((1, 6e7),))
+    assert targets["law", 0, "stiffness"] == (0.0, ((1, MACHINE.carriages[0].stiffness_y / 2),))
 
 
 def test_correlations_are_within_an_entry_by_part_or_among_all() -> None:
-    plan = study(
-        MASS, STIFFNESS | {"within": 0.3}, DAMPING, samples=20_000, sampling="random",
-        correlation=[
-            {"between": ["k", "b"], "value": 0.5},
-            {"between": ["body.mass", "b[2b]"], "value": -0.4},
-        ],
-    ).plan()  # fmt: skip
+    pairs = [dict(between=["k", "b"], value=0.5), dict(between=["body.mass", "b[2b]"], value=-0.4)]
+    keys = dict(samples=20_000, sampling="random", correlation=pairs)
+    plan = study(MASS, STIFFNESS | {"within": 0.3}, DAMPING, **keys).plan()
     values = plan.values(0, 20_000)
     values[:, 0] = ndtri((values[:, 0] / 1250.0 - 0.9) / 0.2)
     values[:, 1:] = np.log(values[:, 1:])
@@ -354,14 +340,8 @@ def test_correlations_are_within_an_entry_by_part_or_among_all() -> None:
 
 @pytest.mark.parametrize("sampling", ["sobol", "latin hypercube", "random"])
 def test_values_are_the_same_in_any_range_and_after_a_pickle(sampling: str) -> None:
-    of = study(
-        MASS,
-        STIFFNESS,
-        sampling=sampling,
-        samples=500,
-        correlation=[{"between": ["body.mass", "k"], "value": 0.4}],
-    )
-    plan = of.plan()
+    pairs = [{"between": ["body.mass", "k"], "value": 0.4}]
+    plan = study(MASS, STIFFNESS, sampling=sampling, samples=500, correlation=pairs).plan()
     whole = plan.values(0, 500)
     again = pickle.loads(pickle.dumps(plan))
     assert again.metadata.fingerprint == plan.metadata.fingerprint
@@ -376,20 +356,13 @@ def test_the_fingerprint_is_of_all_that_decides_a_result_and_no_more() -> None:
     base = study(MASS, STIFFNESS).plan().metadata.fingerprint
     same = [dict(samples=128), dict(histories=3), dict(limits={"peak_resultant": 1.0})]
     assert {study(MASS, STIFFNESS, **keys).plan().metadata.fingerprint for keys in same} == {base}
+    nearly = Motion.along_x(MOTION.time, MOTION.acceleration[:, 0] * 1.0000001, velocity=np.arange(11.0))
+    options = dict(seed=6, sampling="random", sensitivity=True, exponent=4, rtol=1e-7, method="rk45")
     other: list[dict[str, Any]] = [
-        dict(seed=6),
-        dict(sampling="random"),
-        dict(sensitivity=True),
-        dict(exponent=4),
-        dict(rtol=1e-7),
-        dict(method="rk45"),
+        *({key: value} for key, value in options.items()),
         dict(statistics=["max"]),
         dict(machine=MACHINE.with_free(["z", "rx", "ry", "rz"])),
-        dict(
-            motion=Motion.along_x(
-                MOTION.time, MOTION.acceleration[:, 0] * 1.0000001, velocity=np.arange(11.0)
-            )
-        ),
+        dict(motion=nearly),
         dict(correlation=[{"between": ["k", "body.mass"], "value": 0.1}]),
         dict(vary=(MASS, STIFFNESS | {"sigma": 0.21})),
         dict(sampling="latin hypercube"),
@@ -400,11 +373,8 @@ def test_the_fingerprint_is_of_all_that_decides_a_result_and_no_more() -> None:
 
 
 def test_a_seed_left_out_is_drawn_and_kept() -> None:
-    one, other = (
-        study(seed=1).model_copy(update={}),
-        Study(machine=MACHINE, motion=MOTION, samples=4, vary=(MASS,)),
-    )
-    assert one.seed == 1
+    other = Study(machine=MACHINE, motion=MOTION, samples=4, vary=(MASS,))
+    assert study(seed=1).model_copy(update={}).seed == 1
     more = other.model_copy(update={"samples": 8})
     assert more.seed == other.seed
     assert np.array_equal(more.plan().values(0, 4), other.plan().values(0, 4))
@@ -415,24 +385,15 @@ def test_a_seed_left_out_is_drawn_and_kept() -> None:
 
 
 def test_cases_are_run_in_order(tmp_path: Path) -> None:
-    table = {
-        "body.mass [t]": [1.0, 1.2, 0.9],
-        "carriages.*.stiffness [%]": [100, 90, 80],
-        "carriages[1a].x": [-0.5, -0.4, -0.6],
-    }
-    file = tmp_path / "cases.csv"
-    file.write_text(
-        "\n".join([",".join(table), *(",".join(map(str, row)) for row in zip(*table.values(), strict=True))])
-    )
+    names, file = ["body.mass", "carriages.*.stiffness", "carriages[1a].x"], tmp_path / "cases.csv"
+    headers = ("body.mass [t]", "carriages.*.stiffness [%]", "carriages[1a].x")
+    table = dict(zip(headers, ([1.0, 1.2, 0.9], [100, 90, 80], [-0.5, -0.4, -0.6]), strict=True))
+    file.write_text(",".join(headers) + "\n1.0,100,-0.5\n1.2,90,-0.4\n0.9,80,-0.6\n")
     expected = [[1000.0, 1.0, -0.5], [1200.0, 0.9, -0.4], [900.0, 0.8, -0.6]]
     plans = [Study(machine=MACHINE, motion=MOTION, cases=cases).plan() for cases in (table, file, str(file))]
     for plan in plans:
         assert (plan.runs, plan.metadata.seed) == (3, None)
-        assert [factor.name for factor in plan.factors] == [
-            "body.mass",
-            "carriages.*.stiffness",
-            "carriages[1a].x",
-        ]
+        assert [factor.name for factor in plan.factors] == names
         assert np.allclose(plan.values(0, 3), expected, rtol=1e-15, atol=0.0)
         assert np.array_equal(plan.values(1, 2), plan.values(0, 3)[1:2])
     assert len({plan.metadata.fingerprint for plan in plans}) == 1
@@ -463,7 +424,7 @@ def test_a_cell_of_cases_without_a_number_is_named(tmp_path: Path) -> None:
         ({"body.mass": [1.0, 0.0]}, "body.mass > 0 kg"),
         (
             {"carriages.*.x": [0.1], "carriages[1a].x": [0.2]},
-            r"column carriages\.\*\.x sets carriages\[1a\].x already",
+            r"carriages\.\*\.x sets carriages\[1a\].x already",
         ),
     ],
 )
@@ -479,31 +440,31 @@ def test_cases_that_cannot_be_are_refused(cases: dict[str, list[float]], words: 
 
 def test_columns_tell_statistic_quantity_unit_and_carriage() -> None:
     plan = study(limits={"peak_Fy": "1 kN", "peak_drive": "2 kN", "mean_load": 500}).plan()
-    assert len(plan.columns) == len(plan.measures) == 4 * (5 * 6 + 2) + 6
-    named = dict(zip(plan.columns, plan.measures, strict=True))
+    assert len(plan.metadata.columns) == len(plan.metadata.measures) == 4 * (5 * 6 + 2) + 6
+    named = dict(zip(plan.metadata.columns, plan.metadata.measures, strict=True))
     assert named["max_Fy_N[1a]"] == ("Fy", 0, "max")
     assert named["time_of_min_My_s[2b]"] == ("My", 3, "time_of_min")
     assert named["rms_Mz_Nm[1b]"] == ("Mz", 1, "rms")
     assert named["mean_load_N[1a]"] == ("load", 0, "mean")
     assert named["contact_lost[2a]"] == ("contact", 2, "lost")
     assert named["max_drive_N"] == ("drive", 0, "max")
-    assert plan.limits == {"peak_Fy_N": 1000.0, "peak_drive_N": 2000.0, "mean_load_N": 500.0}
+    assert plan.metadata.limits == {"peak_Fy_N": 1000.0, "peak_drive_N": 2000.0, "mean_load_N": 500.0}
     assert study(histories=100).plan().histories == tuple(range(64))
     assert study(histories=[9, 3]).plan().histories == (3, 9)
     few = study(quantities=["resultant"], statistics=["max"]).plan()
-    assert few.columns == tuple(f"max_resultant_N[{name}]" for name in ("1a", "1b", "2a", "2b"))
+    assert few.metadata.columns == tuple(f"max_resultant_N[{name}]" for name in ("1a", "1b", "2a", "2b"))
 
 
 def test_what_a_scene_does_not_have_is_left_out_or_refused_where_it_was_asked_for() -> None:
     still = Motion.along_x([0.0, 1.0], [0.0, 0.0])
-    assert not any("mean_load" in name for name in study(motion=still).plan().columns)
+    assert not any("mean_load" in name for name in study(motion=still).plan().metadata.columns)
     assert "has no velocity" in refused(motion=still, quantities=["load"])
     assert "no velocity" in refused(motion=still, life={"rating": 1e4, "base": 5e4})
     assert 'add "load" to quantities' in refused(quantities=["Fy"], life={"rating": 1e4, "base": 5e4})
     assert "add them to quantities" in refused(quantities=["Fy"], limits={"peak_resultant": 1.0})
     links = [{"name": "rack", "point": [0, 0, 0], "direction": [1, 0, 0], "stiffness": 8e7, "damping": 0}]
     floating = MACHINE.model_copy(update={"links": links, "free": ("x", *MACHINE.free)})
-    assert not any("drive" in name for name in study(machine=floating).plan().columns)
+    assert not any("drive" in name for name in study(machine=floating).plan().metadata.columns)
     assert "x is free" in refused(machine=floating, quantities=["drive"])
 
 
@@ -517,17 +478,14 @@ def test_studies_that_cannot_be_are_refused_before_anything_runs() -> None:
     assert "no vary beside cases" in refused(samples=None, cases={"body.mass": [1.0]})
     assert "vary[1].path" in refused(MASS, MASS) and "body.mass is set by vary[0]" in refused(MASS, MASS)
     assert "a name of its own" in refused(MASS | {"name": "k"}, STIFFNESS | {"each": None})
-    assert "paths of one unit" in refused(
-        dict(name="a", path=["body.mass", "gravity.y"], distribution="normal", mean=1, sigma=1)
-    )
-    assert "each pair once" in refused(
-        MASS, STIFFNESS, correlation=[{"between": ["body.mass", "k"], "value": v} for v in (0.1, 0.2)]
-    )
+    normal = dict(name="a", distribution="normal", mean=1, sigma=1)
+    assert "paths of one unit" in refused(normal | {"path": ["body.mass", "gravity.y"]})
+    twice = [{"between": ["body.mass", "k"], "value": value} for value in (0.1, 0.2)]
+    assert "each pair once" in refused(MASS, STIFFNESS, correlation=twice)
     assert "a name where there are several paths" in refused(MASS | {"path": ["body.mass", "motion.scale"]})
     assert "no within where there is one draw" in refused(MASS | {"within": 0.3})
-    assert "carriages[1a].clearance_y >= 0 m" in refused(
-        dict(path="carriages.*.clearance", distribution="normal", sigma="1 um")
-    )
+    below = dict(path="carriages.*.clearance", distribution="normal", sigma="1 um")
+    assert "carriages[1a].clearance_y >= 0 m" in refused(below)
     unsupported = MACHINE.with_free(["x", *MACHINE.free])
     with pytest.raises(SceneError, match="x"):
         study(machine=unsupported)

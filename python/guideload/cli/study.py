@@ -11,16 +11,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from guideload.cli import outputs
 from guideload.cli.errors import InputError
 from guideload.cli.options import InputFile, folder_option, no_pictures_option
-from guideload.cli.outputs import (
-    STUDY,
-    atomic_output,
-    require_free,
-    require_unread,
-    unwritable,
-    write_manifest,
-)
 from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
@@ -118,10 +111,10 @@ def _require_folder(output: Path, resume: bool, overwrite: bool, inputs: tuple[P
 
     if read_json(output) is None:
         if not (resume and begun_only(output)):
-            require_free(output, {"": {*STUDY}}, overwrite, inputs)
+            outputs.require_free(output, {"": {*outputs.STUDY}}, overwrite, inputs)
     elif resume or overwrite:
-        require_free(output, {"": {*STUDY}}, True, inputs)
-        require_unread(files_of(output), inputs)
+        outputs.require_free(output, {"": {*outputs.STUDY}}, True, inputs)
+        outputs.require_unread(files_of(output), inputs)
     else:
         raise InputError(
             f"{output} holds a study: --resume resumes it, --overwrite replaces it; or give another folder"
@@ -131,7 +124,7 @@ def _require_folder(output: Path, resume: bool, overwrite: bool, inputs: tuple[P
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise unwritable(output, error) from None
+        raise outputs.unwritable(output, error) from None
 
 
 @contextmanager
@@ -141,29 +134,17 @@ def _bar() -> Iterator[Progress | None]:
         yield None
         return
     from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        ProgressColumn,
-        Task,
-        TimeRemainingColumn,
-    )
-    from rich.text import Text
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    class Rate(ProgressColumn):
-        def render(self, task: Task) -> Text:
-            speed = task.finished_speed or task.speed
-            return Text("" if speed is None else f"{speed:,.0f} samples/s")
-
-    columns = (BarColumn(), MofNCompleteColumn(), Rate(), TimeRemainingColumn())
+    columns = BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"), TimeRemainingColumn()
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=None)
+        task = bar.add_task("", total=None, rate="")
 
         def progress(done: int, runs: int) -> None:
             if bar.tasks[0].total is None:  # earlier samples do not count for the rate
                 bar.reset(task, total=runs, completed=done)
-            bar.update(task, completed=done)
+            speed = bar.tasks[0].speed
+            bar.update(task, completed=done, rate=f"{speed:,.0f} samples/s" if speed else "")
 
         yield progress
 
@@ -173,7 +154,7 @@ def _write(result: StudyResult, output: Path, pictures: bool) -> None:
     from guideload.reports.study import study_report
 
     try:
-        with atomic_output(output) as folder:
+        with outputs.atomic_output(output) as folder:
             with status("writing the summary"):
                 result.to_json(folder / "summary.json")
                 (folder / "report.txt").write_text(study_report(result), encoding="utf-8")
@@ -182,7 +163,7 @@ def _write(result: StudyResult, output: Path, pictures: bool) -> None:
                     from guideload.plots.study import save_study
 
                     save_study(result, folder)
-            write_manifest(folder)
+            outputs.write_manifest(folder)
     except OSError as error:
         reason = f"{output}: the report cannot be written: {error.strerror or error}"
         raise click.ClickException(f"{reason}; the samples are stored, --resume writes it") from error

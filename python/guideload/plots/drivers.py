@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from functools import partial
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
+from guideload.base.arrays import Array
 from guideload.base.numbers import counted
-from guideload.plots.style import GREY, INK, axes_or_new, look, new_figure
-from guideload.study.results.result import weaker_parameters
+from guideload.plots.style import GREY, INK, axes_or_new, legend_beside, look, new_figure, write_instead
+from guideload.study.results.result import StudyResult, weaker_parameters
 from guideload.study.results.statistics import TOO_FEW, known
 from guideload.study.results.titles import capitalised, with_owner, with_unit
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from guideload.base.arrays import Array
-    from guideload.study.results.result import StudyResult
-
 
 BARS = 16  # parameters of a tornado
 PANELS = 6  # parameters of a scatter
@@ -26,6 +21,8 @@ POINTS = 3000  # of a scatter, the first samples
 TREND = 120  # samples from which on a scatter has its median drawn
 NAME = 26  # characters of a name beside an axis
 STEPS = (1, 2, 2.5, 5, 10)  # of the ticks
+
+nothing = partial(write_instead, reason="no sample has a result")
 
 
 def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
@@ -44,7 +41,7 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
             return nothing(ax)
         strength, low, high = (shown[key].to_numpy(dtype=np.float64) for key in (main, *ends))
         if result.too_few or not np.isfinite(strength).any():
-            return nothing(ax, TOO_FEW if result.too_few else "nothing varies")
+            return nothing(ax, reason=TOO_FEW if result.too_few else "nothing varies")
         places = np.arange(len(shown))
         if sensitivity:
             first = np.clip(shown["first_order"].to_numpy(dtype=np.float64), 0, None)
@@ -52,7 +49,7 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
             ax.barh(places, first, 0.34, color="#0072B2", label="first order, alone")
             ax.set_xlim(0, max(1.0, 1.04 * float(np.nanmax(high))))
             ax.set_xlabel("Sobol index: share of the variance")
-            ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+            legend_beside(ax)
         else:
             colors = np.where(strength >= 0, "#0072B2", "#D55E00")
             ax.barh(places, strength, 0.68, color=colors.tolist())
@@ -89,8 +86,7 @@ def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | Non
             across = min(len(names), 3)
             down = -(-len(names) // across)
             figure = new_figure(max(3.4 * across, 5.0), 0.8 + 2.6 * down)
-            grid = figure.add_gridspec(down, across)
-            axes = [figure.add_subplot(grid[i // across, i % across]) for i in range(len(names))]
+            axes = [figure.add_subplot(down, across, i + 1) for i in range(len(names))]
             words = with_owner(name, result.metadata)
             title = capitalised(words) if result.metadata.chosen else f"What drives {words}"
             figure.suptitle(f"{title}: {result.metadata.machine.name}", parse_math=False)
@@ -124,12 +120,6 @@ def _trend(ax: Axes, x: Array, y: Array) -> None:
 def short(name: str) -> str:
     """A name beside an axis, its middle left out if it is long."""
     return name if len(name) <= NAME else f"{name[: NAME // 2 - 1]}…{name[-NAME // 2 :]}"
-
-
-def nothing(ax: Axes, why: str = "no sample has a result") -> Axes:
-    """The axes with the reason why they are empty."""
-    ax.text(0.5, 0.5, why, transform=ax.transAxes, ha="center", color=GREY)
-    return ax
 
 
 def set_title(ax: Axes, result: StudyResult, title: str, samples: int) -> None:

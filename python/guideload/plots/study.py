@@ -3,31 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
+from guideload.base.arrays import Array
 from guideload.base.numbers import load_with_unit
 from guideload.plots.drivers import STEPS, nothing, scatter, set_title, short, tornado
 from guideload.plots.saving import save
-from guideload.plots.style import GREY, INK, axes_or_new, carriage_look, look, new_figure
+from guideload.plots.style import GREY, INK, axes_or_new, carriage_look, legend_beside, look, new_figure
 from guideload.study.description.quantities import LIFE, QUANTITIES
 from guideload.study.results import statistics
+from guideload.study.results.result import StudyResult
 from guideload.study.results.statistics import known, quantiles
 from guideload.study.results.titles import capitalised, title_of, with_unit
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from guideload.base.arrays import Array
-    from guideload.study.results.result import StudyResult
 
 FEW = 60  # samples up to which each is drawn as a dot: a density of fewer would be random
 LINES = 20  # histories up to which each is drawn
 LEVELS = (0.05, 0.5, 0.95)
-BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "alignment": "left"}
 OUTER = 0.01  # of the samples beyond the last mark, on the worst side
 SHOWN = 0.995  # of the lives: the rest is a long tail that would fill the picture
 
@@ -131,7 +127,7 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
         if smallest and longest:
             ax.set_xlim(right=longest)
         _mark_limit(ax, result, name, up=0.0)
-        ax.legend(title="carriage, and 95 % interval", **BESIDE)
+        legend_beside(ax, "carriage, and 95 % interval")
     return ax
 
 
@@ -169,7 +165,7 @@ def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
             ax.plot(time, nominal, color=INK, linewidth=1.0, linestyle=dash, label="machine as described")
         ax.set(xlabel="time [s]", ylabel="√(F$_y$² + F$_z$²) [N]")
         ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
-        ax.legend(**BESIDE)
+        legend_beside(ax)
     return ax
 
 
@@ -261,7 +257,7 @@ def _of_carriages(result: StudyResult, name: str) -> list[str]:
     """The columns of a quantity: of each carriage, or its only one. Raises ValueError for an unknown quantity."""
     if name not in result.quantities:
         raise ValueError(f"no quantity {name!r}: the study has {', '.join(map(repr, result.quantities))}")
-    return [f"{name}[{owner}]" if owner else name for owner in result.owners(name)]
+    return result.of_carriages(name)
 
 
 def _label(column: str) -> str:

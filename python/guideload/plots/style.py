@@ -100,7 +100,7 @@ def set_run_title(ax: Axes, result: Result, title: str) -> None:
     ax.set_title(f"{title}\n{run_title(result)}", parse_math=False)  # a name may hold dollar signs
 
 
-def legend_beside(ax: Axes, title: str) -> None:
+def legend_beside(ax: Axes, title: str | None = None) -> None:
     """The legend, to the right of the axes."""
     ax.legend(title=title, loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left")
 

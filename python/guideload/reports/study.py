@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from guideload.base.numbers import load_in_table
 from guideload.reports.elements import WIDTH, heading, new_table, remark, section, to_text
+from guideload.study.description.metadata import StudyMetadata
 from guideload.study.description.quantities import CONTACT, LIFE, PEAK, QUANTITIES, Quantity
-from guideload.study.results.result import weaker_parameters
-from guideload.study.results.statistics import TOO_FEW, fewest_samples
+from guideload.study.results.result import StudyResult, weaker_parameters
+from guideload.study.results.statistics import TOO_FEW, fewest_samples, known
 from guideload.study.results.titles import capitalised, contact_words, title_of, with_owner, with_unit
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from guideload.study.description.metadata import StudyMetadata
-    from guideload.study.results.result import StudyResult
 
 # Limits of warnings.
 MANY_FAILURES = 0.01  # share of the runs: the failed ones may be the ones that matter
@@ -38,8 +33,6 @@ DEFINITIONS = (
     "sqrt(Fy^2 + Fz^2). Machine: the worst of its carriages in each sample. The interval of the outermost "
     "quantile is one of 95 %, between two samples, for any distribution."
 )
-MEAN_LOAD = "Mean load: of |Fy| + |Fz|, weighted by distance, with the exponent {exponent:.4g}."
-LIFE_OF = "Life: {base:g} km (rating {rating} N / mean load)^{exponent:.4g}."
 PROBABILITIES = (
     "Intervals of 95 % by Clopper and Pearson. All intervals hold for independent samples; those of a Sobol or "
     "Latin hypercube design scatter less, and the intervals are conservative."
@@ -52,10 +45,7 @@ RANKS = (
     "Spearman's rank correlation: 1 or -1 for an increasing or decreasing function of the parameter. That of a "
     "correlated parameter includes the influence of its partners."
 )
-CHOSEN = (
-    "The cases were given and are no random sample: statistics of a distribution, probabilities and what drives "
-    "them are left out."
-)
+CHOSEN = "Given cases are no random sample: statistics, probabilities and what drives them are left out."
 CONTACT_COUNTS = {
     "contact lost": "an end of the carriage carries nothing",
     "a row open": "one row of rolling elements is unloaded and the other one carries all, contact remains",
@@ -103,7 +93,7 @@ def answer_lines(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     probabilities = result.probabilities()
     for name in probabilities.index.unique("quantity"):
         rows = probabilities.loc[name]
-        row = rows.loc[""] if "" in rows.index else rows.iloc[0]
+        row = rows.iloc[-1]  # of the machine
         probability, *ends = (f"{100 * row[key]:.3g}" for key in ("probability", "low", "high"))
         yield f"Probability of {_limit_text(name, row['limit'], metadata)}: {probability} % ({' to '.join(ends)} %)"
     if result.too_few:
@@ -117,8 +107,7 @@ def answer_lines(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
 def cases_answer(result: StudyResult) -> Iterator[str]:
     """The worst of the given cases, and how many exceed a limit."""
     stem = result.leading.partition("[")[0]
-    columns = [f"{stem}[{owner}]" if owner else stem for owner in result.owners(stem)]
-    values, quantity = result.table(columns)[columns], QUANTITIES[stem]
+    values, quantity = result.table(result.of_carriages(stem)).drop(columns="reason"), QUANTITIES[stem]
     worst, words = ("idxmin", "Smallest") if quantity.smallest_is_worst else ("idxmax", "Largest")
     column, case = getattr(values.unstack(), worst)()
     value = _with_unit(float(values[column][case]), quantity)
@@ -160,10 +149,9 @@ def study_warnings(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
         peaks = summary.loc[PEAK]
         width = float(((peaks["q99_high"] - peaks["q99_low"]) / peaks["q99"]).max())
         if width > WIDE_QUANTILE:
-            more = (
-                f"{(width / WIDE_QUANTILE) ** 2:.2g} times as many samples make it {100 * WIDE_QUANTILE:g} %"
-            )
-            yield f"The interval of the 99 % quantile of a peak is wide, {100 * width:.2g} % of it; about {more}."
+            more = f"{(width / WIDE_QUANTILE) ** 2:.2g} times as many samples"
+            wide = f"The interval of the 99 % quantile of a peak is wide, {100 * width:.2g} % of it"
+            yield f"{wide}; about {more} make it {100 * WIDE_QUANTILE:g} %."
     if result.metadata.sensitivity and not result.too_few:
         indices = result.sensitivity()
         widths = (indices[f"{order}_high"] - indices[f"{order}_low"] for order in ("total", "first_order"))
@@ -195,11 +183,9 @@ def study_lines(result: StudyResult) -> Iterator[str]:
 def parameters_table(result: StudyResult) -> Table:
     """A row per parameter: mean, standard deviation and range of its values, unit; the range only of given ones."""
     moments = () if result.metadata.chosen else ("mean", "std. dev.")
-    table = new_table("parameter", *moments, "smallest", "largest")
-    table.add_column("unit", no_wrap=True)
+    table = new_table("parameter", *moments, "smallest", "largest", texts=("unit",))
     for one in result.metadata.parameters:
-        values = result.column(one.name)
-        values = values[~np.isnan(values)]
+        values = known(result.column(one.name))
         statistics = (values.mean(), values.std(), values.min(), values.max()) if values.size else ()
         cells = ([f"{number:.4g}" for number in statistics] or [""] * 4)[2 - len(moments) :]
         table.add_row(Text(one.name), *cells, "of its value" if one.unit == "1" else one.unit)
@@ -208,8 +194,7 @@ def parameters_table(result: StudyResult) -> Table:
 
 def failures_table(result: StudyResult) -> Table:
     """A row per kind of failure."""
-    table = new_table("runs", "share\n%", "first\nsample")
-    table.add_column("reason", overflow="fold")
+    table = new_table("runs", "share\n%", "first\nsample", texts=("reason",))
     for row in result.failures().to_dict("records"):
         cells = str(row["count"]), f"{100 * row['share']:.3g}", str(row["first_sample"])
         table.add_row(*cells, Text(row["reason"]))
@@ -227,14 +212,12 @@ def cases_table(result: StudyResult) -> list[RenderableType]:
     each = len(columns) <= MANY_CARRIAGES or QUANTITIES[stem].worse is None
     if not each:
         cases, columns = cases.assign(**{stem: result.column(stem)}), [stem]
-    table = new_table("case", *(name.replace(".", ".\n").replace("].", "].\n") for name in varied))
-    for name in columns:
-        table.add_column(Text(name.partition("[")[2].removesuffix("]") or "machine"), justify="right")
+    titles = [name.replace(".", ".\n").replace("].", "].\n") for name in varied]
+    titles += [name.partition("[")[2].removesuffix("]").replace(" ", "\n") or "machine" for name in columns]
     owner = "each carriage" if each and len(columns) > 1 else "the machine"
     if LIFE in cases:
-        table.add_column("life\nkm", justify="right", no_wrap=True)
-        columns = [*columns, LIFE]
-    table.add_column("exceeded", overflow="fold")
+        titles, columns = [*titles, "life\nkm"], [*columns, LIFE]
+    table = new_table("case", *titles, texts=("exceeded",))
     for i, (_, row) in enumerate(cases.iloc[:CASES].iterrows()):
         cells = [*(f"{row[name]:.4g}" for name in varied), *(_cell(float(row[name])) for name in columns)]
         table.add_row(str(i), *cells, Text(row["exceeded"]))
@@ -285,10 +268,8 @@ def summary_table(rows: pd.DataFrame, smallest_is_worst: bool = False) -> Table:
 
 def probabilities_table(probabilities: pd.DataFrame, metadata: StudyMetadata) -> Table:
     """A row per limit and carriage: how often it was exceeded, the probability and its interval."""
-    table = new_table("", "")
+    table = new_table("", "", "times", "of", "%", "% lies in")
     table.columns[1].justify = "left"
-    for title in ("times", "of", "%", "% lies in"):
-        table.add_column(title, justify="right", no_wrap=True)
     for name in probabilities.index.unique("quantity"):
         rows = probabilities.loc[name]
         title = _limit_text(name, rows["limit"].iloc[0], metadata)
@@ -307,16 +288,16 @@ def driving_table(result: StudyResult) -> list[RenderableType]:
     if result.too_few:
         return remark(TOO_FEW)
     rows = result.driving()
-    columns = {"rank_correlation": ("low", "high")}
-    if result.metadata.sensitivity:
-        columns = {name: (f"{name}_low", f"{name}_high") for name in ("total", "first_order")}
-    table = new_table("parameter")
-    for name in columns:
-        for title in (name.replace("_", " "), "lies in"):
-            table.add_column(title, justify="right", no_wrap=True)
-    for parameter, row in rows.iloc[:DRIVERS].iterrows():
-        cells = ((_share(row[name]), _shares(row[low], row[high])) for name, (low, high) in columns.items())
-        table.add_row(Text(str(parameter)), *(cell for pair in cells for cell in pair))
+    names = ("total", "first_order") if result.metadata.sensitivity else ("rank_correlation",)
+    titles = (title for name in names for title in (name.replace("_", " "), "lies in"))
+    table = new_table("parameter", *titles)
+    places = [list(rows.columns).index(name) for name in names]  # followed by the ends of the interval
+    for parameter, *values in rows.iloc[:DRIVERS].itertuples():
+        cells: list[str] = []
+        for i in places:
+            value, low, high = map(_share, values[i : i + 3])
+            cells += [value, f"{low} to {high}" if low else ""]
+        table.add_row(Text(str(parameter)), *cells)
     return [table, *remark(*weaker_parameters(rows, DRIVERS))]
 
 
@@ -328,10 +309,10 @@ def definitions(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     metadata, names = result.metadata, summary.index.unique("quantity")
     yield DEFINITIONS
     if "mean_load_N" in names:
-        yield MEAN_LOAD.format(exponent=metadata.exponent)
+        yield f"Mean load: of |Fy| + |Fz|, weighted by distance, with the exponent {metadata.exponent:.4g}."
     if LIFE in names and metadata.life is not None:
         rating, base = load_in_table(metadata.life.rating), 1e-3 * metadata.life.base
-        yield LIFE_OF.format(base=base, rating=rating, exponent=metadata.exponent)
+        yield f"Life: {base:g} km (rating {rating} N / mean load)^{metadata.exponent:.4g}."
     if result.limits:
         yield PROBABILITIES
     if CONTACT in result.limits:
@@ -360,7 +341,3 @@ def _with_unit(value: float, quantity: Quantity) -> str:
 
 def _share(value: float) -> str:
     return "" if np.isnan(value) else f"{value:.2f}".replace("-0.00", "0.00")
-
-
-def _shares(low: float, high: float) -> str:
-    return f"{_share(low)} to {_share(high)}" if np.isfinite(low) else ""

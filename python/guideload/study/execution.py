@@ -4,28 +4,24 @@ from __future__ import annotations
 
 import pickle
 import time
-from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
 from functools import lru_cache
 from itertools import islice
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.cores import cores
 from guideload.base.errors import ArgumentError, GuideloadError, RunError
+from guideload.study.description.plan import Plan
+from guideload.study.description.study import Study
 from guideload.study.histories import are_of, histories
+from guideload.study.results.result import StudyResult
 from guideload.study.storage.folder import open_store
 from guideload.study.storage.store import Chunk, FolderStore, Range, SampleStore
-
-if TYPE_CHECKING:
-    from guideload.study.description.plan import Plan
-    from guideload.study.description.study import Study
-    from guideload.study.results.result import StudyResult
 
 Progress = Callable[[int, int], None]  # called with the number of samples done and that of the whole study
 
@@ -69,33 +65,29 @@ def run_study(
     Raises ArgumentError (an argument, or a folder with another study), RunError (a full disk, a lost executor) and
     StudyInterrupted (Ctrl-C); samples done until then stay. For a file also what Study.from_toml raises.
     """
-    from guideload.study.description.plan import Plan
-    from guideload.study.description.study import Study
-    from guideload.study.results.result import StudyResult
-
     if isinstance(study, str | PathLike):
         study = Study.from_toml(study)
     if not isinstance(study, Study | Plan):
-        kind = type(study).__name__
-        raise TypeError(
-            f"study: expected a Study, as of Study.from_toml(file), its plan or a file, got {kind}"
-        )
+        expected = "a Study, as of Study.from_toml(file), its plan or a file"
+        raise TypeError(f"study: expected {expected}, got {type(study).__name__}")
     plan = study.plan() if isinstance(study, Study) else study
     threads = _whole_number("threads", threads, cores() if executor is None else 1)
     chunk = _whole_number("chunk", chunk, CHUNK if executor is None else executor_chunk(plan.runs))
     in_flight = _whole_number("in_flight", in_flight, IN_FLIGHT)
     plan.batch()  # an impossible machine is refused before anything is written
     with open_store(plan.metadata, None if output is None else Path(output), resume) as store:
-        counter = _Counter(store, progress)
         try:
             if plan.histories and not are_of(store.histories(), plan):
                 store.add_histories(histories(plan))  # first, so that an interrupted study has them
             missing = list(store.missing(chunk))
-            counter.add(0)
-            if executor is None:
-                _run_here(plan, missing, threads, store, counter)
-            else:
-                _run_on(executor, plan, missing, threads, in_flight, store, counter)
+            with ThreadPoolExecutor(1, "guideload-study") as thread:
+                writer = _Writer(thread, store, progress)
+                writer.count(0)
+                if executor is None:
+                    _run_here(plan, missing, threads, writer)
+                else:
+                    _run_on(executor, plan, missing, threads, in_flight, writer)
+                writer.finish()
         except KeyboardInterrupt:
             raise StudyInterrupted(StudyResult(store, plan.metadata), _samples_done(store)) from None
         except RunError as error:
@@ -124,23 +116,12 @@ def _samples_done(store: SampleStore) -> str:
     return f"{store.done} of {store.runs} samples are done{where}"
 
 
-class _Counter:
-    """Counts the samples that are done, and reports progress."""
-
-    def __init__(self, store: SampleStore, progress: Progress | None) -> None:
-        self.done, self.runs, self.progress = store.done, store.runs, progress
-
-    def add(self, samples: int) -> None:
-        self.done += samples
-        if self.progress is not None:
-            self.progress(self.done, self.runs)
-
-
 class _Writer:
-    """Stores chunks on another thread, one at a time: the caller waits while it is ahead by more than one."""
+    """Stores chunks on another thread, one at a time, and reports progress; `add` waits for the chunk before."""
 
-    def __init__(self, thread: Executor, store: SampleStore) -> None:
-        self.thread, self.store = thread, store
+    def __init__(self, thread: Executor, store: SampleStore, progress: Progress | None) -> None:
+        self.thread, self.store, self.progress = thread, store, progress
+        self.done = store.done  # samples, also those whose chunk is not stored yet
         self.last: Future[None] | None = None
 
     def add(self, chunk: Chunk) -> None:
@@ -153,32 +134,33 @@ class _Writer:
         if last is not None:
             last.result()
 
+    def count(self, samples: int) -> None:
+        """Report that more samples are done."""
+        self.done += samples
+        if self.progress is not None:
+            self.progress(self.done, self.store.runs)
+
 
 # ---- in this process
 
 
-def _run_here(plan: Plan, missing: list[Range], threads: int, store: SampleStore, counter: _Counter) -> None:
+def _run_here(plan: Plan, missing: list[Range], threads: int, writer: _Writer) -> None:
     """One chunk after the other; the next is drawn and the last is written while one runs."""
-    with ThreadPoolExecutor(1, "guideload-study") as thread:
-        writer, slices = _Writer(thread, store), _Slices(plan, threads)
-        queue = deque(missing)
-        drawn = thread.submit(plan.values, *queue[0]) if queue else None
-        while drawn is not None:
-            start, _ = queue.popleft()
-            values = drawn.result()
-            drawn = thread.submit(plan.values, *queue[0]) if queue else None
-            slices.run(start, values, writer, counter)
-        writer.finish()
+    slices, thread, following = _Slices(plan, threads, writer), writer.thread, None
+    for i, samples in enumerate(missing):
+        values = (following or thread.submit(plan.values, *samples)).result()
+        following = thread.submit(plan.values, *missing[i + 1]) if i + 1 < len(missing) else None
+        slices.run(samples[0], values)
 
 
 class _Slices:
     """Runs samples in slices so short that Ctrl-C is answered; the results do not depend on them."""
 
-    def __init__(self, plan: Plan, threads: int) -> None:
-        self.batch, self.measures, self.threads = plan.batch(), len(plan.measures), threads
-        self.size = 64
+    def __init__(self, plan: Plan, threads: int, writer: _Writer) -> None:
+        self.batch, self.measures, self.threads = plan.batch(), len(plan.metadata.measures), threads
+        self.writer, self.size = writer, 64
 
-    def run(self, start: int, values: Array, writer: _Writer, counter: _Counter) -> None:
+    def run(self, start: int, values: Array) -> None:
         """Store all samples: as one chunk, or as several if they take long; on Ctrl-C those that are done."""
         rows, failed = np.empty((len(values), self.measures)), dict[int, str]()
         stored = done = 0
@@ -187,7 +169,7 @@ class _Slices:
             nonlocal stored
             begin, stored = stored, done  # first, so that nothing is stored twice if Ctrl-C comes here
             reasons = {i: reason for i, reason in failed.items() if i >= start + begin}
-            writer.add(Chunk(start + begin, values[begin:done], rows[begin:done], reasons))
+            self.writer.add(Chunk(start + begin, values[begin:done], rows[begin:done], reasons))
 
         since = time.monotonic()
         try:
@@ -198,7 +180,7 @@ class _Slices:
                 # The size that would have taken SLICE_TIME; it grows slowly, as the first samples may be fast ones.
                 fitting = int((stop - done) * SLICE_TIME / max(time.monotonic() - begun, 1e-9))
                 self.size = max(self.threads, min(fitting, 8 * self.size))
-                counter.add(stop - done)
+                self.writer.count(stop - done)
                 done = stop
                 if done == len(values) or time.monotonic() - since > STORE_TIME:
                     store_done()
@@ -213,52 +195,43 @@ class _Slices:
 
 
 def _run_on(
-    executor: Executor,
-    plan: Plan,
-    missing: list[Range],
-    threads: int,
-    in_flight: int,
-    store: SampleStore,
-    counter: _Counter,
+    executor: Executor, plan: Plan, missing: list[Range], threads: int, in_flight: int, writer: _Writer
 ) -> None:
     """A bounded number of chunks at the executor; each is written when it comes back, in any order."""
     packed = pickle.dumps(plan)
     queue, running = iter(missing), set[Future[Chunk]]()
-    with ThreadPoolExecutor(1, "guideload-study") as thread:
-        writer = _Writer(thread, store)
 
-        def collect(finished: Iterable[Future[Chunk]]) -> None:
-            """Store the chunks of the tasks that succeeded, then raise for one that did not."""
-            lost = None
-            for future in finished:
-                running.discard(future)
+    def collect(finished: Iterable[Future[Chunk]]) -> None:
+        """Store the chunks of the tasks that succeeded, then raise for one that did not."""
+        lost = None
+        for future in finished:
+            running.discard(future)
+            try:
+                chunk = future.result()
+            except Exception as error:
+                lost = error
+            else:
+                writer.add(chunk)
+                writer.count(chunk.stop - chunk.start)
+        if lost is not None:
+            raise _executor_error(lost) from lost
+
+    try:
+        while True:
+            for start, stop in islice(queue, in_flight - len(running)):
                 try:
-                    chunk = future.result()
-                except Exception as error:
-                    lost = error
-                else:
-                    writer.add(chunk)
-                    counter.add(chunk.stop - chunk.start)
-            if lost is not None:
-                raise _executor_error(lost) from lost
-
-        try:
-            while True:
-                for start, stop in islice(queue, in_flight - len(running)):
-                    try:
-                        running.add(executor.submit(run_chunk, packed, start, stop, threads))
-                    except Exception as error:  # whatever it is, it is the executor's
-                        raise _executor_error(error) from error
-                if not running:
-                    break
-                collect(wait(running, return_when=FIRST_COMPLETED).done)
-            writer.finish()
-        except (KeyboardInterrupt, RunError):
-            for future in running:
-                future.cancel()
-            finished = [future for future in running if future.done() and not future.cancelled()]
-            collect([future for future in finished if future.exception() is None])
-            raise
+                    running.add(executor.submit(run_chunk, packed, start, stop, threads))
+                except Exception as error:  # whatever it is, it is the executor's
+                    raise _executor_error(error) from error
+            if not running:
+                break
+            collect(wait(running, return_when=FIRST_COMPLETED).done)
+    except (KeyboardInterrupt, RunError):
+        for future in running:
+            future.cancel()
+        finished = [future for future in running if future.done() and not future.cancelled()]
+        collect([future for future in finished if future.exception() is None])
+        raise
 
 
 def _executor_error(error: Exception) -> GuideloadError:

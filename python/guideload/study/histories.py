@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import xarray as xr
 
 from guideload.base.arrays import Array
 from guideload.base.errors import RunError, SceneError
+from guideload.base.quantities import Quantity, quantities
 from guideload.simulation.run import AXES
 from guideload.simulation.simulation import simulate
+from guideload.study.description.plan import Plan
 
-if TYPE_CHECKING:
-    from guideload.study.description.plan import Plan
-
-Variable = tuple[tuple[str, ...], object, dict[str, str]]
 TOGETHER = 16  # samples at a time, so that Ctrl-C is answered
 
 
@@ -25,7 +21,7 @@ def histories(plan: Plan) -> xr.Dataset:
     A sample that failed has NaN, and why in `reason`. nominal_force and so on (time, carriage): of the machine as
     described, if that has a solution.
     """
-    samples = list(plan.histories)
+    samples, metadata = list(plan.histories), plan.metadata
     values = np.concatenate([plan.values(i, i + 1) for i in samples])
     loads, reasons = [], [""] * len(samples)
     for start in range(0, len(samples), TOGETHER):
@@ -35,36 +31,33 @@ def histories(plan: Plan) -> xr.Dataset:
             reasons[start + i] = reason
     variables = _loads(("sample",), np.concatenate(loads), "", "load of the carriage")
     try:
-        nominal = simulate(plan.machine, plan.motion, plan.method, rtol=plan.rtol).carriage_loads
+        nominal = simulate(metadata.machine, plan.motion, metadata.method, rtol=metadata.rtol).carriage_loads
         variables |= _loads((), nominal, "nominal_", "load of the carriage, machine as described")
     except (RunError, SceneError):  # perhaps only the drawn machines have a solution
         pass
-    variables["value"] = ("sample", "factor"), values, {"long_name": "values of the factors, in their units"}
-    why = np.array(reasons, dtype=object)
-    variables["reason"] = ("sample",), why, {"long_name": "why the sample failed, or empty"}
+    words = {"long_name": "values of the factors, in their units"}
+    variables["value"] = Quantity(("sample", "factor"), values, words)
+    words = {"long_name": "why the sample failed, or empty"}
+    variables["reason"] = Quantity(("sample",), np.array(reasons, dtype=object), words)
     coords = {
         "sample": ("sample", samples, {"long_name": "index of the sample"}),
         "time": ("time", plan.motion.time, {"units": "s", "long_name": "time"}),
-        "carriage": [carriage.name for carriage in plan.machine.carriages],
+        "carriage": list(metadata.carriages),
         "axis": list(AXES),
         "factor": [factor.name for factor in plan.factors],
     }
-    return xr.Dataset(variables, coords=coords, attrs={"fingerprint": plan.metadata.fingerprint})
+    return xr.Dataset(variables, coords=coords, attrs={"fingerprint": metadata.fingerprint})
 
 
-def _loads(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> dict[str, Variable]:
+def _loads(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> dict[str, Quantity]:
     """Labelled loads (..., time, carriage, 6)."""
-    dims = (*dims, "time", "carriage")
-    resultant = np.hypot(loads[..., 1], loads[..., 2])
-    columns = {
-        "force": ((*dims, "axis"), loads[..., :3], "N", text),
-        "moment": ((*dims, "axis"), loads[..., 3:], "N m", f"{text}, about its centre"),
-        "resultant": (dims, resultant, "N", f"{text}, resultant in y and z"),
-    }
-    return {
-        prefix + name: (of, values, {"units": unit, "long_name": long_name})
-        for name, (of, values, unit, long_name) in columns.items()
-    }
+    dims, resultant = (*dims, "time", "carriage"), np.hypot(loads[..., 1], loads[..., 2])
+    rows = [
+        ("force", (*dims, "axis"), loads[..., :3], "N", text),
+        ("moment", (*dims, "axis"), loads[..., 3:], "N m", f"{text}, about its centre"),
+        ("resultant", dims, resultant, "N", f"{text}, resultant in y and z"),
+    ]
+    return {f"{prefix}{name}": quantity for name, quantity in quantities(rows).items()}
 
 
 def are_of(data: xr.Dataset | None, plan: Plan) -> bool:

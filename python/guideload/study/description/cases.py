@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ConfigError, Problem, TraceError, ValueRefused
-from guideload.study.description.factors import Factor, conflicts, require
-from guideload.study.description.parameters import Change, Parameter, Parameters
+from guideload.study.description.factors import Factor, conflicts
+from guideload.study.description.parameters import Parameters
 from guideload.study.description.refusals import problem_at
 from guideload.study.description.tables import name_and_unit, numbers_of
 from guideload.study.sampling.distributions import Form
@@ -21,44 +20,35 @@ if TYPE_CHECKING:
     from guideload.traces.format.files import TableLike
 
 
-def cases_of(
-    source: TableLike, parameters: Parameters
-) -> tuple[tuple[Factor, ...], tuple[Change, ...], Array]:
-    """Factors, what they change, and their values (cases, factors), read-only.
+def cases_of(source: TableLike, parameters: Parameters) -> tuple[tuple[Factor, ...], Array]:
+    """Factors, and their values (cases, factors), read-only.
 
     A header is a path, with a unit in brackets after a blank where it is not SI: "body.mass [t]"; [%] is of the
     machine's value. Raises TraceError for the table, ConfigError with all refused headers and columns.
     """
     table = load_table(source)
-    factors: list[Factor] = []
-    columns: list[tuple[Form, Sequence[Parameter]]] = []
-    values: list[Array] = []
+    columns: list[tuple[Factor, Array]] = []
     problems: list[Problem] = []
     for i, header in enumerate(table.names):
         try:
-            factor, group, numbers = _factor(table, i, header, parameters)
+            columns.append(_factor(table, i, header, parameters))
         except ValueRefused as refused:
             problems.append(_problem(table, header, refused))
-            continue
-        factors.append(factor)
-        columns.append((factor.form, group))
-        values.append(numbers)
+    factors = tuple(factor for factor, _ in columns)
     for factor, other, target in conflicts(factors):
         hint = f"column {table.names[other.entry]} sets {target} already"
         conflict = ValueRefused("one column for each value", factor.name, hint)
         problems.append(_problem(table, table.names[factor.entry], conflict))
     if problems:
         raise ConfigError(problems)
-    if not values or not values[0].size:
+    if not columns or not columns[0][1].size:
         raise TraceError(f"{table.source}: expected a column for each path and a row for each case, got none")
-    rows = np.ascontiguousarray(np.array(values).T)
+    rows = np.ascontiguousarray(np.array([values for _, values in columns]).T)
     rows.setflags(write=False)
-    return tuple(factors), parameters.changes(columns), rows
+    return factors, rows
 
 
-def _factor(
-    table: Table, i: int, header: str, parameters: Parameters
-) -> tuple[Factor, Sequence[Parameter], Array]:
+def _factor(table: Table, i: int, header: str, parameters: Parameters) -> tuple[Factor, Array]:
     path, _ = name_and_unit(header)
     group = parameters.at(path)
     unit = group[0].unit
@@ -68,10 +58,10 @@ def _factor(
         numbers = numbers * group[0].value
     if form == "value" and len({parameter.unit for parameter in group}) > 1:
         raise ValueRefused("a path to values of one unit, or [%]", path)
-    if numbers.size:
-        require(group, form, float(numbers.min()), float(numbers.max()))
+    for parameter in group if numbers.size else ():
+        parameter.require(float(numbers.min()), float(numbers.max()), form)
     targets = tuple(parameter.path for parameter in group)
-    return Factor(path, "1" if form == "factor" else unit, targets, form, None, i, ""), group, numbers
+    return Factor(path, "1" if form == "factor" else unit, targets, form, None, i, ""), numbers
 
 
 def _problem(table: Table, header: str, refused: ValueRefused) -> Problem:

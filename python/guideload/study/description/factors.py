@@ -9,9 +9,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from guideload.base.errors import ConfigError, Problem, ValueRefused
-from guideload.study.description.parameters import Change, Parameter, Parameters
+from guideload.study.description.metadata import ParameterMetadata
+from guideload.study.description.parameters import Parameter, Parameters
 from guideload.study.description.refusals import KeyRefused, problem_at
-from guideload.study.description.varied_parameter import OF_EACH, VariedParameter
+from guideload.study.description.varied_parameter import VariedParameter
 from guideload.study.sampling.distributions import Form, Marginal, in_words
 
 
@@ -37,30 +38,26 @@ class Factor:
     owner: str
 
     @property
-    def words(self) -> str:
-        """Its distribution and use: "uniform from 1125 to 1375 kg"."""
+    def metadata(self) -> ParameterMetadata:
+        """The factor with its distribution in words: "uniform from 1125 to 1375 kg"."""
         unit = "" if self.unit == "1" else f" {self.unit}"
         uses = {"factor": ", times the machine's values", "shift": ", added to the machine's values"}
         marginal = self.marginal
-        drawn = in_words(marginal.distribution, marginal.scale, unit) if marginal else "given cases"
-        return drawn + uses.get(self.form, "")
+        words = in_words(marginal.distribution, marginal.scale, unit) if marginal else "given cases"
+        words += uses.get(self.form, "")
+        return ParameterMetadata(name=self.name, unit=self.unit, targets=self.targets, distribution=words)
 
 
-def factors_of(
-    entries: Sequence[VariedParameter], parameters: Parameters
-) -> tuple[tuple[Factor, ...], tuple[Change, ...]]:
-    """The factors of these varied parameters, and what they change in the core.
+def factors_of(entries: Sequence[VariedParameter], parameters: Parameters) -> tuple[Factor, ...]:
+    """The factors of these varied parameters.
 
     Raises ConfigError with all that is wrong, its keys from "vary" on.
     """
     problems: list[Problem] = []
     factors: list[Factor] = []
-    columns: list[tuple[Form, Sequence[Parameter]]] = []
     for i, entry in enumerate(entries):
         try:
-            for owner, group in _draws(entry, parameters):
-                factors.append(_factor(i, entry, owner, group))
-                columns.append((factors[-1].form, group))
+            factors.extend(_factor(i, entry, *draw) for draw in _draws(entry, parameters).items())
         except ValueRefused as refused:
             problems.append(problem_at(("vary", i), refused))
     refused_entries: set[int] = set()  # one conflict for each entry is enough
@@ -78,7 +75,7 @@ def factors_of(
         problems.append(problem_at(("vary", factor.entry), conflict))
     if problems:
         raise ConfigError(problems)
-    return tuple(factors), parameters.changes(columns)
+    return tuple(factors)
 
 
 def conflicts(factors: Sequence[Factor]) -> Iterator[tuple[Factor, Factor, str]]:
@@ -91,7 +88,7 @@ def conflicts(factors: Sequence[Factor]) -> Iterator[tuple[Factor, Factor, str]]
                 yield factor, other, target
 
 
-def _draws(entry: VariedParameter, parameters: Parameters) -> list[tuple[str, list[Parameter]]]:
+def _draws(entry: VariedParameter, parameters: Parameters) -> dict[str, list[Parameter]]:
     """The draws of a varied parameter: the part that each is for, and the parameters that it sets."""
     varied: dict[str, Parameter] = {}
     for path in entry.path:
@@ -106,10 +103,10 @@ def _draws(entry: VariedParameter, parameters: Parameters) -> list[tuple[str, li
         elif entry.each in parameter.owners:
             owner = parameter.owners[entry.each]
         else:
-            words = f"paths of {OF_EACH[entry.each][0]}"
+            words = "paths of rails or carriages" if entry.each == "rail" else f"paths of {entry.each}s"
             raise KeyRefused("each", words, entry.each, f"{parameter.path} is of no {entry.each}")
         draws.setdefault(owner, []).append(parameter)
-    return list(draws.items())
+    return draws
 
 
 def _factor(i: int, entry: VariedParameter, owner: str, group: Sequence[Parameter]) -> Factor:
@@ -120,18 +117,10 @@ def _factor(i: int, entry: VariedParameter, owner: str, group: Sequence[Paramete
         hint = " and ".join(f"{path} is in {other}" for other, path in units.items())
         raise KeyRefused("path", "paths of one unit, or all amounts in percent", list(entry.path), hint)
     try:
-        require(group, marginal.form, *marginal.reach)
+        for parameter in group:
+            parameter.require(*marginal.reach, marginal.form)
     except ValueRefused as refused:
         raise KeyRefused("distribution", refused.expected, refused.value, refused.hint) from None
     targets = tuple(parameter.path for parameter in group)
     unit = "1" if marginal.form == "factor" else unit
     return Factor(entry.title_of(owner), unit, targets, marginal.form, marginal, i, owner)
-
-
-def require(group: Sequence[Parameter], form: Form, low: float, high: float) -> None:
-    """Raise ValueRefused for a column with values from `low` to `high` if a parameter cannot have them."""
-    for parameter in group:
-        factor = parameter.value if form == "factor" else 1.0
-        shift = parameter.value if form == "shift" else 0.0
-        ends = (factor * low + shift, factor * high + shift)
-        parameter.require(min(ends), max(ends))

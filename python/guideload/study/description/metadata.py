@@ -12,11 +12,12 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, GuideloadError, shown
 from guideload.machine.machine import Machine
+from guideload.simulation.simulation import Method
 from guideload.study.description.quantities import Life, Measure
 from guideload.traces.format.table import listed
 
@@ -25,7 +26,7 @@ CONTENT = "samples of a guideload study"
 FORMAT = 2  # of `study.json` and of the chunks beside it; guideload 0.1.0 wrote the first, without a number
 
 
-class ParameterMetadata(BaseModel):
+class ParameterMetadata(BaseModel, frozen=True):
     """One column of drawn values.
 
     name          "body.mass", "k[1a]"
@@ -34,15 +35,13 @@ class ParameterMetadata(BaseModel):
     distribution  in words: "uniform from 1125 to 1375 kg"
     """
 
-    model_config = ConfigDict(frozen=True)
-
     name: str
     unit: str
     targets: tuple[str, ...]
     distribution: str = ""
 
 
-class StudyMetadata(BaseModel):
+class StudyMetadata(BaseModel, frozen=True):
     """Machine, motion and design of a study, and what its columns are.
 
     fingerprint     SHA-256 of all that decides the result of a run
@@ -60,8 +59,6 @@ class StudyMetadata(BaseModel):
     life            rating and travel of a carriage, or None
     """
 
-    model_config = ConfigDict(frozen=True)
-
     content: str = CONTENT
     format: int = FORMAT
     fingerprint: str = ""
@@ -73,7 +70,7 @@ class StudyMetadata(BaseModel):
     motion_digest: str = ""
     duration: float
     instants: int
-    method: str = "auto"
+    method: Method = "auto"
     rtol: float = 1e-6
     sampling: str
     seed: int | None = None
@@ -97,11 +94,6 @@ class StudyMetadata(BaseModel):
         """Names of the carriages, in their order."""
         return tuple(carriage.name for carriage in self.machine.carriages)
 
-    @property
-    def all_columns(self) -> tuple[str, ...]:
-        """The names of all stored columns: parameters, then measures."""
-        return (*(parameter.name for parameter in self.parameters), *self.columns)
-
     def as_json(self) -> dict[str, Any]:
         """As tables, lists, numbers and text, without what is None."""
         return self.model_dump(mode="json", exclude_none=True)
@@ -109,9 +101,8 @@ class StudyMetadata(BaseModel):
     def write(self, folder: Path) -> None:
         """Write `study.json` atomically."""
         with atomic_write(folder / FILE, durable=True) as draft:
-            draft.write_text(
-                json.dumps(self.as_json(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
-            )
+            text = json.dumps(self.as_json(), indent=1, ensure_ascii=False)
+            draft.write_text(f"{text}\n", encoding="utf-8")
 
     @classmethod
     def read(cls, folder: Path) -> StudyMetadata:

@@ -9,10 +9,10 @@ from fractions import Fraction
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
 
 import numpy as np
-from pydantic import Field, PlainValidator, StrictBool, StrictStr
+from pydantic import Field, PlainValidator, StrictBool, StrictStr, create_model
 
 from guideload.base.config import ConfigModel, number
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused
@@ -23,8 +23,9 @@ from guideload.simulation.simulation import Method
 from guideload.study.description.correlation import Correlation
 from guideload.study.description.quantities import STATISTICS, Life, Recorded, Statistic
 from guideload.study.description.refusals import problem_at
-from guideload.study.description.varied_parameter import DistributionSpec, optional
+from guideload.study.description.varied_parameter import DistributionSpec, NumberOrText, optional
 from guideload.study.sampling.sequences import Sampling, Sobol
+from guideload.traces.options import ReadingOptions, SmoothingOptions
 from guideload.traces.reading import motion_from_trace, read_trace
 
 
@@ -50,49 +51,33 @@ def _exponent(value: object) -> float:
         raise ValueRefused("an exponent > 0", value, '3 for balls, "10/3" for rollers') from None
 
 
-def _number_or_text(value: object) -> object:
-    """A number or text; its unit is checked when the trace or the quantity is known."""
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise ValueRefused("a number, or text with a unit", value)
-    return value
-
-
-NumberOrText = Annotated[Any, PlainValidator(_number_or_text)]
 Positive = Annotated[float, PlainValidator(partial(number, unit="1", above=0.0))]
+SMOOTHING = get_type_hints(SmoothingOptions, include_extras=True)
+CHECKED: dict[Any, Any] = {  # what a file may give for an option, by its name or its type; for others text
+    "window": Annotated[float, PlainValidator(partial(number, unit="s", above=0.0))],
+    float | str | None: NumberOrText,
+    int | None: Annotated[int, PlainValidator(partial(_integer, least=0, most=62))],
+    float | None: Positive,
+    bool | None: StrictBool,
+}
+OPTIONS = {
+    key: (CHECKED.get(key, CHECKED.get(kind, StrictStr)) | None, optional(description))
+    for key, hint in (get_type_hints(ReadingOptions, include_extras=True) | SMOOTHING).items()
+    for kind, description in [get_args(hint)]
+}
+if TYPE_CHECKING:
+    Keys = ConfigModel
+else:
+    Keys = create_model("Keys", __base__=ConfigModel, **OPTIONS)
 
 
-class TraceOptions(ConfigModel):
+class TraceOptions(Keys):
     """How the trace is read, as by the options of `guideload run`; what is left out is taken from its header."""
-
-    column: StrictStr | None = optional("column of the measured motion")
-    unit: NumberOrText | None = optional('of that column, e.g. "rpm"; for counts the travel of one')
-    kind: StrictStr | None = optional("position, counts, velocity or motor_speed")
-    time: StrictStr | None = optional("column of the time stamps")
-    rate: NumberOrText | None = optional("samples per second, in place of a time column")
-    clock: StrictStr | None = optional("kind of the time stamps: uniform, ticks, jitter or on_change")
-    quantum: NumberOrText | None = optional('step of the value, e.g. "5e-8 m"')
-    counter_bits: Annotated[int, PlainValidator(partial(_integer, least=0, most=62))] | None = optional(
-        "width of a counter of counts that overflows, 0 for none"
-    )
-    hold: Positive | None = optional(
-        "rows that repeat each value, in a log faster than its signal; 1 uses all"
-    )
-    date_order: StrictStr | None = optional('of dates such as 03/04/2024: "dmy" or "mdy"')
-    max_speed: NumberOrText | None = optional('greatest speed of the axis, e.g. "2 m/s"')
-    allow_gaps: StrictBool | None = optional("whether long steps in time are accepted")
-    repair: StrictStr | None = optional(
-        'damage to leave out: "all", or some of "empty,doubled,clock,outliers,stuck"'
-    )
-    cross_check: StrictBool | None = optional("whether position is compared with velocity")
-    smoothing: StrictStr | None = optional("auto; for comparison savitzky_golay or differences")
-    window: Annotated[float, PlainValidator(partial(number, unit="s", above=0.0))] | None = optional(
-        "of savitzky_golay, in s"
-    )
 
     def motion(self, trace: Path, machine: Machine) -> Motion:
         """The motion of the machine in a trace. Raises TraceError."""
         options = self.model_dump(exclude_none=True)
-        smoothing = {key: options.pop(key) for key in ("smoothing", "window") if key in options}
+        smoothing = {key: options.pop(key) for key in SMOOTHING.keys() & options}
         return motion_from_trace(read_trace(trace, **options), drive=machine.drive, **smoothing)
 
 

@@ -7,7 +7,7 @@ Each parameter says what of the core's scene it sets. What can vary is listed in
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
@@ -47,8 +47,11 @@ class Parameter:
     sets: tuple[tuple[Target, float], ...]
     owners: dict[str, str]
 
-    def require(self, low: float, high: float) -> None:
-        """Raise ValueRefused if the parameter cannot have all values from `low` to `high`."""
+    def require(self, low: float, high: float, form: Form = "value") -> None:
+        """Raise ValueRefused if a column of this form, whose values are from `low` to `high`, is not possible."""
+        factor = self.value if form == "factor" else 1.0
+        shift = self.value if form == "shift" else 0.0
+        low, high = sorted((factor * low + shift, factor * high + shift))
         if (self.floor == "> 0" and not low > 0.0) or (self.floor == ">= 0" and not low >= 0.0):
             unit = "" if self.unit == "1" else f" {self.unit}"
             reach = f"values from {low:.4g} to {high:.4g}{unit}"
@@ -245,17 +248,15 @@ class Parameters:
 
     # ---- changing
 
-    def changes(self, columns: Sequence[tuple[Form, Sequence[Parameter]]]) -> tuple[Change, ...]:
+    def changes(self, columns: Iterable[tuple[Form, Sequence[str]]]) -> tuple[Change, ...]:
         """What the core changes: each target, its constant and its terms.
 
-        columns: the form of each column of values, and the parameters that it sets; no two set the same parameter.
+        columns: the form of each column of values, and the full paths that it sets; no two set the same one.
         A target is the sum of all parameters that set it, each with its factor; those without a column keep the
         machine's value.
         """
         column_of: dict[str, tuple[int, Form]] = {
-            parameter.path: (column, form)
-            for column, (form, parameters) in enumerate(columns)
-            for parameter in parameters
+            path: (column, form) for column, (form, paths) in enumerate(columns) for path in paths
         }
         summands: dict[Target, list[tuple[Parameter, float]]] = {}
         for parameter in self:

@@ -4,63 +4,47 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from guideload._core import Batch
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
-from guideload.machine.machine import Machine
-from guideload.motion.motion import HISTORIES, Motion
-from guideload.simulation.simulation import Method
+from guideload.motion.motion import Motion
 from guideload.study.description.factors import Factor
-from guideload.study.description.metadata import ParameterMetadata, StudyMetadata
+from guideload.study.description.metadata import StudyMetadata
 from guideload.study.description.parameters import Change
-from guideload.study.description.quantities import Life, Measure
 from guideload.study.sampling.design import Copula, Design
 from guideload.study.sampling.distributions import Sample
-
-if TYPE_CHECKING:
-    from guideload._core import Batch
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
     """What varies, how it is drawn, and what is recorded; immutable, and the same when it is unpickled.
 
-    machine, motion   as described, where nothing varies
+    metadata          what the study is, and what is recorded of a run
+    motion            as described, where nothing varies
     factors, changes  the columns of values, and what the core sets from them
     design, cases     the design of the draws, or the given values (runs, factors); the other is None
-    measures, columns what is recorded of a run, and the names of these columns
-    exponent          of the mean load; method, rtol: as of `simulate`
     histories         the runs, ascending, whose histories are stored
-    limits, life      for the results: by quantity in its unit; rating and base
     """
 
-    machine: Machine
+    metadata: StudyMetadata
     motion: Motion
     factors: tuple[Factor, ...]
     changes: tuple[Change, ...]
     design: Design | None
     cases: Array | None
-    measures: tuple[Measure, ...]
-    columns: tuple[str, ...]
-    exponent: float
-    method: Method
-    rtol: float
     histories: tuple[int, ...]
-    limits: dict[str, float]
-    life: Life | None
 
     @property
     def runs(self) -> int:
         """How often the core runs."""
-        if self.design is not None:
-            return self.design.runs
-        assert self.cases is not None
-        return len(self.cases)
+        return self.metadata.runs
 
     def values(self, start: int, stop: int) -> Array:
         """(stop - start, factors) of the runs start to stop - 1, the same in any range. Raises ArgumentError."""
@@ -70,11 +54,8 @@ class Plan:
             assert self.cases is not None
             return self.cases[start:stop].copy()
         uniforms = self.design.uniforms(start, stop)
-        values = np.empty((stop - start, len(self.factors)))
-        for i, factor in enumerate(self.factors):
-            assert factor.marginal is not None
-            values[:, i] = factor.marginal.values(uniforms[i])
-        return values
+        marginals = [factor.marginal for factor in self.factors if factor.marginal is not None]
+        return np.column_stack([marginal.values(u) for marginal, u in zip(marginals, uniforms, strict=True)])
 
     def batch(self) -> Batch:
         """The core's batch, made once in a process. Raises SceneError if the machine as described has no solution."""
@@ -82,10 +63,8 @@ class Plan:
 
     @cached_property
     def _batch(self) -> Batch:
-        from guideload._core import Batch
-
-        machine, motion, table = self.machine, self.motion, self.machine.link_table()
-        body = machine.body
+        metadata, machine, motion = self.metadata, self.metadata.machine, self.motion
+        body, table = machine.body, machine.link_table()
         return Batch(
             mass=body.mass,
             center_of_mass=body.center_of_mass,
@@ -104,68 +83,43 @@ class Plan:
             acceleration=motion.acceleration,
             wrench=motion.wrench,
             speed=None if motion.velocity is None else np.sqrt((motion.velocity**2).sum(axis=1)),
-            exponent=self.exponent,
+            exponent=metadata.exponent,
             changes=self.changes,
-            measures=self.measures,
-            method=self.method,
-            rtol=self.rtol,
+            measures=metadata.measures,
+            method=metadata.method,
+            rtol=metadata.rtol,
         )
-
-    @cached_property
-    def metadata(self) -> StudyMetadata:
-        """The metadata of the study.
-
-        In the fingerprint are the versions of guideload, NumPy and SciPy. The number of samples is in it only where
-        it decides the draws, in a Latin hypercube, so that a study can be resumed with more samples; histories,
-        limits and life are not in it.
-        """
-        time, design = self.motion.time, self.design
-        metadata = StudyMetadata(
-            machine=self.machine,
-            motion=self.motion.source,
-            motion_digest=_digest(*(getattr(self.motion, name) for name in ("time", *HISTORIES))),
-            duration=float(time[-1] - time[0]),
-            instants=int(time.size),
-            method=self.method,
-            rtol=self.rtol,
-            sampling="cases" if design is None else design.sampling,
-            seed=None if design is None else design.seed,
-            runs=self.runs,
-            sensitivity=design is not None and design.sensitivity,
-            parameters=tuple(
-                ParameterMetadata(name=one.name, unit=one.unit, targets=one.targets, distribution=one.words)
-                for one in self.factors
-            ),
-            correlations=self._correlations(None if design is None else design.copula),
-            measures=self.measures,
-            columns=self.columns,
-            exponent=self.exponent,
-            limits=self.limits,
-            life=self.life,
-        )
-        resumed_with_more = design is not None and design.sampling != "latin hypercube"
-        free = {"motion", "duration", "instants", "limits", "life", *(("runs",) if resumed_with_more else ())}
-        exact = [self.factors, self.changes, _digest(self.cases), None if design is None else design.copula]
-        decisive = [metadata.model_dump(mode="json", exclude=free), exact]
-        text = json.dumps(decisive, default=_plain, sort_keys=True)
-        return metadata.model_copy(update={"fingerprint": hashlib.sha256(text.encode()).hexdigest()})
-
-    def _correlations(self, copula: Copula | None) -> dict[str, float]:
-        """The correlation of each pair of factors that has one, to 9 digits, from the Cholesky factor."""
-        if copula is None:
-            return {}
-        names = [self.factors[column].name for column in copula.columns]
-        lower = np.zeros((len(names), len(names)))
-        for i, row in enumerate(copula.factor):
-            lower[i, : len(row)] = row
-        matrix = np.tril(np.round(lower @ lower.T, 9), -1)
-        return {f"{names[j]} and {names[i]}": float(matrix[i, j]) for i, j in np.argwhere(matrix).tolist()}
 
     def __getstate__(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
 
-def _digest(*arrays: Array | None) -> str:
+def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any) -> StudyMetadata:
+    """The metadata of a study with its fingerprint.
+
+    In it are the versions of guideload, NumPy and SciPy. The number of samples is in it only where it decides the
+    draws, in a Latin hypercube, so that a study can be resumed with more samples; histories, limits and life are not.
+    """
+    resumed_with_more = design is not None and design.sampling != "latin hypercube"
+    free = {"motion", "duration", "instants", "limits", "life", *(("runs",) if resumed_with_more else ())}
+    exact = (*exact, None if design is None else design.copula)
+    text = json.dumps([metadata.model_dump(mode="json", exclude=free), exact], default=_plain, sort_keys=True)
+    return metadata.model_copy(update={"fingerprint": hashlib.sha256(text.encode()).hexdigest()})
+
+
+def correlations_of(factors: Sequence[Factor], copula: Copula | None) -> dict[str, float]:
+    """The correlation of each pair of factors that has one, to 9 digits, from the Cholesky factor."""
+    if copula is None:
+        return {}
+    names = [factors[column].name for column in copula.columns]
+    lower = np.zeros((len(names), len(names)))
+    for i, row in enumerate(copula.factor):
+        lower[i, : len(row)] = row
+    matrix = np.tril(np.round(lower @ lower.T, 9), -1)
+    return {f"{names[j]} and {names[i]}": float(matrix[i, j]) for i, j in np.argwhere(matrix).tolist()}
+
+
+def digest(*arrays: Array | None) -> str:
     """SHA-256 of the shapes and the numbers of some arrays."""
     digest = hashlib.sha256()
     for array in arrays:
@@ -176,5 +130,5 @@ def _digest(*arrays: Array | None) -> str:
 def _plain(value: Any) -> Any:
     """A dataclass in JSON: its name and fields."""
     if isinstance(value, Sample):
-        return ["Sample", _digest(value.values)]
+        return ["Sample", digest(value.values)]
     return [type(value).__name__, {field.name: getattr(value, field.name) for field in fields(value)}]

@@ -80,8 +80,7 @@ class Quantity:
     def exceeds(self, values: Array, limit: float) -> NDArray[np.bool_]:
         """Whether values are on the wrong side of a limit; limit NaN: whether contact is lost."""
         bound = 0.5 if np.isnan(limit) else limit
-        beyond: NDArray[np.bool_] = values < bound if self.smallest_is_worst else values > bound
-        return beyond
+        return values < bound if self.smallest_is_worst else values > bound
 
 
 def column_of(load: str, statistic: str) -> str:
@@ -131,6 +130,7 @@ def _catalogue() -> dict[str, Quantity]:
 
 
 QUANTITIES = _catalogue()
+RECORDED = {column_of(load, statistic) for load in UNITS for statistic in STATISTICS if statistic != "rms"}
 # By their keys in the table [limits]: the names without the unit.
 LIMITS = {
     re.sub(r"_(Nm|N|km)$", "", name): quantity

@@ -13,13 +13,14 @@ from scipy.stats import qmc
 from guideload.base.errors import ABSENT, ConfigError, Problem
 from guideload.base.toml import located
 from guideload.machine.machine import Machine
-from guideload.motion.motion import Motion
+from guideload.motion.motion import HISTORIES, Motion
 from guideload.study.description.cases import cases_of
 from guideload.study.description.correlation import copula_of
 from guideload.study.description.factors import factors_of
+from guideload.study.description.metadata import StudyMetadata
 from guideload.study.description.options import StudyFile, StudyOptions, read_study, with_hint_on_place
 from guideload.study.description.parameters import Parameters
-from guideload.study.description.plan import Plan
+from guideload.study.description.plan import Plan, correlations_of, digest, with_fingerprint
 from guideload.study.description.quantities import limits_of, measures_of
 from guideload.study.description.refusals import refused_at
 from guideload.study.description.varied_parameter import SampleSpec
@@ -96,11 +97,11 @@ class Study(StudyOptions):
         parameters = Parameters(self.machine, self.motion)
         design = cases = None
         if self.cases is not None:
-            factors, changes, cases = cases_of(self.cases, parameters)
+            factors, cases = cases_of(self.cases, parameters)
             runs = len(cases)
         else:
             assert self.samples is not None
-            factors, changes = factors_of(self.vary, parameters)
+            factors = factors_of(self.vary, parameters)
             copula = copula_of(self.correlation, factors, self.vary)
             self._require_possible_design(len(factors), copula is not None)
             design = Design(self.sampling, self.seed, self.samples, len(factors), self.sensitivity, copula)
@@ -114,22 +115,25 @@ class Study(StudyOptions):
             no_velocity = self.motion.velocity is None
             hint = "the motion has no velocity" if no_velocity else 'add "load" to quantities'
             raise refused_at(("life",), "a mean load to count the life from", self.life.model_dump(), hint)
-        return Plan(
-            machine=self.machine,
-            motion=self.motion,
-            factors=factors,
-            changes=changes,
-            design=design,
-            cases=cases,
+        changes = parameters.changes((factor.form, factor.targets) for factor in factors)
+        metadata = StudyMetadata(
+            **{key: getattr(self, key) for key in ("machine", "method", "rtol", "exponent", "life")},
+            motion=self.motion.source,
+            motion_digest=digest(*(getattr(self.motion, name) for name in ("time", *HISTORIES))),
+            duration=float(self.motion.time[-1] - self.motion.time[0]),
+            instants=int(self.motion.time.size),
+            sampling="cases" if design is None else design.sampling,
+            seed=None if design is None else design.seed,
+            runs=runs,
+            sensitivity=design is not None and design.sensitivity,
+            parameters=tuple(factor.metadata for factor in factors),
+            correlations=correlations_of(factors, None if design is None else design.copula),
             measures=measures,
             columns=columns,
-            exponent=self.exponent,
-            method=self.method,
-            rtol=self.rtol,
-            histories=histories,
             limits=limits_of(self.limits, measures, self.life),
-            life=self.life,
         )
+        metadata = with_fingerprint(metadata, design, factors, changes, digest(cases))
+        return Plan(metadata, self.motion, factors, changes, design, cases, histories)
 
     def _require_one_source(self) -> None:
         """Raise ConfigError unless there are either draws or given cases, with all that they need."""

@@ -26,16 +26,11 @@ from guideload.traces.format.files import load_table
 from guideload.traces.format.table import listed
 
 Each = Literal["carriage", "rail", "link", "value"]
-# Of a draw for each: what it is for, in words, and how the paths of all begin.
-OF_EACH = {
-    "carriage": ("carriages", ("carriages.*.", "carriages[*].")),
-    "rail": ("rails or carriages", ("rails.*.", "rails[*].")),
-    "link": ("links", ("links.*.", "links[*].")),
-}
 NAMES = "one of normal, lognormal, uniform, triangular, sample"
 LEAST_PROBABILITY = 1e-6  # of a distribution within at_least and at_most: rounding spoils the draws of less
 PERCENT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*%\s*")
-BOUNDS = ("at_least", "at_most")
+# Keys of amounts, with or without a unit.
+AMOUNTS = ("mean", "sigma", "median", "low", "mode", "high", "plus_minus", "at_least", "at_most")
 LOCATIONS = ("mean", "median", "mode", "low")  # values of the parameter
 WIDTHS = ("sigma", "plus_minus")  # differences of values
 
@@ -46,16 +41,12 @@ class Amount(NamedTuple):
     number: float
     relative: bool
 
-    def absolute(self, base: float) -> Amount:
-        """A share as a number: the share of `base`."""
-        return Amount(self.number * base, False) if self.relative else self
 
-
-def _amount(value: object) -> object:
-    """A number or text, whose unit is checked when the path is known; NumPy's numbers become Python's."""
+def _number_or_text(value: object) -> object:
+    """A number or text, whose unit is checked when its quantity is known; NumPy's numbers become Python's."""
     value = value.item() if isinstance(value, np.generic) else value
-    if value is not None and (isinstance(value, bool) or not isinstance(value, int | float | str)):
-        raise ValueRefused('a number, or text with a unit or percent, such as "90 %"', value)
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ValueRefused("a number, or text with a unit", value)
     return value
 
 
@@ -88,22 +79,21 @@ def optional(description: str, default: Any = None, **checks: Any) -> Any:
 
 Numbers = Mapping[str | int, float]  # amounts as numbers
 Coefficient = Annotated[float, PlainValidator(_coefficient)]
-Given = Annotated[float | str | None, BeforeValidator(_amount)]
-Required = Annotated[float | str, BeforeValidator(_amount)]
+NumberOrText = Annotated[Any, PlainValidator(_number_or_text)]
 
 
 class VariedParameter(ConfigModel):
     """What varies (`path`), how many draws there are (`each`), and the bounds of their distribution."""
 
-    KEYS: ClassVar[tuple[str, ...]]  # of the distribution's amounts, beside the bounds
+    KEYS: ClassVar[tuple[str, ...]] = AMOUNTS
     path: Annotated[tuple[str, ...], BeforeValidator(_listed)] = Field(
         min_length=1, description='one or several, e.g. "body.mass" or "carriages.*.stiffness_y"'
     )
     name: str | None = optional("its name in tables; else its path", min_length=1)
     each: Each | None = optional("one draw for each carriage, rail, link or value; one for all if left out")
     within: Coefficient | None = optional("correlation of the draws of this entry among each other")
-    at_least: Given = optional("values below are left out")
-    at_most: Given = optional("values above are left out")
+    at_least: NumberOrText | None = optional("values below are left out")
+    at_most: NumberOrText | None = optional("values above are left out")
 
     @model_validator(mode="after")
     def _named(self) -> VariedParameter:
@@ -124,9 +114,9 @@ class VariedParameter(ConfigModel):
             return self.title
         if self.name is None and self.each == "value":
             return owner
-        for every in OF_EACH[self.each][1] if self.name is None and self.each is not None else ():
-            if self.title.startswith(every):
-                return f"{every.split('.')[0].split('[')[0]}[{owner}].{self.title.removeprefix(every)}"
+        all_of_a_kind = re.fullmatch(rf"({self.each}s)(?:\.\*|\[\*\])\.(.+)", self.title)
+        if self.name is None and all_of_a_kind:
+            return f"{all_of_a_kind[1]}[{owner}].{all_of_a_kind[2]}"
         return f"{self.title}[{owner}]"
 
     def marginal(self, unit: str, own: Sequence[float]) -> Marginal:
@@ -145,12 +135,13 @@ class VariedParameter(ConfigModel):
             drawn = self._bounded(amounts, 1.0)
             return Marginal(drawn, "value", own[0]) if len(own) == 1 else Marginal(drawn, "factor")
         if len(own) == 1:
-            bases = {key: abs(own[0]) if key in WIDTHS else own[0] for key in amounts}
-            numbers = {key: amount.absolute(bases[key]) for key, amount in amounts.items()}
-            return Marginal(self._bounded(numbers, own[0]), "value")
+            for key, (share, relative) in amounts.items():
+                if relative:
+                    amounts[key] = Amount(share * (abs(own[0]) if key in WIDTHS else own[0]), False)
+            return Marginal(self._bounded(amounts, own[0]), "value")
         located = any(key in LOCATIONS or isinstance(key, int) for key in amounts)
         # A mode left out is each machine value's own, and a bound needs a location to count from.
-        without_mode = "mode" in self.KEYS and "low" in amounts and "mode" not in amounts
+        without_mode = isinstance(self, TriangularSpec) and "low" in amounts and "mode" not in amounts
         if True in kinds or without_mode or not (located or amounts.keys() <= set(WIDTHS)):
             expected = (
                 "one place where some amounts are in percent or left to the machine and others have a unit"
@@ -162,7 +153,7 @@ class VariedParameter(ConfigModel):
 
     def _amounts(self, unit: str) -> dict[str | int, Amount]:
         """The amounts that are given, by key; measured values by index."""
-        given = {key: getattr(self, key) for key in (*self.KEYS, *BOUNDS)}
+        given = {key: getattr(self, key, None) for key in self.KEYS}
         return {key: _read(key, value, unit) for key, value in given.items() if value is not None}
 
     def _bounded(self, amounts: Mapping[str | int, Amount], own: float) -> Distribution:
@@ -189,10 +180,9 @@ class VariedParameter(ConfigModel):
 class NormalSpec(VariedParameter):
     """A normal distribution."""
 
-    KEYS = ("mean", "sigma")
     distribution: Literal["normal"] = Field(description=NAMES)
-    mean: Given = optional("the machine's value if left out")
-    sigma: Required = Field(description='standard deviation, e.g. "3 %" or "2 mm"')
+    mean: NumberOrText | None = optional("the machine's value if left out")
+    sigma: NumberOrText = Field(description='standard deviation, e.g. "3 %" or "2 mm"')
 
     def _distribution(self, numbers: Numbers, own: float) -> Distribution:
         return distributions.Normal(numbers.get("mean", own), numbers["sigma"])
@@ -201,9 +191,13 @@ class NormalSpec(VariedParameter):
 class LognormalSpec(VariedParameter):
     """A lognormal distribution."""
 
-    KEYS = ("median",)  # sigma is a plain number, in no unit of the path and no share of the machine's value
+    KEYS = (
+        "median",
+        "at_least",
+        "at_most",
+    )  # sigma is a plain number, in no unit of the path and no share of the machine's value
     distribution: Literal["lognormal"] = Field(description=NAMES)
-    median: Given = optional("the machine's value if left out")
+    median: NumberOrText | None = optional("the machine's value if left out")
     sigma: Annotated[float, PlainValidator(_sigma_of_logarithm)] = Field(
         description="standard deviation of the logarithm, e.g. 0.2"
     )
@@ -218,9 +212,11 @@ class LognormalSpec(VariedParameter):
 class _IntervalSpec(VariedParameter):
     """A distribution between two values, or around the machine's value."""
 
-    low: Given = optional('the smallest value, e.g. "90 %" or "1100 kg"')
-    high: Given = optional('the largest value, e.g. "110 %" or "1400 kg"')
-    plus_minus: Given = optional('reach to both sides of the machine\'s value, e.g. "10 %" or "5 cm"')
+    low: NumberOrText | None = optional('the smallest value, e.g. "90 %" or "1100 kg"')
+    high: NumberOrText | None = optional('the largest value, e.g. "110 %" or "1400 kg"')
+    plus_minus: NumberOrText | None = optional(
+        'reach to both sides of the machine\'s value, e.g. "10 %" or "5 cm"'
+    )
 
     @model_validator(mode="after")
     def _complete(self) -> _IntervalSpec:
@@ -241,7 +237,6 @@ class _IntervalSpec(VariedParameter):
 class UniformSpec(_IntervalSpec):
     """A uniform distribution."""
 
-    KEYS = ("low", "high", "plus_minus")
     distribution: Literal["uniform"] = Field(description=NAMES)
 
     def _distribution(self, numbers: Numbers, own: float) -> Distribution:
@@ -251,9 +246,8 @@ class UniformSpec(_IntervalSpec):
 class TriangularSpec(_IntervalSpec):
     """A triangular distribution."""
 
-    KEYS = ("low", "mode", "high", "plus_minus")
     distribution: Literal["triangular"] = Field(description=NAMES)
-    mode: Given = optional("the most likely value; the machine's value if left out")
+    mode: NumberOrText | None = optional("the most likely value; the machine's value if left out")
 
     @model_validator(mode="after")
     def _one_center(self) -> TriangularSpec:
@@ -273,9 +267,8 @@ class TriangularSpec(_IntervalSpec):
 class SampleSpec(VariedParameter):
     """Measured values, in the study or in a table beside it."""
 
-    KEYS = ()
     distribution: Literal["sample"] = Field(description=NAMES)
-    values: Annotated[tuple[Given, ...] | None, BeforeValidator(_listed)] = optional(
+    values: Annotated[tuple[NumberOrText, ...] | None, BeforeValidator(_listed)] = optional(
         'measured values, e.g. ["118 N/um", "131 N/um"]', min_length=1
     )
     file: str | None = optional("a table of measured values beside this file")

@@ -5,27 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from difflib import get_close_matches
 from functools import cached_property, reduce
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ValueRefused
 from guideload.study.description.metadata import StudyMetadata
-from guideload.study.description.quantities import (
-    CONTACT,
-    LIFE,
-    PEAK,
-    QUANTITIES,
-    STATISTICS,
-    UNITS,
-    column_of,
-)
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from guideload.study.storage.store import SampleStore
+from guideload.study.description.quantities import CONTACT, LIFE, PEAK, QUANTITIES, RECORDED
+from guideload.study.storage.store import SampleStore
 
 
 class StudyColumns:
@@ -84,8 +72,7 @@ class StudyColumns:
         names = sorted(summarised(self.metadata), key=lambda name: name == CONTACT)
         if PEAK in names or not names:
             return PEAK if names else self.metadata.columns[0]
-        has_worst = QUANTITIES[names[0]].worse is not None
-        return names[0] if has_worst else f"{names[0]}[{self.metadata.carriages[0]}]"
+        return names[0] if QUANTITIES[names[0]].worse else f"{names[0]}[{self.metadata.carriages[0]}]"
 
     def column(self, name: str) -> Array:
         """A column of the samples, the name of a parameter, a measure or a quantity; NaN without result.
@@ -127,8 +114,11 @@ class StudyColumns:
             return first
         assert metadata.life is not None
         with np.errstate(divide="ignore"):  # without load it is infinite
-            life: Array = 1e-3 * metadata.life.base * (metadata.life.rating / first) ** metadata.exponent
-        return life
+            return 1e-3 * metadata.life.base * (metadata.life.rating / first) ** metadata.exponent
+
+    def of_carriages(self, name: str) -> list[str]:
+        """The columns of a quantity: of each carriage, or its only one."""
+        return [f"{name}[{owner}]" if owner else name for owner in self.owners(name)]
 
     def owners(self, name: str) -> tuple[str, ...]:
         """The carriages of a quantity, or "" where it is the machine's."""
@@ -147,8 +137,8 @@ class StudyColumns:
     def _names(self) -> Iterator[str]:
         """The names of all quantities, of every carriage and of the machine."""
         for name in self.quantities:
-            yield from (f"{name}[{owner}]" for owner in self.owners(name) if owner)
-            if QUANTITIES[name].worse is not None:
+            yield from self.of_carriages(name)
+            if QUANTITIES[name].worse is not None and not QUANTITIES[name].of_machine:
                 yield name
 
 
@@ -159,14 +149,13 @@ def available(metadata: StudyMetadata) -> tuple[str, ...]:
     """
     recorded = {(load, statistic) for load, _, statistic in metadata.measures}
     columns = dict.fromkeys(column.partition("[")[0] for column in metadata.columns)
-    stored = {column_of(load, statistic) for load in UNITS for statistic in STATISTICS if statistic != "rms"}
     made = [
         name
         for name, quantity in QUANTITIES.items()
-        if name not in stored and recorded.issuperset(quantity.sources) and (name != LIFE or metadata.life)
+        if name not in RECORDED and recorded.issuperset(quantity.sources) and (name != LIFE or metadata.life)
     ]
     used = {source for name in made for source in QUANTITIES[name].sources}
-    rest = (name for name in columns if name in stored and not used.issuperset(QUANTITIES[name].sources))
+    rest = (name for name in columns if name in RECORDED and not used.issuperset(QUANTITIES[name].sources))
     return (*made, *rest)
 
 

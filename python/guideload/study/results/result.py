@@ -3,31 +3,31 @@
 from __future__ import annotations
 
 import json
-import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
+from itertools import chain
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
+from pyarrow.parquet import ParquetWriter
 
 from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, ValueRefused, shown
 from guideload.base.units import quantity as to_unit
-from guideload.study.description.metadata import StudyMetadata
 from guideload.study.description.quantities import CONTACT, LIFE, QUANTITIES, unit_of
 from guideload.study.results import statistics
 from guideload.study.results.columns import StudyColumns, summarised
 from guideload.study.results.statistics import Estimate, Exceedance
 from guideload.study.results.titles import title_of
-
-if TYPE_CHECKING:
-    import pandas as pd
+from guideload.study.storage.store import FolderStore
 
 LEVELS = (0.01, 0.05, 0.5, 0.95, 0.99)
 RANKED = 2**17  # first samples of a rank correlation, for a standard error of 0.003
+NUMBER = r"\d[\d.,_]*(?:e[+-]?\d+)?"
 FEWEST = 10  # samples, or rows of a Saltelli design, for an estimate of what drives a quantity
 
 
@@ -44,26 +44,21 @@ class StudyResult(StudyColumns):
     @classmethod
     def load(cls, folder: str | PathLike[str]) -> StudyResult:
         """The finished or interrupted study in a folder. Raises ArgumentError if the folder holds none."""
-        from guideload.study.storage.store import FolderStore
-
-        metadata = StudyMetadata.read(Path(folder))
-        return cls(FolderStore(Path(folder), metadata), metadata)
+        store = FolderStore.open(Path(folder))
+        return cls(store, store.metadata)
 
     def failures(self) -> pd.DataFrame:
         """A row per kind of failure: count, share of the finished runs, first sample.
 
         Reasons that differ in numbers only are of one kind; the first one is shown.
         """
-        import pandas as pd
-
-        kinds: dict[str, list[int]] = {}
-        for index in sorted(self.reasons):
-            kinds.setdefault(re.sub(r"\d[\d.,_]*(?:e[+-]?\d+)?", "#", self.reasons[index]), []).append(index)
-        rows = [
-            (self.reasons[samples[0]], len(samples), len(samples) / self.finished, samples[0])
-            for samples in sorted(kinds.values(), key=len, reverse=True)
-        ]
-        return pd.DataFrame(rows, columns=["reason", "count", "share", "first_sample"])
+        samples = pd.DataFrame(sorted(self.reasons.items()), columns=["first_sample", "reason"])
+        kinds = samples["reason"].astype(str).str.replace(NUMBER, "#", regex=True).rename("kind")
+        table = samples.groupby(kinds, sort=False).agg(
+            reason=("reason", "first"), count=("reason", "size"), first_sample=("first_sample", "first")
+        )
+        table.insert(2, "share", table["count"] / self.finished)
+        return table.sort_values("count", ascending=False, kind="stable", ignore_index=True)
 
     # ---- statistics
 
@@ -91,17 +86,14 @@ class StudyResult(StudyColumns):
 
         Raises ArgumentError for levels that do not lie between 0 and 1.
         """
-        import pandas as pd
-
         if np.ndim(levels) != 1 or not all(0 < level < 1 for level in levels):
             raise ArgumentError(
                 f"levels: expected a list of levels between 0 and 1, got {shown(levels)}; "
                 "[0.95] is for the 95 % quantile"
             )
         estimates = statistics.quantiles(self.column(name), levels, confidence)
-        return pd.DataFrame(estimates._asdict(), index=pd.Index(levels, name="level")).rename(
-            columns={"values": "value"}
-        )
+        columns = ("value", "low", "high")
+        return pd.DataFrame(np.transpose(estimates), pd.Index(levels, name="level"), columns)
 
     def exceedance(self, name: str, confidence: float = statistics.CONFIDENCE) -> Exceedance:
         """Probability that a column reaches each of some limits; see `statistics.exceedance`."""
@@ -157,9 +149,8 @@ class StudyResult(StudyColumns):
         without result.
         """
         stem = self.leading.partition("[")[0]
-        figures = [f"{stem}[{owner}]" if owner else stem for owner in self.owners(stem)]
         life = [LIFE] if LIFE in self.quantities and stem != LIFE else []
-        table = self.table([*(one.name for one in self.metadata.parameters), *figures, *life])
+        table = self.table([*(one.name for one in self.metadata.parameters), *self.of_carriages(stem), *life])
         exceeded: list[list[str]] = [["failed"] if i in self.reasons else [] for i in range(self.runs)]
         for name, limit in self.limits.items():
             for i in np.flatnonzero(QUANTITIES[name].exceeds(self.column(name), limit)):
@@ -183,8 +174,6 @@ class StudyResult(StudyColumns):
         Columns: first_order, total, each with _low and _high, and rows, those of the design that count. Raises
         ArgumentError if the samples are no Saltelli design.
         """
-        import pandas as pd
-
         if not self.metadata.sensitivity:
             raise ArgumentError(
                 "sensitivity: expected a Saltelli design, got samples that are drawn once; set sensitivity = true in "
@@ -192,12 +181,8 @@ class StudyResult(StudyColumns):
             )
         matrices = self._of_all_runs(name or self.leading).reshape(-1, len(self.metadata.parameters) + 2)
         indices = statistics.sobol_indices(matrices[:, 0], matrices[:, 1], matrices[:, 2:], confidence)
-        table = {
-            f"{order}{end}": values
-            for order, estimates in (("first_order", indices.first), ("total", indices.total))
-            for end, values in zip(("", "_low", "_high"), estimates, strict=True)
-        }
-        return pd.DataFrame({**table, "rows": indices.rows}, index=self._parameters())
+        table = _with_ends("first_order", indices.first) | _with_ends("total", indices.total)
+        return pd.DataFrame(table | {"rows": indices.rows}, index=self._parameters())
 
     def rank_correlation(
         self, name: str | None = None, confidence: float = statistics.CONFIDENCE
@@ -206,34 +191,26 @@ class StudyResult(StudyColumns):
 
         Over the first 131 072 samples at most. That of correlated parameters includes their partners' influence.
         """
-        import pandas as pd
-
         parameters = (self.column(one.name)[:RANKED] for one in self.metadata.parameters)
         values = self.column(name or self.leading)[:RANKED]
         estimates = statistics.rank_correlation(parameters, values, confidence)
-        table = dict(zip(("rank_correlation", "low", "high"), estimates, strict=True))
-        return pd.DataFrame(table, index=self._parameters())
+        columns = ("rank_correlation", "low", "high")
+        return pd.DataFrame(np.transpose(estimates), self._parameters(), columns)
 
     def driving(self, name: str | None = None) -> pd.DataFrame:
         """The parameters that drive a column, strongest first: by total Sobol indices if the design has them,
         else by the size of their rank correlation."""
-        if self.metadata.sensitivity:
-            return self.sensitivity(name).sort_values("total", ascending=False, kind="stable")
-        return self.rank_correlation(name).sort_values(
-            "rank_correlation", ascending=False, kind="stable", key=abs
-        )
+        table = self.sensitivity(name) if self.metadata.sensitivity else self.rank_correlation(name)
+        strength = table["total"] if self.metadata.sensitivity else table["rank_correlation"].abs()
+        return table.loc[strength.sort_values(ascending=False, kind="stable").index]
 
     def _parameters(self) -> pd.Index[str]:
-        import pandas as pd
-
         return pd.Index([one.name for one in self.metadata.parameters], name="parameter")
 
     # ---- tables and files
 
     def table(self, columns: Sequence[str] | None = None) -> pd.DataFrame:
         """All runs by sample: these columns, or all stored ones; and `reason`, None where there is a result."""
-        import pandas as pd
-
         names = self.store.columns if columns is None else columns
         index = pd.RangeIndex(self.runs, name="sample")
         table = pd.DataFrame({name: self._of_all_runs(name) for name in names}, index=index)
@@ -242,15 +219,14 @@ class StudyResult(StudyColumns):
 
     def to_parquet(self, path: str | PathLike[str]) -> None:
         """Write all runs as one Parquet file: sample, parameters, measures, reason; chunk by chunk."""
-        import pyarrow.parquet
-
-        with atomic_write(_ending(path, ".parquet")) as draft:
-            tables = self.store.tables()
-            first = next(tables)
-            with pyarrow.parquet.ParquetWriter(draft, first.schema) as writer:
-                writer.write_table(first)
-                for table in tables:
-                    writer.write_table(table)
+        tables = self.store.tables()
+        first = next(tables)
+        with (
+            atomic_write(_ending(path, ".parquet")) as draft,
+            ParquetWriter(draft, first.schema) as writer,
+        ):
+            for table in chain([first], tables):
+                writer.write_table(table)
 
     def to_json(self, path: str | PathLike[str]) -> None:
         """Write the metadata, the counts and all tables of statistics as one small file; unknown is null.
@@ -294,8 +270,6 @@ def _ending(path: str | PathLike[str], ending: str) -> Path:
 def _by_quantity_and_carriage(
     rows: dict[tuple[str, str], Any], columns: list[str] | None = None
 ) -> pd.DataFrame:
-    import pandas as pd
-
     index = pd.MultiIndex.from_tuples(list(rows), names=["quantity", "carriage"])
     return pd.DataFrame(list(rows.values()), index=index, columns=columns)
 
@@ -305,6 +279,10 @@ def _described(values: Array) -> dict[str, float]:
     samples = statistics.known(values).size
     row: dict[str, float] = {"samples": samples, "mean": mean, "standard_deviation": deviation}
     for level, *estimate in zip(LEVELS, *statistics.quantiles(values, LEVELS), strict=True):
-        for end, value in zip(("", "_low", "_high"), estimate, strict=True):
-            row[f"q{round(100 * level):02d}{end}"] = float(value)
+        row |= _with_ends(f"q{round(100 * level):02d}", map(float, estimate))
     return row
+
+
+def _with_ends(name: str, estimate: Iterable[Any]) -> dict[str, Any]:
+    """An estimate and the ends of its interval by the names of their columns."""
+    return dict(zip((name, f"{name}_low", f"{name}_high"), estimate, strict=True))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from guideload.machine.machine import Machine
 from guideload.study.description.metadata import StudyMetadata
-from guideload.study.description.quantities import CONTACT, QUANTITIES
+from guideload.study.description.quantities import CONTACT, QUANTITIES, unit_of
 
 
 def contact_words(machine: Machine) -> str:
@@ -31,8 +31,7 @@ def capitalised(title: str) -> str:
 
 def with_unit(name: str, metadata: StudyMetadata) -> str:
     """The title of a column and its unit: "peak resultant [N]"."""
-    stem = name.partition("[")[0]
-    unit = QUANTITIES[stem].unit if stem in QUANTITIES else ""
+    unit = unit_of(stem) if (stem := name.partition("[")[0]) in QUANTITIES else ""
     return title_of(name, metadata) + (f" [{unit}]" if unit else "")
 
 

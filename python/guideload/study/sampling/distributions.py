@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 from scipy.special import exp2, ndtr, ndtri
@@ -17,36 +18,40 @@ Form = Literal["value", "factor", "shift"]
 LOWEST, HIGHEST = 2.0**-54, 1.0 - 2.0**-53
 
 
-class Distribution(Protocol):
-    """ppf: values from uniform numbers; cdf: its inverse; reach: smallest and largest value that can be drawn."""
+class Distribution(ABC):
+    """A distribution of one number."""
 
-    def ppf(self, u: Array) -> Array: ...
-    def cdf(self, x: float) -> float: ...
+    @abstractmethod
+    def ppf(self, u: Array) -> Array:
+        """Values from uniform numbers."""
+
+    @abstractmethod
+    def cdf(self, x: float) -> float:
+        """The inverse of `ppf`."""
+
     @property
-    def reach(self) -> tuple[float, float]: ...
+    def reach(self) -> tuple[float, float]:
+        """The smallest and the largest value that can be drawn."""
+        low, high = self.ppf(np.array([LOWEST, HIGHEST])).tolist()
+        return low, high
 
 
 @dataclass(frozen=True)
-class Normal:
+class Normal(Distribution):
     """Mean and standard deviation."""
 
     mean: float
     sigma: float
 
     def ppf(self, u: Array) -> Array:
-        scores: Array = ndtri(u)
-        return self.mean + self.sigma * scores
+        return self.mean + self.sigma * np.asarray(ndtri(u))
 
     def cdf(self, x: float) -> float:
         return float(ndtr((x - self.mean) / self.sigma))
 
-    @property
-    def reach(self) -> tuple[float, float]:
-        return _ends(self)
-
 
 @dataclass(frozen=True)
-class Lognormal:
+class Lognormal(Distribution):
     """Median, and standard deviation of the logarithm."""
 
     median: float
@@ -54,19 +59,14 @@ class Lognormal:
 
     def ppf(self, u: Array) -> Array:
         # exp2 of SciPy is plain arithmetic; exp of NumPy has other last bits on another processor.
-        powers: Array = exp2((self.sigma / math.log(2.0)) * ndtri(u))
-        return self.median * powers
+        return self.median * np.asarray(exp2((self.sigma / math.log(2.0)) * ndtri(u)))
 
     def cdf(self, x: float) -> float:
         return float(ndtr(math.log(x / self.median) / self.sigma)) if x > 0.0 else 0.0
 
-    @property
-    def reach(self) -> tuple[float, float]:
-        return _ends(self)
-
 
 @dataclass(frozen=True)
-class Uniform:
+class Uniform(Distribution):
     """Constant density between low and high."""
 
     low: float
@@ -84,7 +84,7 @@ class Uniform:
 
 
 @dataclass(frozen=True)
-class Triangular:
+class Triangular(Distribution):
     """Density that rises linearly from low to the mode and falls linearly to high."""
 
     low: float
@@ -110,7 +110,7 @@ class Triangular:
 
 
 @dataclass(frozen=True, eq=False)
-class Sample:
+class Sample(Distribution):
     """Measured values (n,), ascending; drawn with replacement, each with probability 1/n."""
 
     values: Array
@@ -122,13 +122,9 @@ class Sample:
     def cdf(self, x: float) -> float:
         return float(np.searchsorted(self.values, x, side="right") / self.values.size)
 
-    @property
-    def reach(self) -> tuple[float, float]:
-        return float(self.values[0]), float(self.values[-1])
-
 
 @dataclass(frozen=True)
-class Truncated:
+class Truncated(Distribution):
     """A distribution truncated to low and high, one of which may be infinite."""
 
     base: Normal | Lognormal | Uniform | Triangular
@@ -148,11 +144,6 @@ class Truncated:
     def reach(self) -> tuple[float, float]:
         low, high = self.base.reach
         return max(low, self.low), min(high, self.high)
-
-
-def _ends(distribution: Distribution) -> tuple[float, float]:
-    low, high = distribution.ppf(np.array([LOWEST, HIGHEST])).tolist()
-    return low, high
 
 
 def in_words(distribution: Distribution, scale: float, unit: str) -> str:

@@ -33,23 +33,20 @@ class Sobol:
     BITS = 32  # the most that SciPy's fast_forward supports; the sequence has 2^32 samples
 
     @cached_property
-    def _engine(self) -> list[Any]:
-        """SciPy's engine and the index of its next sample."""
+    def _engine(self) -> qmc.Sobol:
         generator = np.random.default_rng(np.random.SeedSequence(self.seed))
-        return [qmc.Sobol(self.dimensions, scramble=True, bits=self.BITS, seed=generator), 0]
+        return qmc.Sobol(self.dimensions, scramble=True, bits=self.BITS, seed=generator)
 
     def columns(self, start: int, stop: int) -> Array:
         with _ENGINES:
-            engine, at = self._engine
-            if at > start:
+            engine = self._engine
+            if engine.num_generated > start:
                 engine.reset()
-                at = 0
-            if at < start:
-                engine.fast_forward(start - at)
+            if engine.num_generated < start:
+                engine.fast_forward(start - engine.num_generated)
             # SciPy warns if its first call asks for a number of samples that is no power of two: ask for one.
             first = 1 if start == 0 and stop > 0 else 0
             blocks = [engine.random(count) for count in (first, stop - start - first) if count]
-            self._engine[1] = max(start, stop)
         points = np.concatenate([np.empty((0, self.dimensions)), *blocks])
         # Each number is the middle of its interval of 2^-32, so that none is 0.
         return np.ascontiguousarray(points.T) + 0.5 ** (self.BITS + 1)

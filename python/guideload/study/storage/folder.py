@@ -9,7 +9,7 @@ from pathlib import Path
 from guideload.base.atomic import LOCK, draft_of, exclusive_lock
 from guideload.base.errors import ArgumentError, RunError
 from guideload.study.description.metadata import FILE, StudyMetadata, read_json
-from guideload.study.storage.store import HISTORIES, SAMPLES, FolderStore, MemoryStore, SampleStore, chunks_in
+from guideload.study.storage.store import HISTORIES, SAMPLES, FolderStore, SampleStore, chunks_in
 
 
 @contextmanager
@@ -20,7 +20,7 @@ def open_store(metadata: StudyMetadata, folder: Path | None, resume: bool) -> It
     to their last byte, and damaged ones are removed, to be run again.
     """
     if folder is None:
-        yield MemoryStore(metadata)
+        yield SampleStore(metadata)
         return
     _require_ours(folder, metadata, resume)
     with ExitStack() as held:
@@ -53,9 +53,9 @@ def _require_ours(folder: Path, metadata: StudyMetadata, resume: bool) -> None:
 
 
 def _drafts(folder: Path) -> list[Path]:
-    """What a killed writer may have left."""
-    drafts = [draft_of(folder / name) for name in (FILE, HISTORIES)]
-    return [*(path for path in drafts if path.exists()), *(folder / SAMPLES).glob(".*.draft.parquet")]
+    """What a killed writer may have left; some may not exist."""
+    drafts = (draft_of(folder / name) for name in (FILE, HISTORIES))
+    return [*drafts, *(folder / SAMPLES).glob(".*.draft.parquet")]
 
 
 def begun_only(folder: Path) -> bool:

@@ -4,25 +4,22 @@ from __future__ import annotations
 
 import json
 import re
-from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as parquet
+import xarray as xr
 
 from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, RunError
 from guideload.study.description.metadata import StudyMetadata
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Range = tuple[int, int]  # samples start..stop-1
 
@@ -52,8 +49,8 @@ class Chunk:
         return self.start + len(self.values)
 
 
-class SampleStore(ABC):
-    """The samples of a study, column by column; NaN where a sample failed or has not been run.
+class SampleStore:
+    """The samples of a study, column by column; NaN where a sample failed or has not been run. This one: in memory.
 
     columns   the names of all columns: parameters, then measures
     runs      samples of the whole study
@@ -61,29 +58,41 @@ class SampleStore(ABC):
     """
 
     def __init__(self, metadata: StudyMetadata) -> None:
-        self.columns = metadata.all_columns
-        self.runs = metadata.runs
+        self.metadata, self.runs = metadata, metadata.runs
+        self.columns = (*(parameter.name for parameter in metadata.parameters), *metadata.columns)
         self.damaged: dict[Path, str] = {}
+        self._stored: dict[Range, Any] = {}  # by samples: the table of a chunk, or its file
+        self._ahead: dict[str, Array] = {}  # columns that were read together
+        self._histories: xr.Dataset | None = None
 
-    @abstractmethod
     def ranges(self) -> list[Range]:
         """The samples that are done, ascending, without overlap."""
+        return sorted(self._stored)
 
-    @abstractmethod
     def add(self, chunk: Chunk) -> None:
         """Store a chunk whose samples are not done yet, completely or not at all. Raises RunError."""
+        numbers = np.vstack([chunk.values.T, chunk.rows.T])  # a contiguous row per column of the table
+        samples = np.arange(chunk.start, chunk.stop)
+        reasons = pa.array([chunk.failed.get(sample) for sample in samples.tolist()], pa.string())
+        table = pa.table([samples, *numbers, reasons], schema=self._schema())
+        self._stored[chunk.start, chunk.stop] = self._save(table, (chunk.start, chunk.stop))
+        self._ahead.clear()
 
-    @abstractmethod
     def histories(self) -> xr.Dataset | None:
         """The stored histories."""
+        return self._histories
 
-    @abstractmethod
     def add_histories(self, data: xr.Dataset) -> None:
         """Store histories, in place of earlier ones."""
+        self._histories = data
 
-    @abstractmethod
-    def _chunks(self, names: Sequence[str] | None) -> Iterator[tuple[Range, pa.Table]]:
-        """Some columns of each chunk, or all; ascending."""
+    def _save(self, table: pa.Table, samples: Range) -> Any:
+        """What `_load` needs to return the table of these samples."""
+        return table
+
+    def _load(self, samples: Range, names: Sequence[str] | None = None) -> pa.Table:
+        """Some columns of a chunk, or all."""
+        return self._stored[samples]
 
     @property
     def done(self) -> int:
@@ -102,71 +111,38 @@ class SampleStore(ABC):
 
     def column(self, name: str) -> Array:
         """(runs,) one parameter or measure of all samples. Raises ArgumentError for an unknown name."""
-        return self._read([self._known(name)])[name]
+        if name not in self.columns:
+            near = get_close_matches(name, self.columns) or self.columns
+            raise ArgumentError(f"column: expected one of {', '.join(near)}, got {name!r}")
+        if name not in self._ahead:
+            at = self.columns.index(name)
+            names = self.columns[at : at + max(1, READ_AHEAD // max(1, self.runs))]
+            columns = {one: np.full(self.runs, np.nan) for one in names}
+            for start, stop in self.ranges():
+                table = self._load((start, stop), names)
+                for one, column in columns.items():
+                    column[start:stop] = table[one].to_numpy()
+            self._ahead = columns
+        return self._ahead[name].copy()
 
     def reasons(self) -> dict[int, str]:
         """Why samples failed, by sample."""
         return {
-            start + i: reason
-            for (start, _), table in self._chunks(["reason"])
-            if table["reason"].null_count < len(table)
-            for i, reason in enumerate(table["reason"].to_pylist())
-            if reason is not None
+            samples[0] + i: reasons[i].as_py()
+            for samples in self.ranges()
+            for reasons in [self._load(samples, ["reason"])["reason"]]
+            for i in np.flatnonzero(reasons.is_valid()).tolist()
         }
 
     def tables(self) -> Iterator[pa.Table]:
         """All chunks, ascending: sample, parameters, measures, reason (null where there is a result)."""
-        return (table.replace_schema_metadata(None) for _, table in self._chunks(None))
-
-    def _read(self, names: Sequence[str]) -> dict[str, Array]:
-        columns = {name: np.full(self.runs, np.nan) for name in names}
-        for (start, stop), table in self._chunks(names):
-            for name, column in columns.items():
-                column[start:stop] = table[name].to_numpy()
-        return columns
-
-    def _known(self, name: str) -> str:
-        if name not in self.columns:
-            near = get_close_matches(name, self.columns) or self.columns
-            raise ArgumentError(f"column: expected one of {', '.join(near)}, got {name!r}")
-        return name
+        return (self._load(samples).replace_schema_metadata(None) for samples in self.ranges())
 
     def _schema(self) -> pa.Schema:
         numbers = [pa.field(name, pa.float64(), nullable=False) for name in self.columns]
         return pa.schema(
             [pa.field("sample", pa.int64(), nullable=False), *numbers, pa.field("reason", pa.string())]
         )
-
-    def _table(self, chunk: Chunk) -> pa.Table:
-        numbers = np.vstack([chunk.values.T, chunk.rows.T])  # a contiguous row per column of the table
-        samples = range(chunk.start, chunk.stop)
-        reasons = pa.array([chunk.failed.get(sample) for sample in samples], pa.string())
-        columns = [pa.array(np.arange(chunk.start, chunk.stop)), *map(pa.array, numbers), reasons]
-        return pa.Table.from_arrays(columns, schema=self._schema())
-
-
-class MemoryStore(SampleStore):
-    """Samples of a study without a folder."""
-
-    def __init__(self, metadata: StudyMetadata) -> None:
-        super().__init__(metadata)
-        self._tables: dict[Range, pa.Table] = {}
-        self._histories: xr.Dataset | None = None
-
-    def ranges(self) -> list[Range]:
-        return sorted(self._tables)
-
-    def add(self, chunk: Chunk) -> None:
-        self._tables[chunk.start, chunk.stop] = self._table(chunk)
-
-    def histories(self) -> xr.Dataset | None:
-        return self._histories
-
-    def add_histories(self, data: xr.Dataset) -> None:
-        self._histories = data
-
-    def _chunks(self, names: Sequence[str] | None) -> Iterator[tuple[Range, pa.Table]]:
-        return ((samples, self._tables[samples]) for samples in self.ranges())
 
 
 class FolderStore(SampleStore):
@@ -178,9 +154,6 @@ class FolderStore(SampleStore):
     def __init__(self, folder: Path, metadata: StudyMetadata, *, read_all: bool = False) -> None:
         super().__init__(metadata)
         self.folder = folder
-        self._fingerprint = metadata.fingerprint
-        self._files: dict[Range, tuple[Path, parquet.FileMetaData]] = {}
-        self._ahead: dict[str, Array] = {}
         reached = 0
         for (start, stop), path in sorted((_range(path), path) for path in chunks_in(folder)):
             try:
@@ -188,7 +161,7 @@ class FolderStore(SampleStore):
                     raise ValueError(
                         f"samples {start} to {stop - 1} are in another chunk, or not of this study"
                     )
-                self._files[start, stop] = path, self._checked(path, (start, stop), read_all)
+                self._stored[start, stop] = path, self._checked(path, (start, stop), read_all)
                 reached = stop
             except DAMAGE as error:
                 self.damaged[path] = str(error)
@@ -203,7 +176,7 @@ class FolderStore(SampleStore):
         with parquet.ParquetFile(path, page_checksum_verification=True) as file:
             of_file: parquet.FileMetaData = file.metadata
             identity = json.loads((of_file.metadata or {})[KEY])
-            if identity["fingerprint"] != self._fingerprint:
+            if identity["fingerprint"] != self.metadata.fingerprint:
                 raise RunError(f"{path} is a chunk of another study; move it elsewhere")
             if of_file.num_rows != samples[1] - samples[0] or tuple(identity["samples"]) != samples:
                 raise ValueError(f"it has {of_file.num_rows} rows and says {identity['samples']}")
@@ -213,47 +186,26 @@ class FolderStore(SampleStore):
                 raise ValueError("it has other samples")
         return of_file
 
-    def ranges(self) -> list[Range]:
-        return sorted(self._files)
-
-    def add(self, chunk: Chunk) -> None:
-        samples = chunk.start, chunk.stop
-        identity = {"fingerprint": self._fingerprint, "samples": samples}
-        table = self._table(chunk).replace_schema_metadata({KEY: json.dumps(identity)})
-        path = self.folder / SAMPLES / f"chunk-{chunk.start:09d}-{chunk.stop:09d}.parquet"
+    def _save(self, table: pa.Table, samples: Range) -> Any:
+        identity = {"fingerprint": self.metadata.fingerprint, "samples": samples}
+        table = table.replace_schema_metadata({KEY: json.dumps(identity)})
+        path = self.folder / SAMPLES / "chunk-{:09d}-{:09d}.parquet".format(*samples)
+        # Random numbers do not compress, and dictionaries of them take eight times as long to write.
+        plain = {"compression": "NONE", "use_dictionary": False, "write_statistics": False}
         with atomic_write(path, durable=True) as draft:
-            # Random numbers do not compress, and dictionaries of them take eight times as long to write.
-            parquet.write_table(
-                table,
-                draft,
-                compression="NONE",
-                use_dictionary=False,
-                write_statistics=False,
-                write_page_checksum=True,
-            )
-        self._files[samples] = path, parquet.read_metadata(path)
-        self._ahead.clear()
+            parquet.write_table(table, draft, write_page_checksum=True, **plain)
+        return path, parquet.read_metadata(path)
 
-    def column(self, name: str) -> Array:
-        if self._known(name) not in self._ahead:
-            at = self.columns.index(name)
-            self._ahead = self._read(self.columns[at : at + max(1, READ_AHEAD // max(1, self.runs))])
-        return self._ahead[name].copy()
-
-    def _chunks(self, names: Sequence[str] | None) -> Iterator[tuple[Range, pa.Table]]:
-        for samples in self.ranges():
-            path, metadata = self._files[samples]
-            try:
-                with parquet.ParquetFile(path, metadata=metadata, page_checksum_verification=True) as file:
-                    table = file.read(columns=None if names is None else list(names))
-            except DAMAGE as error:
-                hint = "resuming the study runs its samples again"
-                raise RunError(f"{path} is damaged ({error}); {hint}") from error
-            yield samples, table
+    def _load(self, samples: Range, names: Sequence[str] | None = None) -> pa.Table:
+        path, metadata = self._stored[samples]
+        try:
+            with parquet.ParquetFile(path, metadata=metadata, page_checksum_verification=True) as file:
+                return file.read(columns=names and list(names))
+        except DAMAGE as error:
+            hint = "resuming the study runs its samples again"
+            raise RunError(f"{path} is damaged ({error}); {hint}") from error
 
     def histories(self) -> xr.Dataset | None:
-        import xarray as xr
-
         path = self.folder / HISTORIES
         try:
             return xr.load_dataset(path, engine="h5netcdf") if path.exists() else None
@@ -283,6 +235,5 @@ def chunks_in(folder: Path) -> list[Path]:
 
 
 def _range(path: Path) -> Range:
-    name = NAME.fullmatch(path.name)
-    assert name is not None
-    return int(name[1]), int(name[2])
+    start, stop = map(int, re.findall(r"\d+", path.name))
+    return start, stop
