@@ -1,4 +1,4 @@
-"""Arrays of numbers: their type, and the usual step of times."""
+"""Arrays of numbers: their type, the usual step of times, and runs of flags."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,3 +11,9 @@ def median_step(time: Array) -> float:
     steps = np.diff(time)
     steps = steps[steps > 0.0]
     return float(np.median(steps)) if steps.size else 0.0
+
+
+def runs_of(flags: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Starts and ends of the runs [start, end) of flags that are set."""
+    edges = np.flatnonzero(np.diff(np.pad(flags, 1).astype(np.int8)))
+    return edges[::2], edges[1::2]

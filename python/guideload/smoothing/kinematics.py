@@ -73,6 +73,15 @@ def of_equal_samples(time: Array, value: Array, kind: Kind) -> Kinematics:
     return Kinematics(position, value.copy(), zero, np.inf, "constant speed: all samples are equal")
 
 
+def travel(time: Array, velocity: Array, acceleration: Array | None = None) -> Array:
+    """Position (n,) m from 0, by the cubic between stamps that velocity and acceleration define; else by trapezoids."""
+    step = np.diff(time)
+    parts = 0.5 * (velocity[1:] + velocity[:-1]) * step
+    if acceleration is not None:
+        parts += (acceleration[:-1] - acceleration[1:]) * step**2 / 12.0
+    return np.concatenate([[0.0], np.cumsum(parts)])
+
+
 def noise_warning(noise: float, value: Array, quantum: float, step: float) -> str:
     """Warning about `noise` (rms, in the unit of the samples) that is too large for encoders, or "".
 

@@ -109,8 +109,7 @@ def _is_date(table: Table, name: str) -> bool:
     column = np.asarray(table.columns[name])
     if column.dtype.kind == "M":
         return bool(np.all((column == column.astype("M8[D]")) | np.isnat(column)))
-    cell = next((cell for cell in column if isinstance(cell, str)), "") if column.dtype.kind in "OUT" else ""
-    return bool(cell) and ":" not in cell
+    return ":" not in table.first_text(name) != ""
 
 
 def _candidates(table: Table, time: str | None, options: ReadingOptions) -> list[str]:
@@ -192,30 +191,25 @@ def _partner_of(table: Table, name: str) -> str | None:
     one, and it has the same time stamps.
     """
 
-    def words_without(column: str, words: set[str]) -> list[str]:
-        return ["*" if word in words else word for word in table.header(column).words]
+    def others(column: str, words: set[str]) -> tuple[list[str], str | None]:
+        masked = ["*" if word in words else word for word in table.header(column).words]
+        return masked, table.clocks.get(column)
 
     for own, other in ((POSITION_WORDS, VELOCITY_WORDS), (VELOCITY_WORDS, POSITION_WORDS)):
-        if own & set(table.header(name).words):
-            partners = [
-                partner
-                for partner in table.names
-                if other & set(table.header(partner).words)
-                and words_without(partner, other) == words_without(name, own)
-                and table.clocks.get(partner) == table.clocks.get(name)
-            ]
-            if len(partners) == 1:
-                return partners[0]
+        wanted = others(name, own)
+        partners = [partner for partner in table.names if others(partner, other) == wanted]
+        if "*" in wanted[0] and len(partners) == 1:
+            return partners[0]
     return None
 
 
-def argument(table: Table, name: str, value: float | str, unit: str, above: float = -np.inf) -> float:
-    """An option of the reading in SI, which must be > `above`. Raises TraceError."""
+def argument(table: Table, name: str, value: float | str, unit: str, sign: str = "") -> float:
+    """An option of the reading in SI, which must be ">" or ">=" 0 according to `sign`. Raises TraceError."""
     try:
         number = quantity(value, unit)
     except ValueRefused as error:
         raise TraceError(f"{table.source}: {name}: {error}") from None
-    if number <= above:
+    if sign and (number < 0.0 or (sign == ">" and number == 0.0)):
         option = f"--{name.replace('_', '-')}"
-        raise TraceError(f"{table.source}: {name}: expected > {above:g} {unit}, got {number:g} ({option})")
+        raise TraceError(f"{table.source}: {name}: expected {sign} 0 {unit}, got {number:g} ({option})")
     return number

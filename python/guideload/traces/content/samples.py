@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
+from guideload.base.numbers import counted
 from guideload.base.units import factor
 from guideload.smoothing.smoothing import quantum_of
 from guideload.traces.content.columns import Columns, argument
@@ -85,8 +86,8 @@ def read_samples(
         hint = "cut the trace there, or leave the rows out with repair='empty' (--repair empty)"
         raise table.no_number(column, used[at_fault[used]], hint)
     if bad.any():
-        noun = "sample" if bad.sum() == 1 else "samples"
-        notes.append(f"repair: {bad.sum()} {noun} without a number left out, {table.rows(used[bad])}")
+        samples = counted(bad.sum(), "sample")
+        notes.append(f"repair: {samples} without a number left out, {table.rows(used[bad])}")
     place, used = np.flatnonzero(~bad), used[~bad]
     rows, value, time = table.part(used), value[used], time[used]
     check_length(rows, used.size)
@@ -108,11 +109,7 @@ def read_samples(
     kind = "position" if columns.kind == "counts" else columns.kind
     given = options.get("quantum")
     if given is not None:
-        quantum = argument(table, "quantum", given, KINDS[kind])
-        if quantum < 0.0:
-            raise TraceError(
-                f"{table.source}: quantum: expected >= 0 {KINDS[kind]}, got {quantum:g} (--quantum)"
-            )
+        quantum = argument(table, "quantum", given, KINDS[kind], ">=")
     else:
         decimal = abs(columns.scale) * decimal_quantum(value)
         quantum = abs(columns.scale) if is_whole else quantum_of(si, decimal) or decimal
@@ -179,7 +176,7 @@ def _partner(table: Table, columns: Columns) -> Array:
 def _stamps(table: Table, column: str | None, options: ReadingOptions, count: int) -> tuple[Array, str]:
     """Time stamps in s, NaN where there is none, and a note."""
     given = options.get("rate")
-    rate = table.rate if given is None else argument(table, "rate", given, "Hz", above=0.0)
+    rate = table.rate if given is None else argument(table, "rate", given, "Hz", ">")
     if column is not None:
         return stamps_of(table, column, None if given is None else rate, options.get("date_order"))
     assert rate is not None

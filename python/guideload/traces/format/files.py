@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     TableLike: TypeAlias = str | Path | Mapping[str, Any] | NDArray[Any] | pandas.DataFrame
 
+BINARY = {".parquet": "Parquet", ".npy": "NumPy", ".npz": "NumPy"}  # formats by suffix; all others are text
+
 
 def load_table(source: TableLike) -> Table:
     """A table from a .csv (or any text), .parquet, .npy or .npz file, a mapping, a data frame or an array."""
@@ -39,24 +41,21 @@ def _file(path: Path) -> Table:
         raise TraceError(f"{path}: is a folder; give the file of the trace in it")
     if not path.is_file():
         raise TraceError(f"{path}: no such file")
-    suffix = path.suffix.lower()
-    if suffix == ".parquet":
-        import pandas
+    program = BINARY.get(path.suffix.lower())
+    if program is None:
+        return read_text(path)
+    try:
+        if program == "Parquet":
+            import pandas
 
-        try:
             return _frame(pandas.read_parquet(path), path.name, "row", 1)
-        except (OSError, ValueError) as error:
-            raise TraceError(f"{path.name}: not a Parquet file: {shortened(str(error))}") from None
-    if suffix in (".npy", ".npz"):
-        try:
-            loaded = np.load(path, allow_pickle=False)
-        except (OSError, ValueError, EOFError) as error:
-            raise TraceError(f"{path.name}: not a NumPy file: {shortened(str(error))}") from None
-        if isinstance(loaded, np.ndarray):
-            return _array(loaded, path.name)
-        with loaded:
-            return _mapping({name: loaded[name] for name in loaded.files}, path.name)
-    return read_text(path)
+        loaded = np.load(path, allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        raise TraceError(f"{path.name}: not a {program} file: {shortened(str(error))}") from None
+    if isinstance(loaded, np.ndarray):
+        return _array(loaded, path.name)
+    with loaded:
+        return _mapping(dict(loaded), path.name)
 
 
 def _frame(frame: pandas.DataFrame, source: str, word: str, first: int) -> Table:

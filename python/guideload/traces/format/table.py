@@ -69,12 +69,13 @@ class Table:
 
     def is_stamped(self, name: str) -> bool:
         """Whether the column holds dates or times of day, not numbers."""
+        return np.asarray(self.columns[name]).dtype.kind in "mM" or ":" in self.first_text(name)
+
+    def first_text(self, name: str) -> str:
+        """The first cell of a column that is text; "" if there is none."""
         column = np.asarray(self.columns[name])
-        if column.dtype.kind in "mM":
-            return True
-        if column.dtype.kind not in "OUT" or column.size == 0:
-            return False
-        return ":" in str(next((cell for cell in column if isinstance(cell, str)), ""))
+        cells = column if column.dtype.kind in "OUT" else ()
+        return next((str(cell) for cell in cells if isinstance(cell, str)), "")
 
     def values(self, name: str) -> NDArray[Any]:
         """A column as float64, or as it is where it holds whole numbers; cells without a number are NaN."""

@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, runs_of
 
 Flags = NDArray[np.bool_]
 
@@ -96,12 +96,6 @@ def _far_above(speed: Array, quantum: float) -> Flags:
         if (ends - starts).max() <= LONGEST_RUN:
             return above
     return np.zeros(size.size, bool)
-
-
-def runs_of(flags: Flags) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Starts and ends of the runs [start, end) of flags that are set."""
-    edges = np.flatnonzero(np.diff(np.pad(flags, 1).astype(np.int8)))
-    return edges[::2], edges[1::2]
 
 
 def _isolated(speed: Array, quantum: float, change_ratio: float, ends: Literal["reflect", "edge"]) -> Flags:

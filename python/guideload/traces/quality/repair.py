@@ -11,11 +11,12 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, runs_of
 from guideload.base.errors import TraceError
+from guideload.base.numbers import counted
 from guideload.traces.content.samples import TraceDraft, check_length
 from guideload.traces.quality.holds import MOTION_QUANTA
-from guideload.traces.quality.jumps import LONGEST_RUN, drop_outs, runs_of, speed_jumps
+from guideload.traces.quality.jumps import LONGEST_RUN, drop_outs, speed_jumps
 
 Samples = NDArray[np.intp]
 
@@ -87,10 +88,8 @@ def repair(draft: TraceDraft, kinds: frozenset[str], max_speed: float | None) ->
 def _leave_out(draft: TraceDraft, samples: Samples, noun: str, which: str = "") -> None:
     """Leave these samples out, with a note that calls them `noun` and `which`."""
     if samples.size:
-        plural = "" if samples.size == 1 else "s"
-        draft.notes.append(
-            f"repair: {samples.size} {noun}{plural}{which} left out, {draft.table.rows(samples)}"
-        )
+        count = counted(samples.size, noun)
+        draft.notes.append(f"repair: {count}{which} left out, {draft.table.rows(samples)}")
         draft.keep(np.delete(np.arange(draft.time.size), samples))
 
 
