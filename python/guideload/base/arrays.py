@@ -1,9 +1,19 @@
-"""Arrays of numbers: their type, the usual step of times, and runs of flags."""
+"""Arrays of numbers: their type, a check, the usual step of times, and runs of flags."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from guideload.base.errors import TraceError
+
 Array = NDArray[np.float64]
+
+
+def check_finite(name: str, values: Array) -> None:
+    """Raise TraceError with the index of the first number that is not finite."""
+    bad = np.argwhere(~np.isfinite(values))
+    if bad.size:
+        place, value = ", ".join(map(str, bad[0])), values[tuple(bad[0])]
+        raise TraceError(f"{name}[{place}]: expected a finite number, got {value} ({len(bad)} such)")
 
 
 def median_step(time: Array) -> float:

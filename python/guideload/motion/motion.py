@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, check_finite
 from guideload.base.errors import TraceError
 from guideload.motion.uncertainty import Uncertainty
 
@@ -191,11 +191,7 @@ def _history(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
         raise TraceError(f"{name}: expected numbers of shape {shape}, got {error}") from None
     if history.shape != shape:
         raise TraceError(f"{name}: expected shape {shape}, got {history.shape}")
-    bad = np.argwhere(~np.isfinite(history))
-    if bad.size:
-        index = tuple(bad[0].tolist())
-        place, value = ", ".join(map(str, index)), history[index]
-        raise TraceError(f"{name}[{place}]: expected a finite number, got {value} ({len(bad)} such)")
+    check_finite(name, history)
     history.setflags(write=False)
     return history
 

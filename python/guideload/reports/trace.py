@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.console import RenderableType
 
+from guideload.base.numbers import counted
 from guideload.motion.uncertainty import COVER
 from guideload.reports.elements import WIDTH, new_table, remark, section, to_text
 from guideload.smoothing.estimation import Estimate
@@ -97,7 +98,7 @@ def _smoothing_lines(inspection: Inspection) -> list[str]:
     jumps, count = "no jumps", len(estimate.jumps)
     if count:
         length = float(np.diff(estimate.jumps, axis=1).sum())
-        jumps = f"jumps in {count} {'place' if count == 1 else 'places'}, {length:.3g} s in all"
+        jumps = f"jumps in {counted(count, 'place')}, {length:.3g} s in all"
     return [
         f"white derivative {estimate.order} of the position, as of {MOVES[estimate.order]}, by likelihood; adapted "
         "along the trace",

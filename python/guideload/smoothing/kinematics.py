@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, check_finite
 from guideload.base.errors import TraceError
 
 Kind = Literal["position", "velocity"]
@@ -50,12 +50,7 @@ def checked(time: ArrayLike, value: ArrayLike, kind: Kind) -> tuple[Array, Array
     if stamps.size < FEWEST:
         raise TraceError(f"smoothing: expected at least {FEWEST} samples, got {stamps.size}")
     for name, numbers in (("time", stamps), ("value", samples)):
-        bad = np.flatnonzero(~np.isfinite(numbers))
-        if bad.size:
-            place = f"{name}[{bad[0]}]"
-            raise TraceError(
-                f"smoothing: {place}: expected a finite number, got {numbers[bad[0]]} ({bad.size} such)"
-            )
+        check_finite(f"smoothing: {name}", numbers)
     steps = np.diff(stamps)
     if steps.min() <= 0.0:
         at = int(np.argmin(steps > 0.0)) + 1

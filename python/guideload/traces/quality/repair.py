@@ -126,7 +126,7 @@ def repaired_clock(time: Array) -> tuple[Samples, Array, dict[int, float]]:
     backward = np.flatnonzero(steps <= 0.0) + 1
     if backward.size > MOST_LEFT_OUT * time.size:
         backward = backward[:0]
-    is_wild = np.zeros(time.size, bool)
+    is_wild, shifted = np.zeros(time.size, bool), time.copy()
     moved: dict[int, float] = {}
     for sample in backward.tolist():
         if is_wild[sample]:
@@ -139,9 +139,7 @@ def repaired_clock(time: Array) -> tuple[Samples, Array, dict[int, float]]:
             while before > 0 and is_wild[before]:
                 before -= 1
             moved[sample] = float(time[before] - time[sample]) + usual * (sample - before)
-    shifted = time.copy()
-    for sample, shift in moved.items():
-        shifted[sample:] += shift
+            shifted[sample:] += moved[sample]
     return np.flatnonzero(is_wild), shifted, moved
 
 
@@ -224,7 +222,5 @@ def stuck_samples(time: Array, value: Array, quantum: float) -> Samples:
     least = MOTION_QUANTA * quantum
     is_stuck = (before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > least)
     is_stuck &= (catching_up * before > 0.0) & (np.abs(catching_up - expected) < CAUGHT_UP * np.abs(expected))
-    runs = [np.arange(start + 1, end + 1) for start, end in zip(starts, ends, strict=True)]
-    return np.concatenate(
-        [np.empty(0, np.intp), *[run for run, stuck in zip(runs, is_stuck, strict=True) if stuck]]
-    )
+    runs = map(np.arange, starts[is_stuck] + 1, ends[is_stuck] + 1)
+    return np.concatenate([np.empty(0, np.intp), *runs])
