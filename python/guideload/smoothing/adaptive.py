@@ -58,11 +58,6 @@ class AdaptedModel:
     gain: float
 
     @property
-    def density(self) -> Array:
-        """(n - 1,) process-noise density of each interval."""
-        return self.fit.density[self.segment]
-
-    @property
     def coloured_sites(self) -> Sites:
         """The sites, with an allowance for coloured noise in their variance."""
         return self.fit.value, self.fit.variance + (COLOUR - 1.0) * self.fit.noise

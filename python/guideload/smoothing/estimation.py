@@ -166,6 +166,7 @@ def _estimate(
         position, velocity = smoothed, mean[:, 1] * units[1]
     else:
         position, velocity = travel(time, smoothed, acceleration), smoothed
+    density = model.fit.density[model.segment]
     density_unit = samples.value_unit**2 / samples.time_unit ** (2 * stationary.states - 1)
     noise = float(np.sqrt(model.fit.noise)) * samples.value_unit
     quantum = samples.quantum * samples.value_unit
@@ -186,9 +187,9 @@ def _estimate(
         acceleration_variance=variance[:, at] * unit**2,
         order=order,
         noise=noise,
-        density=model.density * density_unit,
+        density=density * density_unit,
         stationary_density=stationary.density * density_unit,
-        jumps=np.column_stack([time[edge] for edge in runs_of(model.density >= JUMP * stationary.density)]),
+        jumps=np.column_stack([time[edge] for edge in runs_of(density >= JUMP * stationary.density)]),
         bandwidth=bandwidth,
         note=f"smoother with white derivative {order} of the position, adapted to jumps, by likelihood: noise "
         f"{noise:.2g} {UNIT[kind]} rms before rounding (quantum {quantum:.2g} {UNIT[kind]}), sudden changes followed "

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,7 +46,7 @@ def columns_of(table: Table, options: ReadingOptions) -> Columns:
             raise TraceError(f"{table.source}: no column {name!r}; there are {listed(table.names)}")
     time, note = _time_column(table, options), ""
     if measured is None:
-        measured, note = _measured_column(table, _candidates(table, time, options))
+        measured, note = _measured_column(table, time, options)
     kind, scale = _kind_and_scale(table, measured, options)
     if options.get("counter_bits") and kind != "counts":
         raise TraceError(
@@ -112,38 +111,31 @@ def _is_date(table: Table, name: str) -> bool:
     return ":" not in table.first_text(name) != ""
 
 
-def _candidates(table: Table, time: str | None, options: ReadingOptions) -> list[str]:
-    """Columns whose header has a fitting unit; if unit or kind is given, else those with a fitting word."""
+def _measured_column(table: Table, time: str | None, options: ReadingOptions) -> tuple[str, str]:
+    """The only column whose header has a fitting unit; if unit or kind is given, else a fitting word; and a note.
+
+    Of several, the one that is measured while all others are commands. Raises TraceError with the columns and how to
+    choose where there is no such column.
+    """
     kind, unit = options.get("kind"), options.get("unit")
     clocks = {time, *table.clocks.values(), *table.time_names}
     headers = {name: table.header(name) for name in table.names if name not in clocks}
     if kind is None and isinstance(unit, str):
         kind = kind_of_unit(known_unit(unit)) or None
-    by_unit = [name for name, header in headers.items() if header.kind and kind in (None, header.kind)]
-    if by_unit or kind is None:
-        return by_unit
-    by_word = [name for name, header in headers.items() if not header.unit and header.word_kind == kind]
-    return by_word or (list(headers) if len(headers) == 1 else [])
-
-
-def _measured_column(table: Table, names: Sequence[str]) -> tuple[str, str]:
-    """The only one of the names, or the one that is measured while all others are commands; and a note.
-
-    Raises TraceError with the columns and how to choose where there is no such column.
-    """
+    names = [name for name, header in headers.items() if header.kind and kind in (None, header.kind)]
+    if not names and kind is not None:
+        names = [name for name, header in headers.items() if not header.unit and header.word_kind == kind]
+        names = names or list(headers) * (len(headers) == 1)
     if len(names) == 1:
         return names[0], f"column {names[0]}, the only one that fits"
-    words = {name: set(table.header(name).words) for name in names}
-    measured = [name for name in names if words[name] & MEASURED_WORDS]
+    measured = [name for name in names if MEASURED_WORDS.intersection(headers[name].words)]
     others = [name for name in names if name not in measured]
-    if len(measured) == 1 and all(words[name] & COMMAND_WORDS for name in others):
+    if len(measured) == 1 and all(COMMAND_WORDS.intersection(headers[name].words) for name in others):
         return measured[0], f"column {measured[0]}: measured, {', '.join(others)} not"
     count = f"{len(names)} columns could be meant" if names else "no header says what its column is"
-    clocks = {*table.time_names, *table.clocks.values()}
-    possible = [name for name in table.names if name not in clocks]
-    with_words = [name for name in possible if table.header(name).word_kind]
+    with_words = [name for name, header in headers.items() if header.word_kind]
     raise TraceError(
-        f"{table.source}: {count}: {listed(names or with_words or possible)}; "
+        f"{table.source}: {count}: {listed(names or with_words or list(headers))}; "
         "choose one, as in column=NAME, unit='mm/s', kind='velocity' "
         "(--column NAME --unit mm/s --kind velocity)"
     )

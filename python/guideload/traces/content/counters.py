@@ -30,8 +30,6 @@ class Unwrapped:
 
     @property
     def note(self) -> str:
-        if not self.bits:
-            return ""
         return f"{self.bits}-bit counter wrapped around {self.wraps.size} times, made continuous"
 
 
@@ -58,7 +56,8 @@ def unwrap(counts: NDArray[np.integer], bits: int | None = None) -> Unwrapped:
     across = turns != 0
     if not (width and across.any()):
         return none
-    counts = values + (1 << width) * np.concatenate([[0], np.cumsum(turns)])
+    counts = values.copy()
+    counts[1:] += (1 << width) * np.cumsum(turns)
     steps = np.abs(np.diff(counts))
     share = float(steps[~across].max(initial=0)) / 2.0**width
     limit = min(max(LIKE_OTHERS * share, LIKE_NONE), NEVER)

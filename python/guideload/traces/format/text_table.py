@@ -224,11 +224,9 @@ def _cleaned(
             if cells > width or '"' in line:
                 row = rows_of([line], separator)[0]
                 cells = len(row.cells)
-                if row.width > width:
-                    long.append(number)
                 if cells > width:
-                    line = line.rstrip(separator + " ") + separator * (width - max(row.width, 1))
-                    cells = width
+                    line, cells = line.rstrip(separator + " "), max(row.width, 1)
+                    long += [number] * (cells > width)
             samples[number] = line + separator * (width - cells)
     if long:
         hint = f"; {SEPARATOR_HINT}" if separator == "," else ""
