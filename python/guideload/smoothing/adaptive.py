@@ -75,7 +75,9 @@ class AdaptedModel:
         present = (self.fit.innovation - least) / (1.0 - least)
         # Segments of similar density are averaged: a single one is too uncertain.
         similar = np.argsort(self.fit.density)
-        present[similar] = _moving_average(present[similar], AVERAGED)
+        window = np.ones(min(AVERAGED, present.size))
+        sums = (np.convolve(values, window, "same") for values in (present[similar], np.ones(present.size)))
+        present[similar] = np.divide(*sums)
         density = self.fit.density * (1.0 - NUDGE * (1.0 - np.clip(present, 0.0, 1.0)))
         value, noise = self.coloured_sites
         sites = value, noise + NUDGE * (self.fit.variance - noise)
@@ -98,9 +100,8 @@ def adapted(
     if weight is None:
         innovation = smoother.adapt(smoother.segments(length, stationary.density), noise, 1).innovation
         weight = max(WEIGHT[order], _evenness(innovation))
-    start = StationaryFit(
-        stationary.states, START_NOISE * stationary.noise, START_CONSTANT * stationary.time_constant
-    )
+    time_constant = START_CONSTANT * stationary.time_constant
+    start = StationaryFit(stationary.states, START_NOISE * stationary.noise, time_constant)
     segments = smoother.segments(length, start.density)
     fit = smoother.adapt(segments, START_NOISE * noise, ROUNDS, weight)
     gain = float(fit.predictive.sum()) - GAIN * np.count_nonzero(fit.density > stationary.density)
@@ -149,9 +150,3 @@ def _evenness(innovation: Array) -> float:
     if not innovation.any():
         return 0.0
     return float((innovation.mean() ** 2 / np.mean(innovation**2)) ** 3)
-
-
-def _moving_average(values: Array, count: int) -> Array:
-    window = np.ones(min(count, values.size))
-    sums = np.convolve(values, window, "same"), np.convolve(np.ones(values.size), window, "same")
-    return np.asarray(sums[0] / sums[1])

@@ -145,8 +145,7 @@ def _kind_and_scale(table: Table, name: str, options: ReadingOptions) -> tuple[s
     """Kind of the column, and the factor from its values to SI. Raises TraceError."""
     place, header = f"{table.source}: column {name}", table.header(name)
     kind, unit = options.get("kind"), options.get("unit")
-    if kind is None and header.unit == "counts":
-        kind = "counts"
+    kind = "counts" if kind is None and header.unit == "counts" else kind
     if kind == "counts":
         if unit is None:
             raise TraceError(

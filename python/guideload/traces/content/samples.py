@@ -101,9 +101,8 @@ def read_samples(
         value = value - value[0]  # absolute counters are too large to keep their last digits as metres
     partner = None if columns.partner is None else _partner(table, columns)[used]
     if partner is not None and not np.all(np.isfinite(partner)):
-        notes.append(
-            f"column {columns.partner} not compared with {columns.measured}: it has cells without a number"
-        )
+        compared = f"column {columns.partner} not compared with {columns.measured}"
+        notes.append(f"{compared}: it has cells without a number")
         partner = None
     si = np.asarray(value * columns.scale, np.float64)
     kind = "position" if columns.kind == "counts" else columns.kind
@@ -121,10 +120,8 @@ def quantum_note(draft: TraceDraft, is_given: bool) -> str:
     quantum, unit = draft.quantum, draft.unit
     if draft.kind == "motor_speed":
         quantum, unit = quantum / factor("rpm", "rad/s"), "rpm"
-    text = (
-        f"quantum {quantum:.3g} {unit}{', as given' if is_given else ''}" if quantum else "no quantum found"
-    )
-    return f"{draft.kind} from column {draft.columns.measured}, {text}"
+    found = f"quantum {quantum:.3g} {unit}{', as given' if is_given else ''}"
+    return f"{draft.kind} from column {draft.columns.measured}, {found if quantum else 'no quantum found'}"
 
 
 def decimal_quantum(values: NDArray[Any]) -> float:
@@ -149,12 +146,11 @@ def _common_step(integers: NDArray[np.int64]) -> float:
     """The greatest number that divides all changes of whole numbers; 0 unless it is the same among small and large."""
     size = np.abs(integers)
     middle = np.median(size)
-    steps = set()
-    for half in (integers[size <= middle], integers[size >= middle]):
-        changes = np.diff(half)
-        changes = changes[changes != 0]
-        steps.add(float(np.gcd.reduce(changes)) if changes.size >= FEWEST_CHANGES else 0.0)
-    return steps.pop() if len(steps) == 1 else 0.0
+    changes = [np.diff(half) for half in (integers[size <= middle], integers[size >= middle])]
+    if min(map(np.count_nonzero, changes)) < FEWEST_CHANGES:
+        return 0.0
+    small, large = map(np.gcd.reduce, changes)
+    return float(small) if small == large else 0.0
 
 
 def check_length(table: Table, count: int) -> None:

@@ -33,11 +33,7 @@ def scope_dialect(lines: Sequence[str]) -> Dialect | None:
     separator = next((sign for sign in SEPARATORS if sign != " " and first.startswith(f"Name{sign}")), "")
     if not separator:
         return None
-    rows = [
-        Row(i, tuple(cell.strip() for cell in rows_of([line], separator)[0].cells))
-        for i, line in enumerate(lines)
-        if line.strip()
-    ]
+    rows = [Row(i, rows_of([line], separator)[0].cells) for i, line in enumerate(lines) if line.strip()]
     data = next((i for i, row in enumerate(rows) if is_value(row.cells[0])), len(rows))
     keyed = [row for row in rows[:data] if row.cells[0] == "Name"]
     keys = {row.cells[0] for row in rows[:data]}

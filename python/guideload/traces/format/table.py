@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
 from guideload.base.errors import TraceError, shortened
 from guideload.traces.format.dialects import grouped
 from guideload.traces.format.headers import Header
@@ -89,8 +88,7 @@ class Table:
         series = pandas.Series(self.columns[name])
         if series.dtype == object or series.dtype == "str":
             series = _plain(series, self.decimal)
-        numbers: Array = pandas.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
-        return numbers
+        return np.asarray(pandas.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan))
 
     def no_number(self, name: str, bad: NDArray[np.intp], hint: str) -> TraceError:
         """The error for these samples of a column: cells without a finite number.

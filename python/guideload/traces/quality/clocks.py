@@ -41,14 +41,10 @@ class Clock:
 
     @property
     def note(self) -> str:
-        ticks = f"ticks of {self.tick:.3g} s"
-        text = {
-            "uniform": "uniform",
-            "ticks": f"a clock that counts in {ticks}",
-            "jitter": f"jittering by {100.0 * self.jitter:.2g} % rms of a step"
-            + (f", in {ticks}" if self.tick else ""),
-            "on_change": "a log on change",
-        }[self.kind]
+        ticks = f"in ticks of {self.tick:.3g} s"
+        jitter = f"jittering by {100.0 * self.jitter:.2g} % rms of a step" + f", {ticks}" * bool(self.tick)
+        texts = ("uniform", f"a clock that counts {ticks}", jitter, "a log on change")
+        text = dict(zip(CLOCKS, texts, strict=True))[self.kind]
         return f"time stamps: {text}, usual step {self.step:.6g} s"
 
 
@@ -139,6 +135,5 @@ def held(time: Array, value: Array, gaps: NDArray[np.intp], step: float) -> tupl
         before, after = (0, missing) if missing <= 2 * HELD else (HELD, HELD)
         near, far = start + step * np.arange(1.0, before + 1), end - step * np.arange(after, 0, -1.0)
         added.append(np.concatenate([near, far]))
-    stamps = np.concatenate(added)
-    places = np.repeat(gaps, [part.size for part in added[1:]])
+    stamps, places = np.concatenate(added), np.repeat(gaps, [part.size for part in added[1:]])
     return np.insert(time, places, stamps), np.insert(value, places, value[places - 1]), stamps.size
