@@ -51,11 +51,10 @@ def checked(time: ArrayLike, value: ArrayLike, kind: Kind) -> tuple[Array, Array
         raise TraceError(f"smoothing: expected at least {FEWEST} samples, got {stamps.size}")
     for name, numbers in (("time", stamps), ("value", samples)):
         check_finite(f"smoothing: {name}", numbers)
-    steps = np.diff(stamps)
-    if steps.min() <= 0.0:
-        at = int(np.argmin(steps > 0.0)) + 1
-        before, here = float(stamps[at - 1]), float(stamps[at])
-        raise TraceError(f"smoothing: time[{at}]: expected more than {before!r} s, got {here!r}")
+    back = np.flatnonzero(np.diff(stamps) <= 0.0) + 1
+    if back.size:
+        before, here = stamps[back[0] - 1 : back[0] + 1].tolist()
+        raise TraceError(f"smoothing: time[{back[0]}]: expected more than {before!r} s, got {here!r}")
     return stamps, samples
 
 

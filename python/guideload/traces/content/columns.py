@@ -86,9 +86,8 @@ def _time_column(table: Table, options: ReadingOptions) -> str | None:
             f"{table.source}: {len(names)} columns could be the time: {', '.join(names)}; "
             "choose with time=NAME (--time NAME)"
         )
-    hint = ""
-    if table.names and table.is_row_number(table.names[0]):
-        hint = f"; the first column ({table.names[0]}) is a mere row number, no time"
+    first = [name for name in table.names[:1] if table.is_row_number(name)]
+    hint = f"; the first column ({first[0]}) is a mere row number, no time" if first else ""
     raise TraceError(
         f"{table.source}: no time column among {listed(table.names)}{hint}; give the samples per second "
         "with rate=1000 (--rate 1000), or name the column with time=NAME (--time NAME)"
@@ -119,7 +118,7 @@ def _measured_column(table: Table, time: str | None, options: ReadingOptions) ->
     """
     kind, unit = options.get("kind"), options.get("unit")
     clocks = {time, *table.clocks.values(), *table.time_names}
-    headers = {name: table.header(name) for name in table.names if name not in clocks}
+    headers = {name: table.header(name) for name in table.columns if name not in clocks}
     if kind is None and isinstance(unit, str):
         kind = kind_of_unit(known_unit(unit)) or None
     names = [name for name, header in headers.items() if header.kind and kind in (None, header.kind)]
@@ -188,7 +187,7 @@ def _partner_of(table: Table, name: str) -> str | None:
 
     for own, other in ((POSITION_WORDS, VELOCITY_WORDS), (VELOCITY_WORDS, POSITION_WORDS)):
         wanted = others(name, own)
-        partners = [partner for partner in table.names if others(partner, other) == wanted]
+        partners = [partner for partner in table.columns if others(partner, other) == wanted]
         if "*" in wanted[0] and len(partners) == 1:
             return partners[0]
     return None

@@ -136,8 +136,7 @@ def decimal_of(rows: Sequence[Row]) -> str:
     signs = {grouped(cell) for cell in cells} - {""}
     if len(signs) == 1:
         return signs.pop()
-    commas = sum(bool(WITH_COMMA.fullmatch(cell)) for cell in cells)
-    points = sum(bool(WITH_POINT.fullmatch(cell)) for cell in cells)
+    commas, points = (sum(bool(form.fullmatch(cell)) for cell in cells) for form in (WITH_COMMA, WITH_POINT))
     return "" if commas == points == 0 else "," if commas > points else "."
 
 

@@ -92,9 +92,7 @@ def _mapping(mapping: Mapping[str, Any], source: str) -> Table:
 def _array(array: NDArray[Any], source: str) -> Table:
     if array.dtype.names:
         return _mapping({name: array[name] for name in array.dtype.names}, source)
-    if array.ndim == 1:
-        array = array[:, None]
-    if array.ndim != 2:
+    if array.ndim not in (1, 2):
         raise TraceError(f"{source}: expected shape (samples,) or (samples, columns), got {array.shape}")
-    columns = {str(i): array[:, i] for i in range(array.shape[1])}
-    return Table(source, columns, "index", range(array.shape[0]), named=False)
+    columns = {str(i): column for i, column in enumerate(np.atleast_2d(array.T))}
+    return Table(source, columns, "index", range(len(array)), named=False)

@@ -45,8 +45,7 @@ def read_text(path: Path) -> Table:
     if len(text) > size:
         lines.pop()  # cut in the middle
     dialect = scope_dialect(lines) or _dialect(lines)
-    starts = [0, *(line_end.end() for line_end in BREAK.finditer(text[:size]))]
-    body = text[starts[dialect.first] if dialect.first < len(starts) else len(text) :]
+    body = "".join(BREAK.split(text, dialect.first)[dialect.first :]) if dialect.first else text
     decimal = _decimal(path.name, lines, body, dialect)
     columns, numbers, notes = _columns(path.name, body, dialect, decimal)
     padded = [*dialect.names, *[""] * (len(columns) - len(dialect.names))]

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Array, runs_of
+from guideload.base.arrays import Array, median_step, runs_of
 from guideload.base.errors import TraceError
 from guideload.base.numbers import counted
 from guideload.traces.content.samples import TraceDraft, check_length
@@ -77,10 +77,9 @@ def repair(draft: TraceDraft, kinds: frozenset[str], max_speed: float | None) ->
             f"{stuck.size} samples repeat the value before while the axis moves, {draft.table.rows(stuck)}; "
             "leave them out with repair='stuck' (--repair stuck)"
         )
-    left_out = total - draft.time.size
     if draft.time.size < (1.0 - MOST_LEFT_OUT) * total:
         raise draft.refusal(
-            f"repair: {left_out} of {total} samples would be left out, expected at most "
+            f"repair: {total - draft.time.size} of {total} samples would be left out, expected at most "
             f"{100.0 * MOST_LEFT_OUT:g} %: cut the trace to a sound part"
         )
 
@@ -121,9 +120,8 @@ def repaired_clock(time: Array) -> tuple[Samples, Array, dict[int, float]]:
 
     Returns the samples to leave out, the stamps (n,) s, and by sample how much it and all later ones moved on [s].
     """
-    steps = np.diff(time)
-    usual = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 0.0
-    backward = np.flatnonzero(steps <= 0.0) + 1
+    usual = median_step(time)
+    backward = np.flatnonzero(np.diff(time) <= 0.0) + 1
     if backward.size > MOST_LEFT_OUT * time.size:
         backward = backward[:0]
     is_wild, shifted = np.zeros(time.size, bool), time.copy()
@@ -131,13 +129,10 @@ def repaired_clock(time: Array) -> tuple[Samples, Array, dict[int, float]]:
     for sample in backward.tolist():
         if is_wild[sample]:
             continue
-        wild = _wild_stamps(time, sample, usual)
-        if wild is not None:
+        if wild := _wild_stamps(time, sample, usual):
             is_wild[wild] = True
         else:
-            before = sample - 1
-            while before > 0 and is_wild[before]:
-                before -= 1
+            before = int(np.flatnonzero(~is_wild[:sample]).max(initial=0))
             moved[sample] = float(time[before] - time[sample]) + usual * (sample - before)
             shifted[sample:] += moved[sample]
     return np.flatnonzero(is_wild), shifted, moved
@@ -183,7 +178,7 @@ def _excursions(time: Array, value: Array, jumps: NDArray[np.intp]) -> Samples:
     last = -1  # step of the last excursion
     steps = np.diff(time)
     speed = np.diff(value) / steps
-    calm = np.setdiff1d(np.arange(steps.size), jumps)
+    calm, ends = np.setdiff1d(np.arange(steps.size), jumps), {0: [0], time.size - 2: [time.size - 1]}
     for number, jump in enumerate(jumps.tolist()):
         if jump <= last:
             continue
@@ -198,10 +193,7 @@ def _excursions(time: Array, value: Array, jumps: NDArray[np.intp]) -> Samples:
                 last = back
                 break
         else:
-            if jump == 0:
-                excursions.append(0)
-            elif jump == time.size - 2:
-                excursions.append(time.size - 1)
+            excursions += ends.get(jump, [])  # of a first or last sample one jump is missing
     return np.array(excursions, np.intp)
 
 
