@@ -129,12 +129,12 @@ def _draw_residual(ax: Axes, inspection: Inspection) -> None:
 def _draw_acceleration(ax: Axes, inspection: Inspection, samples: slice = slice(None)) -> None:
     """The acceleration at some samples, its band, and behind it plain differences, cut to the band's range."""
     time, acceleration = inspection.time[samples], inspection.kinematics.acceleration[samples]
-    low, high, width = acceleration, acceleration, ""
+    low, high, half_width = acceleration, acceleration, ""
     if inspection.deviation is not None:
         half = COVER * inspection.deviation[samples]
         low, high = acceleration - half, acceleration + half
         at = int(np.abs(acceleration).argmax())
-        width = f" ±{half[at]:.2g}, usually ±{float(np.median(half)):.2g}"  # most bands are thin
+        half_width = f" ±{half[at]:.2g}, usually ±{float(np.median(half)):.2g}"  # most bands are thin
         columns, [(lower, _), (_, upper)] = thinned(time, low, high)
         ax.fill_between(columns, lower, upper, color=BAND, linewidth=0.5, label="95 % band", zorder=2)
     is_all = time.size == inspection.time.size
@@ -147,7 +147,7 @@ def _draw_acceleration(ax: Axes, inspection: Inspection, samples: slice = slice(
     unit = inspection.acceleration_unit.replace("2", "²")
     ax.set_ylabel(f"acceleration [{unit}]")
     if is_all:
-        ax.set_title(f"Acceleration: largest {np.abs(acceleration).max():.4g} {unit}{width}")
+        ax.set_title(f"Acceleration: largest {np.abs(acceleration).max():.4g} {unit}{half_width}")
         legend_above(ax, 3)
 
 

@@ -19,8 +19,8 @@ from guideload.base.cores import cores
 from guideload.motion.uncertainty import Segments
 from guideload.smoothing.stationary import (
     Adaptation,
+    Partition,
     ScaledSamples,
-    Segmentation,
     Sites,
     Smoother,
     StationaryFit,
@@ -133,7 +133,7 @@ def adapted_in_pieces(
     return AdaptedModel(smoother, np.concatenate(numbers)[:-1], Adaptation(*fit), weight, gain)
 
 
-def _divided(segment: Segments, density: Array, chosen: NDArray[np.bool_]) -> Segmentation:
+def _divided(segment: Segments, density: Array, chosen: NDArray[np.bool_]) -> Partition:
     """The segments, the chosen ones (segments,) divided into `PARTS`, and the densities of all."""
     first = np.searchsorted(segment, np.arange(density.size))
     place = (np.arange(segment.size) - first[segment]) / np.bincount(segment)[segment]

@@ -173,9 +173,8 @@ def _estimate(
     # A change that takes the time T to be seen is process noise of density change^2/T in the next derivative, and that
     # is followed up to (density/noise)^(1/(2 N)) = 1/T.
     change = float(np.abs(mean[:, at]).max())
-    followed = (change**2 / (COLOUR * model.fit.noise + samples.rounding)) ** (1.0 / (2 * at + 1)) / (
-        2.0 * np.pi
-    )
+    white = COLOUR * model.fit.noise + samples.rounding
+    followed = (change**2 / white) ** (1.0 / (2 * at + 1)) / (2.0 * np.pi)
     bandwidth = (min(followed, 0.5) if change else 0.5) / samples.time_unit
     warning = noise_warning(noise, value, quantum, samples.time_unit)
     unit = calibration * units[at]

@@ -21,9 +21,7 @@ if TYPE_CHECKING:
     from guideload._core import SampledModel
 
 Sites = tuple[Array, Array]  # (n,) values and variances of normal samples that approximate the rounded ones
-Segmentation = tuple[
-    Segments, Array
-]  # (n - 1,) segment of each interval; (segments,) process-noise densities
+Partition = tuple[Segments, Array]  # (n - 1,) segment of each interval; (segments,) their densities
 
 # Samples on which order and noise are chosen; number of excerpts of a longer trace.
 EXCERPT, EXCERPTS = 16_000, 8
@@ -132,11 +130,11 @@ class Smoother:
         """(sum of ln F, sum of v^2/F) over the innovations v and their variances F, for normal samples."""
         return motion_likelihood(self._model(self.normal_sites, self.uniform(self.fit.density)))
 
-    def uniform(self, density: float) -> Segmentation:
+    def uniform(self, density: float) -> Partition:
         """One segment with this density, and one for all gaps."""
         return self.gap.astype(np.uint32), density * np.array([1.0, GAP_DENSITY])
 
-    def segments(self, length: float, density: float) -> Segmentation:
+    def segments(self, length: float, density: float) -> Partition:
         """Segments of this length, each gap in a segment of its own, and their densities."""
         number = (self.samples.time[:-1] / length).astype(np.int64)
         new = np.concatenate([[False], (np.diff(number) > 0) | self.gap[1:] | self.gap[:-1]])
@@ -144,12 +142,7 @@ class Smoother:
         return segment, density * np.where(np.bincount(segment, self.gap) > 0.0, GAP_DENSITY, 1.0)
 
     def adapt(
-        self,
-        segments: Segmentation,
-        noise: float,
-        rounds: int,
-        weight: float = 0.0,
-        sites: Sites | None = None,
+        self, segments: Partition, noise: float, rounds: int, weight: float = 0.0, sites: Sites | None = None
     ) -> Adaptation:
         """Adapt densities, measurement noise and sites for some rounds; initial sites None: the samples.
 
@@ -159,12 +152,12 @@ class Smoother:
         rule = rounds, self.fit.density, weight, self.samples.least_noise
         return Adaptation(*adapt_motion(model, self.samples.value, self.samples.quantum, noise, rule))
 
-    def smooth(self, segments: Segmentation, sites: Sites) -> tuple[Array, Array]:
+    def smooth(self, segments: Partition, sites: Sites) -> tuple[Array, Array]:
         """(n, 3) the first three numbers of the state, and their variances."""
         mean, variance, _ = smooth_motion(self._model(sites, segments))
         return mean, variance
 
-    def _model(self, sites: Sites, segments: Segmentation) -> SampledModel:
+    def _model(self, sites: Sites, segments: Partition) -> SampledModel:
         return self.step, *sites, self.mean, self.covariance, *segments
 
 

@@ -107,7 +107,8 @@ def _is_date(table: Table, name: str) -> bool:
     column = np.asarray(table.columns[name])
     if column.dtype.kind == "M":
         return bool(np.all((column == column.astype("M8[D]")) | np.isnat(column)))
-    return ":" not in table.first_text(name) != ""
+    text = table.first_text(name)
+    return bool(text) and ":" not in text
 
 
 def _measured_column(table: Table, time: str | None, options: ReadingOptions) -> tuple[str, str]:
@@ -124,7 +125,7 @@ def _measured_column(table: Table, time: str | None, options: ReadingOptions) ->
     names = [name for name, header in headers.items() if header.kind and kind in (None, header.kind)]
     if not names and kind is not None:
         names = [name for name, header in headers.items() if not header.unit and header.word_kind == kind]
-        names = names or list(headers) * (len(headers) == 1)
+        names = names or (list(headers) if len(headers) == 1 else [])
     if len(names) == 1:
         return names[0], f"column {names[0]}, the only one that fits"
     measured = [name for name in names if MEASURED_WORDS.intersection(headers[name].words)]

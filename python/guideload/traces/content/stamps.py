@@ -126,10 +126,9 @@ def _dated(table: Table, name: str, date_order: str | None) -> tuple[Array, str]
         else:
             notation = f"date stamps ({notation})"
     first = nanoseconds[np.argmin(empty)] if empty.size else 0
+    seconds = np.where(empty, np.nan, (nanoseconds - first) / 1e9)
     past = f"; it passes midnight {days} times" if days else ""
-    return np.where(
-        empty, np.nan, (nanoseconds - first) / 1e9
-    ), f"time from column {name}, {notation}, from the first{past}"
+    return seconds, f"time from column {name}, {notation}, from the first{past}"
 
 
 def _read_dates(

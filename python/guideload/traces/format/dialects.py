@@ -164,9 +164,11 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
                 notes.append(f"row {row.line + 1} above the samples not used")
     else:  # names may stand in a comment
         comments = [COMMENT.sub("", line, count=1).strip() for line in lines[:first] if COMMENT.match(line)]
-        for comment in comments:
+        for comment in reversed(comments):
             cells = rows_of([comment], separator)[0].cells
-            names = names if len(cells) != width or any(map(is_value, cells)) else cells
+            if len(cells) == width and not any(map(is_value, cells)):
+                names = cells
+                break
     if top:
         notes.append(f"{top} rows above the names not used")
     width = max(width, Row(0, names).width)

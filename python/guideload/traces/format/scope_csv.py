@@ -53,7 +53,8 @@ def scope_dialect(lines: Sequence[str]) -> Dialect | None:
     for column, cell in enumerate(cells):
         if cell == "Name":
             clock = f"time of {cells[column + 1] if column + 1 < len(cells) else 'nothing'}"
-            columns += [(clock, "ms")] * has_clocks
+            if has_clocks:
+                columns.append((clock, "ms"))
             continue
         columns.append((cell, known_unit(value("Unit", column))))
         if has_clocks:

@@ -225,7 +225,8 @@ def _cleaned(
                 cells = len(row.cells)
                 if cells > width:
                     line, cells = line.rstrip(separator + " "), max(row.width, 1)
-                    long += [number] * (cells > width)
+                    if cells > width:
+                        long.append(number)
             samples[number] = line + separator * (width - cells)
     if long:
         hint = f"; {SEPARATOR_HINT}" if separator == "," else ""
