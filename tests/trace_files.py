@@ -1,11 +1,13 @@
 """Trace files for tests, and questions about what was read from them."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
+from guideload.base.errors import TraceError
 from guideload.traces.reading import Trace
 
 
@@ -22,6 +24,12 @@ def write_trace(
     path = folder / "trace.csv"
     path.write_text("\n".join(sep.join(row) for row in [list(columns), *rows]) + "\n", encoding="utf-8")
     return path
+
+
+def refuses(message: str, call: Callable[..., Any], *arguments: Any, **options: Any) -> None:
+    """The call raises a TraceError whose text contains this (a regular expression)."""
+    with pytest.raises(TraceError, match=message):
+        call(*arguments, **options)
 
 
 def has_note(trace: Trace, *parts: str) -> bool:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from trace_files import write_trace
+from trace_files import has_note, write_trace
 
 from guideload import Inspection, Machine, motion_from_trace, plots, read_trace
 from guideload.cli.inputs import EXAMPLES
@@ -136,6 +136,7 @@ def test_a_trace_that_is_too_noisy_is_warned_of_as_a_run_does(tmp_path: Path) ->
     )
     for text in (output_of("encoder", noisy), output_of("check", MACHINE, noisy)):
         assert "warning: that noise is" in text and "the acceleration is cut" in text
+    assert "warning" not in output_of("encoder", write_position(tmp_path, TIME, moved(TIME)))
 
 
 def test_damage_is_refused_with_its_rows_and_the_way_out(tmp_path: Path) -> None:
@@ -169,20 +170,6 @@ def test_text_alone_loads_no_matplotlib(trace: Path) -> None:
     call = f"main(['encoder', {str(trace)!r}], standalone_mode=False)"
     code = f"import sys; from guideload.cli.main import main; {call}; assert 'matplotlib' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
-
-
-@pytest.mark.parametrize(
-    ("file", "options", "is_slow"),
-    [
-        ("emps_bangbang_1kHz.csv", "--column q_meas_m", False),
-        ("michigan_cnc_experiment_01.csv", "--column X1_ActualVelocity --unit mm/s --rate 10", True),
-    ],
-)
-def test_measured_traces(shared_data: Path, tmp_path: Path, file: str, options: str, is_slow: bool) -> None:
-    picture = tmp_path / "a.png"
-    text = output_of("encoder", shared_data / file, *options.split(), "--machine", MACHINE, "-o", picture)
-    assert ("which makes mode" in text) == is_slow
-    assert picture.stat().st_size > 10_000
 
 
 # ---- the picture
@@ -220,7 +207,7 @@ def test_a_trace_that_stands_still_has_a_picture(tmp_path: Path) -> None:
     axes = plots.encoder(inspection)
     plots.save(axes[0], tmp_path / "a.png")
     assert not np.any(axes[0].lines[1].get_ydata()) and axes[4].get_yscale() == "linear"
-    assert "no acceleration" in encoder_report(inspection)
+    assert "no acceleration" in encoder_report(inspection) and has_note(inspection.trace, "no motion")
 
 
 def test_columns_keep_the_smallest_and_the_largest() -> None:

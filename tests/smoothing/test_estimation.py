@@ -7,13 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from linear_gaussian import dense, problem
-from moves import GENTLE
 from signals import best_filter_error, rms, rounded
+from trace_files import refuses
 
 from guideload import _core
-from guideload.base.errors import TraceError
 from guideload.motion.resolution import ramp_time, sudden_change
-from guideload.smoothing.estimation import ORDERS, estimate
+from guideload.smoothing.estimation import estimate
 from guideload.smoothing.kinematics import Kind
 from guideload.traces.reading import read_trace
 
@@ -36,9 +35,8 @@ def test_the_kernels_are_the_posterior_of_jointly_normal_numbers(states):
     assert -0.5 * (determinant + misfit) == pytest.approx(likelihood, rel=1e-9)
     # Without sample 5, the estimate of it and its variance.
     step, value, noise, *rest = model
-    without, spread, _ = _core.smooth_motion(
-        (step, value, np.where(np.arange(value.size) == 5, 1e12, noise), *rest)
-    )
+    unknown = np.where(np.arange(value.size) == 5, 1e12, noise)
+    without, spread, _ = _core.smooth_motion((step, value, unknown, *rest))
     assert residual[5, 0] / residual[5, 1] == pytest.approx(value[5] - without[5, 0], rel=1e-6)
     assert 1.0 / residual[5, 1] == pytest.approx(spread[5, 0] + noise[5], rel=1e-6)
 
@@ -87,9 +85,8 @@ def test_better_than_the_best_filter_and_the_band_covers(family):
     ratios, covers = [], []
     for rate, quantum in product((250.0, 1000.0), (1e-7, 1e-6, 1e-5, 8e-5)):
         one = case(family, rate, quantum, 0.0, 0.5, rng)
-        best = best_filter_error(
-            one.value, one.acceleration, rate, (2, 4, 6), np.geomspace(3, 0.3 * rate, 20)
-        )
+        lengths = np.geomspace(3, 0.3 * rate, 20)
+        best = best_filter_error(one.value, one.acceleration, rate, (2, 4, 6), lengths)
         found = estimate(one.time, one.value, "position", quantum)
         error = found.acceleration - one.acceleration
         ratios.append(rms(error) / best)
@@ -113,18 +110,6 @@ def test_jumps_are_found_where_they_are_and_a_sine_has_none():
     assert rms(found.acceleration[time < 0.4]) < 0.01
     sine = rounded(np.sin(6.0 * time) + 1e-5 * rng.standard_normal(time.size), 1e-5)
     assert estimate(time, sine, "position", 1e-5).jumps.size == 0
-
-
-@pytest.mark.parametrize("kind", ["position", "velocity"])
-def test_both_kinds_choose_an_order_and_name_it(kind: Kind):
-    time = GENTLE.times(1000.0)
-    position, velocity, acceleration = GENTLE.motion(time)
-    value, quantum = (position, 1e-6) if kind == "position" else (velocity, 1e-4)
-    found = estimate(time, rounded(value, quantum), kind, quantum)
-    assert found.order in ORDERS
-    assert rms(found.acceleration - acceleration) < 0.02 * rms(acceleration)
-    assert found.noise < 0.2 * quantum  # there is none but rounding
-    assert str(found.order) in found.note
 
 
 @pytest.mark.parametrize("edge", [0.0, 0.085])
@@ -166,12 +151,6 @@ def test_a_log_with_long_gaps_is_smoothed(quantum):
     assert rms(found.acceleration - true) < 0.02 * rms(true)
 
 
-def test_equal_samples_have_neither_acceleration_nor_band():
-    found = estimate(np.arange(20.0), np.full(20, 0.1), "position", 1e-6)
-    assert not found.acceleration.any() and not found.acceleration_variance.any()
-    assert np.array_equal(found.draws(2, np.random.default_rng(1)), np.zeros((2, 20)))
-
-
 @pytest.mark.parametrize(
     ("time", "value", "options", "message"),
     [
@@ -186,15 +165,13 @@ def test_equal_samples_have_neither_acceleration_nor_band():
     ],
 )
 def test_refusals_name_the_place(time, value, options, message):
-    with pytest.raises(TraceError, match=message):
-        estimate(time, value, *options)
+    refuses(message, estimate, time, value, *options)
 
 
 def test_the_kernels_refuse_lengths_that_do_not_agree():
+    model = (*[np.ones(3)] * 3, np.zeros(3), np.eye(3), np.zeros(2, np.uint32), np.ones(1))
     with pytest.raises(ValueError, match="lengths do not agree"):
-        _core.motion_likelihood(
-            (*[np.ones(3)] * 3, np.zeros(3), np.eye(3), np.zeros(2, np.uint32), np.ones(1))
-        )
+        _core.motion_likelihood(model)
 
 
 def there_and_back(time):

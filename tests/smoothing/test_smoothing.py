@@ -9,6 +9,7 @@ from moves import GENTLE
 from signals import best_filter_error, rms, rounded
 
 from guideload.base.errors import TraceError
+from guideload.smoothing.estimation import Estimate
 from guideload.smoothing.smoothing import Kind, Method, quantum_of, smooth
 
 RNG_SEED = 7
@@ -63,6 +64,7 @@ def test_rest_is_quiet_and_the_ends_are_sane(kind: Kind, quantum: float):
     value = rounded(value + noise * np.random.default_rng(RNG_SEED).standard_normal(time.size), quantum)
     found = smooth(time, value, kind, quantum=quantum)
     assert rms(found.acceleration[time < 0.5]) < 0.01 * 2.2
+    assert rms(found.acceleration - acceleration) < 0.02 * rms(acceleration)
     assert np.abs(found.acceleration[[0, -1]]).max() < 0.05 * 2.2
     assert np.abs(found.acceleration).max() < 1.05 * 2.2
 
@@ -88,17 +90,14 @@ def test_emps_acceleration_agrees_with_the_force(shared_data: Path):
     force = 35.15065 * data.u_V.to_numpy()
     expected = (force - 203.5 * velocity - 20.39 * np.sign(velocity) + 3.165) / 95.11
     moving = np.abs(velocity) > 0.01
-    assert (
-        rms((found.acceleration - expected)[moving]) < 0.0235
-    )  # reached: 0.0229; best hand-tuned filter 0.0221
+    # Reached: 0.0229; the best hand-tuned filter 0.0221.
+    assert rms((found.acceleration - expected)[moving]) < 0.0235
     columns = np.column_stack([found.acceleration, velocity, np.sign(velocity), np.ones(velocity.size)])
     mass = np.linalg.lstsq(columns[moving], force[moving], rcond=None)[0][0]
     assert mass == pytest.approx(95.11, rel=0.005)
 
 
-def test_the_quantum_is_found(shared_data: Path):
-    data = pd.read_csv(shared_data / "emps_bangbang_1kHz.csv")
-    assert quantum_of(data.q_meas_m) == pytest.approx(5e-8, rel=1e-6)
+def test_the_quantum_is_found():
     time, position, _, _ = cycle(1000.0)
     for quantum in (1e-6, 8.4e-5):
         assert quantum_of(rounded(position, quantum)) == pytest.approx(quantum, rel=1e-9)
@@ -115,19 +114,14 @@ def test_a_log_too_coarse_for_its_moves_is_followed_and_not_flattened(shared_dat
     assert np.abs(found.acceleration).max() > 0.5 * np.abs(np.diff(speed) / 0.1).max()
 
 
-def test_noise_that_cuts_the_motion_is_warned_of():
-    time = np.arange(0.0, 10.0, 0.1)
-    move = np.sin(2.0 * time) + 0.1 * np.random.default_rng(RNG_SEED).standard_normal(time.size)
-    assert "warning" in smooth(time, move, "velocity").note
-    assert "warning" not in smooth(time, rounded(np.sin(2.0 * time), 1e-3), "velocity", quantum=1e-3).note
-
-
 @pytest.mark.parametrize("kind", ["position", "velocity"])
 @pytest.mark.parametrize("method", ["auto", "differences"])
 def test_equal_samples_give_no_acceleration(kind: Kind, method: Method):
     time = np.arange(20) * 0.01
     found = smooth(time, np.full(20, 0.1), kind, method)
     assert np.abs(found.acceleration).max() < 1e-14
+    if isinstance(found, Estimate):
+        assert not found.acceleration_variance.any() and not found.draws(2, np.random.default_rng(1)).any()
     assert found.velocity == pytest.approx(0.1 if kind == "velocity" else 0.0)
     assert found.position[-1] == pytest.approx(0.1 if kind == "position" else 0.1 * time[-1])
 
@@ -173,6 +167,5 @@ def test_half_of_a_tone_at_its_bandwidth_passes_a_savitzky_golay_filter(kind: Ki
     turn = 2 * np.pi * bandwidth
     found = smooth(time, np.sin(turn * time), kind, "savitzky_golay", window=window).acceleration[200:-200]
     true = turn ** (2 if kind == "position" else 1)
-    assert rms(found) * np.sqrt(2) / true == pytest.approx(
-        0.5, rel=0.01
-    )  # interpolated; some periods are cut
+    # Interpolated, and some periods are cut.
+    assert rms(found) * np.sqrt(2) / true == pytest.approx(0.5, rel=0.01)

@@ -6,9 +6,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from trace_files import has_note
+from trace_files import has_note, refuses
 
-from guideload.base.errors import TraceError
 from guideload.traces.quality.jumps import drop_outs, speed_jumps
 from guideload.traces.quality.repair import outliers
 from guideload.traces.reading import read_trace
@@ -79,11 +78,9 @@ def test_drop_outs_in_long_moves_are_refused_and_left_out(rate):
     lost = speed.copy()
     lost[spots] = 0.0
     assert np.all(speed[spots] != 0.0)
-    with pytest.raises(
-        TraceError, match=f"jumps that motion cannot make .* in index {spots[0]}, {spots[1]}:"
-    ):
-        read_trace({"t_s": time, "v_m_s": lost}, quantum=1e-4)
-    trace = read_trace({"t_s": time, "v_m_s": lost}, quantum=1e-4, repair="outliers")
+    table, where = {"t_s": time, "v_m_s": lost}, f"index {spots[0]}, {spots[1]}:"
+    refuses(f"jumps that motion cannot make .* in {where}", read_trace, table, quantum=1e-4)
+    trace = read_trace(table, quantum=1e-4, repair="outliers")
     assert np.array_equal(trace.value, np.delete(speed, spots))
 
 

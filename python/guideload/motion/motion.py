@@ -8,11 +8,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, check_finite
 from guideload.base.errors import TraceError
 from guideload.motion.uncertainty import Uncertainty
 
-SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")  # of a stamp: just before and just after it
 # The histories of a Motion and the shape of one sample of each.
 HISTORIES: dict[str, tuple[int, ...]] = {
     "acceleration": (3,),
@@ -158,12 +157,14 @@ class Motion:
         histories = {name: getattr(self, name) for name in HISTORIES if getattr(self, name) is not None}
         histories.setdefault("wrench", np.zeros((self.time.size, 6)))
         added = np.pad(time, 1, mode="edge"), np.pad(wrench, ((1, 1), (0, 0)))
-        before, after = (
-            {name: _one_side(self.time, history, stamps, side) for name, history in histories.items()}
-            for side in SIDES
-        )
-        for values, side in zip((before, after), SIDES, strict=True):
-            values["wrench"] += _one_side(*added, stamps, side)
+
+        def sampled(side: Literal["left", "right"]) -> dict[str, Array]:
+            values = {
+                name: _one_side(self.time, history, stamps, side) for name, history in histories.items()
+            }
+            return values | {"wrench": values["wrench"] + _one_side(*added, stamps, side)}
+
+        before, after = sampled("left"), sampled("right")
         # A jump needs two stamps, except at the ends: the motion starts after a jump at its first stamp and ends
         # before one at its last.
         jump = np.zeros(stamps.size, bool)
@@ -191,11 +192,7 @@ def _history(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
         raise TraceError(f"{name}: expected numbers of shape {shape}, got {error}") from None
     if history.shape != shape:
         raise TraceError(f"{name}: expected shape {shape}, got {history.shape}")
-    bad = np.argwhere(~np.isfinite(history))
-    if bad.size:
-        index = tuple(bad[0].tolist())
-        place, value = ", ".join(map(str, index)), history[index]
-        raise TraceError(f"{name}[{place}]: expected a finite number, got {value} ({len(bad)} such)")
+    check_finite(name, history)
     history.setflags(write=False)
     return history
 

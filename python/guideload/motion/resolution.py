@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, median_step
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
 from guideload.motion.motion import Motion
@@ -43,9 +43,8 @@ def usable_bandwidth(time: Array, bandwidth: float) -> float:
     time: (n,) s. bandwidth: Hz, of the smoothing, inf if unknown; the result is at most half the sampling rate. A
     motion of unknown bandwidth whose stamps are the corners of a profile is known exactly.
     """
-    steps = np.diff(time)
-    step = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 0.0
-    if step == 0.0 or (np.isinf(bandwidth) and steps.min() < CORNER_STEP * step):
+    step = median_step(time)
+    if step == 0.0 or (np.isinf(bandwidth) and np.diff(time).min() < CORNER_STEP * step):
         return np.inf
     return float(min(bandwidth, 0.5 / step))
 
@@ -63,12 +62,7 @@ def sudden_change(time: Array, acceleration: Array, ramp: float) -> float:
     change over all three ramps.
     """
     shifts = SHIFTS if ramp < FEW_SAMPLES * float(np.median(np.diff(time))) else 1
-    starts = [time + shift * ramp / shifts for shift in range(shifts)]
-    return max(_sudden_change_from(start, time, acceleration, ramp) for start in starts)
-
-
-def _sudden_change_from(starts: Array, time: Array, acceleration: Array, ramp: float) -> float:
-    """Largest change of acceleration that may have been a step, for ramps starting at `starts` (k,) s."""
+    starts = time + np.arange(shifts)[:, None] * ramp / shifts
     values = np.stack([np.interp(starts + k * ramp, time, acceleration) for k in (-1, 0, 1, 2)])
     before, start, end, after = np.sign(values[2] - values[1]) * values  # so that the change is positive
     beside = np.maximum(np.maximum(start - before, after - end), 0.0)
@@ -122,17 +116,18 @@ class TraceResolution:
         sample_step: float,
     ) -> TraceResolution:
         """The resolution of accelerations (n,) m/s2 along x at `time` (n,) s, known up to `bandwidth` [Hz]."""
-        response = _UnitResponse(machine, modes)
+        static, participation = _unit_response(machine, modes)
         largest = float(np.abs(acceleration).max(initial=0.0))
         ramp = 0.0 if np.isinf(bandwidth) else ramp_time(bandwidth)
         change = sudden_change(time, acceleration, ramp) if ramp else 0.0
-        after_step, after_ramp = response.peaks(0.0), response.peaks(ramp)
+        excited = modes.frequency[participation > PARTICIPATING]
+        after_step, after_ramp = (_peaks(machine, static, excited, time) for time in (0.0, ramp))
         return cls(
             bandwidth=bandwidth,
             sample_step=sample_step,
             frequency=modes.frequency,
             moving=tuple(tuple(moving_dofs(machine, shape)) for shape in modes.shape),
-            participation=response.participation,
+            participation=participation,
             ringing=np.abs(np.sinc(modes.frequency * ramp)),
             largest=largest,
             change=change,
@@ -141,7 +136,7 @@ class TraceResolution:
                 *(f"link {name}" for name in machine.link_table().names),
             ),
             carriages=len(machine.carriages),
-            shown=np.maximum(largest * response.static, change * after_ramp),
+            shown=np.maximum(largest * static, change * after_ramp),
             hidden=change * np.maximum(after_step - after_ramp, 0.0),
         )
 
@@ -175,12 +170,12 @@ class TraceResolution:
         """The usable bandwidth and what the trace may hide, in one line."""
         if np.isinf(self.bandwidth):
             return "the motion is known exactly, at all frequencies"
-        count = int(self.participating.sum())
-        if not count:
+        excited = self.frequency[self.participating]
+        if not excited.size:
             return f"up to {self.bandwidth:.3g} Hz; x excites no mode"
-        within = int(np.count_nonzero(self.participating & (self.frequency <= self.bandwidth)))
-        which = "below" if within == 0 else "with" if within == count else f"with {within} of"
-        modes = f"up to {self.bandwidth:.3g} Hz, {which} the {count} modes that x excites"
+        within = np.count_nonzero(excited <= self.bandwidth)
+        which = "below" if within == 0 else "with" if within == excited.size else f"with {within} of"
+        modes = f"up to {self.bandwidth:.3g} Hz, {which} the {excited.size} modes that x excites"
         share, load, name = self.worst
         if share < NEGLIGIBLE_SHARE:
             return f"{modes}; it hides nothing"
@@ -209,46 +204,41 @@ class TraceResolution:
         )
 
 
-class _UnitResponse:
-    """Dynamic loads of the linear model under an acceleration of 1 m/s2 along x; names as in `TraceResolution`.
+def _unit_response(machine: Machine, modes: Modes) -> tuple[Array, Array]:
+    """Static loads (name,) N of the linear model under 1 m/s2 along x, and the participation (mode,)."""
+    table = machine.link_table()
+    (mass, _, stiffness), _ = machine.nominal_scene.matrices()
+    rows = np.hstack([table.directions, np.cross(table.points, table.directions)])
+    force = -(modes.shape @ mass[:, 0])
+    modal_stiffness = np.einsum("mi,ij,mj->m", modes.shape, stiffness, modes.shape)
+    in_modes = (modes.shape @ rows.T) * table.stiffness * (force / modal_stiffness)[:, None]
+    sizes = np.abs(in_modes).max(axis=1)
+    total = float(sizes.sum())
+    # Where x excites no mode only rounding is left, far below the mass times 1 m/s2.
+    participation = sizes / total if total > ROUNDING * machine.body.mass else np.zeros(sizes.size)
+    return _loads(machine, in_modes.sum(axis=0)[None])[0], participation
 
-    static: (name,) N. participation: (mode,). frequency: Hz, of the participating modes.
+
+def _peaks(machine: Machine, static: Array, frequency: Array, ramp: float) -> Array:
+    """(name,) N, peaks after an acceleration along x that grows to 1 m/s2 within `ramp` [s] and stays.
+
+    static: (name,) N, loads that the peaks end in; frequency: Hz, of the modes that x excites.
     """
-
-    def __init__(self, machine: Machine, modes: Modes) -> None:
-        table = machine.link_table()
-        (mass, _, stiffness), _ = machine.nominal_scene.matrices()
-        rows = np.hstack([table.directions, np.cross(table.points, table.directions)])
-        force = -(modes.shape @ mass[:, 0])
-        modal_stiffness = np.einsum("mi,ij,mj->m", modes.shape, stiffness, modes.shape)
-        in_modes = (modes.shape @ rows.T) * table.stiffness * (force / modal_stiffness)[:, None]
-        sizes = np.abs(in_modes).max(axis=1)
-        total = float(sizes.sum())
-        # Where x excites no mode only rounding is left, far below the mass times 1 m/s2.
-        self.participation = sizes / total if total > ROUNDING * machine.body.mass else np.zeros(sizes.size)
-        self.machine = machine
-        self.static: Array = _loads(machine, in_modes.sum(axis=0)[None])[0]
-        self.frequency = modes.frequency[self.participation > PARTICIPATING]
-
-    def peaks(self, ramp: float) -> Array:
-        """(name,) N, peaks after an acceleration that grows to 1 m/s2 within `ramp` [s] and stays."""
-        if not self.frequency.size:
-            return self.static
-        after = PERIODS / float(self.frequency.min())
-        start = max(ramp - after, 0.0)
-        per_second = INSTANTS_PER_PERIOD * float(self.frequency.max())
-        count = min(int((ramp + after - start) * per_second) + 2, MOST_INSTANTS)
-        times = np.linspace(start, ramp + after, count)
-        stamps = np.array([0.0, ramp, ramp + after]) if ramp else np.array([0.0, after])
-        acceleration = np.zeros((stamps.size, 3))
-        acceleration[:, 0] = 1.0
-        acceleration[0, 0] = 0.0 if ramp else 1.0
-        scene = self.machine.nominal_scene
-        solution = scene.solve(stamps, acceleration, method="exact", rtol=1e-6, times=times)
-        dynamic = solution.link_loads("total") - scene.static_link_loads()
-        # Heavily damped loads reach their static value later.
-        peaks: Array = _loads(self.machine, dynamic).max(axis=0)
-        return np.maximum(peaks, self.static)
+    if not frequency.size:
+        return static
+    after = PERIODS / float(frequency.min())
+    start = max(ramp - after, 0.0)
+    per_second = INSTANTS_PER_PERIOD * float(frequency.max())
+    count = min(int((ramp + after - start) * per_second) + 2, MOST_INSTANTS)
+    times = np.linspace(start, ramp + after, count)
+    stamps = np.array([0.0, ramp, ramp + after] if ramp else [0.0, after])
+    acceleration = np.outer(np.ones(stamps.size), [1.0, 0.0, 0.0])
+    acceleration[0, 0] = not ramp
+    scene = machine.nominal_scene
+    solution = scene.solve(stamps, acceleration, method="exact", rtol=1e-6, times=times)
+    dynamic = solution.link_loads("total") - scene.static_link_loads()
+    # Heavily damped loads reach their static value later.
+    return np.asarray(np.maximum(_loads(machine, dynamic).max(axis=0), static))
 
 
 def _loads(machine: Machine, links: Array) -> Array:

@@ -16,17 +16,12 @@ from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, PALE, legend_above
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from guideload.motion.resolution import TraceResolution
     from guideload.traces.inspection import Inspection
 
 ESTIMATE, BAND_END = CARRIAGE_COLORS[0], CARRIAGE_COLORS[1]
 BAND = "#b3d4ea"  # the 95 % band around the estimate
 ROUNDING_DASHES, NOT_EXCITED_DASHES = (0, (4, 3)), (0, (2, 3))
-STAMPS = {
-    "uniform": "even time stamps",
-    "ticks": "time stamps in ticks",
-    "jitter": "time stamps with jitter",
-    "on_change": "logged on change",
-}
 COLUMNS = 1500  # columns of the picture: more samples are drawn as the range within each column
 DOTS = 400  # up to this many samples each is a dot
 CLOSE_PERIODS, CLOSE_SAMPLES = 3.0, 40.0  # to either side in the closer look: of the bandwidth, or samples
@@ -98,35 +93,35 @@ def _draw(ax: Axes, time: Array, values: Array, **style: Any) -> None:
     ax.plot(time, values, **style)
 
 
-def _samples_style(inspection: Inspection, width: float) -> dict[str, Any]:
+def _draw_each(ax: Axes, time: Array, values: Array, width: float, **style: Any) -> None:
     """Dots where samples are few, else a line."""
-    if inspection.time.size <= DOTS:
-        return {"linestyle": "", "marker": "o", "markersize": 2.5}
-    return {"linewidth": width}
+    dots = {"linestyle": "", "marker": "o", "markersize": 2.5}
+    _draw(ax, time, values, **style, **(dots if time.size <= DOTS else {"linewidth": width}))
 
 
 def _draw_samples(ax: Axes, inspection: Inspection) -> None:
     (unit, factor), time = inspection.unit, inspection.time
-    style = _samples_style(inspection, 2.4)
-    _draw(ax, time, factor * inspection.value, color=GREY, alpha=0.8, label="samples", **style)
+    _draw_each(ax, time, factor * inspection.value, 2.4, color=GREY, alpha=0.8, label="samples")
     _draw(ax, time, factor * inspection.smoothed, color=ESTIMATE, linewidth=1.0, label="smoothed")
     ax.set_ylabel(f"{'motor speed' if inspection.of_motor else inspection.kind} [{unit}]")
     quantum = f"{factor * inspection.quantum:.3g} {unit}" if inspection.quantum else "not found"
-    ax.set_title(
-        f"Samples: {time.size} at {1 / inspection.step:.4g} Hz, {STAMPS[inspection.trace.clock]}; quantum {quantum}"
-    )
+    rate = f"{time.size} at {1 / inspection.step:.4g} Hz"
+    stamps = inspection.trace.clock.replace("_", " ")
+    ax.set_title(f"Samples: {rate}, time stamps: {stamps}; quantum {quantum}")
     legend_above(ax, 2)
 
 
 def _draw_residual(ax: Axes, inspection: Inspection) -> None:
     unit, factor = inspection.unit
-    residual, rounding = factor * (inspection.value - inspection.smoothed), ""
-    if inspection.quantum > 0.0:
-        residual, unit = (inspection.value - inspection.smoothed) / inspection.quantum, "quanta"
+    residual, rounding = inspection.value - inspection.smoothed, ""
+    if inspection.quantum == 0.0:
+        residual = factor * residual
+    else:
+        residual, unit = residual / inspection.quantum, "quanta"
         rounding = "; rounding alone: 0.29, between the dashed lines"
         for edge in (-0.5, 0.5):
             ax.axhline(edge, color=BAND_END, linewidth=0.9, linestyle=ROUNDING_DASHES, zorder=3)
-    _draw(ax, inspection.time, residual, color=INK, **_samples_style(inspection, 0.6))
+    _draw_each(ax, inspection.time, residual, 0.6, color=INK)
     ax.set_title(f"Residual, samples − smoothed: {np.sqrt(np.mean(residual**2)):.2g} {unit} rms{rounding}")
     ax.set_ylabel(f"residual [{unit}]")
 
@@ -134,16 +129,17 @@ def _draw_residual(ax: Axes, inspection: Inspection) -> None:
 def _draw_acceleration(ax: Axes, inspection: Inspection, samples: slice = slice(None)) -> None:
     """The acceleration at some samples, its band, and behind it plain differences, cut to the band's range."""
     time, acceleration = inspection.time[samples], inspection.kinematics.acceleration[samples]
-    low = high = acceleration
+    low, high, half_width = acceleration, acceleration, ""
     if inspection.deviation is not None:
         half = COVER * inspection.deviation[samples]
         low, high = acceleration - half, acceleration + half
+        at = int(np.abs(acceleration).argmax())
+        half_width = f" ±{half[at]:.2g}, usually ±{float(np.median(half)):.2g}"  # most bands are thin
         columns, [(lower, _), (_, upper)] = thinned(time, low, high)
         ax.fill_between(columns, lower, upper, color=BAND, linewidth=0.5, label="95 % band", zorder=2)
     is_all = time.size == inspection.time.size
-    differences: dict[str, Any] = {"color": GREY, "linestyle": "", "marker": ".", "markersize": 3.0}
-    if is_all:
-        differences = {"color": PALE, "linewidth": 0.8}
+    dots: dict[str, Any] = {"color": GREY, "linestyle": "", "marker": ".", "markersize": 3.0}
+    differences = {"color": PALE, "linewidth": 0.8} if is_all else dots
     _draw(ax, time, inspection.differences[samples], label="plain differences", zorder=1, **differences)
     _draw(ax, time, acceleration, color=ESTIMATE, linewidth=1.0 if is_all else 1.4, label="smoothed")
     margin = MARGIN * float(high.max() - low.min()) or 1.0
@@ -151,26 +147,16 @@ def _draw_acceleration(ax: Axes, inspection: Inspection, samples: slice = slice(
     unit = inspection.acceleration_unit.replace("2", "²")
     ax.set_ylabel(f"acceleration [{unit}]")
     if is_all:
-        ax.set_title(f"Acceleration: largest {np.abs(acceleration).max():.4g} {unit}{_band_text(inspection)}")
+        ax.set_title(f"Acceleration: largest {np.abs(acceleration).max():.4g} {unit}{half_width}")
         legend_above(ax, 3)
-
-
-def _band_text(inspection: Inspection) -> str:
-    """Half the width of the 95 % band at the largest acceleration, and its median: most bands are thin."""
-    if inspection.deviation is None:
-        return ""
-    half = COVER * inspection.deviation
-    return f" ±{half[inspection.peak]:.2g}, usually ±{float(np.median(half)):.2g}"
 
 
 def _draw_closely(ax: Axes, inspection: Inspection) -> None:
     """The acceleration around its largest value."""
     at = float(inspection.time[inspection.peak])
-    half = max(
-        CLOSE_PERIODS / inspection.bandwidth, CLOSE_SAMPLES * inspection.step
-    )  # an infinite band counts as 0 s
-    start, stop = np.searchsorted(inspection.time, [at - half, at + half])
-    _draw_acceleration(ax, inspection, slice(int(start), int(stop)))
+    # An infinite band counts as 0 s.
+    half = max(CLOSE_PERIODS / inspection.bandwidth, CLOSE_SAMPLES * inspection.step)
+    _draw_acceleration(ax, inspection, slice(*np.searchsorted(inspection.time, [at - half, at + half])))
     ax.set_title("Around the largest acceleration")
 
 
@@ -185,8 +171,8 @@ def _draw_spectrum(ax: Axes, inspection: Inspection) -> None:
         amplitudes.append(np.sqrt(power))
         ax.plot(frequency, amplitudes[-1], color=color, linewidth=width, label=label)
     low, high, top = float(frequency[0]), float(frequency[-1]), float(np.max(amplitudes))
-    if inspection.modes is not None:
-        high = max(high, 1.15 * float(inspection.modes.frequency.max()))
+    if inspection.resolution is not None:
+        high = max(high, 1.15 * float(inspection.resolution.frequency.max()))
     ax.set(xscale="log", xlabel="frequency [Hz]", xlim=(low, high), title="Spectrum of the acceleration")
     ax.set_ylabel(f"acceleration [{inspection.acceleration_unit.replace('2', '²')}/√Hz]")
     if top > 0.0:
@@ -198,20 +184,15 @@ def _draw_spectrum(ax: Axes, inspection: Inspection) -> None:
         label = f"sudden changes shown, to {inspection.bandwidth:.3g} Hz"
         ax.axvline(inspection.bandwidth, color=BAND_END, linewidth=1.2, label=label)
     if inspection.resolution is not None:
-        _mark_modes(ax, inspection)
+        _mark_modes(ax, inspection.resolution)
     ax.legend(loc="best", frameon=True, facecolor="white", edgecolor="none", framealpha=0.9)
 
 
-def _mark_modes(ax: Axes, inspection: Inspection) -> None:
+def _mark_modes(ax: Axes, resolution: TraceResolution) -> None:
     """Lines at the natural frequencies, numbered on the upper edge; neighbours share a label."""
-    assert inspection.resolution is not None
-    frequencies = inspection.resolution.frequency
-    for text, dashes, is_drawn in (
-        ("excited by x", "-", inspection.resolution.participating),
-        ("not excited", NOT_EXCITED_DASHES, ~inspection.resolution.participating),
-    ):
+    for text, dashes, is_excited in (("excited by x", "-", True), ("not excited", NOT_EXCITED_DASHES, False)):
         style: dict[str, Any] = {"color": INK, "linewidth": 0.9, "linestyle": dashes, "alpha": 0.7}
-        for frequency in frequencies[is_drawn]:
+        for frequency in resolution.frequency[resolution.participating == is_excited]:
             ax.axvline(frequency, zorder=1.5, **style)
         ax.plot([], [], label=f"mode, {text}", **style)
-    label_modes(ax, frequencies, lambda group: ", ".join(str(mode + 1) for mode in group))
+    label_modes(ax, resolution.frequency, lambda group: ", ".join(str(mode + 1) for mode in group))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.console import RenderableType
 
+from guideload.base.numbers import counted
 from guideload.motion.uncertainty import COVER
 from guideload.reports.elements import WIDTH, new_table, remark, section, to_text
 from guideload.smoothing.estimation import Estimate
@@ -94,17 +95,15 @@ def _smoothing_lines(inspection: Inspection) -> list[str]:
         noise += f", {share:.3g} times that of rounding to the quantum, {factor * rounding:.3g} {unit}"
     else:
         noise += "; no quantum is known to compare with"
-    jumps, count = "no jumps", len(estimate.jumps)
-    if count:
-        length = float(np.diff(estimate.jumps, axis=1).sum())
-        jumps = f"jumps in {count} {'place' if count == 1 else 'places'}, {length:.3g} s in all"
+    length = float(np.diff(estimate.jumps, axis=1).sum())
+    jumps = f"jumps in {counted(len(estimate.jumps), 'place')}, {length:.3g} s in all"
     return [
         f"white derivative {estimate.order} of the position, as of {MOVES[estimate.order]}, by likelihood; adapted "
         "along the trace",
         noise,
         f"sudden changes are followed up to {estimate.bandwidth:.3g} Hz; half the samples' rate is "
         f"{0.5 / inspection.step:.4g} Hz",
-        jumps,
+        jumps if estimate.jumps.size else "no jumps",
         *([f"warning: {estimate.warning}"] if estimate.warning else []),
     ]
 

@@ -17,7 +17,14 @@ from numpy.typing import NDArray
 from guideload.base.arrays import Array
 from guideload.base.cores import cores
 from guideload.motion.uncertainty import Segments
-from guideload.smoothing.stationary import Adaptation, ScaledSamples, Sites, Smoother, StationaryFit
+from guideload.smoothing.stationary import (
+    Adaptation,
+    Partition,
+    ScaledSamples,
+    Sites,
+    Smoother,
+    StationaryFit,
+)
 
 # By the order of the white derivative: weight of the prior, in squared process noises of a segment (a small weight is a
 # heavy tail), and length of a segment, in time constants.
@@ -26,9 +33,7 @@ LENGTH = {3: 3.0, 4: 3.0, 5: 10.0, 6: 10.0}
 ROUNDS, MORE_ROUNDS = 7, 4  # before and after segments are divided; more rounds gain nothing
 DIVIDED, PARTS = 3.0, 6  # of the stationary density: segments above it are divided; into so many
 START_CONSTANT, START_NOISE = 2.0, 2.0  # of the stationary fit: adaptation starts with a smoother motion
-COLOUR = (
-    12.0  # of the measurement noise: vibration is not white, but stronger at the frequencies of the motion
-)
+COLOUR = 12.0  # of the measurement noise: vibration is not white, but stronger at frequencies of the motion
 GAIN = 2.0  # log likelihood that a density above the stationary one must gain
 PIECE = 100_000  # samples of a long trace that are adapted independently
 AVERAGED = 9  # segments whose normalised innovation variance is averaged
@@ -53,18 +58,9 @@ class AdaptedModel:
     gain: float
 
     @property
-    def density(self) -> Array:
-        """(n - 1,) process-noise density of each interval."""
-        return self.fit.density[self.segment]
-
-    @property
     def coloured_sites(self) -> Sites:
         """The sites, with an allowance for coloured noise in their variance."""
         return self.fit.value, self.fit.variance + (COLOUR - 1.0) * self.fit.noise
-
-    def smoothed(self) -> tuple[Array, Array]:
-        """(n, 3) the first three numbers of the state, and their variances."""
-        return self.smoother.smooth(self.segment, self.fit.density, self.coloured_sites)
 
     def error_share(self, variance: Array, derivative: int) -> Array:
         """(n,) variance of the estimate's error over `variance` (n,), that of the model, for one number of the state.
@@ -79,11 +75,13 @@ class AdaptedModel:
         present = (self.fit.innovation - least) / (1.0 - least)
         # Segments of similar density are averaged: a single one is too uncertain.
         similar = np.argsort(self.fit.density)
-        present[similar] = _moving_average(present[similar], AVERAGED)
+        window = np.ones(min(AVERAGED, present.size))
+        sums = (np.convolve(values, window, "same") for values in (present[similar], np.ones(present.size)))
+        present[similar] = np.divide(*sums)
         density = self.fit.density * (1.0 - NUDGE * (1.0 - np.clip(present, 0.0, 1.0)))
         value, noise = self.coloured_sites
         sites = value, noise + NUDGE * (self.fit.variance - noise)
-        _, nudged = self.smoother.smooth(self.segment, density, sites)
+        _, nudged = self.smoother.smooth((self.segment, density), sites)
         ratio = np.divide(nudged[:, derivative], variance, out=np.ones_like(variance), where=variance > 0.0)
         return np.asarray(np.clip(1.0 + (ratio - 1.0) / NUDGE, LEAST, 1.0))
 
@@ -100,17 +98,16 @@ def adapted(
     length = max(1.0, LENGTH[order] * stationary.time_constant)
     noise = max(stationary.noise - samples.rounding, samples.least_noise)
     if weight is None:
-        innovation = smoother.adapt(*smoother.segments(length, stationary.density), noise, 1).innovation
+        innovation = smoother.adapt(smoother.segments(length, stationary.density), noise, 1).innovation
         weight = max(WEIGHT[order], _evenness(innovation))
-    start = StationaryFit(
-        stationary.states, START_NOISE * stationary.noise, START_CONSTANT * stationary.time_constant
-    )
-    segment, density = smoother.segments(length, start.density)
-    fit = smoother.adapt(segment, density, START_NOISE * noise, ROUNDS, weight)
+    time_constant = START_CONSTANT * stationary.time_constant
+    start = StationaryFit(stationary.states, START_NOISE * stationary.noise, time_constant)
+    segments = smoother.segments(length, start.density)
+    fit = smoother.adapt(segments, START_NOISE * noise, ROUNDS, weight)
     gain = float(fit.predictive.sum()) - GAIN * np.count_nonzero(fit.density > stationary.density)
-    segment, density = _divided(segment, fit.density, fit.density > DIVIDED * stationary.density)
-    fit = smoother.adapt(segment, density, fit.noise, MORE_ROUNDS, weight, fit.sites)
-    return AdaptedModel(smoother, segment, fit, weight, gain)
+    segments = _divided(segments[0], fit.density, fit.density > DIVIDED * stationary.density)
+    fit = smoother.adapt(segments, fit.noise, MORE_ROUNDS, weight, fit.sites)
+    return AdaptedModel(smoother, segments[0], fit, weight, gain)
 
 
 def adapted_in_pieces(
@@ -136,7 +133,7 @@ def adapted_in_pieces(
     return AdaptedModel(smoother, np.concatenate(numbers)[:-1], Adaptation(*fit), weight, gain)
 
 
-def _divided(segment: Segments, density: Array, chosen: NDArray[np.bool_]) -> tuple[Segments, Array]:
+def _divided(segment: Segments, density: Array, chosen: NDArray[np.bool_]) -> Partition:
     """The segments, the chosen ones (segments,) divided into `PARTS`, and the densities of all."""
     first = np.searchsorted(segment, np.arange(density.size))
     place = (np.arange(segment.size) - first[segment]) / np.bincount(segment)[segment]
@@ -153,9 +150,3 @@ def _evenness(innovation: Array) -> float:
     if not innovation.any():
         return 0.0
     return float((innovation.mean() ** 2 / np.mean(innovation**2)) ** 3)
-
-
-def _moving_average(values: Array, count: int) -> Array:
-    window = np.ones(min(count, values.size))
-    sums = np.convolve(values, window, "same"), np.convolve(np.ones(values.size), window, "same")
-    return np.asarray(sums[0] / sums[1])

@@ -23,14 +23,22 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, runs_of
 from guideload.base.cores import cores
 from guideload.base.errors import TraceError
 from guideload.motion.uncertainty import Uncertainty
 from guideload.smoothing.adaptive import COLOUR, AdaptedModel, adapted, adapted_in_pieces
-from guideload.smoothing.kinematics import UNIT, Kind, Kinematics, checked, noise_warning, of_equal_samples
+from guideload.smoothing.kinematics import (
+    UNIT,
+    Kind,
+    Kinematics,
+    checked,
+    noise_warning,
+    of_equal_samples,
+    travel,
+)
 from guideload.smoothing.stationary import ScaledSamples, StationaryFit, fitted
 
 ORDERS = (3, 4, 5, 6)  # of the white derivative of the position
@@ -146,7 +154,7 @@ def _estimate(
     time: Array, value: Array, kind: Kind, samples: ScaledSamples, order: int, model: AdaptedModel
 ) -> Estimate:
     """The estimate of an adapted model, in SI units."""
-    mean, variance = model.smoothed()
+    mean, variance = model.smoother.smooth((model.segment, model.fit.density), model.coloured_sites)
     stationary = model.smoother.fit
     at = 2 if kind == "position" else 1  # of the acceleration in the state
     scale = SCALE[order] * (ROUNDED if model.fit.noise < QUIET**2 * samples.quantum else 1.0)
@@ -157,12 +165,17 @@ def _estimate(
     if kind == "position":
         position, velocity = smoothed, mean[:, 1] * units[1]
     else:
-        position, velocity = _integrated(time, smoothed, acceleration), smoothed
+        position, velocity = travel(time, smoothed, acceleration), smoothed
+    density = model.fit.density[model.segment]
     density_unit = samples.value_unit**2 / samples.time_unit ** (2 * stationary.states - 1)
     noise = float(np.sqrt(model.fit.noise)) * samples.value_unit
     quantum = samples.quantum * samples.value_unit
-    followed = _followed(float(np.abs(mean[:, at]).max()), model, at)
-    bandwidth = min(followed, 0.5) / samples.time_unit
+    # A change that takes the time T to be seen is process noise of density change^2/T in the next derivative, and that
+    # is followed up to (density/noise)^(1/(2 N)) = 1/T.
+    change = float(np.abs(mean[:, at]).max())
+    white = COLOUR * model.fit.noise + samples.rounding
+    followed = (change**2 / white) ** (1.0 / (2 * at + 1)) / (2.0 * np.pi)
+    bandwidth = (min(followed, 0.5) if change else 0.5) / samples.time_unit
     warning = noise_warning(noise, value, quantum, samples.time_unit)
     unit = calibration * units[at]
     return Estimate(
@@ -173,9 +186,9 @@ def _estimate(
         acceleration_variance=variance[:, at] * unit**2,
         order=order,
         noise=noise,
-        density=model.density * density_unit,
+        density=density * density_unit,
         stationary_density=stationary.density * density_unit,
-        jumps=_stretches(time, model.density >= JUMP * stationary.density),
+        jumps=np.column_stack([time[edge] for edge in runs_of(density >= JUMP * stationary.density)]),
         bandwidth=bandwidth,
         note=f"smoother with white derivative {order} of the position, adapted to jumps, by likelihood: noise "
         f"{noise:.2g} {UNIT[kind]} rms before rounding (quantum {quantum:.2g} {UNIT[kind]}), sudden changes followed "
@@ -191,30 +204,3 @@ def _estimate(
             unit=unit,
         ),
     )
-
-
-def _followed(change: float, model: AdaptedModel, derivative: int) -> float:
-    """Frequency up to which a sudden change of the acceleration is followed; scaled units.
-
-    A change that takes the time T to be seen is process noise of density change^2/T in the next derivative, and that is
-    followed up to (density/noise)^(1/(2 N)) = 1/T.
-    """
-    if change == 0.0:
-        return np.inf
-    noise = COLOUR * model.fit.noise + model.smoother.samples.rounding
-    return float((change**2 / noise) ** (1.0 / (2 * derivative + 1))) / (2.0 * np.pi)
-
-
-def _stretches(time: Array, inside: NDArray[np.bool_]) -> Array:
-    """(k, 2) s, first and last stamp of each run of intervals that are `inside` (n - 1,)."""
-    edges = np.diff(np.concatenate([[0], inside.astype(int), [0]]))
-    return np.column_stack([time[np.flatnonzero(edges == 1)], time[np.flatnonzero(edges == -1)]])
-
-
-def _integrated(time: Array, velocity: Array, acceleration: Array) -> Array:
-    """Position (n,) m from 0, by the cubic between stamps that velocity and acceleration define."""
-    step = np.diff(time)
-    travel = (
-        0.5 * (velocity[1:] + velocity[:-1]) * step + (acceleration[:-1] - acceleration[1:]) * step**2 / 12.0
-    )
-    return np.concatenate([[0.0], np.cumsum(travel)])

@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, check_finite
 from guideload.base.errors import TraceError
 
 Kind = Literal["position", "velocity"]
@@ -50,17 +50,11 @@ def checked(time: ArrayLike, value: ArrayLike, kind: Kind) -> tuple[Array, Array
     if stamps.size < FEWEST:
         raise TraceError(f"smoothing: expected at least {FEWEST} samples, got {stamps.size}")
     for name, numbers in (("time", stamps), ("value", samples)):
-        bad = np.flatnonzero(~np.isfinite(numbers))
-        if bad.size:
-            place = f"{name}[{bad[0]}]"
-            raise TraceError(
-                f"smoothing: {place}: expected a finite number, got {numbers[bad[0]]} ({bad.size} such)"
-            )
-    steps = np.diff(stamps)
-    if steps.min() <= 0.0:
-        at = int(np.argmin(steps > 0.0)) + 1
-        before, here = float(stamps[at - 1]), float(stamps[at])
-        raise TraceError(f"smoothing: time[{at}]: expected more than {before!r} s, got {here!r}")
+        check_finite(f"smoothing: {name}", numbers)
+    back = np.flatnonzero(np.diff(stamps) <= 0.0) + 1
+    if back.size:
+        before, here = stamps[back[0] - 1 : back[0] + 1].tolist()
+        raise TraceError(f"smoothing: time[{back[0]}]: expected more than {before!r} s, got {here!r}")
     return stamps, samples
 
 
@@ -71,6 +65,15 @@ def of_equal_samples(time: Array, value: Array, kind: Kind) -> Kinematics:
         return Kinematics(value.copy(), zero, zero, np.inf, "the axis stands still: all samples are equal")
     position = value * (time - time[0])
     return Kinematics(position, value.copy(), zero, np.inf, "constant speed: all samples are equal")
+
+
+def travel(time: Array, velocity: Array, acceleration: Array | None = None) -> Array:
+    """Position (n,) m from 0, by the cubic between stamps that velocity and acceleration define; else by trapezoids."""
+    step = np.diff(time)
+    parts = 0.5 * (velocity[1:] + velocity[:-1]) * step
+    if acceleration is not None:
+        parts += (acceleration[:-1] - acceleration[1:]) * step**2 / 12.0
+    return np.concatenate([[0.0], np.cumsum(parts)])
 
 
 def noise_warning(noise: float, value: Array, quantum: float, step: float) -> str:

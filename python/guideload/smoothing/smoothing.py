@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
 from guideload.smoothing.estimation import estimate
-from guideload.smoothing.kinematics import Kind, Kinematics, checked
+from guideload.smoothing.kinematics import Kind, Kinematics, checked, travel
 
 __all__ = ["Kind", "Kinematics", "Method", "quantum_of", "smooth"]
 
@@ -99,11 +99,10 @@ def _savitzky_golay(time: Array, value: Array, kind: Kind, window: float | None)
 
     orders = (0, 1, 2) if kind == "position" else (0, 1)
     fits: list[Array] = [savgol_filter(value, length, 3, deriv=order, delta=step) for order in orders]
+    if kind == "velocity":
+        fits.insert(0, travel(time, fits[0]))
     note = f"Savitzky-Golay, cubic, {length} samples ({length * step:.3g} s)"
-    bandwidth = _half_amplitude(length, orders[-1], step)
-    if kind == "position":
-        return Kinematics(fits[0], fits[1], fits[2], bandwidth, note)
-    return Kinematics(_travel(time, fits[0]), fits[0], fits[1], bandwidth, note)
+    return Kinematics(fits[0], fits[1], fits[2], _half_amplitude(length, orders[-1], step), note)
 
 
 def _half_amplitude(length: int, order: int, step: float) -> float:
@@ -126,13 +125,7 @@ def _differences(time: Array, value: Array, kind: Kind) -> Kinematics:
     slope: Array = np.gradient(value, time)
     note = "plain differences: the quantum is not smoothed away"
     if kind == "velocity":
-        return Kinematics(_travel(time, value), value.copy(), slope, np.inf, note)
+        return Kinematics(travel(time, value), value.copy(), slope, np.inf, note)
     steps = np.diff(time)
     inner = np.diff(np.diff(value) / steps) / (0.5 * (steps[1:] + steps[:-1]))
     return Kinematics(value.copy(), slope, np.pad(inner, 1, mode="edge"), np.inf, note)
-
-
-def _travel(time: Array, velocity: Array) -> Array:
-    """Integral of the velocity by the trapezoidal rule, 0 at the first stamp."""
-    parts = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)
-    return np.concatenate([[0.0], np.cumsum(parts)])

@@ -20,9 +20,8 @@ from guideload.motion.uncertainty import Segments
 if TYPE_CHECKING:
     from guideload._core import SampledModel
 
-Sites = tuple[
-    Array, Array
-]  # (n,) values and variances of the normal samples that approximate the rounded ones
+Sites = tuple[Array, Array]  # (n,) values and variances of normal samples that approximate the rounded ones
+Partition = tuple[Segments, Array]  # (n - 1,) segment of each interval; (segments,) their densities
 
 # Samples on which order and noise are chosen; number of excerpts of a longer trace.
 EXCERPT, EXCERPTS = 16_000, 8
@@ -105,9 +104,8 @@ class Adaptation(NamedTuple):
     value: Array  # (n,) of the sites
     variance: Array  # (n,) of the sites
     predictive: Array  # (n,) leave-one-out log predictive density of the samples
-    innovation: (
-        Array  # (segments,) normalised innovation variance: squared process noise over its expectation
-    )
+    # (segments,) normalised innovation variance: squared process noise over its expectation
+    innovation: Array
 
     @property
     def sites(self) -> Sites:
@@ -130,13 +128,13 @@ class Smoother:
 
     def likelihood(self) -> tuple[float, float]:
         """(sum of ln F, sum of v^2/F) over the innovations v and their variances F, for normal samples."""
-        return motion_likelihood(self._model(self.normal_sites, *self.uniform(self.fit.density)))
+        return motion_likelihood(self._model(self.normal_sites, self.uniform(self.fit.density)))
 
-    def uniform(self, density: float) -> tuple[Segments, Array]:
+    def uniform(self, density: float) -> Partition:
         """One segment with this density, and one for all gaps."""
         return self.gap.astype(np.uint32), density * np.array([1.0, GAP_DENSITY])
 
-    def segments(self, length: float, density: float) -> tuple[Segments, Array]:
+    def segments(self, length: float, density: float) -> Partition:
         """Segments of this length, each gap in a segment of its own, and their densities."""
         number = (self.samples.time[:-1] / length).astype(np.int64)
         new = np.concatenate([[False], (np.diff(number) > 0) | self.gap[1:] | self.gap[:-1]])
@@ -144,29 +142,23 @@ class Smoother:
         return segment, density * np.where(np.bincount(segment, self.gap) > 0.0, GAP_DENSITY, 1.0)
 
     def adapt(
-        self,
-        segment: Segments,
-        density: Array,
-        noise: float,
-        rounds: int,
-        weight: float = 0.0,
-        sites: Sites | None = None,
+        self, segments: Partition, noise: float, rounds: int, weight: float = 0.0, sites: Sites | None = None
     ) -> Adaptation:
         """Adapt densities, measurement noise and sites for some rounds; initial sites None: the samples.
 
         weight: of the prior, whose mode is the stationary density.
         """
-        model = self._model(sites or self.normal_sites, segment, density)
+        model = self._model(sites or self.normal_sites, segments)
         rule = rounds, self.fit.density, weight, self.samples.least_noise
         return Adaptation(*adapt_motion(model, self.samples.value, self.samples.quantum, noise, rule))
 
-    def smooth(self, segment: Segments, density: Array, sites: Sites) -> tuple[Array, Array]:
+    def smooth(self, segments: Partition, sites: Sites) -> tuple[Array, Array]:
         """(n, 3) the first three numbers of the state, and their variances."""
-        mean, variance, _ = smooth_motion(self._model(sites, segment, density))
+        mean, variance, _ = smooth_motion(self._model(sites, segments))
         return mean, variance
 
-    def _model(self, sites: Sites, segment: Segments, density: Array) -> SampledModel:
-        return self.step, *sites, self.mean, self.covariance, segment, density
+    def _model(self, sites: Sites, segments: Partition) -> SampledModel:
+        return self.step, *sites, self.mean, self.covariance, *segments
 
 
 def _initial_state(time: Array, value: Array, fit: StationaryFit) -> tuple[Array, Array]:
@@ -183,14 +175,6 @@ def _initial_state(time: Array, value: Array, fit: StationaryFit) -> tuple[Array
     inverse = np.linalg.inv(r)
     units = np.array([factorial(i) / span**i for i in range(fit.states)])
     return coefficients * units, 1e4 * noise * (inverse @ inverse.T) * np.outer(units, units)
-
-
-def fitted(excerpts: list[ScaledSamples], states: int) -> tuple[StationaryFit, float]:
-    """The maximum-likelihood fit, and the sum of its leave-one-out log predictive densities.
-
-    First with rounding as normal noise, then with site approximations of the rounded samples.
-    """
-    return _with_sites(excerpts, _with_normal_noise(excerpts, states))
 
 
 def _with_normal_noise(excerpts: list[ScaledSamples], states: int) -> StationaryFit:
@@ -221,8 +205,13 @@ def _with_normal_noise(excerpts: list[ScaledSamples], states: int) -> Stationary
     return StationaryFit(states, at(round(best, 4))[1], 10.0**best)
 
 
-def _with_sites(excerpts: list[ScaledSamples], fit: StationaryFit) -> tuple[StationaryFit, float]:
-    """Rounds over all excerpts, which share noise and density."""
+def fitted(excerpts: list[ScaledSamples], states: int) -> tuple[StationaryFit, float]:
+    """The maximum-likelihood fit, and the sum of its leave-one-out log predictive densities.
+
+    First with rounding as normal noise, then with site approximations of the rounded samples, in rounds over all
+    excerpts, which share noise and density.
+    """
+    fit = _with_normal_noise(excerpts, states)
     smoothers = [Smoother(part, fit) for part in excerpts]
     rounding = excerpts[0].rounding
     noise, density = max(fit.noise - rounding, 0.02 * excerpts[0].quantum), fit.density
@@ -232,7 +221,7 @@ def _with_sites(excerpts: list[ScaledSamples], fit: StationaryFit) -> tuple[Stat
     predictive = 0.0
     for _ in range(ROUNDS):
         found = [
-            smoother.adapt(*smoother.uniform(density), noise, 1, sites=own)
+            smoother.adapt(smoother.uniform(density), noise, 1, sites=own)
             for smoother, own in zip(smoothers, sites, strict=True)
         ]
         sites = [each.sites for each in found]

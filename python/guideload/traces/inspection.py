@@ -99,18 +99,12 @@ class Inspection:
         return int(np.abs(self.kinematics.acceleration).argmax())
 
     @cached_property
-    def modes(self) -> Modes | None:
-        """The modes of the machine; None where there is none, or only the motor's motion is known."""
-        return None if self.machine is None or self.of_motor else Modes.of(self.machine)
-
-    @cached_property
     def resolution(self) -> TraceResolution | None:
-        """What the trace's bandwidth shows of the machine's modes; None where `modes` is."""
-        if self.machine is None or self.modes is None:
+        """What the trace shows of the machine's modes; None without a machine, or for a motor's own motion."""
+        if self.machine is None or self.of_motor:
             return None
-        return TraceResolution.of(
-            self.machine, self.modes, self.time, self.kinematics.acceleration, self.bandwidth, self.step
-        )
+        modes, acceleration = Modes.of(self.machine), self.kinematics.acceleration
+        return TraceResolution.of(self.machine, modes, self.time, acceleration, self.bandwidth, self.step)
 
     @property
     def unit(self) -> tuple[str, float]:

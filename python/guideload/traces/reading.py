@@ -118,8 +118,8 @@ def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
     use_new_values(draft, options.get("hold"))
     max_speed = options.get("max_speed")
     if max_speed is not None:
-        unit = "rad/s" if draft.kind == "motor_speed" else "m/s"
-        max_speed = argument(data, "max_speed", max_speed, unit, above=0.0)
+        unit = "m/s" if draft.is_position else draft.unit
+        max_speed = argument(data, "max_speed", max_speed, unit, ">")
     repair(draft, kinds_of_damage, max_speed)
     check_order(draft)
     is_left_out = np.diff(draft.place) > 1

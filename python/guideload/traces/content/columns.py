@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,7 +46,7 @@ def columns_of(table: Table, options: ReadingOptions) -> Columns:
             raise TraceError(f"{table.source}: no column {name!r}; there are {listed(table.names)}")
     time, note = _time_column(table, options), ""
     if measured is None:
-        measured, note = _measured_column(table, _candidates(table, time, options))
+        measured, note = _measured_column(table, time, options)
     kind, scale = _kind_and_scale(table, measured, options)
     if options.get("counter_bits") and kind != "counts":
         raise TraceError(
@@ -87,9 +86,8 @@ def _time_column(table: Table, options: ReadingOptions) -> str | None:
             f"{table.source}: {len(names)} columns could be the time: {', '.join(names)}; "
             "choose with time=NAME (--time NAME)"
         )
-    hint = ""
-    if table.names and table.is_row_number(table.names[0]):
-        hint = f"; the first column ({table.names[0]}) is a mere row number, no time"
+    first = [name for name in table.names[:1] if table.is_row_number(name)]
+    hint = f"; the first column ({first[0]}) is a mere row number, no time" if first else ""
     raise TraceError(
         f"{table.source}: no time column among {listed(table.names)}{hint}; give the samples per second "
         "with rate=1000 (--rate 1000), or name the column with time=NAME (--time NAME)"
@@ -109,42 +107,35 @@ def _is_date(table: Table, name: str) -> bool:
     column = np.asarray(table.columns[name])
     if column.dtype.kind == "M":
         return bool(np.all((column == column.astype("M8[D]")) | np.isnat(column)))
-    cell = next((cell for cell in column if isinstance(cell, str)), "") if column.dtype.kind in "OUT" else ""
-    return bool(cell) and ":" not in cell
+    text = table.first_text(name)
+    return bool(text) and ":" not in text
 
 
-def _candidates(table: Table, time: str | None, options: ReadingOptions) -> list[str]:
-    """Columns whose header has a fitting unit; if unit or kind is given, else those with a fitting word."""
+def _measured_column(table: Table, time: str | None, options: ReadingOptions) -> tuple[str, str]:
+    """The only column whose header has a fitting unit; if unit or kind is given, else a fitting word; and a note.
+
+    Of several, the one that is measured while all others are commands. Raises TraceError with the columns and how to
+    choose where there is no such column.
+    """
     kind, unit = options.get("kind"), options.get("unit")
     clocks = {time, *table.clocks.values(), *table.time_names}
-    headers = {name: table.header(name) for name in table.names if name not in clocks}
+    headers = {name: table.header(name) for name in table.columns if name not in clocks}
     if kind is None and isinstance(unit, str):
         kind = kind_of_unit(known_unit(unit)) or None
-    by_unit = [name for name, header in headers.items() if header.kind and kind in (None, header.kind)]
-    if by_unit or kind is None:
-        return by_unit
-    by_word = [name for name, header in headers.items() if not header.unit and header.word_kind == kind]
-    return by_word or (list(headers) if len(headers) == 1 else [])
-
-
-def _measured_column(table: Table, names: Sequence[str]) -> tuple[str, str]:
-    """The only one of the names, or the one that is measured while all others are commands; and a note.
-
-    Raises TraceError with the columns and how to choose where there is no such column.
-    """
+    names = [name for name, header in headers.items() if header.kind and kind in (None, header.kind)]
+    if not names and kind is not None:
+        names = [name for name, header in headers.items() if not header.unit and header.word_kind == kind]
+        names = names or (list(headers) if len(headers) == 1 else [])
     if len(names) == 1:
         return names[0], f"column {names[0]}, the only one that fits"
-    words = {name: set(table.header(name).words) for name in names}
-    measured = [name for name in names if words[name] & MEASURED_WORDS]
+    measured = [name for name in names if MEASURED_WORDS.intersection(headers[name].words)]
     others = [name for name in names if name not in measured]
-    if len(measured) == 1 and all(words[name] & COMMAND_WORDS for name in others):
+    if len(measured) == 1 and all(COMMAND_WORDS.intersection(headers[name].words) for name in others):
         return measured[0], f"column {measured[0]}: measured, {', '.join(others)} not"
     count = f"{len(names)} columns could be meant" if names else "no header says what its column is"
-    clocks = {*table.time_names, *table.clocks.values()}
-    possible = [name for name in table.names if name not in clocks]
-    with_words = [name for name in possible if table.header(name).word_kind]
+    with_words = [name for name, header in headers.items() if header.word_kind]
     raise TraceError(
-        f"{table.source}: {count}: {listed(names or with_words or possible)}; "
+        f"{table.source}: {count}: {listed(names or with_words or list(headers))}; "
         "choose one, as in column=NAME, unit='mm/s', kind='velocity' "
         "(--column NAME --unit mm/s --kind velocity)"
     )
@@ -154,8 +145,7 @@ def _kind_and_scale(table: Table, name: str, options: ReadingOptions) -> tuple[s
     """Kind of the column, and the factor from its values to SI. Raises TraceError."""
     place, header = f"{table.source}: column {name}", table.header(name)
     kind, unit = options.get("kind"), options.get("unit")
-    if kind is None and header.unit == "counts":
-        kind = "counts"
+    kind = "counts" if kind is None and header.unit == "counts" else kind
     if kind == "counts":
         if unit is None:
             raise TraceError(
@@ -192,30 +182,25 @@ def _partner_of(table: Table, name: str) -> str | None:
     one, and it has the same time stamps.
     """
 
-    def words_without(column: str, words: set[str]) -> list[str]:
-        return ["*" if word in words else word for word in table.header(column).words]
+    def others(column: str, words: set[str]) -> tuple[list[str], str | None]:
+        masked = ["*" if word in words else word for word in table.header(column).words]
+        return masked, table.clocks.get(column)
 
     for own, other in ((POSITION_WORDS, VELOCITY_WORDS), (VELOCITY_WORDS, POSITION_WORDS)):
-        if own & set(table.header(name).words):
-            partners = [
-                partner
-                for partner in table.names
-                if other & set(table.header(partner).words)
-                and words_without(partner, other) == words_without(name, own)
-                and table.clocks.get(partner) == table.clocks.get(name)
-            ]
-            if len(partners) == 1:
-                return partners[0]
+        wanted = others(name, own)
+        partners = [partner for partner in table.columns if others(partner, other) == wanted]
+        if "*" in wanted[0] and len(partners) == 1:
+            return partners[0]
     return None
 
 
-def argument(table: Table, name: str, value: float | str, unit: str, above: float = -np.inf) -> float:
-    """An option of the reading in SI, which must be > `above`. Raises TraceError."""
+def argument(table: Table, name: str, value: float | str, unit: str, sign: str = "") -> float:
+    """An option of the reading in SI, which must be ">" or ">=" 0 according to `sign`. Raises TraceError."""
     try:
         number = quantity(value, unit)
     except ValueRefused as error:
         raise TraceError(f"{table.source}: {name}: {error}") from None
-    if number <= above:
+    if sign and (number < 0.0 or (sign == ">" and number == 0.0)):
         option = f"--{name.replace('_', '-')}"
-        raise TraceError(f"{table.source}: {name}: expected > {above:g} {unit}, got {number:g} ({option})")
+        raise TraceError(f"{table.source}: {name}: expected {sign} 0 {unit}, got {number:g} ({option})")
     return number

@@ -30,8 +30,6 @@ class Unwrapped:
 
     @property
     def note(self) -> str:
-        if not self.bits:
-            return ""
         return f"{self.bits}-bit counter wrapped around {self.wraps.size} times, made continuous"
 
 
@@ -46,38 +44,23 @@ def unwrap(counts: NDArray[np.integer], bits: int | None = None) -> Unwrapped:
     none = Unwrapped(values, 0, np.empty(0, np.intp))
     if bits == 0 or values.size < 2:
         return none
-    if bits is not None:
-        if not 2 <= bits <= 62:
-            raise TraceError(f"counter_bits: expected 0 or 2 to 62, got {bits}")
-        if not _fits(values, bits):
-            raise TraceError(
-                f"counter_bits: the counts from {values.min()} to {values.max()} do not fit into {bits} bits"
-            )
-        return _unwrapped(values, bits)
-    width = next((width for width in BITS if _fits(values, width)), 0)
-    if not width:
+    if bits is not None and not 2 <= bits <= 62:
+        raise TraceError(f"counter_bits: expected 0 or 2 to 62, got {bits}")
+    low, high = int(values.min()), int(values.max())
+    least = max(high, -low - 1).bit_length() + (low < 0)  # bits that hold all values
+    width = next((width for width in ([bits] if bits else BITS) if width >= least), 0)
+    if bits and not width:
+        raise TraceError(f"counter_bits: the counts from {low} to {high} do not fit into {bits} bits")
+    steps = np.diff(values)
+    turns = np.where(np.abs(steps) > (1 << width) // 2, -np.sign(steps), 0)
+    across = turns != 0
+    if not (width and across.any()):
         return none
-    unwrapped = _unwrapped(values, width)
-    if not unwrapped.bits:
-        return none
-    steps = np.abs(np.diff(unwrapped.counts))
-    across = np.zeros(steps.size, bool)
-    across[unwrapped.wraps - 1] = True
+    counts = values.copy()
+    counts[1:] += (1 << width) * np.cumsum(turns)
+    steps = np.abs(np.diff(counts))
     share = float(steps[~across].max(initial=0)) / 2.0**width
     limit = min(max(LIKE_OTHERS * share, LIKE_NONE), NEVER)
-    return unwrapped if float(steps[across].max()) <= limit * 2.0**width else none
-
-
-def _fits(values: Counts, bits: int) -> bool:
-    low, high = int(values.min()), int(values.max())
-    return (low >= 0 and high < 1 << bits) or (low >= -(1 << (bits - 1)) and high < 1 << (bits - 1))
-
-
-def _unwrapped(values: Counts, bits: int) -> Unwrapped:
-    counter_range = np.int64(1) << np.int64(bits)
-    steps = np.diff(values)
-    turns = np.where(np.abs(steps) > counter_range // 2, -np.sign(steps), 0)
-    wraps = np.flatnonzero(turns) + 1
-    counts = values.copy()
-    counts[1:] += counter_range * np.cumsum(turns)
-    return Unwrapped(counts, bits if wraps.size else 0, wraps)
+    if not bits and float(steps[across].max()) > limit * 2.0**width:
+        return none
+    return Unwrapped(counts, width, np.flatnonzero(across) + 1)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
+from guideload.base.numbers import counted
 from guideload.base.units import factor
 from guideload.smoothing.smoothing import quantum_of
 from guideload.traces.content.columns import Columns, argument
@@ -85,8 +86,8 @@ def read_samples(
         hint = "cut the trace there, or leave the rows out with repair='empty' (--repair empty)"
         raise table.no_number(column, used[at_fault[used]], hint)
     if bad.any():
-        noun = "sample" if bad.sum() == 1 else "samples"
-        notes.append(f"repair: {bad.sum()} {noun} without a number left out, {table.rows(used[bad])}")
+        samples = counted(bad.sum(), "sample")
+        notes.append(f"repair: {samples} without a number left out, {table.rows(used[bad])}")
     place, used = np.flatnonzero(~bad), used[~bad]
     rows, value, time = table.part(used), value[used], time[used]
     check_length(rows, used.size)
@@ -100,19 +101,14 @@ def read_samples(
         value = value - value[0]  # absolute counters are too large to keep their last digits as metres
     partner = None if columns.partner is None else _partner(table, columns)[used]
     if partner is not None and not np.all(np.isfinite(partner)):
-        notes.append(
-            f"column {columns.partner} not compared with {columns.measured}: it has cells without a number"
-        )
+        compared = f"column {columns.partner} not compared with {columns.measured}"
+        notes.append(f"{compared}: it has cells without a number")
         partner = None
     si = np.asarray(value * columns.scale, np.float64)
     kind = "position" if columns.kind == "counts" else columns.kind
     given = options.get("quantum")
     if given is not None:
-        quantum = argument(table, "quantum", given, KINDS[kind])
-        if quantum < 0.0:
-            raise TraceError(
-                f"{table.source}: quantum: expected >= 0 {KINDS[kind]}, got {quantum:g} (--quantum)"
-            )
+        quantum = argument(table, "quantum", given, KINDS[kind], ">=")
     else:
         decimal = abs(columns.scale) * decimal_quantum(value)
         quantum = abs(columns.scale) if is_whole else quantum_of(si, decimal) or decimal
@@ -124,10 +120,8 @@ def quantum_note(draft: TraceDraft, is_given: bool) -> str:
     quantum, unit = draft.quantum, draft.unit
     if draft.kind == "motor_speed":
         quantum, unit = quantum / factor("rpm", "rad/s"), "rpm"
-    text = (
-        f"quantum {quantum:.3g} {unit}{', as given' if is_given else ''}" if quantum else "no quantum found"
-    )
-    return f"{draft.kind} from column {draft.columns.measured}, {text}"
+    found = f"quantum {quantum:.3g} {unit}{', as given' if is_given else ''}"
+    return f"{draft.kind} from column {draft.columns.measured}, {found if quantum else 'no quantum found'}"
 
 
 def decimal_quantum(values: NDArray[Any]) -> float:
@@ -152,12 +146,11 @@ def _common_step(integers: NDArray[np.int64]) -> float:
     """The greatest number that divides all changes of whole numbers; 0 unless it is the same among small and large."""
     size = np.abs(integers)
     middle = np.median(size)
-    steps = set()
-    for half in (integers[size <= middle], integers[size >= middle]):
-        changes = np.diff(half)
-        changes = changes[changes != 0]
-        steps.add(float(np.gcd.reduce(changes)) if changes.size >= FEWEST_CHANGES else 0.0)
-    return steps.pop() if len(steps) == 1 else 0.0
+    changes = [np.diff(half) for half in (integers[size <= middle], integers[size >= middle])]
+    if min(map(np.count_nonzero, changes)) < FEWEST_CHANGES:
+        return 0.0
+    small, large = map(np.gcd.reduce, changes)
+    return float(small) if small == large else 0.0
 
 
 def check_length(table: Table, count: int) -> None:
@@ -179,7 +172,7 @@ def _partner(table: Table, columns: Columns) -> Array:
 def _stamps(table: Table, column: str | None, options: ReadingOptions, count: int) -> tuple[Array, str]:
     """Time stamps in s, NaN where there is none, and a note."""
     given = options.get("rate")
-    rate = table.rate if given is None else argument(table, "rate", given, "Hz", above=0.0)
+    rate = table.rate if given is None else argument(table, "rate", given, "Hz", ">")
     if column is not None:
         return stamps_of(table, column, None if given is None else rate, options.get("date_order"))
     assert rate is not None

@@ -87,8 +87,7 @@ def stamps_of(
 
 def _scaled(values: NDArray[Any], scale: float) -> Array:
     """values times scale, as a division where that rounds less: 7 ms is 0.007 s, and so as 7000 us."""
-    seconds: Array = values / round(1.0 / scale) if scale < 1.0 else values * scale
-    return seconds
+    return np.asarray(values / round(1.0 / scale) if scale < 1.0 else values * scale)
 
 
 def _first(values: NDArray[Any]) -> Any:
@@ -99,9 +98,8 @@ def _first(values: NDArray[Any]) -> Any:
 
 def _continuous(values: NDArray[Any]) -> tuple[NDArray[Any], str]:
     """Whole numbers of a clock without the wrap-around of its counter, and a note."""
-    if values.dtype.kind == "f" and (
-        not np.all(values == np.round(values)) or np.any(np.abs(values) > 2**53)
-    ):
+    is_whole = (values == np.round(values)) & (np.abs(values) <= 2**53)
+    if values.dtype.kind == "f" and not np.all(is_whole):
         return values, ""
     if values.dtype.kind == "u" and values.size and int(values.max()) >= 1 << 62:
         return values - values.min(), ""
@@ -202,11 +200,10 @@ def _date_order(table: Table, name: str, text: Any) -> str:
 
     days = pc.replace_substring_regex(text, r"^(\d{1,2}[/-]\d{1,2}[/-]\d{4}).*$", r"\1")
     dates = [date for date in pc.unique(days).to_pylist() if date]
-    pairs = [(int(pair[1]), int(pair[2])) for date in dates if (pair := re.match(r"(\d+)\D(\d+)", date))]
-    if any(first > 12 for first, _ in pairs):
-        return "dmy"
-    if any(second > 12 for _, second in pairs):
-        return "mdy"
+    pairs = [pair for date in dates if (pair := re.match(r"(\d+)\D(\d+)", date))]
+    for group, order in ((1, "dmy"), (2, "mdy")):
+        if any(int(pair[group]) > 12 for pair in pairs):
+            return order
     if len(dates) == 1:
         return ""
     raise TraceError(

@@ -8,8 +8,9 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 
 from guideload.traces.format.headers import TIME_WORDS, Header, known_unit
 
@@ -34,10 +35,9 @@ STAMP = re.compile(
 
 @dataclass(frozen=True)
 class Row:
-    """One row of the opening: the index of its first line, that of the next row's, and its cells."""
+    """One row of the opening: the index of its first line, and its cells."""
 
     line: int
-    after: int
     cells: tuple[str, ...]
 
     @property
@@ -63,7 +63,8 @@ class Dialect:
     """How the samples are written, and what is written above them.
 
     width: cells in a row; names: one for each column, () for a table without a header; units: one for each column, ""
-    where there is none, or (); first: index of the first line that holds a sample.
+    where there is none, or (); first: index of the first line that holds a sample. Of a source with clocks of its own:
+    the time column of each column, by its name, or else the rate in Hz.
     """
 
     separator: str
@@ -73,6 +74,8 @@ class Dialect:
     units: tuple[str, ...]
     first: int
     notes: tuple[str, ...] = ()
+    clocks: Mapping[str, str] = field(default_factory=dict)
+    rate: float | None = None
 
 
 def is_value(cell: str) -> bool:
@@ -88,16 +91,13 @@ def grouped(cell: str) -> str:
 def rows_of(lines: Sequence[str], separator: str) -> list[Row]:
     """The lines split into rows of cells; a quoted name may run over several lines."""
     if separator == " ":
-        return [Row(i, i + 1, tuple(line.split())) for i, line in enumerate(lines)]
+        return [Row(i, tuple(line.split())) for i, line in enumerate(lines)]
     reader = csv.reader([line + "\n" for line in lines], delimiter=separator)
-    rows = []
-    start = 0
-    try:
+    rows, start = [], 0
+    with suppress(csv.Error):  # a quote that nothing closes: the rest is no table with this separator
         for cells in reader:
-            rows.append(Row(start, reader.line_num, tuple(" ".join(cell.split()) for cell in cells)))
+            rows.append(Row(start, tuple(" ".join(cell.split()) for cell in cells)))
             start = reader.line_num
-    except csv.Error:  # a quote that nothing closes: the rest is no table with this separator
-        pass
     return rows
 
 
@@ -108,7 +108,7 @@ def dialect_of(lines: Sequence[str]) -> Dialect:
     as wide as they are. The decimal sign is a comma where more numbers have one than have a point.
     """
     plain = [i for i, line in enumerate(lines) if line.strip() and not COMMENT.match(line)]
-    best: tuple[tuple[float, ...], str, list[Row], int] | None = None
+    scored: list[tuple[tuple[float, ...], str, list[Row], int]] = []
     for order, separator in enumerate(SEPARATORS):
         rows = [row for row in rows_of([lines[i] for i in plain], separator) if row.cells]
         tail = rows[-TAIL:] if len(rows) > 1 else rows
@@ -121,15 +121,13 @@ def dialect_of(lines: Sequence[str]) -> Dialect:
         share = round(sum(map(is_value, cells)) / max(len(cells), 1), 1)
         above = [row.width for row in rows if not row.has_numbers]
         score = (not above or width in above, share, width > 1, widths[width] / len(tail), -order)
-        if best is None or score > best[0]:
-            best = (score, separator, rows, width)
-    if best is None:  # nothing but text: the header alone, or no table at all
+        scored.append((score, separator, rows, width))
+    if not scored:  # nothing but text: the header alone, or no table at all
         separator = max(SEPARATORS[:3], key=lines[plain[0]].count) if plain else ","
         names = rows_of([lines[plain[0]]], separator)[0].cells if plain else ()
         return Dialect(separator, ".", len(names), names, (), len(lines))
-    _, separator, rows, width = best
-    rows = [Row(plain[row.line], plain[row.after - 1] + 1, row.cells) for row in rows]
-    return _with_header(lines, rows, separator, width)
+    _, separator, rows, width = max(scored)
+    return _with_header(lines, [replace(row, line=plain[row.line]) for row in rows], separator, width)
 
 
 def decimal_of(rows: Sequence[Row]) -> str:
@@ -138,8 +136,7 @@ def decimal_of(rows: Sequence[Row]) -> str:
     signs = {grouped(cell) for cell in cells} - {""}
     if len(signs) == 1:
         return signs.pop()
-    commas = sum(bool(WITH_COMMA.fullmatch(cell)) for cell in cells)
-    points = sum(bool(WITH_POINT.fullmatch(cell)) for cell in cells)
+    commas, points = (sum(bool(form.fullmatch(cell)) for cell in cells) for form in (WITH_COMMA, WITH_POINT))
     return "" if commas == points == 0 else "," if commas > points else "."
 
 
@@ -157,7 +154,8 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
         names = head[named].cells
         for row in head[named + 1 :]:
             known = tuple(known_unit(cell) for cell in row.cells)
-            texts = [_bare(cell) for cell in row.cells]
+            # Without brackets; "[-]" and "1" are no units.
+            texts = [cell.strip("[]()-1 ").lower() for cell in row.cells]
             count = sum(bool(unit) or text in TIME_WORDS for unit, text in zip(known, texts, strict=True))
             if not units and any(known) and 2 * count >= sum(map(bool, texts)) > 0:
                 units = known
@@ -166,21 +164,17 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
                 notes.append(f"row {row.line + 1} above the samples not used")
     else:  # names may stand in a comment
         comments = [COMMENT.sub("", line, count=1).strip() for line in lines[:first] if COMMENT.match(line)]
-        rows_of_comments = (rows_of([comment], separator)[0].cells for comment in reversed(comments))
-        names = next(
-            (cells for cells in rows_of_comments if len(cells) == width and not any(map(is_value, cells))), ()
-        )
+        for comment in reversed(comments):
+            cells = rows_of([comment], separator)[0].cells
+            if len(cells) == width and not any(map(is_value, cells)):
+                names = cells
+                break
     if top:
         notes.append(f"{top} rows above the names not used")
-    width = max(width, Row(0, 0, names).width)
+    width = max(width, Row(0, names).width)
     return Dialect(
         separator, decimal_of(rows[start:]), width, names[:width], units[:width], first, tuple(notes)
     )
-
-
-def _bare(cell: str) -> str:
-    """The text of a cell of a row of units, without brackets; "" for no unit, as in "[-]" and "1"."""
-    return cell.strip("[]()-1 ").lower()
 
 
 def _first_sample(rows: list[Row], width: int) -> int:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     TableLike: TypeAlias = str | Path | Mapping[str, Any] | NDArray[Any] | pandas.DataFrame
 
+BINARY = {".parquet": "Parquet", ".npy": "NumPy", ".npz": "NumPy"}  # formats by suffix; all others are text
+
 
 def load_table(source: TableLike) -> Table:
     """A table from a .csv (or any text), .parquet, .npy or .npz file, a mapping, a data frame or an array."""
@@ -39,24 +41,21 @@ def _file(path: Path) -> Table:
         raise TraceError(f"{path}: is a folder; give the file of the trace in it")
     if not path.is_file():
         raise TraceError(f"{path}: no such file")
-    suffix = path.suffix.lower()
-    if suffix == ".parquet":
-        import pandas
+    program = BINARY.get(path.suffix.lower())
+    if program is None:
+        return read_text(path)
+    try:
+        if program == "Parquet":
+            import pandas
 
-        try:
             return _frame(pandas.read_parquet(path), path.name, "row", 1)
-        except (OSError, ValueError) as error:
-            raise TraceError(f"{path.name}: not a Parquet file: {shortened(str(error))}") from None
-    if suffix in (".npy", ".npz"):
-        try:
-            loaded = np.load(path, allow_pickle=False)
-        except (OSError, ValueError, EOFError) as error:
-            raise TraceError(f"{path.name}: not a NumPy file: {shortened(str(error))}") from None
-        if isinstance(loaded, np.ndarray):
-            return _array(loaded, path.name)
-        with loaded:
-            return _mapping({name: loaded[name] for name in loaded.files}, path.name)
-    return read_text(path)
+        loaded = np.load(path, allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        raise TraceError(f"{path.name}: not a {program} file: {shortened(str(error))}") from None
+    if isinstance(loaded, np.ndarray):
+        return _array(loaded, path.name)
+    with loaded:
+        return _mapping(dict(loaded), path.name)
 
 
 def _frame(frame: pandas.DataFrame, source: str, word: str, first: int) -> Table:
@@ -93,9 +92,7 @@ def _mapping(mapping: Mapping[str, Any], source: str) -> Table:
 def _array(array: NDArray[Any], source: str) -> Table:
     if array.dtype.names:
         return _mapping({name: array[name] for name in array.dtype.names}, source)
-    if array.ndim == 1:
-        array = array[:, None]
-    if array.ndim != 2:
+    if array.ndim not in (1, 2):
         raise TraceError(f"{source}: expected shape (samples,) or (samples, columns), got {array.shape}")
-    columns = {str(i): array[:, i] for i in range(array.shape[1])}
-    return Table(source, columns, "index", range(array.shape[0]), named=False)
+    columns = {str(i): column for i, column in enumerate(np.atleast_2d(array.T))}
+    return Table(source, columns, "index", range(len(array)), named=False)

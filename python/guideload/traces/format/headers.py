@@ -133,8 +133,7 @@ def known_unit(text: str) -> str:
 
 def kind_of_unit(unit: str) -> str:
     """position, velocity or motor_speed according to the unit's dimension; "" for any other text."""
-    kinds = ("position", "velocity", "motor_speed")
-    return next((kind for kind in kinds if unit and converts(unit, KINDS[kind])), "")
+    return next((kind for kind, si in KINDS.items() if unit and converts(unit, si)), "")
 
 
 def converts(unit: str, target: str) -> bool:

@@ -19,7 +19,6 @@ their time, in ms from the start, or as FILETIME (100 ns since 1601). Written fr
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from guideload.traces.format.dialects import SEPARATORS, Dialect, Row, decimal_of, is_value, rows_of
 from guideload.traces.format.headers import known_unit
@@ -28,49 +27,25 @@ PROJECT_KEYS = ("File", "StartRecord", "Starttime of export")
 CHANNEL_KEYS = "SymbolComment Data-Type SampleTime[ms] SymbolName NetID NetId Port Unit".split()
 
 
-@dataclass(frozen=True)
-class ScopeLayout:
-    """What an export holds: the dialect of its samples and, for each channel, the name of its time column.
-
-    rate: samples per second (Hz) where the export has no time columns, else None.
-    """
-
-    dialect: Dialect
-    clocks: dict[str, str]
-    rate: float | None
-
-
-def scope_layout(lines: Sequence[str]) -> ScopeLayout | None:
-    """The layout of a Scope export from its first lines; None for any other table."""
+def scope_dialect(lines: Sequence[str]) -> Dialect | None:
+    """The dialect of a Scope export from its first lines; None for any other table."""
     first = next((line for line in lines if line.strip()), "")
     separator = next((sign for sign in SEPARATORS if sign != " " and first.startswith(f"Name{sign}")), "")
     if not separator:
         return None
-    rows = [
-        Row(i, i + 1, tuple(cell.strip() for cell in rows_of([line], separator)[0].cells))
-        for i, line in enumerate(lines)
-        if line.strip()
-    ]
+    rows = [Row(i, rows_of([line], separator)[0].cells) for i, line in enumerate(lines) if line.strip()]
     data = next((i for i, row in enumerate(rows) if is_value(row.cells[0])), len(rows))
     keyed = [row for row in rows[:data] if row.cells[0] == "Name"]
     keys = {row.cells[0] for row in rows[:data]}
     if not keyed or not keys & {*PROJECT_KEYS, *CHANNEL_KEYS} or (len(keyed) == 1 and "File" in keys):
         return None
     head = {row.cells[0]: row.cells for row in rows[:data] if row.line > keyed[-1].line}
-    names = keyed[-1].cells[: keyed[-1].width]
-    return _layout(separator, names, head, rows[data:], len(lines))
-
-
-def _layout(
-    separator: str, cells: tuple[str, ...], head: dict[str, tuple[str, ...]], samples: list[Row], end: int
-) -> ScopeLayout:
-    """cells: the row of names; head: the rows below it by their key; end: number of lines."""
+    cells, samples = keyed[-1].cells[: keyed[-1].width], rows[data:]
 
     def value(key: str, column: int) -> str:
         return next(iter(head.get(key, ())[column : column + 1]), "")
 
-    names: list[str] = []
-    units: list[str] = []
+    columns: list[tuple[str, str]] = []  # names and units
     clocks: dict[str, str] = {}
     clock, rate = "", None
     has_clocks = not samples or len(samples[0].cells) > len(cells) - cells.count("Name")
@@ -79,11 +54,9 @@ def _layout(
         if cell == "Name":
             clock = f"time of {cells[column + 1] if column + 1 < len(cells) else 'nothing'}"
             if has_clocks:
-                names.append(clock)
-                units.append("ms")
+                columns.append((clock, "ms"))
             continue
-        names.append(cell)
-        units.append(known_unit(value("Unit", column)))
+        columns.append((cell, known_unit(value("Unit", column))))
         if has_clocks:
             clocks[cell] = clock
         else:
@@ -92,8 +65,8 @@ def _layout(
         scale, offset = value("ScaleFactor", column), value("Offset", column)
         if scale not in ("", "1") or offset not in ("", "0"):
             notes.append(f"channel {cell}: ScaleFactor {scale}, Offset {offset}, values as exported")
-    first = samples[0].line if samples else end
-    dialect = Dialect(
-        separator, decimal_of(samples), len(names), tuple(names), tuple(units), first, tuple(notes)
+    start = samples[0].line if samples else len(lines)
+    names, units = zip(*columns, strict=True) if columns else ((), ())
+    return Dialect(
+        separator, decimal_of(samples), len(names), names, units, start, tuple(notes), clocks, rate
     )
-    return ScopeLayout(dialect, clocks, rate)

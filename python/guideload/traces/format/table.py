@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
 from guideload.base.errors import TraceError, shortened
 from guideload.traces.format.dialects import grouped
 from guideload.traces.format.headers import Header
@@ -69,12 +68,13 @@ class Table:
 
     def is_stamped(self, name: str) -> bool:
         """Whether the column holds dates or times of day, not numbers."""
+        return np.asarray(self.columns[name]).dtype.kind in "mM" or ":" in self.first_text(name)
+
+    def first_text(self, name: str) -> str:
+        """The first cell of a column that is text; "" if there is none."""
         column = np.asarray(self.columns[name])
-        if column.dtype.kind in "mM":
-            return True
-        if column.dtype.kind not in "OUT" or column.size == 0:
-            return False
-        return ":" in str(next((cell for cell in column if isinstance(cell, str)), ""))
+        cells = column if column.dtype.kind in "OUT" else ()
+        return next((str(cell) for cell in cells if isinstance(cell, str)), "")
 
     def values(self, name: str) -> NDArray[Any]:
         """A column as float64, or as it is where it holds whole numbers; cells without a number are NaN."""
@@ -88,8 +88,7 @@ class Table:
         series = pandas.Series(self.columns[name])
         if series.dtype == object or series.dtype == "str":
             series = _plain(series, self.decimal)
-        numbers: Array = pandas.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
-        return numbers
+        return np.asarray(pandas.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan))
 
     def no_number(self, name: str, bad: NDArray[np.intp], hint: str) -> TraceError:
         """The error for these samples of a column: cells without a finite number.

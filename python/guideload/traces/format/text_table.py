@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from guideload.base.errors import TraceError, shortened
 from guideload.traces.format.dialects import COMMENT, Dialect, dialect_of, rows_of
-from guideload.traces.format.scope_csv import scope_layout
+from guideload.traces.format.scope_csv import scope_dialect
 from guideload.traces.format.table import Table, listed_rows, unique
 
 OPENING = 65536  # characters that show the dialect, and whether it is text at all
@@ -44,10 +44,8 @@ def read_text(path: Path) -> Table:
     lines = BREAK.split(text[:size])
     if len(text) > size:
         lines.pop()  # cut in the middle
-    scope = scope_layout(lines)
-    dialect = scope.dialect if scope else _dialect(lines)
-    starts = [0, *(line_end.end() for line_end in BREAK.finditer(text[:size]))]
-    body = text[starts[dialect.first] if dialect.first < len(starts) else len(text) :]
+    dialect = scope_dialect(lines) or _dialect(lines)
+    body = "".join(BREAK.split(text, dialect.first)[dialect.first :]) if dialect.first else text
     decimal = _decimal(path.name, lines, body, dialect)
     columns, numbers, notes = _columns(path.name, body, dialect, decimal)
     padded = [*dialect.names, *[""] * (len(columns) - len(dialect.names))]
@@ -64,8 +62,8 @@ def read_text(path: Path) -> Table:
         numbers,
         notes=(*dialect.notes, *notes),
         units={name: unit for name, unit in zip(names, dialect.units, strict=False) if unit},
-        clocks=scope.clocks if scope else {},
-        rate=scope.rate if scope else None,
+        clocks=dialect.clocks,
+        rate=dialect.rate,
         decimal=decimal,
     )
 
@@ -155,16 +153,13 @@ def _columns(
     count = (body.count("\n") or body.count("\r")) + (not body.endswith(("\n", "\r")))
     numbers: range | NDArray[np.int64] = range(first, first + count)
     notes: list[str] = []
-    table = None
-    if dialect.separator != " " and not body.endswith("EOF"):
-        table = _parsed(source, body, dialect, decimal)
-    if table is None or table.num_rows != count:
+    is_clean = dialect.separator != " " and not body.endswith("EOF")
+    table = _parsed(source, body, dialect, decimal, count) if is_clean else None
+    if table is None:
         body, numbers, notes = _cleaned(source, body, dialect, first)
-        table = _parsed(source, body, dialect, decimal)
-        if table is None or table.num_rows != len(numbers):
-            raise TraceError(
-                f"{source}: not a readable CSV table: a quote or a line break stands in a sample"
-            )
+        table = _parsed(source, body, dialect, decimal, len(numbers))
+    if table is None:
+        raise TraceError(f"{source}: not a readable CSV table: a quote or a line break stands in a sample")
     columns = [_array(column) for column in table.columns]
     filled = len(numbers)
     while filled and all(_is_empty(column[filled - 1]) for column in columns):
@@ -174,8 +169,8 @@ def _columns(
     return [column[:filled] for column in columns], numbers[:filled], notes
 
 
-def _parsed(source: str, body: str, dialect: Dialect, decimal: str) -> Any:
-    """The samples as a pyarrow table; None where a row has another number of cells."""
+def _parsed(source: str, body: str, dialect: Dialect, decimal: str, count: int) -> Any:
+    """The samples as a pyarrow table; None where it has not `count` rows of equally many cells."""
     import pyarrow as pa
     from pyarrow import csv
 
@@ -197,7 +192,7 @@ def _parsed(source: str, body: str, dialect: Dialect, decimal: str) -> Any:
         )
     except (pa.ArrowInvalid, ValueError) as error:
         raise TraceError(f"{source}: not a readable CSV table: {shortened(str(error))}") from None
-    return None if ragged else table
+    return None if ragged or table.num_rows != count else table
 
 
 def _cleaned(
@@ -209,21 +204,18 @@ def _cleaned(
     """
     separator, width = dialect.separator, dialect.width
     samples: dict[int, str] = {}  # by row number
-    empty: list[int] = []
-    comments: list[int] = []
+    left_out: dict[str, list[int]] = {"empty lines": [], "comments": []}
     long: list[int] = []
     lines = BREAK.split(body)
     while lines and lines[-1].strip() in ("", "EOF"):
         lines.pop()
     is_cell = width == 1 and sum(not line.strip(" ") for line in lines) < MANY_EMPTY * len(lines)
     for number, line in enumerate(lines, start=first):
-        if not line.strip(" "):
-            if is_cell:
-                samples[number] = "nan"
-            else:
-                empty.append(number)
-        elif COMMENT.match(line):
-            comments.append(number)
+        is_empty = not line.strip(" ")
+        if is_empty and is_cell:
+            samples[number] = "nan"
+        elif is_empty or COMMENT.match(line):
+            left_out["empty lines" if is_empty else "comments"].append(number)
         else:
             if separator == " ":
                 line = " ".join(line.split())
@@ -231,11 +223,10 @@ def _cleaned(
             if cells > width or '"' in line:
                 row = rows_of([line], separator)[0]
                 cells = len(row.cells)
-                if row.width > width:
-                    long.append(number)
                 if cells > width:
-                    line = line.rstrip(separator + " ") + separator * (width - max(row.width, 1))
-                    cells = width
+                    line, cells = line.rstrip(separator + " "), max(row.width, 1)
+                    if cells > width:
+                        long.append(number)
             samples[number] = line + separator * (width - cells)
     if long:
         hint = f"; {SEPARATOR_HINT}" if separator == "," else ""
@@ -244,9 +235,7 @@ def _cleaned(
             f"{listed_rows(long)}{hint}"
         )
     notes = [
-        f"{len(rows)} {word} left out, row {listed_rows(rows)}"
-        for word, rows in (("empty lines", empty), ("comments", comments))
-        if rows
+        f"{len(rows)} {word} left out, row {listed_rows(rows)}" for word, rows in left_out.items() if rows
     ]
     return "\n".join(samples.values()) + "\n", np.asarray(list(samples), np.int64), notes
 

@@ -43,9 +43,8 @@ def check_gaps(draft: TraceDraft, clock: Clock, kind: str, accept: bool) -> None
         return
     steps = np.diff(draft.time)
     worst = int(gaps[np.argmax(steps[gaps - 1])])
-    still = (
-        "; the axis stands still across all of them" if np.all(clock.still[np.isin(clock.gaps, gaps)]) else ""
-    )
+    is_still = np.all(clock.still[np.isin(clock.gaps, gaps)])
+    still = "; the axis stands still across all of them" if is_still else ""
     text = (
         f"{gaps.size} gaps in time (steps over {LONGEST_STEP:g} times the usual {np.median(steps):.4g} s), before "
         f"{draft.table.rows(gaps)}; the longest is {steps[worst - 1]:.4g} s, before {draft.table.rows([worst])}{still}"
@@ -110,9 +109,8 @@ def check_partner(draft: TraceDraft) -> None:
     # The partner's unit is taken from the column's own; where the two differ by a factor, it is another unit.
     ratio = float(np.median(mean[moving] / middle[moving])) if np.any(moving) else 0.0
     if not SAME_UNIT[0] < ratio < SAME_UNIT[1]:
-        draft.notes.append(
-            f"column {partner} not compared with {column}: their speeds have the ratio {ratio:.3g}"
-        )
+        reason = f"their speeds have the ratio {ratio:.3g}"
+        draft.notes.append(f"column {partner} not compared with {column}: {reason}")
         return
     deviation = NORMAL * float(np.median(np.abs(mean - middle)))
     slack = (high - low) + LAG_SHARE * top + ROUNDING * quantum_of(position) / steps + DEVIATIONS * deviation

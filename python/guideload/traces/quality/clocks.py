@@ -41,14 +41,10 @@ class Clock:
 
     @property
     def note(self) -> str:
-        ticks = f"ticks of {self.tick:.3g} s"
-        text = {
-            "uniform": "uniform",
-            "ticks": f"a clock that counts in {ticks}",
-            "jitter": f"jittering by {100.0 * self.jitter:.2g} % rms of a step"
-            + (f", in {ticks}" if self.tick else ""),
-            "on_change": "a log on change",
-        }[self.kind]
+        ticks = f"in ticks of {self.tick:.3g} s"
+        jitter = f"jittering by {100.0 * self.jitter:.2g} % rms of a step" + f", {ticks}" * bool(self.tick)
+        texts = ("uniform", f"a clock that counts {ticks}", jitter, "a log on change")
+        text = dict(zip(CLOCKS, texts, strict=True))[self.kind]
         return f"time stamps: {text}, usual step {self.step:.6g} s"
 
 
@@ -77,34 +73,23 @@ def clock_of(
     # Steps of stamps that were decimals differ by the rounding of doubles.
     rounding = 4.0 * float(np.spacing(np.abs(time[[0, -1]]).max()))
     tick = 0.0 if farthest <= rounding else quantum_of(np.round(normal / rounding) * rounding, rounding)
-    still = still_across(value, gaps, is_position, quantum)
+    # The sample after a gap may be the first of the next move: no farther than a usual step of that move.
+    change, quiet = np.abs(np.diff(value, prepend=value[0], append=value[-1])), STILL_QUANTA * quantum
+    limit = np.maximum(quiet, FIRST_STEP * change[gaps + 1])
+    if is_position:
+        still = change[gaps] <= limit
+    else:
+        still = (np.abs(value[gaps - 1]) <= quiet) & (np.abs(value[gaps]) <= limit)
     kind = "jitter"
     if farthest <= max(rounding, UNIFORM * usual):
         kind = "uniform"
     elif tick and float(np.ptp(normal)) <= TICK_RANGE * tick:
         kind = "ticks"
     if gaps.size and np.all(still):
-        change = np.abs(np.diff(value, prepend=value[0]))
-        is_at_rest = change[gaps - 1] <= STILL_QUANTA * quantum
-        if np.all(is_at_rest) or np.mean(change[1:][~is_long] == 0.0) <= MOST_REPEATED:
+        is_at_rest = change[gaps - 1] <= quiet
+        if np.all(is_at_rest) or np.mean(change[1:-1][~is_long] == 0.0) <= MOST_REPEATED:
             kind = "on_change"
     return Clock(kind, usual, 0.0 if kind == "uniform" else tick, jitter, gaps, still)
-
-
-def still_across(
-    value: Array, gaps: NDArray[np.intp], is_position: bool, quantum: float
-) -> NDArray[np.bool_]:
-    """Whether the axis stands still from the sample before each gap up to the one after it.
-
-    The sample after it may be the first of the next move: it is then no farther than a usual step of that move.
-    """
-    change = np.abs(np.append(np.diff(value), 0.0))
-    limit = np.maximum(STILL_QUANTA * quantum, FIRST_STEP * change[gaps])
-    if is_position:
-        still: NDArray[np.bool_] = change[gaps - 1] <= limit
-    else:
-        still = (np.abs(value[gaps - 1]) <= STILL_QUANTA * quantum) & (np.abs(value[gaps]) <= limit)
-    return still
 
 
 def apply_clock(draft: TraceDraft, clock: Clock, kind: str, given: str | None) -> None:
@@ -147,11 +132,8 @@ def held(time: Array, value: Array, gaps: NDArray[np.intp], step: float) -> tupl
     for gap in gaps:
         start, end = float(time[gap - 1]), float(time[gap])
         missing = int(np.ceil((end - start) / step - 0.5)) - 1
-        if missing <= 2 * HELD:
-            added.append(end - step * np.arange(missing, 0, -1.0))
-        else:
-            near = step * np.arange(1.0, HELD + 1)
-            added.append(np.concatenate([start + near, end - near[::-1]]))
-    stamps = np.concatenate(added)
-    places = np.repeat(gaps, [part.size for part in added[1:]])
+        before, after = (0, missing) if missing <= 2 * HELD else (HELD, HELD)
+        near, far = start + step * np.arange(1.0, before + 1), end - step * np.arange(after, 0, -1.0)
+        added.append(np.concatenate([near, far]))
+    stamps, places = np.concatenate(added), np.repeat(gaps, [part.size for part in added[1:]])
     return np.insert(time, places, stamps), np.insert(value, places, value[places - 1]), stamps.size

@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, runs_of
 
 Flags = NDArray[np.bool_]
 
@@ -48,12 +48,10 @@ def speed_jumps(
     """
     speed = np.diff(value) / np.diff(time) if is_position else value
     if max_speed is not None:
-        above: Flags = np.abs(speed) > max_speed
-        return above
+        return np.asarray(np.abs(speed) > max_speed)
     if is_position:
-        return _isolated(
-            speed, quantum / float(np.median(np.diff(time))), CHANGE_RATIO["position"], "reflect"
-        )
+        quantum = quantum / float(np.median(np.diff(time)))
+        return _isolated(speed, quantum, CHANGE_RATIO["position"], "reflect")
     wild = _isolated(speed, quantum, CHANGE_RATIO["speed"], "edge") | _far_above(speed, quantum)
     zeros = drop_outs(speed, quantum)
     return wild | zeros if _turns_slowly(speed, zeros, wild) else wild
@@ -98,12 +96,6 @@ def _far_above(speed: Array, quantum: float) -> Flags:
     return np.zeros(size.size, bool)
 
 
-def runs_of(flags: Flags) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Starts and ends of the runs [start, end) of flags that are set."""
-    edges = np.flatnonzero(np.diff(np.pad(flags, 1).astype(np.int8)))
-    return edges[::2], edges[1::2]
-
-
 def _isolated(speed: Array, quantum: float, change_ratio: float, ends: Literal["reflect", "edge"]) -> Flags:
     """Speeds that are isolated from their neighbours, and beyond all others.
 
@@ -122,8 +114,7 @@ def _isolated(speed: Array, quantum: float, change_ratio: float, ends: Literal["
     calm = ~(isolated[1:] | isolated[:-1])
     largest_change = max(float(change[calm].max(initial=0.0)), quantum)
     is_fast = np.abs(speed) > SPEED_RATIO * top_speed(speed, isolated)
-    isolated &= is_fast | (np.abs(distance) > change_ratio * largest_change)
-    return isolated
+    return isolated & (is_fast | (np.abs(distance) > change_ratio * largest_change))
 
 
 def top_speed(speed: Array, without: Flags) -> float:

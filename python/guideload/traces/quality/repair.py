@@ -11,11 +11,12 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, median_step, runs_of
 from guideload.base.errors import TraceError
+from guideload.base.numbers import counted
 from guideload.traces.content.samples import TraceDraft, check_length
 from guideload.traces.quality.holds import MOTION_QUANTA
-from guideload.traces.quality.jumps import LONGEST_RUN, drop_outs, runs_of, speed_jumps
+from guideload.traces.quality.jumps import LONGEST_RUN, drop_outs, speed_jumps
 
 Samples = NDArray[np.intp]
 
@@ -76,10 +77,9 @@ def repair(draft: TraceDraft, kinds: frozenset[str], max_speed: float | None) ->
             f"{stuck.size} samples repeat the value before while the axis moves, {draft.table.rows(stuck)}; "
             "leave them out with repair='stuck' (--repair stuck)"
         )
-    left_out = total - draft.time.size
     if draft.time.size < (1.0 - MOST_LEFT_OUT) * total:
         raise draft.refusal(
-            f"repair: {left_out} of {total} samples would be left out, expected at most "
+            f"repair: {total - draft.time.size} of {total} samples would be left out, expected at most "
             f"{100.0 * MOST_LEFT_OUT:g} %: cut the trace to a sound part"
         )
 
@@ -87,10 +87,8 @@ def repair(draft: TraceDraft, kinds: frozenset[str], max_speed: float | None) ->
 def _leave_out(draft: TraceDraft, samples: Samples, noun: str, which: str = "") -> None:
     """Leave these samples out, with a note that calls them `noun` and `which`."""
     if samples.size:
-        plural = "" if samples.size == 1 else "s"
-        draft.notes.append(
-            f"repair: {samples.size} {noun}{plural}{which} left out, {draft.table.rows(samples)}"
-        )
+        count = counted(samples.size, noun)
+        draft.notes.append(f"repair: {count}{which} left out, {draft.table.rows(samples)}")
         draft.keep(np.delete(np.arange(draft.time.size), samples))
 
 
@@ -122,27 +120,21 @@ def repaired_clock(time: Array) -> tuple[Samples, Array, dict[int, float]]:
 
     Returns the samples to leave out, the stamps (n,) s, and by sample how much it and all later ones moved on [s].
     """
-    steps = np.diff(time)
-    usual = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 0.0
-    backward = np.flatnonzero(steps <= 0.0) + 1
+    usual = median_step(time)
+    backward = np.flatnonzero(np.diff(time) <= 0.0) + 1
     if backward.size > MOST_LEFT_OUT * time.size:
         backward = backward[:0]
-    is_wild = np.zeros(time.size, bool)
+    is_wild, shifted = np.zeros(time.size, bool), time.copy()
     moved: dict[int, float] = {}
     for sample in backward.tolist():
         if is_wild[sample]:
             continue
-        wild = _wild_stamps(time, sample, usual)
-        if wild is not None:
+        if wild := _wild_stamps(time, sample, usual):
             is_wild[wild] = True
         else:
-            before = sample - 1
-            while before > 0 and is_wild[before]:
-                before -= 1
+            before = int(np.flatnonzero(~is_wild[:sample]).max(initial=0))
             moved[sample] = float(time[before] - time[sample]) + usual * (sample - before)
-    shifted = time.copy()
-    for sample, shift in moved.items():
-        shifted[sample:] += shift
+            shifted[sample:] += moved[sample]
     return np.flatnonzero(is_wild), shifted, moved
 
 
@@ -186,7 +178,7 @@ def _excursions(time: Array, value: Array, jumps: NDArray[np.intp]) -> Samples:
     last = -1  # step of the last excursion
     steps = np.diff(time)
     speed = np.diff(value) / steps
-    calm = np.setdiff1d(np.arange(steps.size), jumps)
+    calm, ends = np.setdiff1d(np.arange(steps.size), jumps), {0: [0], time.size - 2: [time.size - 1]}
     for number, jump in enumerate(jumps.tolist()):
         if jump <= last:
             continue
@@ -201,10 +193,7 @@ def _excursions(time: Array, value: Array, jumps: NDArray[np.intp]) -> Samples:
                 last = back
                 break
         else:
-            if jump == 0:
-                excursions.append(0)
-            elif jump == time.size - 2:
-                excursions.append(time.size - 1)
+            excursions += ends.get(jump, [])  # of a first or last sample one jump is missing
     return np.array(excursions, np.intp)
 
 
@@ -225,7 +214,5 @@ def stuck_samples(time: Array, value: Array, quantum: float) -> Samples:
     least = MOTION_QUANTA * quantum
     is_stuck = (before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > least)
     is_stuck &= (catching_up * before > 0.0) & (np.abs(catching_up - expected) < CAUGHT_UP * np.abs(expected))
-    runs = [np.arange(start + 1, end + 1) for start, end in zip(starts, ends, strict=True)]
-    return np.concatenate(
-        [np.empty(0, np.intp), *[run for run, stuck in zip(runs, is_stuck, strict=True) if stuck]]
-    )
+    runs = map(np.arange, starts[is_stuck] + 1, ends[is_stuck] + 1)
+    return np.concatenate([np.empty(0, np.intp), *runs])
