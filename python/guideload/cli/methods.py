@@ -93,8 +93,8 @@ def stability(
 ) -> None:
     """Find the longest stable step of rk45, and the cost of a motion.
 
-    The longest stable step of rk45 is predicted from the machine's eigenvalues, and measured by runs that grow
-    without bound. The cost of every method is that of a measured motion, or of a standard move if none is given.
+    The longest stable step of rk45 is where the machine's eigenvalues leave its stability region. The cost of
+    every method is that of a measured motion, or of a standard move if none is given.
     """
     from guideload.methods.step_stability import stability as step_stability
     from guideload.reports.stability import stability_report
@@ -103,7 +103,7 @@ def stability(
         with status("reading"):
             machine = read_machine(machine_file, free)
             motion = None if trace_file is None else read_motion(trace_file, machine, **reading)
-        with status("trying steps"):
+        with status("running every method"):
             found = step_stability(machine, motion, rtol=rtol)
         if draft is not None:
             from guideload import plots

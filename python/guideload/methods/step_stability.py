@@ -1,4 +1,4 @@
-"""Step stability: the longest stable step of rk45 on a machine, by theory and by trial, and the cost of every method.
+"""Step stability: the longest stable step of rk45 on a machine, and the cost of every method.
 
 The modes of a scene decay or vibrate with its eigenvalues λ, and a fixed step h of rk45 is stable while |R(h λ)| <= 1
 for all of them; R is its stability function. exact and implicit are stable at any step.
@@ -13,9 +13,8 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload._core import Scene
 from guideload.base.arrays import Array
-from guideload.base.errors import ArgumentError, RunError
+from guideload.base.errors import ArgumentError
 from guideload.machine.laws import NO_EXACT
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import moving_dofs
@@ -26,19 +25,10 @@ from guideload.simulation.stability_function import (
     UNDAMPED,
     MethodName,
     longest_stable_steps,
-    stability_function,
 )
 
 METHODS: tuple[MethodName, ...] = ("exact", "rk45", "implicit")
 
-# Bisection ends when the unstable step is this many times the stable one: a quarter of what theory and trial may
-# differ by.
-BRACKET = 1.005
-# A step that is longer than stable by this part must be found unstable in a trial: its growth there is a thousand times
-# the hundredfold that the core takes for divergence, for modes that the kick excites less than others.
-BEYOND = 0.01
-GROWTH = 1e5
-MOST_TRIAL_STEPS = 20_000_000  # takes some seconds: an undamped mode grows by 4e-6 per step there
 MOST_STEPS = 3_000_000  # of rk45 for its cost to be measured, about a second
 STRAIGHT = (
     1e-12  # of the largest excitation: a sample this close to the line through its neighbours lies on it
@@ -69,8 +59,7 @@ class Stability:
 
     machine       the machine; links that are not linear count with their nominal stiffness, all in contact
     eigenvalues   (m,) 1/s, complex, by ascending size
-    longest_steps (m,) s, longest stable step of rk45 for each, by theory
-    measured_step s, the shortest fixed step found at which runs grow without bound
+    longest_steps (m,) s, longest stable step of rk45 for each
     motion        that the costs are for
     rtol          tolerance of those runs
     costs         of exact, rk45 and implicit
@@ -79,14 +68,13 @@ class Stability:
     machine: Machine
     eigenvalues: NDArray[np.complex128]
     longest_steps: Array
-    measured_step: float
     motion: Motion
     rtol: float
     costs: tuple[Cost, ...]
 
     @property
     def predicted_step(self) -> float:
-        """The longest stable step of rk45, by theory [s]."""
+        """The longest stable step of rk45 [s]."""
         return float(self.longest_steps.min())
 
     @property
@@ -127,7 +115,7 @@ class Stability:
 
 
 def stability(machine: Machine, motion: Motion | None = None, *, rtol: float = 1e-6) -> Stability:
-    """The longest stable step of rk45 on a machine, predicted and measured, and the cost of every method.
+    """The longest stable step of rk45 on a machine, and the cost of every method.
 
     motion  that the costs are for; if left out, a jerk-limited move by 1.6 m at 1 kHz, up to 1 m/s and 2 m/s2
     rtol    tolerance of rk45 and implicit there
@@ -138,21 +126,18 @@ def stability(machine: Machine, motion: Motion | None = None, *, rtol: float = 1
         motion = standard_move()
     if not np.ptp(motion.time):
         raise ArgumentError(f"motion: expected samples over some time, got all at {motion.time[0]:g} s")
-    scene = machine.nominal_scene
-    eigenvalues = scene.modes()[3]
+    eigenvalues = machine.nominal_scene.modes()[3]
     undamped = eigenvalues.real >= -UNDAMPED * np.abs(eigenvalues)
     eigenvalues = np.where(undamped, 0.0, eigenvalues.real) + 1j * eigenvalues.imag
     eigenvalues = eigenvalues[np.argsort(np.abs(eigenvalues), kind="stable")]
     longest = longest_stable_steps(eigenvalues)
-    step = float(longest.min())
     return Stability(
         machine=machine,
         eigenvalues=eigenvalues,
         longest_steps=longest,
-        measured_step=_measured_step(scene, complex(eigenvalues[longest.argmin()]), step),
         motion=motion,
         rtol=rtol,
-        costs=tuple(_cost(machine, motion, method, rtol, step) for method in METHODS),
+        costs=tuple(_cost(machine, motion, method, rtol, float(longest.min())) for method in METHODS),
     )
 
 
@@ -166,48 +151,6 @@ def standard_move() -> Motion:
     corners = np.cumsum(lengths)
     stamps = np.arange(round(corners[-1] * 1000.0) + 1) / 1000.0
     return Motion.along_x(stamps, np.interp(stamps, corners, acceleration * signs), source="standard move")
-
-
-def _measured_step(scene: Scene, limiting: complex, predicted: float) -> float:
-    """The fixed step [s] of rk45 from which on free vibration grows without bound, by bisection about `predicted`.
-
-    limiting: the eigenvalue [1/s] that limits the step by theory; a trial has enough steps to show its growth.
-    """
-    log_growth = np.log(np.abs(stability_function("rk45", (1.0 + BEYOND) * predicted * limiting)))
-    steps = MOST_TRIAL_STEPS
-    if log_growth > 0.0:
-        steps = int(min(steps, np.ceil(np.log(GROWTH) / log_growth)))
-    kick = _kick(scene)
-
-    def is_unstable(step: float) -> bool:
-        # One step of force, then free vibration without a sample, so that no sample shortens a step.
-        stamps = np.array([0.0, step, step, step * (1 + steps)])
-        try:
-            scene.solve(stamps, np.zeros((4, 3)), kick, method="rk45", rtol=1e-6, step=step)
-        except RunError as error:
-            if "stability region" not in str(error):
-                raise
-            return True
-        return False
-
-    stable, unstable = predicted, predicted
-    while is_unstable(stable):
-        unstable, stable = stable, 0.8 * stable
-    while not is_unstable(unstable):
-        stable, unstable = unstable, 1.25 * unstable
-    while unstable > BRACKET * stable:
-        middle = float(np.sqrt(stable * unstable))
-        stable, unstable = (stable, middle) if is_unstable(middle) else (middle, unstable)
-    return float(np.sqrt(stable * unstable))
-
-
-def _kick(scene: Scene) -> Array:
-    """Wrench (4, 6) at four samples, equal at the first two and then zero; excites every mode, each differently."""
-    shapes = scene.modes()[2]
-    (mass, _, _), _ = scene.matrices()
-    wrench = np.zeros((4, 6))
-    wrench[:2] = mass @ (np.sqrt(2.0 + np.arange(len(shapes))) @ shapes)
-    return wrench
 
 
 def _cost(machine: Machine, motion: Motion, method: MethodName, rtol: float, longest: float) -> Cost:
