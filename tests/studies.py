@@ -10,8 +10,8 @@ import xarray as xr
 from scipy import stats
 
 from guideload.machine.machine import Machine
+from guideload.study.description.measures import Life, column_of
 from guideload.study.description.metadata import ParameterMetadata, StudyMetadata
-from guideload.study.description.quantities import Life, column_of
 from guideload.study.results.result import StudyResult
 
 

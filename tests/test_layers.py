@@ -14,7 +14,7 @@ PYTHON = (
     "traces",
     "audit",
     "simulation",
-    "methods",
+    "method_comparison",
     "study",
     "reports",
     "plots",

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
         TraceError,
     )
     from guideload.machine import Body, Carriage, Drive, Link, Machine, Modes, Rail
-    from guideload.methods import Stability, WorkPrecision, stability, work_precision
+    from guideload.method_comparison import Stability, WorkPrecision, stability, work_precision
     from guideload.motion import Motion
     from guideload.simulation import Result, peak_loads, simulate
     from guideload.study import Study, StudyInterrupted, StudyResult, run_study
@@ -29,7 +29,7 @@ _HOMES = {
     "audit": ("Audit",),
     "base.errors": ("ArgumentError", "ConfigError", "GuideloadError", "RunError", "SceneError", "TraceError"),
     "machine": ("Body", "Carriage", "Drive", "Link", "Machine", "Modes", "Rail"),
-    "methods": ("Stability", "WorkPrecision", "stability", "work_precision"),
+    "method_comparison": ("Stability", "WorkPrecision", "stability", "work_precision"),
     "motion": ("Motion",),
     "simulation": ("Result", "peak_loads", "simulate"),
     "study": ("Study", "StudyInterrupted", "StudyResult", "run_study"),

@@ -10,9 +10,9 @@ import reference as ref
 
 from guideload import Body, Link, Machine, Motion, Rail, Result, simulate
 from guideload._core import Law
-from guideload.audit.checks import BALL_ROW, ROLLERS
-from guideload.base.numbers import percent
-from guideload.reports import result as report
+from guideload.audit.figures import BALL_ROW, ROLLERS
+from guideload.base.number_text import percent
+from guideload.reports import run as report
 from guideload.reports.elements import WIDTH
 
 TIME = np.arange(1001) * 1e-3

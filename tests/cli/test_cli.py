@@ -16,7 +16,7 @@ from guideload.cli.outputs import FORMATS, MANIFEST, PICTURES
 from guideload.cli.terminal import status
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
-from guideload.reports.result import result_report
+from guideload.reports.run import result_report
 from guideload.simulation.result import Result
 
 

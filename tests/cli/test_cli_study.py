@@ -17,7 +17,7 @@ from guideload.cli.inputs import EXAMPLES
 from guideload.cli.main import main
 from guideload.cli.outputs import MANIFEST, STUDY_PICTURES
 from guideload.study import execution
-from guideload.study.description.quantities import Life
+from guideload.study.description.measures import Life
 from guideload.study.description.study import Study
 from guideload.study.results.result import StudyResult
 from guideload.study.storage.store import FolderStore, chunks_in

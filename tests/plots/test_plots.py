@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from guideload import plots
-from guideload.base.numbers import load_with_unit
+from guideload.base.number_text import load_with_unit
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.outputs import PICTURE_ENDINGS, PICTURES
 from guideload.machine.machine import Machine

@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
-from guideload.base.numbers import load_with_unit
+from guideload.base.number_text import load_with_unit
 from guideload.plots import study as pictures
 from guideload.plots.drivers import BARS
-from guideload.study.description.quantities import PEAK
+from guideload.study.description.measures import PEAK
 from guideload.study.results.result import StudyResult
 
 

@@ -9,9 +9,9 @@ import reference as ref
 from texts import one_line, row
 
 from guideload import ArgumentError, Drive, Link, Machine, Motion, Result, plots, simulate
-from guideload.base.numbers import load_in_table
+from guideload.base.number_text import load_in_table
 from guideload.machine.modes import Modes
-from guideload.reports import result as report
+from guideload.reports import run as report
 from guideload.reports.elements import WIDTH
 from guideload.reports.machine import machine_report, modes_report
 

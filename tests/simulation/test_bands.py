@@ -18,7 +18,7 @@ from texts import one_line
 
 from guideload import Machine, Motion, Result, TraceError, _core, plots, simulate
 from guideload.motion.uncertainty import COVER, Uncertainty
-from guideload.reports import result as report
+from guideload.reports import run as report
 from guideload.simulation.bands import bands_of
 from guideload.traces.reading import motion_from_trace, read_trace
 

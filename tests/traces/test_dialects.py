@@ -8,7 +8,7 @@ import pytest
 from trace_files import has_note, refuses, same
 
 from guideload.base.errors import TraceError
-from guideload.traces.format.dialects import dialect_of
+from guideload.traces.format.dialect_detection import dialect_of
 from guideload.traces.format.headers import Header
 from guideload.traces.reading import Trace, read_trace
 

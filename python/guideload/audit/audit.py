@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from guideload.audit import checks
-from guideload.audit.checks import ROLLERS, Contact, Rotation, Sampling, SimplerModels
+from guideload.audit import figures
 from guideload.audit.energy import Energy, energy
+from guideload.audit.figures import ROLLERS, Contact, Rotation, Sampling, SimplerModels
 from guideload.audit.histories import Histories
 from guideload.base.arrays import Array
-from guideload.base.numbers import counted, first_names, load_in_sentence, percent
+from guideload.base.number_text import counted, first_names, load_in_sentence, percent
 from guideload.base.quantities import Quantities
 from guideload.machine.links import LinkTable
 from guideload.machine.machine import Machine
@@ -22,7 +22,7 @@ from guideload.motion.resolution import TraceResolution
 # Limits above which there is a warning; of samples, below which.
 LARGE_ROTATION = 1e-2  # rad: the loads are then wrong by about as much
 LARGE_SECOND_ORDER = 0.01  # of the largest link load
-SENSITIVE = 1e-3  # of the largest link load, for a change of the motion by `checks.NUDGE`
+SENSITIVE = 1e-3  # of the largest link load, for a change of the motion by `figures.NUDGE`
 UNBALANCED = 0.01  # of the energy turned over
 FEWEST_PER_PERIOD = 2.0  # samples per period of the highest mode
 # First acceleration, of the largest, above which a motion does not start at rest; smoothed standstill stays below.
@@ -48,7 +48,7 @@ class Audit:
     resolution      bandwidth of the trace beside the modes, and what it may hide; None where the instants do not hold
                     the whole motion
     simpler_models  peaks by simpler models, and the dynamic factor
-    sensitivity     change of the loads by a change of the motion by 1e-9; see `checks.sensitivity`
+    sensitivity     change of the loads by a change of the motion by 1e-9; see `figures.sensitivity`
     energy          energy balance; None where the instants hide jumps of the excitation
     free_at_rest    for each motion that the body is free to make within its clearance at rest, the dofs of L in it
     warnings        each with its figure and a way out, the gravest first
@@ -71,10 +71,10 @@ class Audit:
     def of(cls, machine: Machine, data: Quantities, modes: Modes) -> Audit:
         """The audit of a result with these quantities, from its machine and the machine's modes."""
         histories = Histories(machine, data)
-        rotation, contact = checks.rotation(histories), checks.contact(histories)
-        sampling, balance = checks.sampling(histories, modes), energy(histories)
-        sensitivity = checks.sensitivity(histories)
-        resolution = checks.resolution(histories, modes)
+        rotation, contact = figures.rotation(histories), figures.contact(histories)
+        sampling, balance = figures.sampling(histories, modes), energy(histories)
+        sensitivity = figures.sensitivity(histories)
+        resolution = figures.resolution(histories, modes)
         hidden = () if resolution is None else tuple(resolution.warnings())
         coarse = hidden or tuple(_sampling_warnings(sampling))
         motions = free_at_rest(machine)
@@ -86,7 +86,7 @@ class Audit:
             contact=contact,
             sampling=sampling,
             resolution=resolution,
-            simpler_models=checks.simpler_models(histories),
+            simpler_models=figures.simpler_models(histories),
             sensitivity=sensitivity,
             energy=balance,
             free_at_rest=motions,
@@ -167,7 +167,7 @@ class Audit:
         if sampling.band is None:
             yield "excitation", f"none at the reported instants; {modes}"
         else:
-            share = percent(checks.POWER_SHARE)
+            share = percent(figures.POWER_SHARE)
             yield "excitation", f"{share} of its power is below {sampling.band:.3g} Hz; {modes}"
         unknown = "unknown: the reported instants do not hold the whole motion"
         yield "trace", unknown if self.resolution is None else self.resolution.text
@@ -228,7 +228,7 @@ def _start_warnings(histories: Histories, modes: Modes) -> Iterator[str]:
         return
     slowest = float(-np.real(modes.eigenvalues).max())
     until = float(histories.time[0]) + 3.0 / slowest if slowest > 0 else np.inf
-    first = histories.time[checks.peak_instants(histories.data)].min(axis=1)
+    first = histories.time[figures.peak_instants(histories.data)].min(axis=1)
     names = [carriage.name for carriage in histories.machine.carriages]
     early = [name for name, time in zip(names, first, strict=True) if time < until]
     if until < histories.time[-1]:
@@ -274,7 +274,7 @@ def _energy_warnings(energy: Energy | None, coarse: bool) -> Iterator[str]:
 def _sensitivity_warnings(sensitivity: float | None) -> Iterator[str]:
     if sensitivity is not None and sensitivity > SENSITIVE:
         yield (
-            f"Note: impacts multiply small differences here: a motion larger by {checks.NUDGE:.0e} of it changes loads "
+            f"Note: impacts multiply small differences here: a motion larger by {figures.NUDGE:.0e} of it changes loads "
             f"by up to {percent(sensitivity)} of the largest. No method predicts the course of such impacts, and peaks "
             "may change as much. Damping that always acts (no damping_in_contact), more damping or less clearance "
             "makes them definite."

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from guideload.base.errors import SceneError
-from guideload.cli.errors import InputError
+from guideload.cli.exit_codes import InputError
 from guideload.traces.options import SmoothingOptions
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from guideload.cli import options
-from guideload.cli.errors import InputError
+from guideload.cli.exit_codes import InputError
 from guideload.cli.inputs import EXAMPLES, read_machine, read_motion
 from guideload.cli.outputs import picture_draft, unwritable
 from guideload.cli.terminal import output_encoding, print_text
@@ -59,7 +59,7 @@ def check(machine_file: Path, trace_file: Path | None, **reading: Any) -> None:
     print_text(machine_report(machine, encoding=output_encoding()))
     if trace_file is not None:
         from guideload.motion.resolution import TraceResolution
-        from guideload.reports.result import motion_report
+        from guideload.reports.run import motion_report
         from guideload.reports.trace import resolution_report
 
         motion = read_motion(trace_file, machine, **reading)

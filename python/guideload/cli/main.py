@@ -15,9 +15,9 @@ import click
 
 from guideload.base.errors import ArgumentError, ConfigError, GuideloadError, SceneError, TraceError
 from guideload.cli.encoder import encoder
-from guideload.cli.errors import InputError
+from guideload.cli.exit_codes import InputError
 from guideload.cli.machine import check, init, modes
-from guideload.cli.methods import chart, stability
+from guideload.cli.method_comparison import chart, stability
 from guideload.cli.run import demo, run
 from guideload.cli.schema import schema
 from guideload.cli.study import study

@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from guideload.base.atomic import atomic_folder, atomic_write
-from guideload.cli.errors import InputError
+from guideload.cli.exit_codes import InputError
 
 FORMATS = {"netcdf": "loads.nc", "parquet": "loads.parquet", "csv": "loads.csv"}
 PICTURES = ("scene.png", "figures_7_to_11.png", "resultant.png", "moments.png", "modes.png", "spectrum.png")

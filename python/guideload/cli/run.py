@@ -45,7 +45,7 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
     It runs twice: with all dofs that the guides carry, and with the dofs of the paper, which holds y and z of L. That
     hides the weight from the guides: the tables of peaks show both.
     """
-    from guideload.reports.result import comparison
+    from guideload.reports.run import comparison
     from guideload.simulation.simulation import simulate
 
     names = _file_names("netcdf", not no_pictures)
@@ -115,7 +115,7 @@ def run(
             result = simulate(machine, motion, method=method, rtol=rtol, step=step)
         text = _write(result, folder, file_format, not no_pictures, output)
     if (encoding := output_encoding()).lower() != "utf-8":  # that of the file; others lack characters
-        from guideload.reports.result import result_report
+        from guideload.reports.run import result_report
 
         text = result_report(result, encoding=encoding)
     print_text(text)
@@ -132,7 +132,7 @@ def _write(result: Result, folder: Path, file_format: str, pictures: bool, outpu
     """Write loads, report, pictures and manifest of a run; returns the report. output: the folder in messages."""
     from concurrent.futures import ThreadPoolExecutor
 
-    from guideload.reports.result import result_report
+    from guideload.reports.run import result_report
 
     with write_errors(output):
         folder.mkdir(exist_ok=True)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from guideload.cli import outputs
-from guideload.cli.errors import InputError
+from guideload.cli.exit_codes import InputError
 from guideload.cli.options import InputFile, folder_option, no_pictures_option
 from guideload.cli.terminal import output_encoding, print_text, status
 

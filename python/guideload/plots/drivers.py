@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from guideload.base.arrays import Array
-from guideload.base.numbers import counted
+from guideload.base.number_text import counted
 from guideload.plots.style import GREY, INK, axes_or_new, legend_beside, look, new_figure, write_instead
 from guideload.study.results.result import StudyResult, weaker_parameters
 from guideload.study.results.statistics import TOO_FEW, known

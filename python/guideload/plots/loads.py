@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.audit.checks import share_of_time
+from guideload.audit.figures import share_of_time
 from guideload.audit.histories import Histories
-from guideload.base.numbers import joined, load_with_unit, percent
+from guideload.base.number_text import joined, load_with_unit, percent
 from guideload.base.units import factor
 from guideload.motion.uncertainty import COVER
 from guideload.plots.style import (

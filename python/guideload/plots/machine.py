@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
-from guideload.base.numbers import joined, load_with_unit
+from guideload.base.number_text import joined, load_with_unit
 from guideload.machine.modes import displacement, moving_dofs
 from guideload.plots.style import GREY, INK, PALE, carriage_look, look, new_figure
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
 
-from guideload.audit.checks import uniform
+from guideload.audit.figures import uniform
 from guideload.plots.style import (
     PALE,
     axes_or_new,

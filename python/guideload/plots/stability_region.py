@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from guideload.methods.step_stability import METHODS
+from guideload.method_comparison.step_stability import METHODS
 from guideload.plots.style import CARRIAGE_COLORS, GREY, look, new_figure
 from guideload.simulation.stability_function import error_per_period, stability_function
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from guideload.methods.step_stability import Stability
+    from guideload.method_comparison.step_stability import Stability
 
 LEFT, RIGHT, TOP = -5.5, 0.7, 5.5  # limits of the picture, in h λ; no scene has an eigenvalue with Re h λ > 0
 REGION = "#d8e6f2"

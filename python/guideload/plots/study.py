@@ -11,11 +11,11 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from guideload.base.arrays import Array
-from guideload.base.numbers import load_with_unit
+from guideload.base.number_text import load_with_unit
 from guideload.plots.drivers import STEPS, nothing, scatter, set_title, short, tornado
 from guideload.plots.saving import save
 from guideload.plots.style import GREY, INK, axes_or_new, carriage_look, legend_beside, look, new_figure
-from guideload.study.description.quantities import LIFE, QUANTITIES
+from guideload.study.description.measures import LIFE, QUANTITIES
 from guideload.study.results import statistics
 from guideload.study.results.result import StudyResult
 from guideload.study.results.statistics import known, quantiles

@@ -9,7 +9,7 @@ import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from guideload.base.numbers import counted
+from guideload.base.number_text import counted
 
 if TYPE_CHECKING:
     from matplotlib.typing import RcKeyType

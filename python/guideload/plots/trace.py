@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from guideload.audit.checks import uniform
+from guideload.audit.figures import uniform
 from guideload.base.arrays import Array
 from guideload.motion.uncertainty import COVER
 from guideload.plots.spectrum import label_modes, octave_bands, set_frequency_ticks

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter
 
-from guideload.base.numbers import milliseconds, scientific
-from guideload.methods.diagram import MODEL_ACCURACY, setting_range
+from guideload.base.number_text import milliseconds, scientific
+from guideload.method_comparison.diagram import MODEL_ACCURACY, setting_range
 from guideload.plots.labels import AT_THE_END, BESIDE, FROM_AFAR, Labels, Point
 from guideload.plots.style import GREY, PALE, axes_or_new, look, write_instead
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from guideload.methods.diagram import Row, WorkPrecision
+    from guideload.method_comparison.diagram import Row, WorkPrecision
 
     Curves = dict[tuple[str, str | None], list[tuple[list[Row], Point]]]
 

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.console import RenderableType
 
-from guideload.base.numbers import milliseconds
-from guideload.methods.step_stability import METHODS, NEAR
+from guideload.base.number_text import milliseconds
+from guideload.method_comparison.step_stability import METHODS, NEAR
 from guideload.reports.elements import WIDTH, heading, new_table, remark, section, to_text
 from guideload.reports.machine import nominal_lines
-from guideload.reports.result import motion_lines
+from guideload.reports.run import motion_lines
 from guideload.simulation.stability_function import error_per_period
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from guideload.methods.step_stability import Cost, Stability
+    from guideload.method_comparison.step_stability import Cost, Stability
 
 STEPS_PER_PERIOD = (4, 10, 30, 100)
 ROUNDING = 1e-13  # of an error of one period

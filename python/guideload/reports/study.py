@@ -10,10 +10,10 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from guideload.base.numbers import load_in_table
+from guideload.base.number_text import load_in_table
 from guideload.reports.elements import WIDTH, heading, new_table, remark, section, to_text
+from guideload.study.description.measures import CONTACT, LIFE, PEAK, QUANTITIES, Quantity
 from guideload.study.description.metadata import StudyMetadata
-from guideload.study.description.quantities import CONTACT, LIFE, PEAK, QUANTITIES, Quantity
 from guideload.study.results.result import StudyResult, weaker_parameters
 from guideload.study.results.statistics import TOO_FEW, fewest_samples, known
 from guideload.study.results.titles import capitalised, contact_words, title_of, with_owner, with_unit

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.console import RenderableType
 
-from guideload.base.numbers import counted
+from guideload.base.number_text import counted
 from guideload.motion.uncertainty import COVER
 from guideload.reports.elements import WIDTH, new_table, remark, section, to_text
 from guideload.smoothing.estimation import Estimate

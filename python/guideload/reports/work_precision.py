@@ -7,8 +7,8 @@ import re
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from guideload.base.numbers import milliseconds, scientific
-from guideload.methods.diagram import MODEL_ACCURACY, Row, WorkPrecision, setting_range
+from guideload.base.number_text import milliseconds, scientific
+from guideload.method_comparison.diagram import MODEL_ACCURACY, Row, WorkPrecision, setting_range
 from guideload.reports.elements import WIDTH, heading, remark, section, to_text
 
 DEFINITIONS = (

@@ -14,11 +14,11 @@ from guideload.base.errors import ArgumentError
 from guideload.base.quantities import Quantities
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
-from guideload.simulation import files
+from guideload.simulation import result_files
 from guideload.simulation.bands import bands_of, with_bands
 from guideload.simulation.peaks import peak_columns
-from guideload.simulation.quantities import quantities_of
 from guideload.simulation.run import Run
+from guideload.simulation.run_quantities import quantities_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -124,15 +124,15 @@ class Result:
 
     def to_netcdf(self, path: str | PathLike[str]) -> None:
         """Write all quantities as netCDF 4."""
-        files.write_netcdf(self._to_write(), path)
+        result_files.write_netcdf(self._to_write(), path)
 
     def to_parquet(self, path: str | PathLike[str]) -> None:
         """Write all quantities as Parquet: a column per history and label, the rest in the metadata."""
-        files.write_parquet(self._to_write(), path)
+        result_files.write_parquet(self._to_write(), path)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the histories as CSV, and all other quantities as JSON beside it (same name, .json)."""
-        files.write_csv(self._to_write(), path)
+        result_files.write_csv(self._to_write(), path)
 
     def _to_write(self) -> Quantities:
         """All quantities; those of `data` if it exists, because the user may have changed it."""
@@ -144,4 +144,4 @@ class Result:
 
         Raises TraceError if the file is none of these.
         """
-        return cls(*files.read(path))
+        return cls(*result_files.read(path))

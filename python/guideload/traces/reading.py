@@ -20,8 +20,8 @@ from guideload.smoothing.smoothing import Kind, Method, smooth
 from guideload.traces.content.columns import argument, columns_of
 from guideload.traces.content.samples import quantum_note, read_samples
 from guideload.traces.content.stamps import DATE_ORDERS
-from guideload.traces.format.files import load_table
 from guideload.traces.format.headers import KINDS
+from guideload.traces.format.sources import load_table
 from guideload.traces.options import ReadingOptions, with_reading_options
 from guideload.traces.quality.checks import check_gaps, check_jumps, check_order, check_partner
 from guideload.traces.quality.clocks import CLOCKS, apply_clock, clock_of
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from guideload.machine.components import Drive
-    from guideload.traces.format.files import TableLike
+    from guideload.traces.format.sources import TableLike
     from guideload.traces.format.table import Table
 
 # Options that are one of a few words.

@@ -13,11 +13,11 @@ from guideload.study.description.parameters import Parameters
 from guideload.study.description.refusals import problem_at
 from guideload.study.description.tables import name_and_unit, numbers_of
 from guideload.study.sampling.distributions import Form
-from guideload.traces.format.files import load_table
+from guideload.traces.format.sources import load_table
 from guideload.traces.format.table import Table
 
 if TYPE_CHECKING:
-    from guideload.traces.format.files import TableLike
+    from guideload.traces.format.sources import TableLike
 
 
 def cases_of(source: TableLike, parameters: Parameters) -> tuple[tuple[Factor, ...], Array]:

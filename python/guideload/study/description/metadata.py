@@ -18,7 +18,7 @@ from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, GuideloadError, shown
 from guideload.machine.machine import Machine
 from guideload.simulation.simulation import Method
-from guideload.study.description.quantities import Life, Measure
+from guideload.study.description.measures import Life, Measure
 from guideload.traces.format.table import listed
 
 FILE = "study.json"

@@ -21,7 +21,7 @@ from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.simulation import Method
 from guideload.study.description.correlation import Correlation
-from guideload.study.description.quantities import STATISTICS, Life, Recorded, Statistic
+from guideload.study.description.measures import STATISTICS, Life, Recorded, Statistic
 from guideload.study.description.refusals import problem_at
 from guideload.study.description.varied_parameter import DistributionSpec, NumberOrText, optional
 from guideload.study.sampling.sequences import Sampling, Sobol

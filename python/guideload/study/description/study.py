@@ -17,11 +17,11 @@ from guideload.motion.motion import HISTORIES, Motion
 from guideload.study.description.cases import cases_of
 from guideload.study.description.correlation import copula_of
 from guideload.study.description.factors import factors_of
+from guideload.study.description.measures import limits_of, measures_of
 from guideload.study.description.metadata import StudyMetadata
 from guideload.study.description.options import StudyFile, StudyOptions, read_study, with_hint_on_place
 from guideload.study.description.parameters import Parameters
 from guideload.study.description.plan import Plan, correlations_of, digest, with_fingerprint
-from guideload.study.description.quantities import limits_of, measures_of
 from guideload.study.description.refusals import refused_at
 from guideload.study.description.varied_parameter import SampleSpec
 from guideload.study.sampling.design import Design

@@ -22,7 +22,7 @@ from guideload.study.description.refusals import KeyRefused
 from guideload.study.description.tables import numbers_of
 from guideload.study.sampling import distributions
 from guideload.study.sampling.distributions import Distribution, Form, Marginal
-from guideload.traces.format.files import load_table
+from guideload.traces.format.sources import load_table
 from guideload.traces.format.table import listed
 
 Each = Literal["carriage", "rail", "link", "value"]

@@ -11,8 +11,8 @@ import xarray as xr
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ValueRefused
+from guideload.study.description.measures import CONTACT, LIFE, PEAK, QUANTITIES, RECORDED
 from guideload.study.description.metadata import StudyMetadata
-from guideload.study.description.quantities import CONTACT, LIFE, PEAK, QUANTITIES, RECORDED
 from guideload.study.storage.store import SampleStore
 
 

@@ -18,7 +18,7 @@ from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, ValueRefused, shown
 from guideload.base.units import quantity as to_unit
-from guideload.study.description.quantities import CONTACT, LIFE, QUANTITIES, unit_of
+from guideload.study.description.measures import CONTACT, LIFE, QUANTITIES, unit_of
 from guideload.study.results import statistics
 from guideload.study.results.columns import StudyColumns, summarised
 from guideload.study.results.statistics import Estimate, Exceedance

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from guideload.machine.machine import Machine
+from guideload.study.description.measures import CONTACT, QUANTITIES, unit_of
 from guideload.study.description.metadata import StudyMetadata
-from guideload.study.description.quantities import CONTACT, QUANTITIES, unit_of
 
 
 def contact_words(machine: Machine) -> str:

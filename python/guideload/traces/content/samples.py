@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
-from guideload.base.numbers import counted
+from guideload.base.number_text import counted
 from guideload.base.units import factor
 from guideload.smoothing.smoothing import quantum_of
 from guideload.traces.content.columns import Columns, argument

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.errors import TraceError, shortened
-from guideload.traces.format.dialects import grouped
+from guideload.traces.format.dialect_detection import grouped
 from guideload.traces.format.headers import Header
 
 SHOWN = 10  # rows named in an error; the count says how many there are

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.errors import TraceError, shortened
-from guideload.traces.format.dialects import COMMENT, Dialect, dialect_of, rows_of
-from guideload.traces.format.scope_csv import scope_dialect
+from guideload.traces.format.dialect_detection import COMMENT, Dialect, dialect_of, rows_of
 from guideload.traces.format.table import Table, listed_rows, unique
+from guideload.traces.format.twincat_scope import scope_dialect
 
 OPENING = 65536  # characters that show the dialect, and whether it is text at all
 SHOWING = 300  # lines that are enough to show the dialect, unless more stand above the samples

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from guideload.base.arrays import Array, median_step, runs_of
 from guideload.base.errors import TraceError
-from guideload.base.numbers import counted
+from guideload.base.number_text import counted
 from guideload.traces.content.samples import TraceDraft, check_length
 from guideload.traces.quality.holds import MOTION_QUANTA
 from guideload.traces.quality.jumps import LONGEST_RUN, drop_outs, speed_jumps

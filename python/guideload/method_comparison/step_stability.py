@@ -18,8 +18,8 @@ from guideload.base.errors import ArgumentError
 from guideload.machine.laws import NO_EXACT
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import moving_dofs
-from guideload.methods.diagram import Setting
-from guideload.methods.runner import solve
+from guideload.method_comparison.diagram import Setting
+from guideload.method_comparison.runner import solve
 from guideload.motion.motion import Motion
 from guideload.simulation.stability_function import (
     UNDAMPED,

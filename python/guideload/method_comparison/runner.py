@@ -13,8 +13,15 @@ from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, GuideloadError, RunError
 from guideload.machine.laws import NO_EXACT
 from guideload.machine.machine import Machine
-from guideload.methods.diagram import AUTO_RTOL, Reference, Row, Setting, WorkPrecision, pareto_optimal
-from guideload.methods.error_metric import ErrorMetric, difference
+from guideload.method_comparison.diagram import (
+    AUTO_RTOL,
+    Reference,
+    Row,
+    Setting,
+    WorkPrecision,
+    pareto_optimal,
+)
+from guideload.method_comparison.error_metric import ErrorMetric, difference
 from guideload.motion.motion import Motion
 from guideload.simulation.simulation import simulate
 

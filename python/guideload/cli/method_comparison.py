@@ -50,7 +50,7 @@ def chart(
     Every method runs over its range of tolerances and fixed steps, for a machine under a measured motion. The error is
     that of the loads against a reference, whose own error is reported.
     """
-    from guideload.methods.runner import work_precision
+    from guideload.method_comparison.runner import work_precision
     from guideload.reports.work_precision import chart_report
 
     names = {"report.txt", *(name for name in CHART if not (no_pictures and name.endswith(".png")))}
@@ -96,7 +96,7 @@ def stability(
     The longest stable step of rk45 is where the machine's eigenvalues leave its stability region. The cost of
     every method is that of a measured motion, or of a standard move if none is given.
     """
-    from guideload.methods.step_stability import stability as step_stability
+    from guideload.method_comparison.step_stability import stability as step_stability
     from guideload.reports.stability import stability_report
 
     with picture_draft(output, overwrite, *filter(None, (machine_file, trace_file))) as draft:

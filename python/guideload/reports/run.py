@@ -11,7 +11,7 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from guideload.audit.audit import LABEL
-from guideload.base.numbers import load_in_table
+from guideload.base.number_text import load_in_table
 from guideload.machine.machine import DOFS
 from guideload.reports.elements import WIDTH, dofs_line, new_table, remark, section, to_text
 from guideload.reports.machine import modes_table, nominal_lines, weight_lines

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from guideload.traces.format.dialects import SEPARATORS, Dialect, Row, decimal_of, is_value, rows_of
+from guideload.traces.format.dialect_detection import SEPARATORS, Dialect, Row, decimal_of, is_value, rows_of
 from guideload.traces.format.headers import known_unit
 
 PROJECT_KEYS = ("File", "StartRecord", "Starttime of export")

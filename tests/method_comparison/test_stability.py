@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from reference import DOFS, all_modes_critical, translating
 
 from guideload import ArgumentError, Link, Machine, Motion, RunError, Stability, plots, simulate, stability
-from guideload.methods.step_stability import step_ends
+from guideload.method_comparison.step_stability import step_ends
 from guideload.reports.stability import stability_report
 from guideload.simulation.stability_function import (
     IMPLICIT_DENOMINATOR,

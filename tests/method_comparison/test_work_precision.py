@@ -15,9 +15,9 @@ from reference import cart, cart_stiff, cycle, noisy, paper, piece
 from guideload import Body, Link, Machine, Motion, WorkPrecision, plots, simulate
 from guideload.base.errors import ArgumentError, RunError
 from guideload.cli.outputs import CHART
-from guideload.methods import runner
-from guideload.methods.diagram import Row, Setting, pareto_optimal
-from guideload.methods.runner import MOST_REPETITIONS, RTOLS, STEPS_PER_SAMPLE, work_precision
+from guideload.method_comparison import runner
+from guideload.method_comparison.diagram import Row, Setting, pareto_optimal
+from guideload.method_comparison.runner import MOST_REPETITIONS, RTOLS, STEPS_PER_SAMPLE, work_precision
 from guideload.reports.work_precision import chart_report
 
 SETTINGS = 1 + 2 * len(RTOLS) + 2 * len(STEPS_PER_SAMPLE)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from guideload.base.numbers import scientific
+from guideload.base.number_text import scientific
 from guideload.machine.machine import Machine
 
 if TYPE_CHECKING:
