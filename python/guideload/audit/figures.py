@@ -13,6 +13,7 @@ from guideload.base.quantities import Quantities
 from guideload.machine.modes import Modes
 from guideload.motion.resolution import TraceResolution
 
+FEWEST_PER_PERIOD = 2.0  # samples per period of the highest mode
 POWER_SHARE = 0.99  # of the excitation's power, which lies below the end of its band
 NUDGE = 1e-9  # relative growth of the excitation, far below the error of any trace
 # Load over preload at which a preloaded contact opens its unloaded row, 2^n: balls, and rollers.

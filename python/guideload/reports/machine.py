@@ -10,7 +10,7 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from guideload.audit.audit import free_at_rest, open_row_notes, rest_notes
+from guideload.audit.warnings import free_at_rest, open_row_notes, rest_notes
 from guideload.base.number_text import counted, load_in_table
 from guideload.machine.modes import Modes, moving_dofs
 from guideload.reports.elements import dofs_line, new_table, remark, section, to_text

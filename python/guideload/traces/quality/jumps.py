@@ -4,7 +4,7 @@ What shows: a speed far above all others; a change that leaves the speed before 
 beyond all other changes; and a 0 between rows of one speed, where the axis never else turns as quickly.
 What does not: in a log so slow that the axis gets to speed within a row (as at 10 Hz), a wild speed below the top
 speed looks like a short move, and a drop-out like a short stop. A table that holds the position as well shows more
-(see `checks.check_partner`), and so does a limit of the speed.
+(see `traces.quality.checks`), and so does a limit of the speed.
 
 Speeds u are those of the steps of a position (n - 1,), or the samples of a speed (n,), in SI.
 """

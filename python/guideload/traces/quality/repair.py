@@ -63,7 +63,7 @@ def repair(draft: TraceDraft, kinds: frozenset[str], max_speed: float | None) ->
         _leave_out(draft, wild, "sample", " with a wild time stamp")
     check_length(draft.table, draft.time.size)
     if np.any(np.diff(draft.time) <= 0.0):
-        return  # refused by `checks.check_order`
+        return  # refused by `traces.quality.checks`
     if "outliers" in kinds:
         wild = outliers(draft.time, draft.value, draft.is_position, draft.quantum, max_speed)
         _leave_out(draft, wild, "outlier")
@@ -158,7 +158,7 @@ def outliers(
 ) -> Samples:
     """Samples, alone or up to LONGEST_RUN together, that jump away from the motion and back to it.
 
-    A jump that does not come back is none: see `checks.check_jumps`.
+    A jump that does not come back is none: see `traces.quality.checks`.
     """
     if not is_position:
         return np.flatnonzero(speed_jumps(time, value, False, quantum, max_speed))
