@@ -108,8 +108,8 @@ def sensitivity_warnings(sensitivity: float | None) -> Iterator[str]:
         yield (
             f"Note: impacts multiply small differences here: a motion larger by {figures.NUDGE:.0e} of it changes "
             f"loads by up to {percent(sensitivity)} of the largest. No method predicts the course of such impacts, and "
-            "peaks may change as much. Damping that always acts (no damping_in_contact), more damping or less clearance "
-            "makes them definite."
+            "peaks may change as much. Damping that always acts (no damping_in_contact), more damping or less "
+            "clearance makes them definite."
         )
 
 

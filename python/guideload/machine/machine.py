@@ -159,7 +159,7 @@ class Machine(ConfigModel):
         kinds = {law.kind for law in self._links.laws}
         if "preloaded" in kinds:
             return "smooth nonlinear"
-        return "piecewise linear" if kinds & {"sided", "curve"} else "linear"
+        return "linear" if kinds <= {"linear"} else "piecewise linear"
 
     def link_table(self) -> LinkTable:
         """All links of the machine; computed once."""
