@@ -9,28 +9,28 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullForma
 
 from guideload.base.number_text import milliseconds, scientific
 from guideload.method_comparison.diagram import MODEL_ACCURACY, setting_range
-from guideload.plots.labels import AT_THE_END, BESIDE, FROM_AFAR, Labels, Point
-from guideload.plots.style import GREY, PALE, axes_or_new, look, write_instead
+from guideload.plots.style import GREY, INK, PALE, axes_or_new, legend_beside, look, write_instead
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from guideload.method_comparison.diagram import Row, WorkPrecision
 
+    Point = tuple[float, float]
     Curves = dict[tuple[str, str | None], list[tuple[list[Row], Point]]]
 
 # Colour and marker of each method; fixed steps have dashed lines and hollow markers.
 METHODS = {"exact": ("#009E73", "D"), "implicit": ("#0072B2", "o"), "rk45": ("#D55E00", "s")}
 KINDS = {"rtol": ", tolerance", "step": ", fixed step", None: ""}
 PARETO_COLOR = "#f2c14e"
-ROOM = 2.5  # decades right of the last point, for the names of the methods
+ROOM = 0.5  # decades right of the last point
 
 
 def work_precision(chart: WorkPrecision, ax: Axes | None = None) -> Axes:
     """Time of every method over the error of its loads, both logarithmic; lower is faster, right is more accurate.
 
-    The error is relative to the largest dynamic load, or to the largest load if nothing moves. Small figures are
-    tolerances and steps. A ring marks a Pareto optimal row, an arrow the one that `auto` picks.
+    The error is relative to the largest dynamic load, or to the largest load if nothing moves. Small figures are the
+    tolerance or step at the ends of a curve. A ring marks a Pareto optimal row, an arrow the one that `auto` picks.
     """
     load, largest = "dynamic load", chart.reference.largest_dynamic
     if largest is None:
@@ -55,9 +55,20 @@ def work_precision(chart: WorkPrecision, ax: Axes | None = None) -> Axes:
         _mark_limits(ax, model, chart.reference.limit, largest)
         _draw_pareto(ax, [point for rows, point in drawn if rows[0].pareto_optimal])
         for (method, kind), curve in curves.items():
-            _draw_curve(ax, method, kind, [point for _, point in curve])
+            _draw_curve(ax, method, kind, curve)
+        for rows, point in drawn:
+            if chart.auto_row in rows:
+                arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.8, "shrinkB": 6}
+                ax.annotate(
+                    "auto picks this",
+                    point,
+                    (-30, 24),
+                    textcoords="offset points",
+                    ha="right",
+                    arrowprops=arrow,
+                )
         _name_failures(ax, chart)
-        _write_labels(ax, chart, curves)
+        legend_beside(ax, "method")
     return ax
 
 
@@ -81,13 +92,14 @@ def _mark_limits(ax: Axes, model: float, reference: float | None, largest: float
     """A line at the accuracy of the model, and a grey area below the error [N] of the reference."""
     ax.axvline(model, color=GREY, linewidth=0.9, linestyle=(0, (4, 3)), zorder=1)
     text = f"{scientific(MODEL_ACCURACY)} of the load: beyond, small rotations\nlimit the model, digits are arithmetic"
-    texts = [(model, text)]
+    texts = [(model, text, "left")]
     if reference is not None:
         ax.axvspan(reference / largest, ax.get_xlim()[1], color=PALE, alpha=0.45, zorder=0, linewidth=0)
-        texts.append((reference / largest, "below the error\nof the reference"))
-    for error, text in texts:
+        texts.append((reference / largest, "below the error\nof the reference", "right"))
+    for error, text, side in texts:
         style: dict[str, Any] = {"textcoords": "offset points", "va": "top", "fontsize": 7.5, "color": GREY}
-        ax.annotate(text, (error, 1.0), (4, -3), xycoords=("data", "axes fraction"), **style)
+        offset = (4 if side == "left" else -4, -3)
+        ax.annotate(text, (error, 1.0), offset, ha=side, xycoords=("data", "axes fraction"), **style)
 
 
 def _draw_pareto(ax: Axes, points: list[Point]) -> None:
@@ -95,34 +107,20 @@ def _draw_pareto(ax: Axes, points: list[Point]) -> None:
     errors, seconds = np.array(sorted(points)).T
     style: dict[str, Any] = {"color": PARETO_COLOR, "zorder": 2}
     ax.plot(errors, seconds, linewidth=5.0, solid_capstyle="round", alpha=0.55, **style)
-    label = "Pareto optimal: nothing is both faster and more accurate"
+    label = "Pareto optimal: nothing is\nboth faster and more accurate"
     style |= {"markersize": 13, "markerfacecolor": "none", "markeredgewidth": 2.0}
     ax.plot(errors, seconds, "o", label=label, **style)
-    ax.legend(loc="lower left", frameon=True, framealpha=1.0, edgecolor="none")
 
 
-def _draw_curve(ax: Axes, method: str, kind: str | None, points: list[Point]) -> None:
+def _draw_curve(ax: Axes, method: str, kind: str | None, curve: list[tuple[list[Row], Point]]) -> None:
     color, marker = METHODS[method]
     dashes, face = ("--", "white") if kind == "step" else ("-", color)
     style: dict[str, Any] = {"color": color, "marker": marker, "markersize": 5.5, "markerfacecolor": face}
-    ax.plot(*np.array(points).T, linestyle=dashes, zorder=3, **style)
-
-
-def _write_labels(ax: Axes, chart: WorkPrecision, curves: Curves) -> None:
-    """The methods at the ends of their curves, what `auto` picks, and the settings where there is room."""
-    labels = Labels(ax)
-    for (method, kind), curve in curves.items():
-        ends = [point for _, point in curve[:-4:-1]]
-        name, color = method + KINDS[kind], METHODS[method][0]
-        labels.add(name, ends, AT_THE_END, color=color, fontsize=8.5, weight="bold")
-    runs = [(method, kind, run) for (method, kind), curve in curves.items() for run in curve]
-    for _, _, (rows, point) in runs:
-        if chart.auto_row in rows:
-            labels.add("auto picks this", [point], FROM_AFAR, arrow=True, fontsize=8.5)
-    for method, kind, (rows, point) in runs:
-        if kind is not None:
-            color = METHODS[method][0]
-            labels.add(setting_range(rows), [point], BESIDE, optional=True, color=color, fontsize=6.5)
+    points = np.array([point for _, point in curve])
+    ax.plot(*points.T, linestyle=dashes, zorder=3, label=method + KINDS[kind], **style)
+    for rows, point in curve[:1] + curve[1:][-1:] if kind else []:
+        offset, label = (6, -9) if kind == "step" else (6, 4), setting_range(rows)
+        ax.annotate(label, point, offset, textcoords="offset points", color=color, fontsize=7.0)
 
 
 def _name_failures(ax: Axes, chart: WorkPrecision) -> None:
