@@ -12,6 +12,7 @@ from guideload import Body, Link, Machine, Motion, Rail, Result, simulate
 from guideload._core import Law
 from guideload.audit.figures import BALL_ROW, ROLLERS
 from guideload.base.number_text import percent
+from guideload.machine.modes import displacement
 from guideload.reports import run as report
 from guideload.reports.elements import WIDTH
 
@@ -57,6 +58,21 @@ def test_second_order_of_a_lever_is_its_gravitational_stiffness(height: float) -
     turn = 100 * 9.80665 / (1e7 * 0.5**2)
     assert found.largest == pytest.approx(turn * 0.2, rel=1e-12)
     assert found.second_order == pytest.approx(turn * abs(height), rel=1e-9)
+
+
+def test_mode_shapes_of_a_machine_of_links_only_are_scaled_by_their_points() -> None:
+    at = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)])
+    along = [(0.0, 1.0, 0.0)] * 3 + [(0.0, 0.0, 1.0)] * 2
+    links = tuple(
+        Link(name=str(i), point=tuple(at[i]), direction=along[i], stiffness=1e6, damping=1e3)
+        for i in range(5)
+    )
+    # The centre of mass is L, about which one of the modes turns.
+    body = Body(mass=10.0, center_of_mass=(0.0, 0.0, 0.0), inertia=np.eye(3).tolist())
+    result = simulate(Machine(body=body, links=links), Motion.along_x(TIME, PUSH))
+    largest = [np.linalg.norm(displacement(at, shape), axis=1).max() for shape in result.modes.shape]
+    assert largest == pytest.approx([1.0] * 5)
+    assert "x excites no mode" in str(result.audit)
 
 
 def test_largest_rotation_is_that_of_the_histories() -> None:
