@@ -13,14 +13,14 @@ from guideload.machine.machine import DOFS, Machine
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """The n natural modes, by ascending frequency; nonlinear links have their nominal stiffness, in contact.
+    """The n natural modes by ascending frequency; nonlinear links are in contact, with their nominal stiffness.
 
-    frequency     (n,) Hz, without damping
-    damping_ratio (n,) of critical, without coupling of the modes (exact for damping proportional to stiffness)
+    frequency     (n,) Hz, natural frequencies of the undamped machine
+    damping_ratio (n,) 1, neglects coupling of the modes by damping (exact for damping proportional to stiffness)
     shape         (n, 6) mode shapes, displacement and rotation of L [m, rad], without damping; the largest
                   displacement of the carriage centres (without carriages: of the links' points) and of the centre
                   of mass is 1
-    eigenvalues   (2 n,) 1/s, complex, of the damped machine: -zeta omega +- i omega sqrt(1 - zeta^2)
+    eigenvalues   (2 n,) 1/s, complex, of the damped machine; for one mode -zeta omega +- i omega sqrt(1 - zeta^2)
     """
 
     frequency: Array
@@ -30,12 +30,12 @@ class Modes:
 
     @property
     def damped_frequency(self) -> Array:
-        """(n,) Hz; 0 where a mode is overdamped."""
+        """Frequencies (n,) of the damped vibration [Hz]; 0 if a mode is overdamped."""
         return self.frequency * np.sqrt(np.maximum(1.0 - self.damping_ratio**2, 0.0))
 
     @classmethod
     def of(cls, machine: Machine) -> Modes:
-        """The modes of a machine. Raises SceneError if its links leave the body unsupported."""
+        """The modes of a machine. Raises SceneError if its links do not support the body."""
         frequency, damping_ratio, shapes, eigenvalues = machine.scene.modes()
         points = _guided_points(machine)
         largest = [np.linalg.norm(displacement(points, shape), axis=1).max() for shape in shapes]
