@@ -104,7 +104,7 @@ def energy_warnings(energy: Energy | None, coarse: bool) -> Iterator[str]:
 def sensitivity_warnings(sensitivity: float | None) -> Iterator[str]:
     if sensitivity is not None and sensitivity > SENSITIVE:
         yield (
-            f"Note: impacts amplify small differences: a motion multiplied by 1 + {figures.PERTURBATION:.0e} changes loads "
+            f"Note: impacts amplify small differences: a motion times 1 + {figures.PERTURBATION:.0e} changes loads "
             f"by up to {percent(sensitivity)} of the largest load. No method can predict such impacts, and peaks may "
             "change as much. Damping that always acts (damping_in_contact = false), more damping or less "
             "clearance makes the loads predictable."
