@@ -392,7 +392,7 @@ def shaken() -> Motion:
     return Motion.along_x(np.arange(3001) * 1e-3, np.where(np.arange(3001) > 0, noise, 0.0))
 
 
-def test_impacts_that_multiply_small_differences_are_warned_of() -> None:
+def test_impacts_that_amplify_small_differences_are_warned_of() -> None:
     """The figure is what a motion larger by 1e-9 really changes; where damping always acts, that is nothing."""
     result = simulate(rattling(), shaken())
     larger = Motion(time=shaken().time, acceleration=(1.0 + 1e-9) * shaken().acceleration)
@@ -400,7 +400,7 @@ def test_impacts_that_multiply_small_differences_are_warned_of() -> None:
     change = np.abs(load - other).max() / np.abs(load).max()
     found = result.audit.sensitivity
     assert found is not None and change > 1e-3 and found == pytest.approx(change, rel=1e-3)
-    assert any("impacts multiply small differences" in warning for warning in result.audit.warnings)
+    assert any("impacts amplify small differences" in warning for warning in result.audit.warnings)
     settled = simulate(ref.cart_clear(), shaken()).audit
     assert settled.sensitivity is not None and settled.sensitivity < 1e-7
     assert cart_result().audit.sensitivity is None

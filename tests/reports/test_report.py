@@ -179,14 +179,16 @@ def test_a_motion_under_way_spoils_the_peaks_until_the_slowest_mode_has_died_awa
     until = 3 / (2 * np.pi * slowest.frequency * slowest.damping_ratio).min()
     both = simulate(MACHINE, Motion.along_x(TIME, np.where(TIME < 0.6, 1, -4)))
     assert "Note: the motion begins at 1 m/s2, but a run starts at rest" in said(both)
-    assert f"until {until:.3g} s the loads are those of a sudden start" in said(both)
+    assert f"until {until:.3g} s the loads contain the response to a sudden start" in said(both)
     times = both.peaks()["time_of_peak_s"]  # the dynamic parts peak late everywhere
     early = ", ".join(times.index[times < until])
-    assert (f"peaks of {early} fall into it" if early else "no carriage's peak falls into it") in said(both)
+    assert (
+        f"peaks of {early} are in this period" if early else "no peak of a carriage is in this period"
+    ) in said(both)
     again = simulate(MACHINE, Motion.along_x(TIME, np.select([TIME < 0.4, TIME < 0.7], [1, -4], 4)))
     assert "no carriage's peak falls into it" in said(again)
     sudden = simulate(MACHINE, Motion.along_x(TIME, np.where(TIME < 0.6, 2.0, 0.0)))
-    assert "peaks of all carriages fall into it" in said(sudden)
+    assert "peaks of all carriages are in this period" in said(sudden)
 
 
 @pytest.mark.parametrize(("cycles", "warned"), [(0.49, False), (0.51, True)])

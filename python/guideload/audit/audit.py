@@ -122,7 +122,7 @@ class Audit:
             turn = f"the body rotates by up to {rotation.largest:.2g} rad, at {rotation.time:.3f} s"
             yield (
                 "rotation",
-                f"{turn}; neglected second-order terms: {percent(rotation.second_order)} of the load",
+                f"{turn}; neglected terms of second order: {percent(rotation.second_order)} of the load",
             )
         parted, contacts = contact.share > 0.0, []
         if parted.any():
