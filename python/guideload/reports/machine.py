@@ -154,8 +154,8 @@ def nominal_lines(machine: Machine, what: str) -> list[str]:
     if machine.model_level == "linear":
         return []
     return [
-        f"This machine is {machine.model_level}. The {what} are computed with all links in contact and nominal stiffness:"
-        " the larger of two sides, the stiffness of a preloaded contact at no load, the steepest slope of a curve. "
+        f"This machine is {machine.model_level}. The {what} are those with all links in contact and nominal stiffness: "
+        "the larger of two sides, the stiffness of a preloaded contact at no load, the steepest slope of a curve. "
         "Open or softer links lower them."
     ]
 

@@ -128,8 +128,8 @@ def band_lines(result: Result) -> list[str]:
         return []
     return [
         "Band: 95 % credible band of the largest resultant under the true motion, given the samples, at any time. The "
-        "estimated motion is smoother than the true one, so its peak is often low in the band, or below it. Noise: 1.96 "
-        "standard deviations of the resultant at the time of the peak, over the peak. Method: "
+        "estimated motion is smoother than the true one, so its peak is often low in the band, or below it. Noise: "
+        "1.96 standard deviations of the resultant at the time of the peak, over the peak. Method: "
         f"{attributes['band_method']}."
     ]
 

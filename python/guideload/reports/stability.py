@@ -73,8 +73,8 @@ def step_lines(stability: Stability) -> list[str]:
         if -value.real <= ALMOST_UNDAMPED * abs(value):
             mode += " almost without damping: with fewer than 6.3 steps per period rk45 slowly adds to its amplitude"
     return [
-        f"rk45 is stable up to {milliseconds(stability.predicted_step, 4)} ms: with a longer fixed step the solution grows "
-        f"without bound. The limit is set by {mode}."
+        f"rk45 is stable up to {milliseconds(stability.predicted_step, 4)} ms: at longer fixed steps its solution "
+        f"grows without bound. The limit is set by {mode}."
     ]
 
 

@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 
 DEFINITIONS = (
     "Share of response: part of the static link loads under an acceleration along x that is in the mode. "
-    "Ringing shown: the trace shows a sudden change as a ramp; ringing of the mode after the ramp over ringing after the "
-    "sudden change. Hidden: increase of the dynamic load if the largest change that may have been sudden was sudden; "
-    "an upper bound for a single change, with nominal stiffness of the links."
+    "Ringing shown: the trace shows a sudden change as a ramp; ringing of the mode after the ramp over ringing after "
+    "the sudden change. Hidden: increase of the dynamic load if the largest change that may have been sudden was "
+    "sudden; an upper bound for a single change, with nominal stiffness of the links."
 )
 # Motions by the order of the derivative of position that is white noise.
 MOVES = {3: "acceleration that jumps", 4: "jerk that jumps", 5: "smooth moves", 6: "moves that ring"}
 NO_DRIVE = (
-    "Note: the machine has no [drive] (gear_ratio, and pinion_diameter or screw_lead) to convert the speed of the motor "
-    "to that of the cart: the figures are those of the motor, and the modes are not compared."
+    "Note: the machine has no [drive] (gear_ratio, and pinion_diameter or screw_lead) to convert the speed of the "
+    "motor to that of the cart: the figures are those of the motor, and the modes are not compared."
 )
 
 
@@ -98,8 +98,8 @@ def _smoothing_lines(inspection: Inspection) -> list[str]:
     length = float(np.diff(estimate.jumps, axis=1).sum())
     jumps = f"jumps in {counted(len(estimate.jumps), 'place')}, {length:.3g} s in all"
     return [
-        f"motion model by likelihood: derivative {estimate.order} of the position is white noise ({MOVES[estimate.order]}), "
-        "its density varies along the trace",
+        f"white noise model of derivative {estimate.order} of the position ({MOVES[estimate.order]}), chosen by "
+        "likelihood; its density varies along the trace",
         noise,
         f"bandwidth at sudden changes {estimate.bandwidth:.3g} Hz; half the sampling rate is "
         f"{0.5 / inspection.step:.4g} Hz",
