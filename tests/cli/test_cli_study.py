@@ -380,7 +380,7 @@ def test_init_writes_a_study_that_runs(tmp_path: Path, monkeypatch: pytest.Monke
     shutil.copy(file.parent / "trace.csv", "trace.csv")
     assert guideload("init").exit_code == 0
     told = guideload("init", "--study")
-    assert "machine.toml (`guideload init` writes one) and trace.csv" in told.stdout
+    assert "machine.toml (from `guideload init`) and trace.csv" in told.stdout
     assert "guideload study study.toml -o out/" in told.stdout
     assert guideload("study", "study.toml", "-o", "out", "--samples", 20, "--no-pictures").exit_code == 0
     assert "guideload init NAME.toml --study" in refused("init", "--study")

@@ -131,7 +131,7 @@ def study_warnings(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     """Reasons why the statistics are incomplete or inaccurate, each with a way out; the worst first."""
     what = "cases" if result.metadata.chosen else "samples"
     if summary.empty:
-        yield f"{result.finished} of {result.runs} samples have run, none with a result."
+        yield f"{result.finished} of {result.runs} samples have run, but no sample has a result."
         return
     if result.finished < result.runs:
         yield f"{result.finished} of {result.runs} {what} have run. Resume the study to run the others."
