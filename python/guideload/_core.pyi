@@ -303,8 +303,8 @@ class Batch:
     measures: (quantity, index, statistic) over the stamps of the motion. Quantities: Fx Fy Fz [N], Mx My Mz [N m]
     (about the centre) and resultant (hypot(Fy, Fz)) [N] of the group with this index; drive (reaction along x [N];
     nan if x is free), index 0. Statistics: min, time_of_min, max, time_of_max (first instant of equal values), rms
-    (weighted by time), start. Also ("load", group, "mean"): (int P^p |v| dt / int |v| dt)^(1/p), P = |Fy| + |Fz|, nan if
-    the speed is unknown or always 0; and ("contact", group, "lost"): 1 if at any stamp a link of the group has lost
+    (weighted by time), start. Also ("load", group, "mean"): (int P^p |v| dt / int |v| dt)^(1/p), P = |Fy| + |Fz|, nan
+    if the speed is unknown or always 0; and ("contact", group, "lost"): 1 if at any stamp a link of the group has lost
     contact or has a row open, else 0.
 
     Raises SceneError for an impossible base, TraceError for an invalid motion, and ArgumentError for changes and

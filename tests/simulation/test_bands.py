@@ -371,7 +371,7 @@ def test_the_report_tells_the_bands_and_what_they_are() -> None:
         f"(95 % credible band {largest['peak_lower_N']:.0f} to {largest['peak_upper_N']:.0f} N)"
         in one_line(text)
     )
-    assert report.comparison({"a": example(), "b": example()}).count("Band: the 95 %") == 1
+    assert report.comparison({"a": example(), "b": example()}).count("Band: 95 %") == 1
 
 
 def filled(ax: Axes) -> list[np.ndarray]:
