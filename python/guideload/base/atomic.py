@@ -45,9 +45,7 @@ def atomic_write(path: Path, *, durable: bool = False) -> Iterator[Path]:
         if path.parent.is_dir():
             draft.unlink(missing_ok=True)
         if isinstance(error, OSError) and not isinstance(error, WriteError):
-            reason = (
-                os.strerror(error.errno) if error.errno else str(error)
-            )  # the text of pyarrow is too long
+            reason = os.strerror(error.errno) if error.errno else str(error)  # pyarrow's text is too long
             raise WriteError(error.errno, reason, str(path)) from error
         raise
 

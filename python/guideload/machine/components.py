@@ -143,9 +143,7 @@ class Carriage(ElasticModel):
     name: Name = Field(description='a unique name, e.g. "1"')
     rail: Name = Field(description="the name of the rail it runs on")
     x: Length = Field(description='x of its centre from L, e.g. "-500 mm"')
-    length: PositiveLength = Field(
-        description='distance along x between its two ends, where its links are, e.g. "85 mm"'
-    )
+    length: PositiveLength = Field(description='distance between its two ends along x, e.g. "85 mm"')
     curve_y: Curve | None = curve_field("of the whole carriage along y", "_y")
     curve_z: Curve | None = curve_field("of the whole carriage along z", "_z")
     stiffness_y: Stiffness = stiffness_field("of the whole carriage along y", "_y")

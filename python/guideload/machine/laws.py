@@ -35,9 +35,7 @@ EXPONENT = {"ball": 3.0 / 2.0, "roller": 10.0 / 9.0}
 NO_EXACT = "preloaded contacts have no exact solution"
 MOST_POINTS = 16  # that the core takes for a curve
 ROUNDING = 1e-12  # relative to the largest force of a curve: rounding of the force interpolated at 0 m
-EXCLUDED: dict[
-    str, dict[str, str]
-] = {  # for each key: the keys that it cannot be combined with, and a way out
+EXCLUDED: dict[str, dict[str, str]] = {  # {key: {key that excludes it: way out}}
     "stiffness": {"curve": "the curve is the whole law: keep one of them"},
     "preload": {"curve": "a curve holds its preload: keep one of them"},
     "clearance": {

@@ -41,17 +41,14 @@ class Machine(ConfigModel):
         description='dofs of L that may move, of "x", "y", "z", "rx", "ry", "rz"; the drive holds the others',
     )
     gravity: Gravity = Field(
-        default=(0.0, -9.80665, 0.0),
-        description="the acceleration vector of gravity, which points down, in m/s^2",
+        default=(0.0, -9.80665, 0.0), description="acceleration of gravity, points down, in m/s^2"
     )
     body: Body = Field(description="the table [body]: mass, center_of_mass, inertia")
     drive: Drive | None = Field(
         default=None, description="the table [drive]; needed for a trace of the motor only"
     )
-    rails: tuple[Rail, ...] = Field(default=(), description="one [[rails]] table for each rail")
-    carriages: tuple[Carriage, ...] = Field(
-        default=(), description="one [[carriages]] table for each carriage"
-    )
+    rails: tuple[Rail, ...] = Field(default=(), description="one [[rails]] table per rail")
+    carriages: tuple[Carriage, ...] = Field(default=(), description="one [[carriages]] table per carriage")
     links: tuple[Link, ...] = Field(default=(), description="one [[links]] table for each extra link")
 
     @classmethod

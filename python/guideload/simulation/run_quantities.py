@@ -14,7 +14,7 @@ from guideload.motion.resolution import usable_bandwidth
 from guideload.simulation.run import AXES, Run
 
 Row = tuple[str, tuple[str, ...], Array, str, str]
-WRENCH_UNITS = "N, N, N, N m, N m, N m"
+LOAD_UNITS = "N, N, N, N m, N m, N m"
 POSITION_UNITS = "m, m, m, rad, rad, rad"
 
 
@@ -66,7 +66,7 @@ def _reference_point(run: Run) -> Iterator[Row]:
         "reaction",
         dims,
         solution.reaction(),
-        WRENCH_UNITS,
+        LOAD_UNITS,
         "reaction of the held dofs; of x: the drive force",
     )
     yield "displacement", dims, solution.position(), POSITION_UNITS, "displacement of L, sag included"
@@ -82,13 +82,7 @@ def _static(run: Run) -> Iterator[Row]:
     yield "static_force", ("carriage", "axis"), loads[:, :3], "N", "static load of the carriage"
     yield "static_moment", ("carriage", "axis"), loads[:, 3:], "N m", "static moment of the carriage"
     yield "static_link_load", ("link",), scene.static_link_loads(), "N", "static load along the link"
-    yield (
-        "static_reaction",
-        ("dof",),
-        scene.static_reaction(),
-        WRENCH_UNITS,
-        "static reaction of the held dofs",
-    )
+    yield "static_reaction", ("dof",), scene.static_reaction(), LOAD_UNITS, "static reaction of the held dofs"
     yield "static_displacement", ("dof",), scene.static_position(), POSITION_UNITS, "static displacement of L"
 
 
@@ -96,7 +90,7 @@ def _motion(run: Run) -> Iterator[Row]:
     motion, inputs = run.motion, run.solution.inputs()
     yield "cart_acceleration", ("time", "axis"), inputs[:, :3], "m/s2", "acceleration of the cart"
     if motion.wrench is not None:
-        yield "wrench", ("time", "dof"), inputs[:, 3:], WRENCH_UNITS, "external force and moment about L"
+        yield "wrench", ("time", "dof"), inputs[:, 3:], LOAD_UNITS, "external force and moment about L"
     if run.times is None:  # measured histories are not interpolated to other instants
         if motion.velocity is not None:
             yield "cart_velocity", ("time", "axis"), motion.velocity, "m/s", "velocity of the cart"

@@ -108,9 +108,7 @@ def _method_and_reason(machine: Machine, motion: Motion, method: str, step: floa
     if method not in get_args(Method):
         raise ArgumentError(f"method: expected one of {', '.join(get_args(Method))}, got {method!r}")
     if method in ("auto", "exact") and step is not None:
-        raise ArgumentError(
-            f'step: method "{method}" has no fixed step; leave step out, or use method rk45 or implicit'
-        )
+        raise ArgumentError(f'step: method "{method}" has none; leave step out, or use rk45 or implicit')
     if method != "auto":
         return method, "asked for"
     if machine.scene.model_level == "linear":
