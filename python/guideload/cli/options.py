@@ -64,9 +64,7 @@ overwrite_option = click.option(
 )
 no_pictures_option = click.option("--no-pictures", is_flag=True, help="Write the numbers only.")
 folder_option = partial(click.option, "-o", "--output", type=Folder, help="Folder to write.")
-free_option = click.option(
-    "--free", help="Dofs of L that may move, e.g. y,z,rx,ry,rz, instead of those of the machine file."
-)
+free_option = click.option("--free", help="Free dofs of L, e.g. y,z,rx,ry,rz, instead of the machine file's.")
 rtol_option = click.option(
     "--rtol",
     type=POSITIVE,

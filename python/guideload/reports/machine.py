@@ -136,9 +136,7 @@ def law_text(part: Carriage | Link, law: Law, axis: str = "") -> str:
     curve = getattr(part, "curve" + suffix)
     if curve is not None:
         points = ", ".join(f"{1e6 * deflection:.4g} um {force:.6g} N" for deflection, force in curve)
-        return (
-            f"curve through {points}{'; mirrored for negative deflections' if curve[0] == (0.0, 0.0) else ''}"
-        )
+        return f"curve through {points}{'; mirrored below 0 um' if curve[0] == (0.0, 0.0) else ''}"
     clearance, stiffness = getattr(part, "clearance" + suffix), getattr(part, "stiffness" + suffix)
     gap = f"{1e6 * clearance:g} um of clearance to either side, then " if clearance else ""
     pause = ", damping only in contact" if part.damping_in_contact and clearance else ""

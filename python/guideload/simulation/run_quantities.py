@@ -62,13 +62,7 @@ def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
 
 def _reference_point(run: Run) -> Iterator[Row]:
     solution, dims = run.solution, ("time", "dof")
-    yield (
-        "reaction",
-        dims,
-        solution.reaction(),
-        LOAD_UNITS,
-        "reaction of the held dofs; of x: the drive force",
-    )
+    yield "reaction", dims, solution.reaction(), LOAD_UNITS, "reaction of the held dofs; x: the drive force"
     yield "displacement", dims, solution.position(), POSITION_UNITS, "displacement of L, sag included"
     units = "m/s, m/s, m/s, rad/s, rad/s, rad/s"
     yield "velocity", dims, solution.velocity(), units, "velocity of L in the carriage frame"
