@@ -2,7 +2,7 @@
 
     from guideload import Machine, motion_from_trace, read_trace, simulate
 
-Names are imported when first used, so that `import guideload` costs nothing.
+A name is imported when it is first used, so that `import guideload` takes no time.
 """
 
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""The compiled core. Arrays are float64 and C-contiguous unless said otherwise; quantities are SI."""
+"""The compiled core. Arrays are float64 and C-contiguous; quantities are in SI units."""
 
 from collections.abc import Sequence
 
@@ -11,17 +11,17 @@ Vector = tuple[float, float, float]
 
 Segments = NDArray[np.uint32]
 
-# Samples and their state-space model: step (n - 1,) between samples, > 0; value and variance (n,) of the samples and
-# of their measurement noise; mean (N,) and covariance (N, N) of the state before the first sample; segment (n - 1,)
-# of each interval; density (segments,) of the process noise. The state is the value and its derivatives, N = 2 to 6
+# Samples and their state-space model: step (n - 1,) > 0 between samples; value (n,) of the samples; variance (n,) of
+# their measurement noise; mean (N,) and covariance (N, N) of the state before the first sample; index of the segment
+# (n - 1,) of each step; process-noise density (segments,). The state is the value and its derivatives, N = 2 to 6
 # numbers; the N-th derivative is white process noise.
 SampledModel = tuple[Array, Array, Array, Array, Array, Segments, Array]
 
 def motion_likelihood(given: SampledModel) -> tuple[float, float]:
-    """Sums of ln F and of v^2/F over the innovations v and their variances F of a Kalman filter."""
+    """Sum of ln F and sum of v^2/F, where v are the innovations of a Kalman filter and F their variances."""
 
 def smooth_motion(given: SampledModel) -> tuple[Array, Array, Array]:
-    """Posterior given all samples: (n, 3) value and two derivatives, (n, 3) their variances, (n, 2) u and D.
+    """Posterior given all samples: value and two derivatives (n, 3), their variances (n, 3), u and D (n, 2).
 
     u/D is the leave-one-out residual of a sample, 1/D its variance.
     """
@@ -31,13 +31,13 @@ def adapt_motion(
 ) -> tuple[Array, float, Array, Array, Array, Array]:
     """Process-noise densities and measurement noise by likelihood, site approximations by expectation propagation.
 
-    given: model to start from; its values and variances are the sites. rounded: (n,) the samples, rounded to
-    `quantum` (0: not rounded) after measurement noise of variance `level`. rule: number of rounds; mode of the
-    inverse gamma prior of the densities; its weight, in squared process noises; least measurement noise.
+    given: initial model, whose values and variances are those of the site approximations. rounded: (n,) samples with
+    measurement noise of variance `level`, rounded to `quantum` (0: not rounded). rule: number of rounds; mode of the
+    inverse gamma prior of the densities; its weight, as a number of squared process noises; least measurement noise.
 
-    Returns densities (segments,); measurement noise; values and variances (n,) of the sites; and of the last round the
-    leave-one-out log predictive density (n,) and the normalised innovation variance (segments,): the squared process
-    noise over its expectation.
+    Returns densities (segments,); measurement noise; values (n,) and variances (n,) of the site approximations; and
+    from the last round the leave-one-out log predictive density (n,) and the normalised innovation variance
+    (segments,): squared process noise over its expectation.
     """
 
 # State-space model without samples: step (n - 1,), variance (n,), covariance (N, N), segment (n - 1,), density, as in
@@ -45,9 +45,9 @@ def adapt_motion(
 StateSpaceModel = tuple[Array, Array, Array, Segments, Array]
 
 def draw_motion(chain: StateSpaceModel, derivative: int, count: int, seed: int) -> Array:
-    """(count, n) draws of the posterior deviation of a derivative from its estimate.
+    """Draws (count, n) from the posterior of the deviation of a derivative from its estimate.
 
-    derivative: its index in the state, below N. A draw depends on the seed and its own number only, on any processor.
+    derivative: its index in the state, below N. A draw depends only on the seed and on its index, on any processor.
     """
 
 def load_spread(
@@ -61,15 +61,15 @@ def load_spread(
     groups: Groups,
     centers: Array,
 ) -> tuple[Array, Array, Array, Array]:
-    """Standard deviations of the loads of a linear scene, from the uncertainty of the acceleration along x.
+    """Standard deviations of the loads of a linear scene due to the uncertainty of the acceleration along x.
 
-    derivative, unit: index of the acceleration in the state, and (n,) m/s2 per unit of it. time: (n,) s, the stamps;
-    the deviation is linear between them. instants: (m,) s, ascending, within the stamps. loads: (m, groups, 6) of the
-    estimate, for the directions of the resultants. groups, centers: as in `Scene.peaks`.
+    derivative: index of the acceleration in the state. unit: (n,) m/s2 per unit of this derivative. time: (n,) s, the
+    stamps; the deviation is linear between them. instants: (m,) s, ascending, within the stamps. loads: (m, groups, 6)
+    of the estimate, for the directions of the resultants. groups, centers: as in `Scene.peaks`.
 
-    Returns acceleration (m,) m/s2; groups (m, groups, 6) N, N m; sizes (m, groups, 2): the y-z resultant of the
-    force [N] and the magnitude of the moment [N m], to first order; links (m, links) N. ValueError if a link is not
-    linear.
+    Returns standard deviations of the acceleration (m,) m/s2; of the loads of the groups (m, groups, 6) N, N m; of the
+    y-z resultant [N] and the magnitude of the moment [N m], to first order (m, groups, 2); and of the link loads
+    (m, links) N. Raises ValueError if a link is not linear.
     """
 
 def draw_peaks(
@@ -87,17 +87,17 @@ def draw_peaks(
     seed: int,
     threads: int,
 ) -> Array:
-    """(groups, count) N, largest y-z resultant of each group of a linear scene for each drawn motion.
+    """Largest y-z resultant of each group of a linear scene under each drawn motion, (groups, count) [N].
 
-    loads: (m, groups, 6) of the estimate. wanted: (m, groups), instants at which a peak is possible. The result does
-    not depend on the number of threads. Others as in `load_spread` and `draw_motion`.
+    loads: (m, groups, 6) of the estimate. wanted: (m, groups), whether the peak can be at the instant. The result does
+    not depend on the number of threads. Other arguments: as in `load_spread` and `draw_motion`.
     """
 
 class Law:
     """The elastic law of a link: force over deflection; immutable.
 
-    The deflection [m] is positive in the link's direction, and 0 in the position without load. Raises SceneError with
-    the field and the value if it is invalid.
+    The deflection [m] is positive in the direction of the link, and 0 in the unloaded position. Raises SceneError with
+    the name and the value of an invalid argument.
     """
 
     @staticmethod
@@ -106,7 +106,7 @@ class Law:
 
     @staticmethod
     def sided(positive: float, negative: float, clearance: float) -> Law:
-        """F = positive (d - clearance)+ - negative (-d - clearance)+: one stiffness per direction, outside a clearance.
+        """F = positive (d - clearance)+ - negative (-d - clearance)+: a stiffness for each side.
 
         positive, negative: N/m, >= 0, not both 0. clearance: m to either side, >= 0.
         """
@@ -121,9 +121,9 @@ class Law:
 
     @staticmethod
     def curve(points: Array) -> Law:
-        """Straight lines between points (m, 2) of deflection [m] and force [N]; the end slopes go on beyond.
+        """Piecewise linear curve through points (m, 2) of deflection [m] and force [N], extrapolated linearly.
 
-        2 to 16 points, deflections ascending, forces never falling.
+        2 to 16 points; deflections ascend, forces do not fall.
         """
 
     @property
@@ -132,32 +132,32 @@ class Law:
 
     @property
     def stiffness(self) -> float:
-        """The nominal stiffness, N/m: k, the larger side, k0 at no load, or the steepest slope of a curve."""
+        """Nominal stiffness [N/m]: k, the larger of two sides, k0 at no load, or the steepest slope of a curve."""
 
     @property
     def edges(self) -> Array:
-        """(m,) m, ascending: the deflections at which the law has a kink, such as loss of contact."""
+        """Deflections (m,) [m] at which the law has a kink, such as loss of contact; ascending."""
 
     def scaled(self, factor: float) -> Law:
         """The law with all forces times `factor`."""
 
     def force(self, deflection: Array) -> Array:
-        """(n,) N at deflections (n,) m."""
+        """Forces (n,) [N] at deflections (n,) [m]."""
 
     def tangent(self, deflection: Array) -> Array:
-        """(n,) N/m, dF/dd at deflections (n,) m."""
+        """Tangent stiffness dF/dd (n,) [N/m] at deflections (n,) [m]."""
 
     def energy(self, deflection: Array) -> Array:
-        """(n,) J, the integral of the force from 0 to deflections (n,) m."""
+        """Elastic energy (n,) [J]: integral of the force from 0 to deflections (n,) [m]."""
 
 class Scene:
     """One rigid body on links, under gravity; immutable.
 
     center_of_mass, points: m from L. inertia: kg m2 about the centre of mass. gravity: m/s2, pointing down.
-    free: names out of x y z rx ry rz. points, directions: (links, 3). laws: one per link. damping: (links,)
-    N s/m. damping_in_contact: (links,) whether a link damps only outside its clearance. Raises SceneError for an
-    impossible body or link, for a body that its links leave unsupported, naming the motion that no link resists,
-    and if there is no static equilibrium.
+    free: some of x y z rx ry rz. points: (links, 3) m. directions: (links, 3) unit vectors. laws: one for each
+    link. damping: (links,) N s/m. damping_in_contact: (links,) whether the damping acts only outside the clearance.
+    Raises SceneError for an impossible body or link, for a body that the links do not support (the message names the
+    motion that no link resists), and if there is no static equilibrium.
     """
 
     def __new__(
@@ -180,7 +180,7 @@ class Scene:
 
     @property
     def free_at_rest(self) -> Array:
-        """(m, 6) motions (m, rad) in which the body is free within the clearances at rest; none if it is supported."""
+        """Motions (m, 6) [m, rad] in which the body is free within its clearance at rest; none if it is supported."""
 
     def solve(
         self,
@@ -197,10 +197,10 @@ class Scene:
 
         time: (n,) s. acceleration: (n, 3) m/s2 of L. wrench: (n, 6) external force [N] and moment about L [N
         m]. method: exact (linear and piecewise linear scenes only), rk45 or implicit. rtol: tolerance of the
-        link loads, relative to the load scale: the largest static load of a link under the weight plus that under
-        the peaks of the excitation. step: s, fixed step instead of rtol; exact needs neither. times: (m,) s, instants
-        to record instead of the samples, ascending within them. All arrays float64 and
-        C-contiguous, else ValueError or TypeError. Raises TraceError, ArgumentError, RunError.
+        link loads, relative to the load scale: largest link load at rest plus quasi-static link load under the peaks of
+        the excitation. step: s, fixed step instead of step-size control; exact uses neither. times: (m,) s, ascending
+        instants between the first and the last sample, reported instead of the samples. Raises TraceError,
+        ArgumentError, RunError; ValueError or TypeError for an array that is not float64 or not C-contiguous.
         """
 
     def peaks(
@@ -215,14 +215,14 @@ class Scene:
         groups: Groups,
         centers: Array,
     ) -> list[Array]:
-        """Smallest, largest, time of smallest, time of largest, each (groups, 8).
+        """Smallest and largest loads of groups of links, without histories, and their times [s]; each (groups, 8).
 
-        Columns: Fx Fy Fz Mx My Mz, y-z resultant of the force, magnitude of the moment.
-        As `solve`, but only the running extremes of the loads of the groups are stored.
+        Columns: Fx Fy Fz [N], Mx My Mz about the centre [N m], y-z resultant [N], magnitude of the moment [N m].
+        groups: indices of the links of each group. centers: (groups, 3) m from L. Other arguments: as in `solve`.
         """
 
     def matrices(self) -> tuple[list[Array], Array]:
-        """[M, C, K], each (6, 6), for (u, phi) of L, and the weight (6,) as force and moment about L."""
+        """Matrices [M, C, K], each (6, 6), for (u, phi) of L; and the weight (6,), force and moment about L."""
 
     def modes(self) -> tuple[Array, Array, Array, NDArray[np.complex128]]:
         """Angular frequencies (n,) rad/s, damping ratios (n,), shapes (n, 6), eigenvalues (2 n,) 1/s.
@@ -231,19 +231,19 @@ class Scene:
         """
 
     def static_position(self) -> Array:
-        """(6,) position of L at rest, m and rad."""
+        """Position (6,) of L at rest [m, rad]."""
 
     def static_reaction(self) -> Array:
-        """(6,) reaction of the held dofs at rest, N and N m."""
+        """Reaction (6,) of the held dofs at rest [N, N m]."""
 
     def static_link_loads(self) -> Array:
-        """(links,) N."""
+        """Link loads at rest, (links,) [N]."""
 
     def static_group_loads(self, groups: Groups, centers: Array) -> Array:
-        """(groups, 6) force [N] and moment about the centre [N m]."""
+        """Loads of groups of links at rest, (groups, 6): force [N] and moment about the centre [N m]."""
 
 class Solution:
-    """The states of a run."""
+    """The solution of a run at the reported instants."""
 
     @property
     def steps(self) -> int:
@@ -255,57 +255,60 @@ class Solution:
 
     @property
     def contact_changes(self) -> int:
-        """Number of times a link passed a kink of its law; 0 if all are linear."""
+        """Number of contact changes; 0 if all links are linear."""
 
     @property
     def load_scale(self) -> float:
-        """The load scale that the tolerance refers to, N."""
+        """Load scale [N]: the tolerance is relative to it."""
 
     def group_loads(self, groups: Groups, centers: Array, part: str) -> Array:
-        """(time, groups, 6) force [N] and moment about the centre [N m]; part: total, elastic or damping."""
+        """Loads of groups of links, (time, groups, 6): force [N] and moment about the centre [N m].
+
+        part: total, elastic or damping.
+        """
 
     def link_loads(self, part: str) -> Array:
-        """(time, links) N along each link."""
+        """Link loads (time, links) [N]. part: total, elastic or damping."""
 
     def position(self) -> Array:
-        """(time, 6) position of L in the carriage frame, sag included, m and rad."""
+        """Position (time, 6) of L in the carriage frame, sag included [m, rad]."""
 
     def velocity(self) -> Array:
-        """(time, 6) velocity of L in the carriage frame, m/s and rad/s."""
+        """Velocity (time, 6) of L in the carriage frame [m/s, rad/s]."""
 
     def acceleration(self) -> Array:
-        """(time, 6) acceleration of L in the carriage frame, m/s2 and rad/s2."""
+        """Acceleration (time, 6) of L in the carriage frame [m/s2, rad/s2]."""
 
     def reaction(self) -> Array:
-        """(time, 6) reaction of the held dofs, N and N m; zero for the free ones."""
+        """Reaction (time, 6) of the held dofs [N, N m]; 0 for free dofs."""
 
     def inputs(self) -> Array:
-        """(time, 9) the excitation at the recorded instants: acceleration, external force, moment about L."""
+        """Excitation (time, 9): acceleration of L [m/s2], external force [N], external moment about L [N m]."""
 
 class Batch:
-    """A base scene and motion, and their changes in each Monte Carlo sample; immutable, for all threads and chunks.
+    """A base scene, its motion, and the changes of both in each Monte Carlo sample; immutable.
 
-    mass to damping_in_contact: as in `Scene`; the base itself need not be supported. inertia_about_reference: whether
-    the inertia is about L, also when mass or centre of mass change, rather than about the centre of mass. groups,
-    centers: as in `Scene.peaks`. time, acceleration, wrench: as in `Scene.solve`. speed: (n,) m/s of the cart at the
-    stamps, for the mean load. exponent: p of the mean load. method: as in `Scene.solve`, or auto: exact if the laws
-    of a sample allow it, else rk45, or implicit if rk45 would be unstable.
+    mass to damping_in_contact: as in `Scene`; the base need not be supported. inertia_about_reference: whether the
+    inertia is about L and not about the centre of mass, also in samples that change mass or centre of mass. groups,
+    centers: as in `Scene.peaks`. time, acceleration, wrench: as in `Scene.solve`. speed: (n,) m/s, of L at the stamps,
+    for the mean load. exponent: p of the mean load. method: as in `Scene.solve`, or auto: exact if the laws of a
+    sample allow it, else rk45, or implicit if rk45 would be unstable.
 
-    changes: (target, constant, [(column, factor), ...]): sets the target to constant + sum(factor * value[column]),
-    each target at most once. Targets: ("mass", 0, 0) kg, ("center_of_mass", axis, 0) m, ("inertia", i, j) kg m2,
+    changes: (target, constant, [(column, factor), ...]) sets target = constant + sum(factor * value[column]); each
+    target at most once. Targets: ("mass", 0, 0) kg, ("center_of_mass", axis, 0) m, ("inertia", i, j) kg m2,
     ("gravity", axis, 0) m/s2, ("point", link, axis) m, ("damping", link, 0) N s/m, ("law", link, parameter) with
     stiffness, positive_stiffness, negative_stiffness [N/m], clearance [m], preload [N] or scale (of all forces),
     ("center", group, axis) m, ("acceleration", 0, 0) and ("wrench", 0, 0): factors on the motion.
 
-    measures: (quantity, index, statistic), over the stamps of the motion. Of a group, by its index: Fx Fy Fz [N]
-    Mx My Mz [N m] (about its centre), resultant (hypot(Fy, Fz)), and with index 0 the drive (reaction along x; nan if x
-    is free) with min, time_of_min, max, time_of_max (the first of equal ones), rms (weighted by time) or start;
-    ("load", group, "mean"): (int P^p |v| dt / int |v| dt)^(1/p), P = |Fy| + |Fz|, nan if the motion has no speed or
-    never moves; ("contact", group, "lost"): 1 if at some stamp a link of the group has lost contact or one row
-    of its preload is open, else 0.
+    measures: (quantity, index, statistic) over the stamps of the motion. Quantities: Fx Fy Fz [N], Mx My Mz [N m]
+    (about the centre) and resultant (hypot(Fy, Fz)) [N] of the group with this index; drive (reaction along x [N];
+    nan if x is free), index 0. Statistics: min, time_of_min, max, time_of_max (first instant of equal values), rms
+    (weighted by time), start. Also ("load", group, "mean"): (int P^p |v| dt / int |v| dt)^(1/p), P = |Fy| + |Fz|, nan
+    if the speed is unknown or always 0; and ("contact", group, "lost"): 1 if at any stamp a link of the group has lost
+    contact or has a row open, else 0.
 
-    Raises SceneError for an impossible base, TraceError, and ArgumentError for changes and measures that do not match
-    the base.
+    Raises SceneError for an impossible base, TraceError for an invalid motion, and ArgumentError for changes and
+    measures that do not match the base.
     """
 
     def __new__(
@@ -335,17 +338,17 @@ class Batch:
         rtol: float,
     ) -> Batch: ...
     def run(self, values: Array, threads: int, width: str = "widest") -> tuple[Array, list[tuple[int, str]]]:
-        """Measures (n, measures) of samples with values (n, columns), and (row, reason) of those that failed.
+        """Measures (n, measures) of samples with values (n, columns), and (row, reason) of each failed sample.
 
-        The row of a failed sample is nan. To the last bit, a row depends on its values only, for any number of threads
-        and any width of the SIMD vectors for linear scenes: widest (of the processor), four or one.
+        The row of a failed sample is nan. A row depends only on its values, to the last bit, for any number of threads
+        and any width. width: numbers in a SIMD vector for linear scenes: widest (of the processor), four or one.
         """
 
     def histories(self, values: Array) -> tuple[Array, list[tuple[int, str]]]:
-        """(n, time, groups, 6) force [N] and moment about the centre [N m], and (row, reason) of those that failed."""
+        """Loads (n, time, groups, 6): force [N] and moment about the centre [N m]; (row, reason) of failed samples."""
 
 def carriage_links(center: Vector, length: float) -> tuple[Array, Array]:
-    """The four links of a carriage (paper, 4.1): end -x along y and z, end +x along y and z.
+    """The four links of a carriage (paper, 4.1): along y and z at the end -x, along y and z at the end +x.
 
-    Returns points (4, 3) m from L and unit directions (4, 3). center: m from L. length: m between the ends.
+    Returns points (4, 3) m from L and unit vectors (4, 3). center: m from L. length: m, distance of the ends.
     """

@@ -12,13 +12,14 @@ from guideload import Body, Link, Machine, Motion, Rail, Result, simulate
 from guideload._core import Law
 from guideload.audit.figures import BALL_ROW, ROLLERS
 from guideload.base.number_text import percent
+from guideload.machine.modes import displacement
 from guideload.reports import run as report
 from guideload.reports.elements import WIDTH
 
 TIME = np.arange(1001) * 1e-3
 PUSH = np.where((TIME > 0.2) & (TIME < 0.6), 2.2, 0.0)
 # A part of every warning.
-ROTATION, START, TRACE = "rotations as small", "the motion begins at", "an upper bound"
+ROTATION, START, TRACE = "assumes small rotations", "the motion begins at", "an upper bound"
 SAMPLES, SOLVER, UNCLEAR = "peaks between the samples", "solution is not accurate", "samples are too coarse"
 REST, PRELOAD = "free within its clearance", "times the preload would keep"
 
@@ -57,6 +58,21 @@ def test_second_order_of_a_lever_is_its_gravitational_stiffness(height: float) -
     turn = 100 * 9.80665 / (1e7 * 0.5**2)
     assert found.largest == pytest.approx(turn * 0.2, rel=1e-12)
     assert found.second_order == pytest.approx(turn * abs(height), rel=1e-9)
+
+
+def test_mode_shapes_of_a_machine_of_links_only_are_scaled_by_their_points() -> None:
+    at = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)])
+    along = [(0.0, 1.0, 0.0)] * 3 + [(0.0, 0.0, 1.0)] * 2
+    links = tuple(
+        Link(name=str(i), point=tuple(at[i]), direction=along[i], stiffness=1e6, damping=1e3)
+        for i in range(5)
+    )
+    # The centre of mass is L, about which one of the modes turns.
+    body = Body(mass=10.0, center_of_mass=(0.0, 0.0, 0.0), inertia=np.eye(3).tolist())
+    result = simulate(Machine(body=body, links=links), Motion.along_x(TIME, PUSH))
+    largest = [np.linalg.norm(displacement(at, shape), axis=1).max() for shape in result.modes.shape]
+    assert largest == pytest.approx([1.0] * 5)
+    assert "x excites no mode" in str(result.audit)
 
 
 def test_largest_rotation_is_that_of_the_histories() -> None:
@@ -162,7 +178,7 @@ def test_band_counts_process_forces_and_needs_something_that_moves() -> None:
     pushed = still.with_force((0.1, 0, 0), np.stack([0 * time, 500.0 * tone, 0 * time], axis=1))
     assert simulate(ref.cart(), pushed).audit.sampling.band == pytest.approx(20.0, rel=1e-9)
     found = simulate(ref.cart(), still).audit
-    assert found.sampling.band is None and found.energy.turned_over == 0.0 and not found.warnings
+    assert found.sampling.band is None and found.energy.exchanged == 0.0 and not found.warnings
 
 
 def test_samples_per_period_are_those_of_the_highest_mode() -> None:
@@ -176,7 +192,7 @@ def test_samples_per_period_are_those_of_the_highest_mode() -> None:
 def test_a_single_instant_has_an_audit() -> None:
     audit = simulate(ref.cart(), ref.cycle(), times=[0.8]).audit
     assert audit.sampling.per_period is None and audit.sampling.band is None
-    assert audit.energy.turned_over == 0.0 and not audit.warnings and audit.lines
+    assert audit.energy.exchanged == 0.0 and not audit.warnings and audit.lines
 
 
 # ---- simpler models
@@ -275,13 +291,13 @@ def test_energy_balances_on_the_yardstick() -> None:
     assert preloaded_result().audit.energy.residual < 1e-4
 
 
-def test_energy_turned_over_by_a_slow_push_is_dissipated_and_stored() -> None:
-    """From rest to rest, all that was fed in is dissipated: what is turned over is at least twice that."""
+def test_energy_exchanged_by_a_slow_push_is_dissipated_and_stored() -> None:
+    """From rest to rest the work is dissipated, so the exchanged energy is at least twice the dissipated one."""
     result = cart_result()
     damping = result.machine.link_table().damping
     lost = (result.data["link_load_damping"].transpose("time", "link").values ** 2 / damping).sum(axis=1)
     dissipated = np.sum(np.diff(result.data["time"].values) * (lost[1:] + lost[:-1])) / 2
-    assert result.audit.energy.turned_over > 2 * dissipated * 0.99
+    assert result.audit.energy.exchanged > 2 * dissipated * 0.99
 
 
 # ---- warnings
@@ -376,7 +392,7 @@ def shaken() -> Motion:
     return Motion.along_x(np.arange(3001) * 1e-3, np.where(np.arange(3001) > 0, noise, 0.0))
 
 
-def test_impacts_that_multiply_small_differences_are_warned_of() -> None:
+def test_impacts_that_amplify_small_differences_are_warned_of() -> None:
     """The figure is what a motion larger by 1e-9 really changes; where damping always acts, that is nothing."""
     result = simulate(rattling(), shaken())
     larger = Motion(time=shaken().time, acceleration=(1.0 + 1e-9) * shaken().acceleration)
@@ -384,7 +400,7 @@ def test_impacts_that_multiply_small_differences_are_warned_of() -> None:
     change = np.abs(load - other).max() / np.abs(load).max()
     found = result.audit.sensitivity
     assert found is not None and change > 1e-3 and found == pytest.approx(change, rel=1e-3)
-    assert any("impacts multiply small differences" in warning for warning in result.audit.warnings)
+    assert any("impacts amplify small differences" in warning for warning in result.audit.warnings)
     settled = simulate(ref.cart_clear(), shaken()).audit
     assert settled.sensitivity is not None and settled.sensitivity < 1e-7
     assert cart_result().audit.sensitivity is None

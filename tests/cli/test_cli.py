@@ -251,7 +251,7 @@ def test_bad_traces_are_exit_code_2(tmp_path: Path) -> None:
         (("--rtol", "0"), "--rtol"),
         (("--rtol", "small"), "--rtol"),
         (("--step", "-1"), "--step"),
-        (("--step", "1e-3"), "--step is for --method rk45 and implicit"),
+        (("--step", "1e-3"), "--step needs --method rk45 or implicit"),
         (("--rtol", "nan"), "--rtol"),
         (("--step", "inf"), "--step"),
         (("--free", "y,roll"), '--free: expected one or more of x,y,z,rx,ry,rz, each once, got "y,roll"'),

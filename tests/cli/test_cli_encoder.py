@@ -70,14 +70,14 @@ def test_the_report_gives_the_estimate_and_nothing_is_written(tmp_path: Path, tr
         "1.199 s, 1200 samples at 1000 Hz, a sample every 1 ms",
         "time stamps: uniform",
         "quantum 1e-05 m",
-        f"white derivative {estimate.order} of the position",
+        f"white noise model of derivative {estimate.order} of the position",
         f"noise {estimate.noise:.3g} m rms before rounding, "
-        f"{estimate.noise / (QUANTUM / np.sqrt(12)):.3g} times that of rounding",
-        f"followed up to {estimate.bandwidth:.3g} Hz; half the samples' rate is 500 Hz",
+        f"{estimate.noise / (QUANTUM / np.sqrt(12)):.3g} times the rounding noise",
+        f"bandwidth at sudden changes {estimate.bandwidth:.3g} Hz; half the sampling rate is 500 Hz",
         f"largest speed {np.abs(estimate.velocity).max():.4g} m/s",
         f"largest acceleration {estimate.acceleration[at]:.4g} m/s2",
         f"95 % band {low:.4g} to {high:.4g}",
-        "-o picture.png draws it",
+        "-o picture.png",
     ):
         assert part in text
 

@@ -265,7 +265,7 @@ def test_a_refused_resume_tells_what_differs_in_words_and_no_more(file: Path, tm
     assert "k[1a]: lognormal with median" in refused(*run, "--resume")
 
 
-def test_a_missing_study_file_names_the_command_that_writes_one(tmp_path: Path) -> None:
+def test_a_missing_study_output_names_the_command_that_writes_one(tmp_path: Path) -> None:
     for options in ((), ("--resume",)):
         told = refused("study", tmp_path / "none.toml", "-o", tmp_path / "out", *options)
         assert "`guideload init --study` writes one" in told
@@ -380,7 +380,7 @@ def test_init_writes_a_study_that_runs(tmp_path: Path, monkeypatch: pytest.Monke
     shutil.copy(file.parent / "trace.csv", "trace.csv")
     assert guideload("init").exit_code == 0
     told = guideload("init", "--study")
-    assert "machine.toml (`guideload init` writes one) and trace.csv" in told.stdout
+    assert "machine.toml (from `guideload init`) and trace.csv" in told.stdout
     assert "guideload study study.toml -o out/" in told.stdout
     assert guideload("study", "study.toml", "-o", "out", "--samples", 20, "--no-pictures").exit_code == 0
     assert "guideload init NAME.toml --study" in refused("init", "--study")

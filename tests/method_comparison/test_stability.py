@@ -513,13 +513,17 @@ def test_the_report_names_the_limit_and_its_cost() -> None:
     expected = {
         "cart_stiff": (
             f"stable up to {1e3 * found.predicted_step:.4g} ms:",
-            "Stability sets the steps of rk45",
+            "Stability limits the steps of rk45",
             "Use exact or implicit here",
             str(found.costs[1].steps),
-            "Nothing vibrates in this machine",
+            "No mode of this machine vibrates",
         ),
-        "noisy": ("The samples set the steps of rk45",),
-        "cart": ("Stability sets the steps of rk45", "That costs little here", "its peaks are kept"),
+        "noisy": ("The samples limit the steps of rk45",),
+        "cart": (
+            "Stability limits the steps of rk45",
+            "This takes little time here",
+            "its peaks are accurate",
+        ),
         "cart undamped": ("almost without damping",),
     }
     for name, sentences in expected.items():

@@ -322,7 +322,7 @@ def test_the_report_fits_and_has_every_definition(chart: WorkPrecision) -> None:
     assert max(len(line) for line in text.splitlines()) <= 80 and "…" not in text
     flat = " ".join(text.split())
     for expected in (
-        "load less static load",
+        "load minus static load",
         "no other row is both faster and more accurate",
         "cross-checked by implicit",
         "Work-precision diagram auto picks exact: ",

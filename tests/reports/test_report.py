@@ -50,7 +50,7 @@ def test_the_report_begins_with_the_largest_load_and_its_warnings(result: Result
     assert said(result).startswith(
         f"{MACHINE.name}: the largest load is {peak:.0f} N, on carriage {peaks.name} at "
         f"{peaks['time_of_peak_s']:.3f} s. Its dynamic part is {dynamic:.0f} N, {100 * dynamic / peak:.1f} %; "
-        f"the peak is {factor:.2f} times the quasi-static one, from m a alone. No warnings. free y,"
+        f"the peak is {factor:.2f} times the quasi-static peak (statics with m a). No warnings. free y,"
     )
     early = simulate(MACHINE, Motion.along_x(TIME, np.where(TIME < 0.6, 2.0, 0.0)))
     for text in (said(early), one_line(report.comparison({"Run": early}))):
@@ -98,8 +98,8 @@ def test_every_definition_is_said(result: Result) -> None:
         "Forces of the body on the carriage, global axes, static load included",
         "moments about the carriage's centre",
         "sqrt(Fy^2 + Fz^2)",
-        "f_W: the dynamic factor, peak over the peak that statics with m a gives",
-        "share: that of the force over the peak",
+        "f_W: dynamic factor, peak over quasi-static peak (statics with m a)",
+        "share: dyn. force over peak",
     ):
         assert definition in said(result)
 
@@ -141,11 +141,14 @@ def test_motion_and_method_are_described(result: Result) -> None:
     adaptive = simulate(MACHINE, PUSH, "rk45", rtol=1e-5)
     attributes = adaptive.data.attrs
     scale = f"{attributes['load_scale_N']:.0f} N"
-    assert f"held to 1e-05 of the load scale, {1e-5 * attributes['load_scale_N']:.1g} N" in said(adaptive)
+    assert (
+        f"error tolerance of the link loads 1e-05 of the load scale, {1e-5 * attributes['load_scale_N']:.1g} N"
+        in said(adaptive)
+    )
     assert f"{attributes['steps']} steps" in said(adaptive) and f"load scale {scale}" in said(adaptive)
     assert "fixed step 0.5 ms" in said(simulate(MACHINE, PUSH, "implicit", step=5e-4))
     loose = simulate(with_carriages(clearance_z=5e-6), PUSH)
-    assert f"{loose.audit.contact.changes} contact changes, each located" in said(loose)
+    assert f"{loose.audit.contact.changes} contact changes, located" in said(loose)
 
 
 def test_uneven_samples_are_said() -> None:
@@ -179,14 +182,16 @@ def test_a_motion_under_way_spoils_the_peaks_until_the_slowest_mode_has_died_awa
     until = 3 / (2 * np.pi * slowest.frequency * slowest.damping_ratio).min()
     both = simulate(MACHINE, Motion.along_x(TIME, np.where(TIME < 0.6, 1, -4)))
     assert "Note: the motion begins at 1 m/s2, but a run starts at rest" in said(both)
-    assert f"until {until:.3g} s the loads are those of a sudden start" in said(both)
+    assert f"until {until:.3g} s the loads contain the response to a sudden start" in said(both)
     times = both.peaks()["time_of_peak_s"]  # the dynamic parts peak late everywhere
     early = ", ".join(times.index[times < until])
-    assert (f"peaks of {early} fall into it" if early else "no carriage's peak falls into it") in said(both)
+    assert (
+        f"peaks of {early} are in this period" if early else "no peak of a carriage is in this period"
+    ) in said(both)
     again = simulate(MACHINE, Motion.along_x(TIME, np.select([TIME < 0.4, TIME < 0.7], [1, -4], 4)))
-    assert "no carriage's peak falls into it" in said(again)
+    assert "no peak of a carriage is in this period" in said(again)
     sudden = simulate(MACHINE, Motion.along_x(TIME, np.where(TIME < 0.6, 2.0, 0.0)))
-    assert "peaks of all carriages fall into it" in said(sudden)
+    assert "peaks of all carriages are in this period" in said(sudden)
 
 
 @pytest.mark.parametrize(("cycles", "warned"), [(0.49, False), (0.51, True)])

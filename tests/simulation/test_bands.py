@@ -364,14 +364,14 @@ def test_the_report_tells_the_bands_and_what_they_are() -> None:
         cells = [f"{peaks[column]:.0f}" for column in ("peak_resultant_N", "peak_lower_N", "peak_upper_N")]
         cells.append(f"{peaks['noise_share_percent']:.2g}")
         assert [str(name), *cells] in [line.split() for line in text.splitlines()]
-    assert "Band: the 95 % credible band of the largest resultant under the true motion" in one_line(text)
+    assert "Band: 95 % credible band of the largest resultant under the true motion" in one_line(text)
     assert example().data.attrs["band_method"] in one_line(text)
     largest = example().peaks().sort_values("peak_resultant_N").iloc[-1]
     assert (
         f"(95 % credible band {largest['peak_lower_N']:.0f} to {largest['peak_upper_N']:.0f} N)"
         in one_line(text)
     )
-    assert report.comparison({"a": example(), "b": example()}).count("Band: the 95 %") == 1
+    assert report.comparison({"a": example(), "b": example()}).count("Band: 95 %") == 1
 
 
 def filled(ax: Axes) -> list[np.ndarray]:

@@ -27,30 +27,30 @@ from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.resolution import TraceResolution
 
-# Peaks of a simpler model that differ less than this make it enough: catalogues are not more accurate.
-ENOUGH = 0.03
-ENOUGH_DYNAMIC = 0.1  # and its dynamic part must differ by less than this
-MENTIONED = 1e-3  # relative errors below this are not in the audit's lines
+# Largest errors of the peaks and of the dynamic loads at which a simpler model suffices: catalogues are no better.
+SUFFICIENT = 0.03
+SUFFICIENT_DYNAMIC = 0.1
+NEGLIGIBLE = 1e-3  # relative errors below this are not reported
 
-LABEL = 12  # width of the label of a line
+LABEL = 12  # width of the labels [characters]
 
 
 @dataclass(frozen=True, eq=False)
 class Audit:
-    """Figures that judge a result, and warnings where one of them asks for a change.
+    """Figures that judge a result, and a warning for each figure beyond its limit.
 
     model_level     linear, piecewise linear or smooth nonlinear
     reason          which links need that level
-    method          that solved it
-    rotation        largest rotation, and the second-order terms left out
-    contact         where contact was lost, and the preload that would prevent it
-    sampling        steps of the samples beside the modes and the excitation's bandwidth
-    resolution      bandwidth of the trace beside the modes, and what it may hide; None where the instants do not hold
-                    the whole motion
-    simpler_models  peaks by simpler models, and the dynamic factor
-    sensitivity     change of the loads by a change of the motion by 1e-9; see `figures.sensitivity`
-    energy          energy balance; None where the instants hide jumps of the excitation
-    free_at_rest    for each motion that the body is free to make within its clearance at rest, the dofs of L in it
+    method          integration method of the run
+    rotation        largest rotation, and the second-order terms that the model neglects
+    contact         links that lost contact, and the preload that would prevent it
+    sampling        sample steps, natural frequencies and bandwidth of the excitation
+    resolution      modes that the trace shows, and loads that it may hide; None if the reported instants are further
+                    apart than the samples of the motion
+    simpler_models  peaks of simpler models, and the dynamic factor
+    sensitivity     relative change of the loads if the motion changes by 1e-9; see `figures.sensitivity`
+    energy          energy balance; None if the excitation jumps between the reported instants
+    free_at_rest    dofs of L in each motion in which the body is free within its clearance at rest
     warnings        each with its figure and a way out, the gravest first
     """
 
@@ -69,7 +69,7 @@ class Audit:
 
     @classmethod
     def of(cls, machine: Machine, data: Quantities, modes: Modes) -> Audit:
-        """The audit of a result with these quantities, from its machine and the machine's modes."""
+        """The audit of a result, from its machine, its quantities and the modes of the machine."""
         histories = Histories(machine, data)
         rotation, contact = figures.rotation(histories), figures.contact(histories)
         sampling, balance = figures.sampling(histories, modes), energy(histories)
@@ -103,26 +103,26 @@ class Audit:
 
     @property
     def verdict(self) -> str:
-        """How many warnings there are, as a sentence."""
+        """The number of warnings, as a sentence."""
         return f"{counted(len(self.warnings), 'warning')}:" if self.warnings else "No warnings."
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """The figures that matter for this result, a sentence each, after a label of width `LABEL`."""
+        """The figures that are not negligible: a label of width `LABEL` and a sentence for each."""
         return tuple(f"{label:<{LABEL}}{text}" for label, text in (*self._of_model(), *self._of_samples()))
 
     def __str__(self) -> str:
         return "\n".join([self.verdict, *self.warnings, *self.lines])
 
     def _of_model(self) -> Iterator[tuple[str, str]]:
-        """The model, what it leaves out, and whether a simpler one would do."""
+        """Labels and sentences on the model, on what it neglects, and on whether a simpler model suffices."""
         yield "model", f"{self.model_level}, solved by method {self.method}: {self.reason}"
         rotation, contact, simpler = self.rotation, self.contact, self.simpler_models
-        if rotation.second_order >= MENTIONED:
-            turn = f"the body turns by up to {rotation.largest:.2g} rad, at {rotation.time:.3f} s"
+        if rotation.second_order >= NEGLIGIBLE:
+            turn = f"the body rotates by up to {rotation.largest:.2g} rad, at {rotation.time:.3f} s"
             yield (
                 "rotation",
-                f"{turn}; second-order terms left out: {percent(rotation.second_order)} of the load",
+                f"{turn}; neglected terms of second order: {percent(rotation.second_order)} of the load",
             )
         parted, contacts = contact.share > 0.0, []
         if parted.any():
@@ -142,25 +142,25 @@ class Audit:
             yield "preload", f"{sides}; {keep}" if contact.changing_sign else keep
         if simpler.linear is not None:
             off, name = simpler.deviation(simpler.linear)
-            verdict = "do" if abs(off) <= ENOUGH else "not do"
-            yield "linear", f"nominal linear links would {verdict}: their peaks are {_off(off, name)}"
+            verdict = "do" if abs(off) <= SUFFICIENT else "not do"
+            yield "linear", f"nominal linear links would {verdict}: their peaks are {_error_text(off, name)}"
         off, name = simpler.deviation(simpler.quasi_static)
         dynamic, link = simpler.dynamic_deviation
-        verdict = "do" if abs(off) <= ENOUGH and abs(dynamic) <= ENOUGH_DYNAMIC else "not do"
+        verdict = "do" if abs(off) <= SUFFICIENT and abs(dynamic) <= SUFFICIENT_DYNAMIC else "not do"
         nominal = "" if self.model_level == "linear" else " and nominal stiffness"
         factor = f"{simpler.dynamic_factor[simpler.names.index(name)]:.2f}"
         peaks = f"peaks are {factor} times the quasi-static ones ({name})"
-        part = f"the quasi-static dynamic part is {_off(dynamic, link)}"
+        part = f"the quasi-static dynamic part is {_error_text(dynamic, link)}"
         yield "static", f"statics with m a{nominal} would {verdict}: {peaks}, {part}"
 
     def _of_samples(self) -> Iterator[tuple[str, str]]:
-        """Instants, excitation and trace beside the modes, and the energy balance."""
+        """Labels and sentences on samples, excitation and trace compared with the modes, and on the energy balance."""
         sampling, energy = self.sampling, self.energy
         if sampling.per_period is None:
-            yield "sampling", "a single instant is reported: peaks at other instants are unknown"
+            yield "sampling", "only one instant is reported: peaks at other instants are unknown"
         else:
             missed = 1.0 - np.cos(np.pi / max(sampling.per_period, FEWEST_PER_PERIOD))
-            if missed > ENOUGH:
+            if missed > SUFFICIENT:
                 count = f"{sampling.per_period:.3g} samples per period of the highest mode, {sampling.highest:.3g} Hz"
                 yield "sampling", f"{count}: peaks of its vibration may be missed by up to {percent(missed)}"
         modes = f"the modes are at {sampling.lowest:.3g} to {sampling.highest:.3g} Hz"
@@ -169,19 +169,19 @@ class Audit:
         else:
             share = percent(figures.POWER_SHARE)
             yield "excitation", f"{share} of its power is below {sampling.band:.3g} Hz; {modes}"
-        unknown = "unknown: the reported instants do not hold the whole motion"
+        unknown = "unknown: the reported instants are further apart than the samples of the motion"
         yield "trace", unknown if self.resolution is None else self.resolution.text
         if energy is None:
             yield "energy", "balance unknown: the excitation jumps between the reported instants"
-        elif energy.residual >= MENTIONED:
+        elif energy.residual >= NEGLIGIBLE:
             yield (
                 "energy",
-                f"{percent(energy.residual)} of the {energy.turned_over:.3g} J turned over does not balance",
+                f"{percent(energy.residual)} of the exchanged energy, {energy.exchanged:.3g} J, does not balance",
             )
 
 
 def _reason(histories: Histories) -> str:
-    """Which links need the level of the model."""
+    """Which links need the model level."""
     if histories.linear:
         return "every link is linear"
     kinds: dict[str, list[str]] = {}
@@ -193,7 +193,7 @@ def _reason(histories: Histories) -> str:
     return "; ".join(f"{kind} in {first_names(names)}" for kind, names in kinds.items())
 
 
-def _off(off: float, name: str) -> str:
+def _error_text(off: float, name: str) -> str:
     if percent(abs(off)) == "0 %":
         return "the same"
     return f"{percent(abs(off))} too {'low' if off < 0 else 'high'} ({name})"

@@ -1,4 +1,4 @@
-"""The energy balance of a run: stored, fed in and dissipated energy must agree, whatever method solved it."""
+"""The energy balance of a run: stored energy = energy from the excitation - dissipated energy, for every method."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from guideload.base.arrays import Array
 
 @dataclass(frozen=True)
 class Energy:
-    """Balance of the energy in the carriage frame.
+    """Energy balance in the carriage frame.
 
-    turned_over  J, fed in and taken out by the excitation, and dissipated
-    residual     largest distance of the stored energy from the energy fed in less dissipated, over that turned over
-    resolution   error of the quadrature between the instants, over that turned over: two orders compared
+    exchanged    J, integral of |power of the excitation| + dissipated power
+    residual     largest error of: change of stored energy = work of the excitation - dissipation; over `exchanged`
+    resolution   error of the quadrature between the instants, from two orders; over `exchanged`
     """
 
-    turned_over: float
+    exchanged: float
     residual: float
     resolution: float
 
 
 def energy(histories: Histories) -> Energy | None:
-    """Energy balance over the reported instants; None where these hide jumps of the excitation.
+    """Energy balance over the reported instants; None if the excitation jumps between them.
 
-    Energy: q'.M q' / 2 + sum of U_i(delta_i) - Q.q; input power: q'.(E - M_u a); dissipated: sum of b_i delta_i'^2.
-    Powers are integrated with their first two derivatives (Hermite, order 6 in the step), from the states and, for
-    q''', from the equation of motion; between instants the excitation is linear, at them it may have kinks. The
-    resolution is the distance from the quadrature with first derivatives only (order 4), and what dampers took that
-    begin or end between two instants.
+    Stored energy: q'.M q' / 2 + sum of U_i(delta_i) - Q.q; power of the excitation: q'.(E - M_u a); dissipated power:
+    sum of b_i delta_i'^2. Powers are integrated with their first two derivatives (Hermite quadrature of order 6), which
+    follow from the states and, for q''', from the equation of motion. The excitation is linear between the instants
+    and may have kinks at them. The resolution is the difference from Hermite quadrature with first derivatives only
+    (order 4), plus the largest dissipation of dampers that gain or lose contact between two instants.
     """
     if histories.hidden_jumps:
         return None
@@ -42,7 +42,7 @@ def energy(histories: Histories) -> Energy | None:
     free = np.ix_(histories.free, histories.free)
     inverse = np.zeros((6, 6))
     inverse[free] = np.linalg.inv(histories.mass[free])
-    jerk = -(drag_rate + elastic_rate) @ inverse  # without that from the change of the excitation
+    jerk = -(drag_rate + elastic_rate) @ inverse  # without the part M^-1 of the slope of the excitation
     steps = np.diff(histories.time)
     inside = steps > 0
     width = np.where(inside, steps, 1.0)[:, None]
@@ -58,23 +58,23 @@ def energy(histories: Histories) -> Energy | None:
     second = steps**3 * (_ends(by_state) + by_slope).sum(axis=0)
     sixth, fourth = trapezoid + first / 10.0 + second / 120.0, trapezoid + first / 12.0
 
-    turned_over = float(steps @ _ends(np.abs(fed) + dissipated).sum(axis=0)) / 2.0
-    if turned_over <= 1e-12 * float(np.abs(stored).max()):  # nothing moves but rounding
+    exchanged = float(steps @ _ends(np.abs(fed) + dissipated).sum(axis=0)) / 2.0
+    if exchanged <= 1e-12 * float(np.abs(stored).max()):  # nothing moves: only rounding
         return Energy(0.0, 0.0, 0.0)
     residual = np.abs(np.diff(stored).cumsum() - sixth.cumsum()).max()
-    resolution = np.abs((sixth - fourth).cumsum()).max() + _unseen(histories, steps)
-    return Energy(turned_over, float(residual) / turned_over, float(resolution) / turned_over)
+    resolution = np.abs((sixth - fourth).cumsum()).max() + _contact_error(histories, steps)
+    return Energy(exchanged, float(residual) / exchanged, float(resolution) / exchanged)
 
 
 def _ends(values: Array) -> Array:
-    """(2, interval, ...): values (time, ...) at the beginning and at the end of every interval."""
+    """Values (time, ...) at the start and at the end of every interval, shape (2, interval, ...)."""
     return np.stack([values[:-1], values[1:]])
 
 
 def _link_forces(histories: Histories) -> tuple[Array, Array, Array]:
-    """(time, 6) force and moment about L of the dampers, its derivative, and that of the elastic force.
+    """Damper force on L (force and moment), its time derivative, and that of the elastic force, each (time, 6).
 
-    A link's damping and tangent stiffness are those at its deflection.
+    Damping and tangent stiffness of a link depend on its deflection.
     """
     links, rows = histories.links, histories.rows
     if histories.linear:
@@ -90,7 +90,7 @@ def _link_forces(histories: Histories) -> tuple[Array, Array, Array]:
 
 
 def _active_damping(histories: Histories) -> Array:
-    """(time, link) N s/m, that of every link at its deflection."""
+    """Damping of every link at its deflection, (time, link) [N s/m]."""
     links = histories.links
     active = np.broadcast_to(links.damping, histories.deflection.shape).copy()
     for i in np.flatnonzero(links.damping_in_contact):
@@ -98,8 +98,8 @@ def _active_damping(histories: Histories) -> Array:
     return active
 
 
-def _unseen(histories: Histories, steps: Array) -> float:
-    """J, what dampers that begin or end between two instants may have taken more or less than the quadrature has."""
+def _contact_error(histories: Histories, steps: Array) -> float:
+    """Largest error [J] of the quadrature by dampers that gain or lose contact between two instants."""
     if not histories.links.damping_in_contact.any():
         return 0.0
     fastest = _ends((histories.velocity @ histories.rows.T) ** 2).max(axis=0)
@@ -107,7 +107,7 @@ def _unseen(histories: Histories, steps: Array) -> float:
 
 
 def _elastic_energy(histories: Histories) -> Array:
-    """(time,) J, of all links."""
+    """Elastic energy of all links, (time,) [J]."""
     if histories.linear:
         return 0.5 * _dot(histories.position @ histories.stiffness, histories.position)
     total = np.zeros(histories.time.size)

@@ -1,4 +1,4 @@
-"""Figures of the audit: each from the machine and the histories of the result alone."""
+"""Figures of the audit, computed from the machine and the histories of the result."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from guideload.machine.modes import Modes
 from guideload.motion.resolution import TraceResolution
 
 FEWEST_PER_PERIOD = 2.0  # samples per period of the highest mode
-POWER_SHARE = 0.99  # of the excitation's power, which lies below the end of its band
-NUDGE = 1e-9  # relative growth of the excitation, far below the error of any trace
-# Load over preload at which a preloaded contact opens its unloaded row, 2^n: balls, and rollers.
+POWER_SHARE = 0.99  # of the excitation's power that lies within its bandwidth
+PERTURBATION = 1e-9  # relative change of the excitation, far below the error of any trace
+# Load over preload at which the unloaded row of a preloaded contact opens: 2^n.
 BALL_ROW = 2.0**1.5
 ROLLER_ROW = 2.0 ** (10 / 9)
 ROLLERS = BALL_ROW / ROLLER_ROW
@@ -24,12 +24,11 @@ ROLLERS = BALL_ROW / ROLLER_ROW
 
 @dataclass(frozen=True)
 class Rotation:
-    """The largest rotation and the terms of second order that the model leaves out.
+    """The largest rotation, and the second-order terms that the model neglects.
 
     largest       rad, of L from the unloaded position
-    time          s, when it is reached
-    second_order  largest change of a link's load by the terms of second order, relative to the largest link load; see
-                  `rotation`
+    time          s, instant of the largest rotation
+    second_order  largest change of a link load by the second-order terms, relative to the largest link load
     """
 
     largest: float
@@ -38,13 +37,13 @@ class Rotation:
 
 
 def rotation(histories: Histories) -> Rotation:
-    """The largest rotation, and an estimate of the second-order terms that the model leaves out.
+    """The largest rotation, and an estimate of the second-order terms that the model neglects.
 
-    For every instant: the links' ends move by phi x (phi x p) / 2 more; link forces act at points that have moved by
-    phi x p, and weight and inertia at a centre of mass that has moved by phi x r_S. The load changes by the
-    quasi-static response of the links, with nominal stiffness, to these forces and displacements.
-    Compared with a model of finite rotations the estimate is right to about 10 % where links are linear. Gyroscopic
-    forces and the vibration that the changes excite are left out.
+    Second-order displacement of a link's point: phi x (phi x p) / 2. Second-order moments: link forces act at points
+    displaced by phi x p, weight and inertial force at the centre of mass displaced by phi x r_S. The change of load is
+    the quasi-static response, with nominal stiffness, to these displacements and moments.
+    For linear links the estimate agrees with a model of finite rotations to about 10 %. It neglects gyroscopic forces
+    and the vibration that the changes excite.
     """
     body, links, load = histories.machine.body, histories.links, histories.data["link_load"]
     points, directions = links.points, links.directions
@@ -68,16 +67,16 @@ def rotation(histories: Histories) -> Rotation:
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """Where links carry nothing, or would if they could not pull.
+    """Loss of contact, and the preload that would prevent it.
 
-    lost            (time, link) whether a link carries nothing (clearance) or on one row only (preload)
-    share           (link,) fraction of the time for which that is so
-    never_touching  names of the links that have clearance and never touch
-    changes         number of contact changes, counted while solving
-    changing_sign   names of the links whose elastic load pulls and pushes, in the links' order
-    preloaded       (link,) whether `lost` means an open row, not a link that carries nothing
-    preload_needed  (carriage, 2) N, along y and z: preload of the whole carriage with which balls stay loaded on
-                    both rows under these loads; rollers need `ROLLERS` times as much
+    lost            (time, link) whether a link with clearance carries no load, or a preloaded link has a row open
+    share           (link,) fraction of the time for which `lost` is true
+    never_touching  names of the links with clearance that are never in contact
+    changes         number of contact changes that the solver counted
+    changing_sign   names of the links whose elastic load changes its sign
+    preloaded       (link,) whether the link is preloaded
+    preload_needed  (carriage, 2) N, along y and z: preload of the whole carriage that keeps both rows of balls loaded
+                    under these loads; rollers need `ROLLERS` times as much
     """
 
     lost: NDArray[np.bool_]
@@ -89,11 +88,11 @@ class Contact:
     preload_needed: Array
 
     def lost_by(self, links: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """(time,) whether any of these links, given by their indices, has lost contact."""
+        """Whether any of the links with these indices has lost contact, shape (time,)."""
         return np.asarray(self.lost[:, links].any(axis=1))
 
     def words(self, links: NDArray[np.int64]) -> str:
-        """What happens to those of these links that lose contact."""
+        """What "lost" means for the links with these indices that lose contact."""
         rows = self.preloaded[links[self.lost[:, links].any(axis=0)]]
         return (
             "contact lost" if not rows.any() else "a row open" if rows.all() else "contact lost or a row open"
@@ -101,7 +100,7 @@ class Contact:
 
 
 def contact(histories: Histories) -> Contact:
-    """Contact that was lost, and the preload that would prevent it: a row opens at 2^n times the preload."""
+    """Loss of contact, and the preload that would prevent it: a row opens at 2^n times the preload."""
     links = histories.links
     lost = np.zeros(histories.deflection.shape, dtype=np.bool_)
     for i, law in enumerate(() if histories.linear else links.laws):
@@ -116,7 +115,9 @@ def contact(histories: Histories) -> Contact:
     largest = np.maximum(high, -low)
     rounding = 1e-9 * largest.max()
     ends = np.array([largest[of_carriage] for of_carriage in histories.machine.links_of_carriages])
-    half_needed = ends.reshape(-1, 2, 2).max(axis=1) / BALL_ROW  # an end has half of the carriage's preload
+    half_needed = (
+        ends.reshape(-1, 2, 2).max(axis=1) / BALL_ROW
+    )  # an end of a carriage has half of its preload
     names = np.array(links.names)
     return Contact(
         lost=lost,
@@ -131,12 +132,12 @@ def contact(histories: Histories) -> Contact:
 
 @dataclass(frozen=True)
 class Sampling:
-    """Step of the samples, natural frequencies and bandwidth of the excitation.
+    """Sample steps, natural frequencies, and bandwidth of the excitation.
 
-    step            s, median distance of the reported instants; None for a single one
-    trace_step      s, median distance of the motion's samples
+    step            s, median step of the reported instants; None for a single instant
+    trace_step      s, median step of the motion's samples
     lowest, highest Hz, natural frequencies
-    band            Hz, the frequency below which `POWER_SHARE` of the excitation's power lies; see `excitation_band`
+    band            Hz, bandwidth of the excitation; see `excitation_band`
     """
 
     step: float | None
@@ -152,15 +153,15 @@ class Sampling:
 
 
 def sampling(histories: Histories, modes: Modes) -> Sampling:
-    """The steps of the samples beside the natural frequencies and the bandwidth of the excitation."""
+    """The sample steps, the natural frequencies and the bandwidth of the excitation."""
     lowest, highest = float(modes.frequency.min()), float(modes.frequency.max())
     step = histories.step or None
     return Sampling(step, histories.trace_step, lowest, highest, excitation_band(histories))
 
 
 def resolution(histories: Histories, modes: Modes) -> TraceResolution | None:
-    """The resolution of the trace; None where the instants do not hold all of the motion."""
-    if not histories.fine:
+    """The trace resolution; None if the instants are further apart than the samples of the motion."""
+    if not histories.as_fine_as_motion:
         return None
     along_x = histories.cart_acceleration[:, 0]
     band, step = histories.usable_bandwidth, histories.trace_step
@@ -168,34 +169,33 @@ def resolution(histories: Histories, modes: Modes) -> TraceResolution | None:
 
 
 def excitation_band(histories: Histories) -> float | None:
-    """The frequency [Hz] below which 99 % of the excitation's power lies.
+    """Bandwidth of the excitation [Hz]: 99 % of its power lies below.
 
-    None without any excitation, and where the instants are further apart than the motion's samples.
+    None without excitation, and if the instants are further apart than the samples of the motion.
 
-    Power is the mean square of the quasi-static link loads under the excitation, weight not included: for an
-    acceleration along one axis, that of the acceleration itself. Its mean counts as frequency 0.
+    Power is the mean square of the quasi-static link loads without weight; for an acceleration along one axis it is
+    proportional to the mean square of the acceleration. The mean has frequency 0.
     """
     inputs = np.hstack([histories.cart_acceleration, histories.wrench])
     acting = np.flatnonzero(inputs.any(axis=0))
-    if not histories.fine or not acting.size:
+    if not histories.as_fine_as_motion or not acting.size:
         return None
     forces = np.vstack([-histories.mass[:, :3].T, np.eye(6)])[acting]
     loads = forces @ histories.response
     step, columns = uniform(histories.time, inputs[:, acting])
     transform = np.fft.rfft(columns, axis=0)
     power = np.einsum("fi,ij,fj->f", transform, loads @ loads.T, transform.conj()).real
-    power[1 : (len(columns) + 1) // 2] *= 2.0  # the mirror images
+    power[1 : (len(columns) + 1) // 2] *= 2.0  # negative frequencies
     total = np.cumsum(power)
-    if total[-1] <= 0.0:  # it moves no link
+    if total[-1] <= 0.0:  # no link is loaded
         return None
     return float(np.searchsorted(total, POWER_SHARE * total[-1])) / (len(columns) * step)
 
 
 def uniform(time: Array, columns: Array) -> tuple[float, Array]:
-    """Step [s] and columns (n, ...) of a record, which is interpolated linearly where its steps are uneven.
+    """The median step [s], and the columns (n, ...) at uniform steps.
 
-    The step is the median one. Interpolation is fine enough to read peaks, but not exact: it weakens the highest
-    frequencies.
+    Columns with uneven steps are interpolated linearly, which reduces the highest frequencies.
     """
     step = median_step(time)
     even = time[0] + step * np.arange(int((time[-1] - time[0]) / step * (1 + 1e-12)) + 1)
@@ -208,16 +208,16 @@ def uniform(time: Array, columns: Array) -> tuple[float, Array]:
 
 @dataclass(frozen=True, eq=False)
 class SimplerModels:
-    """Peaks by simpler models, beside those of the result.
+    """Peaks of simpler models, and the peaks of the result.
 
-    names         carriages; links where the machine has no carriage
-    peak          (name,) N, of the y-z resultant (of a link: of its load), of the result
-    quasi_static  (name,) N, peak of K q = Q + E - M_u a at every instant: static calculation with m a
-    linear        (name,) N, peak with the nominal stiffness of every link; None where links are linear already, and
-                  where the instants do not hold the whole excitation from the start on
+    names         names of the carriages; of the links if there are no carriages
+    peak          (name,) N, largest y-z resultant of the carriage, or largest load of the link, in the result
+    quasi_static  (name,) N, peak of the quasi-static load: K q = Q + E - M_u a at every instant
+    linear        (name,) N, peak with the nominal stiffness of every link; None if all links are linear, or if the
+                  instants do not contain the whole excitation from the start
     links         names of the links
-    dynamic       (link,) N, largest distance of the load from the static one; sums over a carriage can hide a moment
-    quasi_static_dynamic  (link,) N, largest distance of the quasi-static load from the static one
+    dynamic       (link,) N, largest |load - static load|; of links, because the resultant of a carriage has no moments
+    quasi_static_dynamic  (link,) N, largest |quasi-static load - static load|
     """
 
     names: tuple[str, ...]
@@ -230,22 +230,22 @@ class SimplerModels:
 
     @property
     def dynamic_factor(self) -> Array:
-        """(name,) peak over the quasi-static peak: the load factor f_W of catalogues; 1 where there is no load."""
+        """Peak over quasi-static peak, (name,): the load factor f_W of catalogues; 1 without load."""
         ones = np.ones_like(self.peak)
         return np.divide(self.peak, self.quasi_static, out=ones, where=self.quasi_static > 0.0)
 
     def deviation(self, peak: Array) -> tuple[float, str]:
-        """Worst relative deviation of the peaks of a simpler model (negative: too small), and of which name."""
+        """Largest relative error of peaks of a simpler model (negative: too small), and the name where it occurs."""
         return _worst(self.names, peak, self.peak)
 
     @property
     def dynamic_deviation(self) -> tuple[float, str]:
-        """Worst relative deviation of the dynamic parts of the quasi-static link loads, and of which link."""
+        """Largest relative error of the quasi-static dynamic loads, and the link where it occurs."""
         return _worst(self.links, self.quasi_static_dynamic, self.dynamic)
 
 
 def simpler_models(histories: Histories) -> SimplerModels:
-    """The peaks that simpler models give; where links are not linear, with nominal stiffness."""
+    """The peaks of simpler models, in which nonlinear links have their nominal stiffness."""
     machine, links, load = histories.machine, histories.links.names, histories.data["link_load"]
     moved, at_rest = histories.excitation @ histories.response, histories.weight @ histories.response
     repeat = not histories.linear and histories.repeatable
@@ -253,7 +253,7 @@ def simpler_models(histories: Histories) -> SimplerModels:
         names=tuple(carriage.name for carriage in machine.carriages) or links,
         peak=_peak(histories, load),
         quasi_static=_peak(histories, at_rest + moved),
-        linear=_peak(histories, histories.solved(machine.nominal_scene)) if repeat else None,
+        linear=_peak(histories, histories.solved_link_loads(machine.nominal_scene)) if repeat else None,
         links=links,
         dynamic=np.abs(load - histories.data["static_link_load"]).max(axis=0),
         quasi_static_dynamic=np.abs(moved).max(axis=0),
@@ -261,21 +261,21 @@ def simpler_models(histories: Histories) -> SimplerModels:
 
 
 def sensitivity(histories: Histories) -> float | None:
-    """Largest change of a link load when the excitation grows by `NUDGE`, relative to the largest link load.
+    """Largest change of a link load when the excitation grows by `PERTURBATION`, relative to the largest link load.
 
-    Impacts multiply small differences. None where links are linear, where the method is not exact, and where the run
-    cannot be repeated from the instants.
+    Impacts amplify small differences. None if all links are linear, if the method is not exact, or if the instants do
+    not contain the whole excitation from the start.
     """
     if histories.linear or histories.data.attrs["method"] != "exact" or not histories.repeatable:
         return None
     load = histories.data["link_load"]
     largest = float(np.abs(load).max())
-    change = np.abs(histories.solved(histories.machine.scene, 1.0 + NUDGE) - load)
+    change = np.abs(histories.solved_link_loads(histories.machine.scene, 1.0 + PERTURBATION) - load)
     return float(change.max()) / largest if largest else 0.0
 
 
 def peak_instants(data: Quantities) -> NDArray[np.intp]:
-    """(carriage, 3): which instants have the largest resultant, dynamic force across the rail and dynamic moment."""
+    """Indices (carriage, 3) of the instants of largest resultant, dynamic force in y and z, and dynamic moment."""
     across = data["force"][:, :, 1:]
     dynamic = across - data["static_force"][:, 1:], data["moment"] - data["static_moment"]
     return np.stack(
@@ -284,7 +284,7 @@ def peak_instants(data: Quantities) -> NDArray[np.intp]:
 
 
 def _peak(histories: Histories, load: Array) -> Array:
-    """(name,) N, largest y-z resultant of each carriage from link loads (n, link) [N]; without carriages of links."""
+    """Peaks (name,) [N], from link loads (n, link) [N]: see `SimplerModels.peak`."""
     machine, directions = histories.machine, histories.links.directions
     if not machine.carriages:
         return np.asarray(np.abs(load).max(axis=0))
@@ -293,7 +293,7 @@ def _peak(histories: Histories, load: Array) -> Array:
 
 
 def _worst(names: tuple[str, ...], load: Array, reference: Array) -> tuple[float, str]:
-    """The largest deviation of loads, and whose; relative to the load, or to 10 % of the largest if that is more."""
+    """The largest relative deviation from the reference (at least 10 % of its maximum), and its name."""
     largest = max(float(reference.max()), float(load.max()))
     if not largest:
         return 0.0, names[0]
@@ -303,7 +303,7 @@ def _worst(names: tuple[str, ...], load: Array, reference: Array) -> tuple[float
 
 
 def share_of_time(time: Array, flags: NDArray[np.bool_]) -> Array:
-    """(column,) fraction of the time for which flags (time, column) hold, by the trapezoidal rule."""
+    """Fraction of the time for which flags (time, column) are true, (column,), by the trapezoidal rule."""
     span = time[-1] - time[0]
     if span == 0.0:
         return np.asarray(flags.mean(axis=0))

@@ -1,4 +1,4 @@
-"""The histories of a result as the audit reads them: arrays of the motion of L, the excitation and the links."""
+"""The histories of a result that the audit needs: motion of L, excitation and links, as arrays."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from guideload.machine.machine import DOFS, Machine
 
 
 class Histories:
-    """A machine and the arrays of a result, time first, SI.
+    """A machine and the arrays of a result; time is the first dimension, units are SI.
 
-    `excitation` (time, 6) is the force [N] and moment about L [N m] that drives L in the carriage frame: external
-    ones and those of the cart's acceleration, E - M_u a. `rows` (link, 6) give deflections from positions.
+    `excitation` (time, 6): E - M_u a, force [N] and moment about L [N m] of process forces and inertia in the carriage
+    frame. `rows` (link, 6): deflection of a link = row . position of L.
     """
 
     def __init__(self, machine: Machine, data: Quantities) -> None:
@@ -41,19 +41,19 @@ class Histories:
 
     @cached_property
     def stiffness(self) -> Array:
-        """(6, 6) of L, with the nominal stiffness of every link."""
+        """Stiffness matrix (6, 6) of L, with the nominal stiffness of every link."""
         return np.asarray((self.rows.T * self.links.stiffness) @ self.rows)
 
     @cached_property
     def response(self) -> Array:
-        """(6, link) link loads [N] per steady force [N] and moment about L [N m]; nominal stiffness."""
+        """Static link loads (6, link) [N] per unit force and moment on L; nominal stiffness."""
         free = np.ix_(self.free, self.free)
         position = np.zeros((6, 6))
         position[free] = np.linalg.inv(self.stiffness[free])
         return np.asarray(position @ (self.rows.T * self.links.stiffness))
 
     def quasi_static_resultants(self) -> Array:
-        """(time, carriage) N, y-z resultants by K q = Q + E - M_u a at every instant: static calculation with m a."""
+        """Quasi-static resultants (time, carriage) [N]: K q = Q + E - M_u a at every instant."""
         loads, directions = (self.excitation + self.weight) @ self.response, self.links.directions
         resultants = np.zeros((self.time.size, len(self.machine.carriages)))
         for i, links in enumerate(self.machine.links_of_carriages):
@@ -62,31 +62,33 @@ class Histories:
 
     @property
     def starts_at_rest(self) -> bool:
-        """Whether the first instant is that of the start, where nothing moves yet."""
+        """Whether nothing moves at the first instant, because it is the start of the run."""
         return not np.any(self.velocity[0])
 
     @property
     def usable_bandwidth(self) -> float:
-        """Up to which frequency the motion shows accelerations [Hz]; see `TraceResolution`."""
+        """Usable bandwidth of the motion [Hz]; see `TraceResolution`."""
         half_rate = 0.5 / self.trace_step if self.trace_step else np.inf
-        return float(self.data.attrs.get("motion_bandwidth_Hz", half_rate))  # older files do not have it
+        return float(
+            self.data.attrs.get("motion_bandwidth_Hz", half_rate)
+        )  # results of older versions lack it
 
     @property
     def hidden_jumps(self) -> int:
-        """Jumps of the excitation that the instants do not show from both sides."""
+        """Number of jumps of the excitation between two instants; a visible jump has two instants at one time."""
         return int(self.data.attrs["motion_jumps"]) - int(np.count_nonzero(np.diff(self.time) == 0.0))
 
     @property
-    def fine(self) -> bool:
-        """Whether the instants are as close as the motion's samples, so that no excitation is lost between them."""
+    def as_fine_as_motion(self) -> bool:
+        """Whether the instants are at most as far apart as the samples of the motion."""
         return 0.0 < self.step <= 1.001 * self.trace_step
 
     @property
     def repeatable(self) -> bool:
-        """Whether the instants hold the whole excitation from the start on, so that the run can be repeated."""
-        return self.starts_at_rest and self.fine and not self.hidden_jumps
+        """Whether the instants contain the whole excitation from the start, so that the run can be repeated."""
+        return self.starts_at_rest and self.as_fine_as_motion and not self.hidden_jumps
 
-    def solved(self, scene: Scene, factor: float = 1.0) -> Array:
-        """(time, link) N, link loads of a scene under the excitation times a factor; links not preloaded."""
+    def solved_link_loads(self, scene: Scene, factor: float = 1.0) -> Array:
+        """Link loads (time, link) [N] of a scene without preload under the excitation times a factor."""
         acceleration, wrench = factor * self.cart_acceleration, factor * self.wrench
         return scene.solve(self.time, acceleration, wrench, method="exact", rtol=1e-6).link_loads("total")

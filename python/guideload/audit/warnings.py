@@ -1,4 +1,4 @@
-"""The warnings of the audit: each names a figure beyond its limit and a way out."""
+"""The warnings of the audit: each states a figure beyond its limit and a way out."""
 
 from __future__ import annotations
 
@@ -16,47 +16,47 @@ from guideload.machine.links import LinkTable
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
 
-# Limits above which there is a warning; of samples, below which.
-LARGE_ROTATION = 1e-2  # rad: the loads are then wrong by about as much
+# Limits above which there is a warning.
+LARGE_ROTATION = 1e-2  # rad; the relative error of the loads is about as large
 LARGE_SECOND_ORDER = 0.01  # of the largest link load
-SENSITIVE = 1e-3  # of the largest link load, for a change of the motion by `figures.NUDGE`
-UNBALANCED = 0.01  # of the energy turned over
-# First acceleration, of the largest, above which a motion does not start at rest; smoothed standstill stays below.
-UNDER_WAY = 0.2
+SENSITIVE = 1e-3  # of the largest link load, if the motion changes by `figures.PERTURBATION`
+UNBALANCED = 0.01  # of the exchanged energy
+# First acceleration over the largest, above which a motion does not start at rest; smoothed standstill is below it.
+MOVING_START = 0.2
 
 
 def free_at_rest(machine: Machine) -> tuple[tuple[str, ...], ...]:
-    """For each motion that the body is free to make within its clearance at rest, the dofs of L in it."""
+    """Dofs of L in each motion in which the body is free within its clearance at rest."""
     return tuple(tuple(moving_dofs(machine, shape)) for shape in machine.scene.free_at_rest)
 
 
 def rest_notes(motions: tuple[tuple[str, ...], ...]) -> list[str]:
-    """A note on where a body starts that is free at rest in these motions, as from `free_at_rest`."""
+    """A note on the starting position of a body that is free at rest in these `motions` of `free_at_rest`."""
     if not motions:
         return []
     dofs = ", and in ".join(" with ".join(motion) for motion in motions)
     return [
         f"Note: at rest the body is free within its clearance in {dofs}: it starts where very weak springs would "
-        "centre it. Preload, or a process force in the motion, makes the start definite."
+        "centre it. Preload or a process force defines the start."
     ]
 
 
 def rotation_warnings(rotation: Rotation) -> Iterator[str]:
     if rotation.largest > LARGE_ROTATION or rotation.second_order > LARGE_SECOND_ORDER:
         yield (
-            f"Note: the body turns by {rotation.largest:.2g} rad at {rotation.time:.3f} s; the model takes rotations "
-            f"as small, which leaves out about {percent(rotation.second_order)} of the load. Stiffer or wider guides "
-            "turn less; is stiffness in N/m?"
+            f"Note: the body rotates by {rotation.largest:.2g} rad at {rotation.time:.3f} s; the model assumes small "
+            f"rotations, which neglects about {percent(rotation.second_order)} of the load. Make the guides stiffer or "
+            "wider; check that stiffness is in N/m."
         )
 
 
 def start_warnings(histories: Histories, modes: Modes) -> Iterator[str]:
-    """The effect of a motion that does not start at rest: the run does, so the loads are those of a sudden start.
+    """Warn of a motion that does not start at rest: the run does, so it begins with the response to a sudden start.
 
-    After 3 / (zeta omega) of the slowest mode 5 % of that is left.
+    3 / (zeta omega) of the slowest mode later 5 % of this response is left.
     """
     size = np.linalg.norm(histories.cart_acceleration, axis=1)
-    if size[0] <= UNDER_WAY * size.max() or not histories.starts_at_rest:
+    if size[0] <= MOVING_START * size.max() or not histories.starts_at_rest:
         return
     slowest = float(-np.real(modes.eigenvalues).max())
     until = float(histories.time[0]) + 3.0 / slowest if slowest > 0 else np.inf
@@ -65,14 +65,14 @@ def start_warnings(histories: Histories, modes: Modes) -> Iterator[str]:
     early = [name for name, time in zip(names, first, strict=True) if time < until]
     if until < histories.time[-1]:
         period = f"until {until:.3g} s"
-        way_out = "record from standstill, or read the peaks after that"
+        way_out = "record from standstill, or use the peaks after that time"
     else:
         period, way_out = "over the whole run", "record from standstill"
     whose = "all carriages" if len(early) == len(names) else ", ".join(early)
-    fall = f"peaks of {whose} fall into it" if early else "no carriage's peak falls into it"
+    fall = f"peaks of {whose} are in this period" if early else "no peak of a carriage is in this period"
     yield (
-        f"Note: the motion begins at {size[0]:.3g} m/s2, but a run starts at rest: {period} the loads are those "
-        f"of a sudden start; {fall}. To see those of the motion, {way_out}."
+        f"Note: the motion begins at {size[0]:.3g} m/s2, but a run starts at rest: {period} the loads "
+        f"contain the response to a sudden start; {fall}. For the loads of the motion alone, {way_out}."
     )
 
 
@@ -80,48 +80,46 @@ def sampling_warnings(sampling: Sampling) -> Iterator[str]:
     if sampling.per_period is not None and sampling.per_period < FEWEST_PER_PERIOD:
         yield (
             f"Note: a sample every {1e3 / (sampling.per_period * sampling.highest):.3g} ms is coarser than half a "
-            f"period of the highest mode, {sampling.highest:.3g} Hz: peaks between the samples are missed. Take a "
-            "faster trace, or in Python report at finer instants: simulate(machine, motion, times=...)."
+            f"period of the highest mode, {sampling.highest:.3g} Hz: peaks between the samples are missed. Use "
+            "a faster trace, or in Python report finer instants: simulate(machine, motion, times=...)."
         )
 
 
 def energy_warnings(energy: Energy | None, coarse: bool) -> Iterator[str]:
-    """Where the energy does not balance: the solver, unless the samples are too coarse, which is said only once.
+    """Warn of an energy balance with an error, which is due to the solver or to samples that are too coarse.
 
-    Samples are too coarse where the two quadratures differ by a tenth of the residual or more.
+    Samples are too coarse if `Energy.resolution` is a tenth of the residual or more. coarse: another warning says so.
     """
     if energy is None or energy.residual <= UNBALANCED:
         return
-    share = (
-        f"{percent(energy.residual)} of the energy turned over, {energy.turned_over:.3g} J, does not balance"
-    )
+    share = f"{percent(energy.residual)} of the exchanged energy, {energy.exchanged:.3g} J, does not balance"
     if energy.resolution < 0.1 * energy.residual:
-        way_out = "Lower rtol, or take a smaller step or another method."
+        way_out = "Use a smaller rtol, a smaller step or another method."
         yield f"Note: {share}: the solution is not accurate. {way_out}"
     elif not coarse:
-        way_out = "Report at finer instants: simulate(..., times=...)."
+        way_out = "Report finer instants: simulate(..., times=...)."
         yield f"Note: {share}: the samples are too coarse to judge the solution. {way_out}"
 
 
 def sensitivity_warnings(sensitivity: float | None) -> Iterator[str]:
     if sensitivity is not None and sensitivity > SENSITIVE:
         yield (
-            f"Note: impacts multiply small differences here: a motion larger by {figures.NUDGE:.0e} of it changes "
-            f"loads by up to {percent(sensitivity)} of the largest. No method predicts the course of such impacts, and "
-            "peaks may change as much. Damping that always acts (no damping_in_contact), more damping or less "
-            "clearance makes them definite."
+            f"Note: impacts amplify small differences: a motion times 1 + {figures.PERTURBATION:.0e} changes loads "
+            f"by up to {percent(sensitivity)} of the largest load. No method can predict such impacts, and peaks may "
+            "change as much. Damping that always acts (damping_in_contact = false), more damping or less "
+            "clearance makes the loads predictable."
         )
 
 
 def contact_warnings(histories: Histories, contact: Contact) -> list[str]:
-    """Preloaded contacts of which a row opens. Contacts with clearance are expected to part."""
+    """Warn of preloaded links that open a row. Links with clearance lose contact by design: no warning."""
     longest = contact.share[contact.preloaded].max(initial=0.0)
     largest = np.abs(histories.data["link_load_elastic"]).max(axis=0)
     return open_row_notes(histories.links, largest, f"for up to {percent(longest)} of the time")
 
 
 def open_row_notes(links: LinkTable, loads: Array, when: str) -> list[str]:
-    """A note on preloaded links of which these elastic loads (link,) N open a row, and on the preload needed."""
+    """A note on the preloaded links that elastic loads (link,) [N] open, and on the preload that they need."""
     ratios = {
         name: float(load / law.force(law.edges[-1:])[0])
         for name, law, load in zip(links.names, links.laws, loads, strict=True)
@@ -132,5 +130,5 @@ def open_row_notes(links: LinkTable, loads: Array, when: str) -> list[str]:
         return []
     return [
         f"Note: {first_names(opened)} {'has' if len(opened) == 1 else 'have'} a row open {when}: half of the balls or "
-        f"rollers carry nothing then. {max(ratios.values()):.3g} times the preload would keep all rows loaded."
+        f"rollers then carry no load. {max(ratios.values()):.3g} times the preload would keep all rows loaded."
     ]

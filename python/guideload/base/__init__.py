@@ -1,1 +1,1 @@
-"""Shared by all other packages: errors, units, TOML files and checked models, atomic writes, number formats."""
+"""What all other packages share: errors, units, TOML files, checked models, atomic writes, number formats."""

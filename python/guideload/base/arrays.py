@@ -1,4 +1,4 @@
-"""Arrays of numbers: their type, a check, the usual step of times, and runs of flags."""
+"""Functions of arrays: check for finite numbers, median time step, runs of flags."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,21 +9,21 @@ Array = NDArray[np.float64]
 
 
 def check_finite(name: str, values: Array) -> None:
-    """Raise TraceError with the index of the first number that is not finite."""
+    """Raise TraceError if a number is nan or infinite; the message has the index of the first one."""
     bad = np.argwhere(~np.isfinite(values))
     if bad.size:
         place, value = ", ".join(map(str, bad[0])), values[tuple(bad[0])]
-        raise TraceError(f"{name}[{place}]: expected a finite number, got {value} ({len(bad)} such)")
+        raise TraceError(f"{name}[{place}]: expected a finite number, got {value} ({len(bad)} not finite)")
 
 
 def median_step(time: Array) -> float:
-    """Median of the positive steps of times (n,) s; 0 where there is none."""
+    """Median [s] of the positive steps between times (n,) [s]; 0 if no step is positive."""
     steps = np.diff(time)
     steps = steps[steps > 0.0]
     return float(np.median(steps)) if steps.size else 0.0
 
 
 def runs_of(flags: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Starts and ends of the runs [start, end) of flags that are set."""
+    """Runs of consecutive true flags: indices of their first entries, and of the entries after their last."""
     edges = np.flatnonzero(np.diff(np.pad(flags, 1).astype(np.int8)))
     return edges[::2], edges[1::2]

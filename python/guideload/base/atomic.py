@@ -26,8 +26,8 @@ def atomic_write(path: Path, *, durable: bool = False) -> Iterator[Path]:
 
     On an error the draft is removed and the previous file stays. `kill -9` may leave a draft behind; it is never
     read, and the next write of the same file replaces it. The draft is created at once, so that a path that cannot
-    be written is refused before anything is computed.
-    durable: wait until the file is on the disk, so that it also survives a failure of the power supply.
+    be written is refused before the computation starts.
+    durable: wait until the file is on the disk, so that it survives a power failure.
     Raises WriteError for every OSError.
     """
     draft = draft_of(path)
@@ -39,19 +39,19 @@ def atomic_write(path: Path, *, durable: bool = False) -> Iterator[Path]:
         if durable:
             _sync(draft, os.O_RDWR)
         draft.replace(path)
-        if durable and sys.platform != "win32":  # Windows writes names by itself and opens no folders
+        if durable and sys.platform != "win32":  # Windows cannot synchronise folders
             _sync(path.parent, os.O_RDONLY)
     except BaseException as error:
         if path.parent.is_dir():
             draft.unlink(missing_ok=True)
         if isinstance(error, OSError) and not isinstance(error, WriteError):
-            reason = os.strerror(error.errno) if error.errno else str(error)  # pyarrow's own text is long
+            reason = os.strerror(error.errno) if error.errno else str(error)  # pyarrow's text is too long
             raise WriteError(error.errno, reason, str(path)) from error
         raise
 
 
 def draft_of(path: Path) -> Path:
-    """The hidden draft of `path`; it has the same ending, by which some writers choose the format."""
+    """Path of the draft of `path`; it keeps the ending, from which some writers choose the format."""
     return path.with_name(f".{path.stem}.draft{path.suffix}")
 
 
@@ -67,13 +67,13 @@ def _sync(path: Path, flags: int) -> None:
 def atomic_folder(folder: Path, publish: Callable[[Path, Path], None]) -> Iterator[Path]:
     """Yield a hidden draft folder; `publish(draft, folder)` moves its files when the block ends without an error.
 
-    On an error the draft is removed, and so are parents of `folder` that were made for it.
+    On an error the draft and the parent folders that were created for it are removed.
     """
     folder = folder.absolute()
     missing = [parent for parent in folder.parents if not parent.exists()]
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        # Inside the folder if it exists: its parent may be read-only, or on another disk.
+        # The draft is inside an existing folder, whose parent may be read-only or on another disk.
         home = folder if folder.is_dir() else folder.parent
         with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=home) as space:
             draft = Path(space) / "draft"
@@ -89,7 +89,7 @@ def atomic_folder(folder: Path, publish: Callable[[Path, Path], None]) -> Iterat
 
 @contextmanager
 def exclusive_lock(folder: Path) -> Iterator[None]:
-    """Lock a folder for this process; the operating system releases the lock when the process ends.
+    """Lock a folder for this process until the block or the process ends.
 
     Raises RunError if another process holds the lock.
     """
@@ -102,12 +102,12 @@ def exclusive_lock(folder: Path) -> Iterator[None]:
 
 
 def _lock(handle: int) -> bool:
-    """Whether the lock was acquired; network disks without locks count as unlocked."""
+    """Whether the lock was acquired; on network disks that do not support locks always True."""
     try:
         if sys.platform == "win32":
             msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
         else:
-            # A record lock and not flock: forked worker processes must not keep it after this process has ended.
+            # lockf, because a flock is inherited by forked worker processes and outlives this process.
             fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
         return sys.platform != "win32" and not isinstance(error, BlockingIOError | PermissionError)

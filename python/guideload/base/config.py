@@ -1,4 +1,4 @@
-"""Checked models of everything that a TOML file describes: pydantic models whose errors are ConfigErrors."""
+"""Base of the models of TOML files: pydantic models that raise ConfigError."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class ConfigModel(BaseModel):
-    """Base of all models: immutable, without unknown keys. Raises ConfigError with all problems at once."""
+    """Base of all models: immutable, unknown keys refused. Raises ConfigError with all problems at once."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -31,19 +31,19 @@ class ConfigModel(BaseModel):
             raise ConfigError(problems) from None
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
-        """A copy with other values, which are checked; cached properties are computed anew."""
+        """A copy with the values of `update`; it is checked, and its cached properties are computed anew."""
         values = {key: getattr(self, key) for key in type(self).model_fields}
         return type(self)(**{**values, **(update or {})})
 
-    # Pydantic's own mark (as on its RootModel) for an __init__ that only wraps: nested models are then validated
-    # without it, so that the outermost model sees the problems of all of them at once.
+    # Pydantic's mark (as on RootModel) of an __init__ that only wraps: nested models are then validated without it,
+    # so that the ConfigError of the outermost model has the problems of all.
     vars(__init__)["__pydantic_base_init__"] = True
 
 
 def number(
     value: object, unit: str, above: float | None = None, least: float | None = None, nonzero: bool = False
 ) -> float:
-    """`value` in the SI unit `unit`, within its bounds. Raises ValueRefused."""
+    """`value` in the SI unit `unit`. Raises ValueRefused unless > `above`, >= `least` and, if `nonzero`, not 0."""
     result = quantity(value, unit)
     shown_unit = "" if unit == "1" else f" {unit}"
     if above is not None and not result > above:
@@ -56,7 +56,7 @@ def number(
 
 
 def entries(value: object, names: tuple[str, ...]) -> object:
-    """A list, tuple or array with one entry per name; the entries are not checked here. Raises ValueRefused."""
+    """`value` as a list or tuple. Raises ValueRefused unless it has one entry per name; entries are not checked."""
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if not isinstance(value, list | tuple) or len(value) != len(names):
@@ -64,7 +64,7 @@ def entries(value: object, names: tuple[str, ...]) -> object:
     return value
 
 
-# What is expected, by pydantic's type of error; for other types pydantic's own message serves.
+# Expected value by pydantic's type of error; other types have pydantic's message.
 EXPECTED = {
     "string_type": "text in quotes",
     "string_too_short": "a name",
@@ -77,7 +77,7 @@ EXPECTED = {
 
 
 def _problem(item: ErrorDetails, model: type[BaseModel]) -> Problem:
-    """An error of pydantic in guideload's words."""
+    """The Problem that describes an error of pydantic."""
     path, value, kind, context = item["loc"], item["input"], item["type"], item.get("ctx", {})
     if kind.startswith("union_tag"):  # the key that selects the model of a union is missing or unknown
         path = (*path, context["discriminator"].strip("'"))
@@ -106,19 +106,19 @@ def _problem(item: ErrorDetails, model: type[BaseModel]) -> Problem:
 
 
 def _nearest(word: str, known: list[str]) -> list[str]:
-    """The known words most like this one, in quotes; several where they are equally like it, as those of y and z."""
+    """The known words most similar to `word`, in quotes; all that tie, as `stiffness_y` and `stiffness_z` may."""
     likeness = {near: SequenceMatcher(None, near, word).ratio() for near in get_close_matches(word, known)}
     return [f'"{near}"' for near in sorted(likeness) if likeness[near] == max(likeness.values())]
 
 
 def _field(model: type[BaseModel], path: KeyPath) -> tuple[KeyPath, type[BaseModel], FieldInfo | None]:
-    """The path without the tags of unions, the model of its last key, and the field of that key."""
+    """`path` without the tags of unions, the model that has its last key, and the field of that key."""
     field: FieldInfo | None = None
     models: dict[str, type[BaseModel]] = {}
     plain: list[str | int] = []
     for key in path:
         if isinstance(key, str) and key in models and len(models) > 1:
-            models = {key: models[key]}  # the tag by which pydantic says which model of a union it is
+            models = {key: models[key]}  # pydantic inserts the tag of the model in a union
             continue
         plain.append(key)
         if isinstance(key, str):

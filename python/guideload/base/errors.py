@@ -1,4 +1,4 @@
-"""All exceptions. Their messages say where, what was expected, what was found, and the way out."""
+"""All exceptions. A message names the place, the expected value, the value found, and a way out."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 KeyPath = tuple[str | int, ...]  # keys and indices that lead to a value: ("carriages", 2, "stiffness_y")
-ABSENT = "nothing"  # in place of the text of a value that is missing
+ABSENT = "nothing"  # text of a missing value
 
 
 class GuideloadError(Exception):
-    """Root of all errors that guideload raises on purpose."""
+    """Base of all errors of guideload."""
 
 
 class TraceError(GuideloadError):
-    """A measured trace or a motion cannot be used; the text names file, column and rows."""
+    """A trace or a motion cannot be used; the message names file, column and rows."""
 
 
 class SceneError(GuideloadError):
-    """A scene has no solution: an unsupported body, an impossible body or link."""
+    """A scene is invalid: the body is unsupported, or the body or a link is impossible."""
 
 
 class RunError(GuideloadError):
-    """A run failed; the text names time and step, and the way out."""
+    """A run failed; the message names time and step, and a way out."""
 
 
 class WriteError(RunError, OSError):
@@ -38,9 +38,9 @@ class ArgumentError(RunError, ValueError):
 
 
 class ValueRefused(GuideloadError, ValueError):
-    """A value is invalid, raised where its place is not known.
+    """A value is invalid; its place in the input is not known here.
 
-    Callers that know the place (the key in the machine file, the column of the trace) raise their own error from it.
+    Callers that know the place (key of a machine file, column of a trace) raise their own error from this one.
     """
 
     def __init__(self, expected: str, value: object, hint: str = "") -> None:
@@ -55,7 +55,7 @@ class ValueRefused(GuideloadError, ValueError):
 
 @dataclass(frozen=True)
 class Problem:
-    """One problem of a description: its key path, the value, what was expected, and the way out."""
+    """One invalid value of a machine or study: key path, value, expected value, and a way out."""
 
     path: KeyPath
     value: object
@@ -66,7 +66,7 @@ class Problem:
 
     @property
     def key(self) -> str:
-        """The key path as a designer writes it: `carriages[2].stiffness_y`."""
+        """The key path as text: `carriages[2].stiffness_y`."""
         text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in self.path)
         return text.removeprefix(".")
 
@@ -77,11 +77,11 @@ class Problem:
 
 
 class ConfigError(GuideloadError):
-    """A description is invalid. `problems` has all problems; `key`, `value` and `row` are those of the first."""
+    """A machine or study is invalid. `problems` has all problems; `key`, `value` and `row` belong to the first."""
 
     def __init__(self, problems: Iterable[Problem], file: str | None = None) -> None:
         self.problems = tuple(problems)
-        super().__init__(self.problems, file)  # all arguments, so that the error survives pickling
+        super().__init__(self.problems, file)  # all arguments: pickling needs them
         first = self.problems[0]
         self.file = file
         self.key = first.key
@@ -93,7 +93,7 @@ class ConfigError(GuideloadError):
 
 
 def shown(value: object) -> str:
-    """A value as TOML and Python users write it, cut to a readable length."""
+    """`value` as text of at most 80 characters, in the notation of TOML."""
     if value is None:
         return "None"
     return shortened(json.dumps(value, ensure_ascii=False, default=str))

@@ -6,13 +6,13 @@ from collections.abc import Iterable, Sequence
 
 
 def load_in_table(value: float) -> str:
-    """A load without its unit: whole newtons from 100 N up, one decimal below, rounding noise as 0.0."""
+    """A load without its unit: no decimals from 100 N up, one below; never -0.0."""
     text = f"{value:.{0 if abs(value) >= 100 else 1}f}"
     return text.removeprefix("-") if float(text) == 0 else text
 
 
 def load_with_unit(value: float, unit: str = "N") -> str:
-    """A load in a picture: `-12 258 N`; one decimal below 100, three digits below 1, zero below 1e-6."""
+    """A load for pictures: `-12 258 N`; one decimal below 100, three digits below 1, `0` below 1e-6."""
     size = abs(value)
     if size < 1e-6:
         digits = "0"
@@ -29,18 +29,18 @@ def load_in_sentence(value: float) -> str:
 
 
 def percent(part: float) -> str:
-    """A part of 1 with two digits: `3.1 %`; below 1e-9, where it is rounding, `0 %`."""
+    """A fraction as percentage with two digits: `3.1 %`; `0 %` up to 1e-9, which is rounding."""
     return f"{float(f'{100 * part:.2g}') if part > 1e-9 else 0:g} %"
 
 
 def scientific(value: float, decimals: int = 0) -> str:
-    """`1e-6`, or with one decimal `1.2e-6`: no leading zeros in the exponent."""
+    """`1e-6`, or with one decimal `1.2e-6`: the exponent has no leading zeros."""
     mantissa, exponent = f"{value:.{decimals}e}".split("e")
     return f"{mantissa}e{int(exponent)}"
 
 
 def milliseconds(seconds: float, digits: int = 3) -> str:
-    """A time in ms without its unit: that many digits, or more where that many stand before the point."""
+    """A time in ms without its unit: `digits` significant digits, but all digits before the decimal point."""
     return f"{1e3 * seconds:.{digits}g}" if 1e3 * seconds < 10.0**digits else f"{1e3 * seconds:.0f}"
 
 

@@ -1,7 +1,7 @@
 """Arrays with named dimensions and units: the data of results, from which audit, report and files are made.
 
-They hold what an xarray.Dataset holds and convert to one and back. Importing xarray and pandas takes longer than most
-runs, so only users who work with a dataset pay for it.
+They convert to an xarray.Dataset and back. Importing xarray and pandas takes longer than most runs, so they are
+imported only where a dataset is needed.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     import xarray as xr
 
-DIMENSIONS = ("time", "carriage", "rail", "link", "axis", "dof")  # the order in which every array has them
+DIMENSIONS = ("time", "carriage", "rail", "link", "axis", "dof")  # order of the dimensions of every array
 
 
 class Quantity(NamedTuple):
-    """An array, the names of its dimensions, and its attributes: units and long_name."""
+    """An array with the names of its dimensions and its attributes: `units` and `long_name`."""
 
     dims: tuple[str, ...]
     values: NDArray[Any]
@@ -29,7 +29,7 @@ class Quantity(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Quantities:
-    """Quantities by name, among them the coordinates by the names of their dimensions, and common attributes."""
+    """Quantities by name, and attributes of the whole. A coordinate is a quantity with the name of its dimension."""
 
     variables: dict[str, Quantity]
     attrs: dict[str, Any]
@@ -38,21 +38,21 @@ class Quantities:
         return name in self.variables
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """The array of that name, its dimensions in the order of `DIMENSIONS`."""
+        """The array of a quantity."""
         return self.variables[name].values
 
     def by_label(self, name: str) -> dict[str, NDArray[Any]]:
-        """The array (..., label) of that name as an array per label of its last dimension."""
+        """One array for each label of the last dimension of a quantity."""
         dims, values, _ = self.variables[name]
         return dict(zip(self[dims[-1]].tolist(), np.moveaxis(values, -1, 0), strict=True))
 
     def is_coordinate(self, name: str) -> bool:
-        """Whether a quantity labels the dimension of its own name."""
+        """Whether a quantity holds the labels of the dimension that has its name."""
         return self.variables[name].dims == (name,)
 
     @classmethod
     def of_dataset(cls, data: xr.Dataset) -> Quantities:
-        """The arrays of a dataset, which are not copied."""
+        """The quantities of a dataset; they share its arrays."""
 
         def place(dim: str) -> int:
             return DIMENSIONS.index(dim) if dim in DIMENSIONS else len(DIMENSIONS)
@@ -64,10 +64,9 @@ class Quantities:
         return cls(variables, data.attrs)
 
     def dataset(self) -> xr.Dataset:
-        """The same as a dataset, which shares the arrays.
+        """An xarray.Dataset that shares the arrays.
 
-        The fast path takes arrays as they are; any other checks whether they are dask's, and where dask is installed
-        imports all of it for that, in 0.2 s.
+        fastpath, because xarray otherwise imports dask, where it is installed, to check for dask arrays: 0.2 s.
         """
         import xarray as xr
 
@@ -79,7 +78,7 @@ class Quantities:
 
 
 def quantities(rows: Iterable[tuple[str, tuple[str, ...], NDArray[Any], str, str]]) -> dict[str, Quantity]:
-    """Quantities by name from rows of name, dimensions, values, units and name in words."""
+    """Quantities by name, from rows of (name, dimensions, values, units, long_name)."""
     return {
         name: Quantity(dims, values, {"units": units, "long_name": text})
         for name, dims, values, units, text in rows

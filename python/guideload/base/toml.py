@@ -1,4 +1,4 @@
-"""TOML files with the row and the text of every value, so that errors can name them."""
+"""Reading of TOML files, with the row and the text of every value for error messages."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ else:
 
 @dataclass(frozen=True)
 class Place:
-    """Row of a value in its file (1 = first), and the value as written there."""
+    """Row of a value in its file (first row: 1), and the value as written there."""
 
     row: int
     text: str
 
 
 def read_toml(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
-    """The values of a TOML file and their places. Raises ConfigError if it cannot be read."""
+    """Values of a TOML file and their places. Raises ConfigError if the file cannot be read."""
 
     def refusal(expected: str, hint: str, row: int | None, written: str) -> ConfigError:
         return ConfigError([Problem((), None, expected, hint, row, written)], str(file))
@@ -55,7 +55,7 @@ def read_toml(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, 
 
 
 def located(error: ConfigError, file: str, places: dict[KeyPath, Place]) -> ConfigError:
-    """The same error with the file, the rows and the values as written; rows in ascending order."""
+    """`error` with the file, and with the row and the text of each value; problems in the order of rows."""
     problems = []
     for problem in error.problems:
         prefixes = (problem.path[:n] for n in range(len(problem.path), 0, -1))
@@ -78,7 +78,7 @@ TOKEN = re.compile(
 
 
 class _Scanner:
-    """The places of all tables, keys and array entries of a text that tomllib accepts; tomllib does not report them."""
+    """Places of all tables, keys and array entries of a valid TOML text; tomllib does not give them."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -86,7 +86,7 @@ class _Scanner:
         self.at = 0
         self.places: dict[KeyPath, Place] = {}
         table: KeyPath = ()
-        last_entry: dict[KeyPath, int] = {}  # of each array of tables
+        last_entry: dict[KeyPath, int] = {}  # index of the last entry of each array of tables
         while self.at < len(self.tokens):
             if self._sees("["):
                 table = self._header(last_entry)
@@ -139,7 +139,7 @@ class _Scanner:
                 self.at += self._sees(",")
             self.at += 1
         else:
-            # 1.5 is three tokens, a date with a blank is two: a plain value ends with its row or at , ] }
+            # 1.5 is three tokens and a date with a blank two: a value without quotes ends with its row or at , ] }
             while self.at < len(self.tokens) and first.lastgroup == "bare" and self._continues():
                 self.at += 1
         text = shortened(self.text[first.start() : self.tokens[self.at - 1].end()])

@@ -1,9 +1,8 @@
 """Conversion of units to SI: a value is an SI number or a string such as "350 N/um".
 
-Only the units below are known: pint's own list costs 0.17 s at every start, this one 0.01 s, and pint itself, which
-takes 0.1 s to import, is loaded for units that `COMMON` does not have. Angle is a
-dimension of its own, so that rpm and Hz, or rad/s and 1/s, cannot be mistaken for each other. All factors are
-exact fractions and are rounded once: "85 mm" is the double 0.085.
+Only the units below are known: reading pint's own list takes 0.17 s, this one 0.01 s. Importing pint takes 0.1 s, so
+it is imported only for units that are not in `COMMON`. Angle is a separate dimension, so that rpm and Hz, or rad/s and
+1/s, cannot be confused. Factors are exact fractions, and a value is rounded once: "85 mm" is the double 0.085.
 """
 
 from __future__ import annotations
@@ -50,7 +49,7 @@ inch = 0.0254 * meter = in
 foot = 0.3048 * meter = ft
 standard_gravity = 9.80665 * meter / second ** 2 = g_0
 """
-# Names of dimensions in errors; others are shown as powers of the base dimensions.
+# Names of dimensions in errors; other dimensions appear as powers of the base dimensions.
 DIMENSIONS = {
     "1": "a plain number",
     "kg": "a mass",
@@ -67,7 +66,7 @@ DIMENSIONS = {
     "rad/s": "an angular speed",
     "1/s": "a frequency",
 }
-# SI unit and ratio to it, of the units that most files have; tests compare them with pint's.
+# Common units: (SI unit, ratio to it). A test compares them with pint.
 COMMON = {unit: (unit, Fraction(1)) for unit in DIMENSIONS} | {
     "mm": ("m", Fraction(1, 1000)),
     "um": ("m", Fraction(1, 10**6)),
@@ -81,7 +80,7 @@ COMMON = {unit: (unit, Fraction(1)) for unit in DIMENSIONS} | {
     "rpm": ("rad/s", Fraction("6.28318530717958647693") / 60),
 }
 
-# At most three digits of exponent: no double needs more, and fractions of a million digits take minutes.
+# Exponents of at most three digits: no double needs more, and fractions of a million digits take minutes.
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)(?![\d.,])\s*(.*?)\s*", re.DOTALL)
 _NAME = r"[A-Za-zµμ°][A-Za-zµμ_]*(?:_0)?(?:\^-?\d{1,2})?"
 UNIT = re.compile(rf"(?:1\s*/\s*)?{_NAME}(?:\s*[*/ ]\s*{_NAME})*|1")
@@ -89,9 +88,9 @@ SIGNS = str.maketrans({"·": "*", "⋅": "*", "²": "^2", "³": "^3"})
 
 
 def quantity(value: object, unit: str) -> float:
-    """`value` in the SI unit `unit`: a number is in that unit already, a string is a number with its unit.
+    """`value` in the SI unit `unit`: a number is already in this unit, a string is a number with any unit.
 
-    Raises ValueRefused for another dimension, an unknown or missing unit, and anything but a finite number.
+    Raises ValueRefused for another dimension, an unknown or missing unit, and a value that is not finite.
     """
     expected = _name(unit)
     if isinstance(value, str):
@@ -178,7 +177,7 @@ def _parsed(unit: str) -> pint.Unit:
 
 
 def _plain(unit: str) -> str:
-    """`unit` in the signs that pint reads: "kg·m²" becomes "kg*m^2", "kg m2" becomes "kg m^2"."""
+    """`unit` in the notation of pint: "kg·m²" becomes "kg*m^2", "kg m2" becomes "kg m^2"."""
     return re.sub(r"([A-Za-z])(-?\d)", r"\1^\2", unit.strip().translate(SIGNS))
 
 
@@ -203,6 +202,6 @@ def _dimension(unit: pint.Unit) -> str:
 
 @lru_cache(maxsize=1)
 def _symbols() -> list[str]:
-    """Short names of the units, and the prefixed ones that drawings and catalogues use."""
+    """Symbols of all units, and the units with prefix that drawings and catalogues use."""
     rows = [row.split(" = ") for row in DEFINITIONS.strip().splitlines() if "- = " not in row]
     return [row[2] for row in rows] + ["kg", "mm", "um", "cm", "kN", "ms", "mrad", "kHz"]

@@ -1,4 +1,4 @@
-"""The command `guideload encoder`: the report of a trace, and its picture."""
+"""The command `guideload encoder`: report and picture of a trace."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from guideload.cli.terminal import output_encoding, print_text, status
     "machine_file",
     metavar="MACHINE.TOML",
     type=options.InputFile,
-    help="Machine whose modes the trace is compared with; its [drive] makes a motor's speed the cart's.",
+    help="Machine whose modes the trace is compared with; its [drive] converts motor speed to cart speed.",
 )
 @options.picture_option
 @options.overwrite_picture_option
@@ -30,8 +30,8 @@ def encoder(
 ) -> None:
     """Report on an encoder trace, and draw it: samples, acceleration with its band, spectrum.
 
-    The report gives quantum, kind of time stamps, damage and repairs; what the smoothing chose; and with a machine
-    which of its modes the trace can show.
+    The report states quantum, kind of time stamps, damage and repairs; the result of the smoothing; and for a machine
+    the modes that the trace can show.
     """
     from guideload.reports.trace import encoder_report
 
@@ -45,5 +45,5 @@ def encoder(
             with status("drawing the picture"):
                 plots.save(plots.encoder(inspection)[0], draft)
     print_text(encoder_report(inspection, encoding=output_encoding()))
-    draw = f"guideload encoder {trace_file} ... -o picture.png draws it."
+    draw = f"To draw it: guideload encoder {trace_file} ... -o picture.png"
     print_text(draw if output is None else f"Wrote {output}.")

@@ -6,6 +6,6 @@ import click
 
 
 class InputError(click.ClickException):
-    """Input that cannot be used."""
+    """The input was refused."""
 
     exit_code = 2

@@ -1,4 +1,4 @@
-"""The JSON schema of machine and study files, from the models that check them."""
+"""The JSON schema of machine and study files, from their pydantic models."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ BOUNDS = {"above": "exclusiveMinimum", "least": "minimum", "most": "maximum"}
 
 
 class FileSchema(GenerateJsonSchema):
-    """Every float may also be text with a unit. Unit and bounds are those that the field's validator checks."""
+    """Schema in which a float may also be text with a unit; unit and bounds come from the validator of the field."""
 
     def float_schema(self, schema: Any) -> JsonSchemaValue:
         return {"type": ["number", "string"]}
@@ -21,7 +21,7 @@ class FileSchema(GenerateJsonSchema):
         return {"type": ["number", "string"]}
 
     def nullable_schema(self, schema: Any) -> JsonSchemaValue:
-        return self.generate_inner(schema["schema"])  # TOML has no null: the key is left out instead
+        return self.generate_inner(schema["schema"])  # TOML has no null: the key is omitted instead
 
     def default_schema(self, schema: Any) -> JsonSchemaValue:
         json_schema = super().default_schema(schema)
@@ -35,12 +35,12 @@ class FileSchema(GenerateJsonSchema):
 
     def function_before_schema(self, schema: Any) -> JsonSchemaValue:
         json_schema = super().function_before_schema(schema)
-        if json_schema.get("items") == {"type": "string"}:  # a single text stands for a list of one
+        if json_schema.get("items") == {"type": "string"}:  # a single text means a list with this entry
             return {"anyOf": [{"type": "string"}, json_schema]}
         return json_schema
 
     def function_plain_schema(self, schema: Any) -> JsonSchemaValue:
-        checks = getattr(schema["function"]["function"], "keywords", {})  # of a partial
+        checks = getattr(schema["function"]["function"], "keywords", {})  # arguments of a partial
         bounds = {word: checks[key] for key, word in BOUNDS.items() if checks.get(key) is not None}
         if "unit" in checks:
             return {"type": ["number", "string"], "x-unit": checks["unit"], **bounds}
@@ -48,7 +48,7 @@ class FileSchema(GenerateJsonSchema):
 
 
 def file_schema(kind: Literal["machine", "study"]) -> dict[str, Any]:
-    """The schema of a machine or study file. Descriptions end in the SI unit of a plain number, as in [N/m]."""
+    """The schema of a machine or study file. A description ends with the SI unit of the value, as [N/m]."""
     model: type[BaseModel]
     if kind == "machine":
         from guideload.machine.machine import Machine as model

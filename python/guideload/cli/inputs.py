@@ -1,4 +1,4 @@
-"""The machines and traces that commands read, with the options of the command line."""
+"""Reading of machines and traces with the options of the command line."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
 
 def read_machine(machine_file: Path, free: str | None = None) -> Machine:
-    """The machine, with other free dofs if they are given; a body that nothing supports is refused."""
+    """The machine of a file, with the free dofs of `free` if given. Refuses a body that its links do not support."""
     from guideload.machine.machine import DOFS, Machine
 
     machine, source = Machine.from_toml(machine_file), str(machine_file)
@@ -28,14 +28,14 @@ def read_machine(machine_file: Path, free: str | None = None) -> Machine:
             raise InputError(f'--free: expected one or more of {",".join(DOFS)}, each once, got "{free}"')
         machine, source = machine.with_free(dofs), f"{machine_file} with --free {free}"
     try:
-        _ = machine.scene  # built here and cached by the machine
+        _ = machine.scene  # built and cached here, to report its errors
     except SceneError as error:
         raise InputError(f"{source}: {error}") from error
     return machine
 
 
 def read_motion(trace_file: Path, machine: Machine, **options: Any) -> Motion:
-    """The motion of a trace. options: those of `trace_options`."""
+    """The motion of a trace. options: see `options.trace_options`."""
     from guideload.traces.reading import motion_from_trace, read_trace
 
     reading, smoothing = _split(options)
@@ -43,7 +43,7 @@ def read_motion(trace_file: Path, machine: Machine, **options: Any) -> Motion:
 
 
 def read_inspection(trace_file: Path, machine: Machine | None, **options: Any) -> Inspection:
-    """The inspection of a trace. options: those of `trace_options`."""
+    """The inspection of a trace. options: see `options.trace_options`."""
     from guideload.traces.inspection import Inspection
     from guideload.traces.reading import read_trace
 
@@ -52,6 +52,6 @@ def read_inspection(trace_file: Path, machine: Machine | None, **options: Any) -
 
 
 def _split(options: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The options that were given: those of the reading, and those of the smoothing."""
+    """The given options for `read_trace`, and those for the smoothing."""
     reading = {name: value for name, value in options.items() if value is not None}
     return reading, {name: reading.pop(name) for name in SmoothingOptions.__annotations__ if name in reading}

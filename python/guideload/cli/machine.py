@@ -1,4 +1,4 @@
-"""The commands about a machine file: init, check, modes."""
+"""The commands for a machine file: init, check, modes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from guideload.cli.terminal import output_encoding, print_text
 @click.command()
 @click.argument("path", type=options.InputFile, required=False)
 @click.option(
-    "--study", is_flag=True, help="Write a study.toml: the loads of machine.toml with parameters that vary."
+    "--study", is_flag=True, help="Write a study.toml, for a study of machine.toml with varied parameters."
 )
 def init(path: Path | None, study: bool) -> None:
     """Write a commented machine.toml, or study.toml, to fill in."""
@@ -33,13 +33,13 @@ def init(path: Path | None, study: bool) -> None:
     except FileExistsError:
         option = " --study" if study else ""
         raise InputError(
-            f"{path} exists and is left as it is; give another name: guideload init NAME.toml{option}"
+            f"{path} exists and is not replaced; give another name: guideload init NAME.toml{option}"
         ) from None
     except OSError as error:
         raise unwritable(path, error) from None
     if study:
-        beside = "put machine.toml (`guideload init` writes one) and trace.csv, a measured motion, beside it"
-        print_text(f"Wrote {path}. Fill it in and {beside}, then: guideload study {path} -o out/")
+        inputs = "put machine.toml (from `guideload init`) and trace.csv, a measured motion, into its folder"
+        print_text(f"Wrote {path}. Fill it in and {inputs}, then: guideload study {path} -o out/")
     else:
         print_text(f"Wrote {path}. Fill it in, then: guideload check {path}")
 
@@ -49,9 +49,9 @@ def init(path: Path | None, study: bool) -> None:
 @options.optional_trace_argument
 @options.trace_options
 def check(machine_file: Path, trace_file: Path | None, **reading: Any) -> None:
-    """Check a machine, and a trace, and show how they were read.
+    """Check a machine, and optionally a trace, and show their contents.
 
-    With a trace also: which of the machine's modes the trace can show.
+    With a trace the report also shows which modes of the machine the trace can show.
     """
     from guideload.reports.machine import machine_report
 

@@ -1,7 +1,7 @@
-"""The command line `guideload`; its exit codes are in `errors`.
+"""The command line `guideload`; its exit codes are in `exit_codes`.
 
-Every module that costs time to import is imported by the command that needs it, so that `--help` is instant
-and `run --no-pictures` loads no matplotlib.
+A module that takes long to import is imported by the commands that need it, so that `--help` is immediate and
+`run --no-pictures` does not import matplotlib.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from guideload.cli.study import study
 
 
 class Commands(click.Group):
-    """Turns an error of the library into one message and an exit code; lists the commands in the order of use."""
+    """Turns errors of the library into messages and exit codes; lists the commands in the order of their use."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        # Matrices are small: more threads of OpenBLAS would only spin, for 0.3 s. Read when numpy is imported.
+        # Set before numpy is imported: for small matrices more threads of OpenBLAS only cost time, 0.3 s.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-        atexit.register(gc.freeze)  # or the interpreter searches all modules for garbage as it ends, 0.25 s
+        atexit.register(gc.freeze)  # saves the search for garbage in all modules at exit, 0.25 s
         try:
             return super().invoke(ctx)
         except (ArgumentError, ConfigError, SceneError, TraceError) as error:
             raise InputError(str(error)) from error
-        except BrokenPipeError:  # the reader of our output has gone, as `head` does: click ends quietly
+        except BrokenPipeError:  # the reader, such as `head`, closed the pipe: click exits without a message
             raise
         except (GuideloadError, OSError) as error:
             raise click.ClickException(str(error)) from error

@@ -1,4 +1,4 @@
-"""The commands about the integration methods: chart (work-precision diagram) and stability (step stability)."""
+"""The commands that compare integration methods: chart (work-precision diagram) and stability."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from guideload.cli.terminal import output_encoding, print_text, status
     type=options.POSITIVE,
     default=20.0,
     show_default=True,
-    help="Seconds that all runs together may take; settings that would exceed it are skipped.",
+    help="Time in seconds for all runs together; settings that would exceed it are skipped.",
 )
 @options.free_option
 @options.no_pictures_option
@@ -47,8 +47,8 @@ def chart(
 ) -> None:
     """Draw the work-precision diagram of all methods.
 
-    Every method runs over its range of tolerances and fixed steps, for a machine under a measured motion. The error is
-    that of the loads against a reference, whose own error is reported.
+    Every method computes the loads of a machine under a measured motion, with a range of tolerances and fixed steps.
+    The error is the difference of the loads from a reference, whose own error is reported.
     """
     from guideload.method_comparison.runner import work_precision
     from guideload.reports.work_precision import chart_report
@@ -91,10 +91,10 @@ def stability(
     overwrite: bool,
     **reading: Any,
 ) -> None:
-    """Find the longest stable step of rk45, and the cost of a motion.
+    """Find the longest stable step of rk45, and the steps and time of every method.
 
-    The longest stable step of rk45 is where the machine's eigenvalues leave its stability region. The cost of
-    every method is that of a measured motion, or of a standard move if none is given.
+    With a longer step an eigenvalue of the machine leaves the stability region of rk45. Steps and time are those of a
+    run under a measured motion, or under a standard move if no trace is given.
     """
     from guideload.method_comparison.step_stability import stability as step_stability
     from guideload.reports.stability import stability_report

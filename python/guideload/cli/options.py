@@ -1,4 +1,4 @@
-"""Arguments and options that several commands have."""
+"""Arguments and options that several commands share."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Positive(click.FloatRange):
 
 
 class NumberOrText(click.ParamType[float | str]):
-    """A number in SI, or text with its unit, as the library takes it."""
+    """A number in SI units, or text with a unit, which the library converts."""
 
     name = "number"
 
@@ -42,7 +42,7 @@ class NumberOrText(click.ParamType[float | str]):
 
 
 POSITIVE = Positive()
-# Of the options of reading, by the types of their values; all others are text.
+# click types of the options for traces, by the types of their values; other options are text.
 OPTION_TYPES: dict[frozenset[type], click.ParamType[Any]] = {
     frozenset((float, str)): NumberOrText(),
     frozenset((int,)): click.IntRange(0, 62),
@@ -64,7 +64,7 @@ overwrite_option = click.option(
 )
 no_pictures_option = click.option("--no-pictures", is_flag=True, help="Write the numbers only.")
 folder_option = partial(click.option, "-o", "--output", type=Folder, help="Folder to write.")
-free_option = click.option("--free", help="Dofs of L that may move, instead of the machine's: y,z,rx,ry,rz.")
+free_option = click.option("--free", help="Free dofs of L, e.g. y,z,rx,ry,rz, instead of the machine file's.")
 rtol_option = click.option(
     "--rtol",
     type=POSITIVE,
@@ -75,7 +75,7 @@ rtol_option = click.option(
 
 
 def trace_options(command: Any) -> Any:
-    """The options that say how a trace is read and smoothed: those of `traces.options`."""
+    """Add the options of `traces.options`, which control reading and smoothing of a trace, to a command."""
     hints = get_type_hints(ReadingOptions, include_extras=True)
     hints |= get_type_hints(SmoothingOptions, include_extras=True)
     for name, hint in reversed(hints.items()):
@@ -85,7 +85,7 @@ def trace_options(command: Any) -> Any:
             declaration = {"help": f"Do not {text}.", "flag_value": False, "default": None}
         elif bool in types:
             declaration |= {"is_flag": True, "default": None}
-        elif name != "unit":  # where a bare number is text: the unit of a count
+        elif name != "unit":  # a number is text here: the unit of a count
             declaration["type"] = OPTION_TYPES.get(types)
         option = "--no-cross-check" if name == "cross_check" else f"--{name.replace('_', '-')}"
         command = click.option(option, name, **declaration)(command)

@@ -1,4 +1,4 @@
-"""Files and folders that commands write: complete or not at all, and never over files that are not their own."""
+"""Writing of files and folders: complete or not at all; files of others are never replaced."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ FORMATS = {"netcdf": "loads.nc", "parquet": "loads.parquet", "csv": "loads.csv"}
 PICTURES = ("scene.png", "figures_7_to_11.png", "resultant.png", "moments.png", "modes.png", "spectrum.png")
 CHART = ("chart.png", "chart.csv")
 STUDY_PICTURES = ("distributions.png", "exceedance.png", "tornado.png", "scatter.png", "histories.png")
-STUDY = ("summary.json", "report.txt", *STUDY_PICTURES)  # beside the samples, which the study keeps itself
+STUDY = ("summary.json", "report.txt", *STUDY_PICTURES)  # besides the samples, which the study writes
 OUTPUTS = (*FORMATS.values(), "loads.json", *PICTURES, *CHART, *STUDY)
-MANIFEST = ".guideload"  # hidden, in every folder that we write: the names of our files there
+MANIFEST = ".guideload"  # hidden file in every output folder: the names of the files that guideload wrote
 MANIFEST_TITLE = "Files that guideload wrote into this folder; --overwrite replaces these and no others:"
 PICTURE_ENDINGS = (".png", ".svg", ".pdf", ".eps", ".jpg", ".tif", ".webp")
 
 
 def _own_files(folder: Path) -> set[str]:
-    """Names of files that we wrote into a folder, by its manifest: none but our own names are believed."""
+    """Names of the files that guideload wrote into a folder, from its manifest; other names in it are ignored."""
     try:
         lines = (folder / MANIFEST).read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError):
@@ -35,9 +35,9 @@ def _own_files(folder: Path) -> set[str]:
 def require_free(
     output: Path, names: Mapping[str, set[str]], overwrite: bool, inputs: tuple[Path, ...] = ()
 ) -> None:
-    """Before any work: the folder is new or empty; or its files may be replaced, and are ours.
+    """Raise InputError unless a folder is new or empty, or its files were written by guideload and may be replaced.
 
-    names: what will be written into each folder below `output`; inputs: files that must stay.
+    names: files to be written into each folder below `output`. inputs: files that must not be replaced.
     """
     if not output.is_dir() or not any(output.iterdir()):
         return
@@ -52,14 +52,14 @@ def require_free(
         for name in sorted({*written, MANIFEST} - ours):
             if (folder / name).exists() or (folder / name).is_symlink():
                 raise InputError(
-                    f"{folder / name} was not written by an earlier run, so --overwrite leaves it alone; "
+                    f"{folder / name} was not written by an earlier run, so --overwrite does not replace it; "
                     "move it, or give another folder"
                 )
         require_unread([folder / name for name in sorted(ours)], inputs)
 
 
 def require_unread(replaced: Iterable[Path], inputs: Iterable[Path]) -> None:
-    """Before any work: no file that this run reads is among those that are to be replaced or removed."""
+    """Raise InputError if a file that is to be replaced or removed is one of the `inputs` of this run."""
     there = [path for path in inputs if path.exists()]
     for file in replaced:
         for path in there:
@@ -70,7 +70,7 @@ def require_unread(replaced: Iterable[Path], inputs: Iterable[Path]) -> None:
 
 
 def unwritable(path: Path, error: OSError) -> InputError:
-    """The refusal of a path to write, with the path as the user gave it."""
+    """The InputError of a path that cannot be written, with the path as the user gave it."""
     above = next((folder for folder in path.absolute().parents if folder.exists()), path)
     if not above.is_dir():
         return InputError(f"{path}: {above} is a file, not a folder")
@@ -83,8 +83,8 @@ def unwritable(path: Path, error: OSError) -> InputError:
 def picture_draft(output: Path | None, overwrite: bool, *inputs: Path) -> Iterator[Path | None]:
     """Draft of a picture that replaces `output` when the block ends without an error; None if no picture is wanted.
 
-    Refused before any work: a name of another kind, a file that exists unless `overwrite`, one of `inputs`, and a
-    path that cannot be written.
+    Raises InputError before the block for an unknown ending, a file that exists (unless `overwrite`), one of `inputs`,
+    and a path that cannot be written.
     """
     if output is None:
         yield None
@@ -105,10 +105,10 @@ def picture_draft(output: Path | None, overwrite: bool, *inputs: Path) -> Iterat
 
 @contextmanager
 def atomic_output(output: Path) -> Iterator[Path]:
-    """Draft folder whose files are moved to `output` when all are written; on failure nothing is left.
+    """Draft folder whose files are moved to `output` when the block ends; on an error the draft is removed.
 
-    It is made before anything is computed, so that a place where nothing can be written is refused early.
-    In a folder with files in it, ours of an earlier run are replaced or removed, and all others stay.
+    It is created at once, so that a path that cannot be written is refused before the computation starts.
+    Files of an earlier run in `output` are replaced or removed; other files stay.
     """
     with ExitStack() as stack:
         try:
@@ -120,7 +120,7 @@ def atomic_output(output: Path) -> Iterator[Path]:
 
 @contextmanager
 def write_errors(output: Path) -> Iterator[None]:
-    """Report an OSError of a draft with the path that the user gave; exit code 1."""
+    """Turn an OSError of a draft into a message with the path that the user gave, and exit code 1."""
     try:
         yield
     except OSError as error:
@@ -141,7 +141,7 @@ def _publish(draft: Path, folder: Path) -> None:
 
 
 def _move_into(draft: Path, folder: Path) -> None:
-    """Files of a draft to their folder; the manifest first, so that no file of ours is ever unlisted."""
+    """Move the files of a draft into a folder; the manifest first, so that it always lists all of our files."""
     folder.mkdir(exist_ok=True)
     if (draft / MANIFEST).exists():
         for name in _own_files(folder):

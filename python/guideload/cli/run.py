@@ -25,7 +25,7 @@ PAPER_DOFS = ("rx", "ry", "rz")
 
 @contextmanager
 def no_garbage_collection() -> Iterator[None]:
-    """Switch off the search for cyclic garbage: while modules are imported it takes 0.1 s and finds none."""
+    """Switch off garbage collection, which takes 0.1 s while modules are imported."""
     was_enabled = gc.isenabled()
     gc.disable()
     try:
@@ -42,13 +42,13 @@ def no_garbage_collection() -> Iterator[None]:
 def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
     """Run the packaged example.
 
-    It runs twice: with all dofs that the guides carry, and with the dofs of the paper, which holds y and z of L. That
-    hides the weight from the guides: the tables of peaks show both.
+    It runs twice: with all dofs that the guides support, and with the dofs of the paper, where y and z of L are held.
+    The guides then do not carry the weight, as a comparison of the tables shows.
     """
     from guideload.reports.run import comparison
     from guideload.simulation.simulation import simulate
 
-    names = _file_names("netcdf", not no_pictures)
+    names = _output_names("netcdf", not no_pictures)
     require_free(output, {"guides": names, "paper": names}, overwrite)
     results = {}
     with atomic_output(output) as folder:
@@ -59,7 +59,7 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
             with status(f"computing the loads, {name}"):
                 results[name] = simulate(with_dofs, motion)
             _write(results[name], folder / name, "netcdf", not no_pictures, output / name)
-    titles = {"All dofs that the guides carry": results["guides"], "The paper's dofs": results["paper"]}
+    titles = {"All dofs that the guides support": results["guides"], "The paper's dofs": results["paper"]}
     print_text(comparison(titles, encoding=output_encoding()))
     print_text(
         f"Loads, reports and pictures are in {output}: guides (all dofs) and paper (the paper's dofs)."
@@ -75,7 +75,7 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
     type=click.Choice(METHODS),
     default="auto",
     show_default=True,
-    help="Integration method; auto takes the cheapest that the machine allows.",
+    help="Integration method; auto is the cheapest that the machine allows.",
 )
 @options.rtol_option
 @click.option("--step", type=options.POSITIVE, help="Fixed step in seconds, for rk45 and implicit.")
@@ -104,8 +104,8 @@ def run(
     from guideload.simulation.simulation import simulate
 
     if step is not None and method in ("auto", "exact"):
-        raise click.UsageError(f"--step is for --method rk45 and implicit; {method} makes no step error")
-    names = _file_names(file_format, not no_pictures)
+        raise click.UsageError(f"--step needs --method rk45 or implicit; {method} has no fixed step")
+    names = _output_names(file_format, not no_pictures)
     require_free(output, {"": names}, overwrite, inputs=(machine_file, trace_file))
     with atomic_output(output) as folder:
         with status("reading"):
@@ -114,7 +114,7 @@ def run(
         with status("computing the loads"):
             result = simulate(machine, motion, method=method, rtol=rtol, step=step)
         text = _write(result, folder, file_format, not no_pictures, output)
-    if (encoding := output_encoding()).lower() != "utf-8":  # that of the file; others lack characters
+    if (encoding := output_encoding()).lower() != "utf-8":  # the encoding of the file; others lack characters
         from guideload.reports.run import result_report
 
         text = result_report(result, encoding=encoding)
@@ -122,14 +122,14 @@ def run(
     print_text(f"Wrote {output}.")
 
 
-def _file_names(file_format: str, pictures: bool) -> set[str]:
-    """The names of the files that `_write` may write."""
+def _output_names(file_format: str, pictures: bool) -> set[str]:
+    """Names of the files that `_write` writes."""
     names = {FORMATS[file_format], "report.txt", *(PICTURES if pictures else ())}
     return names | {"loads.json"} if file_format == "csv" else names
 
 
 def _write(result: Result, folder: Path, file_format: str, pictures: bool, output: Path) -> str:
-    """Write loads, report, pictures and manifest of a run; returns the report. output: the folder in messages."""
+    """Write loads, report, pictures and manifest of a run; return the report. output: the folder for messages."""
     from concurrent.futures import ThreadPoolExecutor
 
     from guideload.reports.run import result_report
@@ -137,7 +137,7 @@ def _write(result: Result, folder: Path, file_format: str, pictures: bool, outpu
     with write_errors(output):
         folder.mkdir(exist_ok=True)
         with status("writing the loads"), ThreadPoolExecutor(1) as pool:
-            _ = result.quantities  # computed once, for both of the following
+            _ = result.quantities  # computed once, for both threads
             report = pool.submit(result_report, result)  # computes the audit while the file is written
             getattr(result, f"to_{file_format}")(folder / FORMATS[file_format])
             text = report.result()

@@ -1,4 +1,4 @@
-"""The command `guideload schema`: the JSON schema of machine and study files, for editors."""
+"""The command `guideload schema`: JSON schema of machine and study files, for editors."""
 
 from __future__ import annotations
 
@@ -15,5 +15,5 @@ def schema(kind: Literal["machine", "study"]) -> None:
     from guideload.cli.file_schema import file_schema
 
     click.echo(json.dumps(file_schema(kind), indent=2, ensure_ascii=False))
-    click.echo(f"Saved as {kind}.schema.json, it is used by a file whose first row is:", err=True)
+    click.echo(f"Save it as {kind}.schema.json; editors use it for a file with this first row:", err=True)
     click.echo(f"#:schema {kind}.schema.json", err=True)

@@ -1,4 +1,4 @@
-"""The command `guideload study`: a Monte Carlo study, resumed, replaced or begun."""
+"""The command `guideload study`: start, resume or replace a Monte Carlo study."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ if TYPE_CHECKING:
     from guideload.study.execution import Progress
     from guideload.study.results.result import StudyResult
 
-INTERRUPTED = 130  # the exit code of a program that Ctrl-C ended
+INTERRUPTED = 130  # exit code after Ctrl-C
 
 
 @click.command()
 @click.argument("study_file", metavar="STUDY.TOML", type=InputFile)
 @folder_option(required=True)
-@click.option("--resume", is_flag=True, help="Resume the study in the folder, if one was begun there.")
+@click.option("--resume", is_flag=True, help="Resume the study in the folder, if there is one.")
 @click.option("--overwrite", is_flag=True, help="Replace the study in the folder.")
 @click.option("--samples", type=click.IntRange(min=1), help="Number of samples, instead of the file's.")
-@click.option("--seed", type=click.IntRange(min=0), help="Seed of all draws, instead of the file's.")
-@click.option("--threads", type=click.IntRange(min=1), help="Threads; the number of cores if left out.")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of all random numbers, instead of the file's.")
+@click.option("--threads", type=click.IntRange(min=1), help="Number of threads; default: number of cores.")
 @no_pictures_option
 def study(
     study_file: Path,
@@ -43,17 +43,17 @@ def study(
     threads: int | None,
     no_pictures: bool,
 ) -> None:
-    """Run a Monte Carlo study: the distribution of the loads where the parameters of a machine vary.
+    """Run a Monte Carlo study: the distribution of the loads of a machine with varied parameters.
 
-    Samples are written as they are done. Ctrl-C reports those, and --resume runs the others, also after a crash: no
-    written sample is lost, and the result is the same to the last bit.
+    Samples are written in chunks. After Ctrl-C the report covers the samples that are done. --resume runs the others,
+    also after a crash, and gives the same result to the last bit.
     """
     from guideload.study.execution import StudyInterrupted, run_study
 
     if resume and overwrite:
         raise click.UsageError("--resume keeps the study in the folder and --overwrite replaces it: give one")
     options = {"--samples": samples, "--seed": seed, "--threads": threads}
-    again = _resuming_command(study_file, output, options, no_pictures)
+    again = _resume_command(study_file, output, options, no_pictures)
     may_resume, interrupted = resume, ""
     try:
         with status("reading"):
@@ -74,14 +74,14 @@ def study(
 
             print_text(study_report(result, encoding=output_encoding()))
             print_text(f"Wrote {output}.")
-    except KeyboardInterrupt:  # before the first sample, or once more while the report was made
+    except KeyboardInterrupt:  # before the first sample, or during the report
         interrupted = f"Interrupted. To resume: {again}" if may_resume else "Interrupted."
     if interrupted:
         click.echo(interrupted, err=True)
         sys.exit(INTERRUPTED)
 
 
-def _resuming_command(
+def _resume_command(
     study_file: Path, output: Path, options: Mapping[str, int | None], no_pictures: bool
 ) -> str:
     words = ["guideload", "study", str(study_file), "-o", str(output)]
@@ -90,7 +90,7 @@ def _resuming_command(
 
 
 def _read(study_file: Path, resumed: Path | None, samples: int | None, seed: int | None) -> Study:
-    """The study of a file, with the options of the command line; without a seed in either, that of the folder."""
+    """The study of a file with options of the command line. Without a seed there, the seed of the resumed study."""
     from guideload.study.description.metadata import StudyMetadata, read_json
     from guideload.study.description.options import read_study
     from guideload.study.description.study import Study
@@ -104,7 +104,7 @@ def _read(study_file: Path, resumed: Path | None, samples: int | None, seed: int
 def _require_folder(output: Path, resume: bool, overwrite: bool, inputs: tuple[Path, ...]) -> None:
     """Raise InputError unless the folder is new or empty, or holds a study that may be resumed or replaced.
 
-    A study to be replaced is removed here, unless one of its files is in `inputs`.
+    Removes a study that is to be replaced. Raises InputError if one of its files is in `inputs`.
     """
     from guideload.study.description.metadata import read_json
     from guideload.study.storage.folder import begun_only, files_of, remove
@@ -129,7 +129,7 @@ def _require_folder(output: Path, resume: bool, overwrite: bool, inputs: tuple[P
 
 @contextmanager
 def _bar() -> Iterator[Progress | None]:
-    """A progress bar with rate and remaining time on standard error, if that is a terminal."""
+    """A progress bar with rate and remaining time, if standard error is a terminal."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -141,7 +141,7 @@ def _bar() -> Iterator[Progress | None]:
         task = bar.add_task("", total=None, rate="")
 
         def progress(done: int, runs: int) -> None:
-            if bar.tasks[0].total is None:  # earlier samples do not count for the rate
+            if bar.tasks[0].total is None:  # the rate excludes samples of earlier runs
                 bar.reset(task, total=runs, completed=done)
             speed = bar.tasks[0].speed
             bar.update(task, completed=done, rate=f"{speed:,.0f} samples/s" if speed else "")
@@ -150,7 +150,7 @@ def _bar() -> Iterator[Progress | None]:
 
 
 def _write(result: StudyResult, output: Path, pictures: bool) -> None:
-    """Write summary, report and pictures of the samples that are done."""
+    """Write summary, report and pictures of the finished samples."""
     from guideload.reports.study import study_report
 
     try:
@@ -166,4 +166,4 @@ def _write(result: StudyResult, output: Path, pictures: bool) -> None:
             outputs.write_manifest(folder)
     except OSError as error:
         reason = f"{output}: the report cannot be written: {error.strerror or error}"
-        raise click.ClickException(f"{reason}; the samples are stored, --resume writes it") from error
+        raise click.ClickException(f"{reason}; the samples are stored: --resume writes the report") from error

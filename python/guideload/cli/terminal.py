@@ -1,4 +1,4 @@
-"""Printing: reports to standard output in its encoding, progress to standard error."""
+"""Printing of reports to standard output, and of progress to standard error."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ def output_encoding() -> str:
 
 
 def print_text(text: str) -> None:
-    """Print to standard output; characters that its encoding lacks are replaced."""
+    """Print to standard output; characters outside its encoding are replaced."""
     encoding = output_encoding()
     click.echo(text.rstrip("\n").encode(encoding, errors="replace").decode(encoding))
 
 
 def status(doing: str) -> AbstractContextManager[Any]:
-    """Show what is being done, on standard error and only if that is a terminal."""
+    """Show the current activity on standard error, if it is a terminal."""
     if not sys.stderr.isatty():
         return nullcontext()
     from rich.console import Console

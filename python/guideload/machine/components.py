@@ -59,10 +59,10 @@ InertiaRow = Annotated[tuple[Inertia, Inertia, Inertia], _XYZ]
 Tensor = Annotated[tuple[InertiaRow, InertiaRow, InertiaRow], _ROWS]
 
 
-# Tolerance, of the largest entry: CAD systems print six digits, the last of which may be 5e-6 off, and a flat plate
-# meets the triangle rule with equality.
+# Tolerance relative to the largest entry: CAD systems print six digits, so entries are rounded by up to 5e-6, and the
+# tensor of a flat plate is on the limit of the triangle rule.
 PRINTED_DIGITS = 1e-5
-# Tolerance, of the largest entry: rounding when a tensor is shifted to another point.
+# Tolerance relative to the largest entry: rounding where a tensor is shifted to another point.
 ROUNDING = 1e-12
 
 
@@ -81,7 +81,7 @@ class Body(ConfigModel):
     @field_validator("inertia")
     @classmethod
     def _physical(cls, rows: Tensor, info: ValidationInfo) -> Tensor:
-        """Check symmetry, definiteness and triangle rule; the result is exactly symmetric."""
+        """Check symmetry, definiteness and triangle rule; return the exactly symmetric tensor."""
         tensor = np.array(rows)
         scale = np.abs(tensor).max()
         skew = np.abs(tensor - tensor.T)
@@ -100,7 +100,7 @@ class Body(ConfigModel):
         return cast(Tensor, tuple(map(tuple, tensor.tolist())))
 
     def central_inertia(self) -> Array:
-        """Inertia tensor about the centre of mass, shape (3, 3) [kg m^2], by J_S = J_L + m skew(r_S)^2."""
+        """Inertia tensor about the centre of mass, shape (3, 3) [kg m^2]: J_S = J_L + m skew(r_S)^2."""
         return _central(np.array(self.inertia), self.mass, self.center_of_mass, self.inertia_about)
 
 
@@ -110,7 +110,7 @@ def _central(inertia: Array, mass: float, center: tuple[float, float, float], ab
 
 
 def _require_physical(central: Array, rows: Tensor, scale: float) -> None:
-    """Each principal moment must be positive and at most the sum of the other two."""
+    """Raise ValueRefused unless each principal moment is positive and at most the sum of the other two."""
     small, middle, large = (float(moment) for moment in np.linalg.eigvalsh(central))
     found = f"principal moments about the centre of mass are {small:g}, {middle:g}, {large:g} kg m^2"
     way_out = "check inertia_about, the units and the signs (entries of the tensor: Jxy = -sum m x y)"
@@ -128,22 +128,22 @@ def _require_physical(central: Array, rows: Tensor, scale: float) -> None:
 
 
 class Rail(ConfigModel):
-    """A rail; it runs along x."""
+    """A rail along x."""
 
     name: Name = Field(description='a unique name, e.g. "1"')
     position: Cross = Field(description='y, z from L, e.g. ["50 mm", "-350 mm"]')
 
 
 class Carriage(ElasticModel):
-    """A carriage: two pairs of links along y and z, at x -+ length/2 (paper, 4.1).
+    """A carriage: one link along y and one along z at each of its ends, x - length/2 and x + length/2 (paper, 4.1).
 
-    Stiffness, clearance, preload or curve define its elastic law in each direction; see `guideload.machine.laws`.
+    Its elastic law along y and z follows from stiffness, clearance, preload or curve; see `guideload.machine.laws`.
     """
 
     name: Name = Field(description='a unique name, e.g. "1"')
     rail: Name = Field(description="the name of the rail it runs on")
     x: Length = Field(description='x of its centre from L, e.g. "-500 mm"')
-    length: PositiveLength = Field(description='distance between its two pairs of links, e.g. "85 mm"')
+    length: PositiveLength = Field(description='distance between its two ends along x, e.g. "85 mm"')
     curve_y: Curve | None = curve_field("of the whole carriage along y", "_y")
     curve_z: Curve | None = curve_field("of the whole carriage along z", "_z")
     stiffness_y: Stiffness = stiffness_field("of the whole carriage along y", "_y")
@@ -159,17 +159,17 @@ class Carriage(ElasticModel):
 
     @property
     def laws(self) -> tuple[Law, Law]:
-        """Elastic laws of the whole carriage along y and z."""
+        """The elastic laws of the whole carriage along y and along z."""
         return self._law("_y"), self._law("_z")
 
 
 class Link(ElasticModel):
-    """An extra link between body and drive frame, such as an elastic rack: spring and damper in parallel."""
+    """An extra link between body and carriage frame, such as an elastic rack: spring and damper in parallel."""
 
     name: Name = Field(description='a unique name, e.g. "rack"')
-    point: Point = Field(description="x, y, z from L of its end on the body")
+    point: Point = Field(description="x, y, z from L of the point where it acts on the body")
     direction: Vector = Field(
-        description="the line it acts along, of any length, e.g. [1, 0, 0]; it is scaled to a unit vector"
+        description="vector of any length along which it acts, e.g. [1, 0, 0]; it is scaled to a unit vector"
     )
     curve: Curve | None = curve_field("along its direction")
     stiffness: Stiffness = stiffness_field("along its direction")
@@ -192,7 +192,7 @@ class Link(ElasticModel):
 
     @property
     def law(self) -> Law:
-        """Elastic law along its direction."""
+        """The elastic law along its direction."""
         return self._law()
 
 

@@ -1,9 +1,8 @@
 """Elastic laws of carriages and links: the keys of a machine file, their checks, and the core's law.
 
-A carriage has these keys once for y and once for z (`stiffness_y`, `curve_z`), an extra link once, without a
-suffix. A deflection is that of the body along the direction, counted from the position without load. Each key is
-checked against the keys before it in its model, in the order curve, stiffness, preload, clearance, rolling,
-damping_in_contact.
+A carriage has each key for y and for z (`stiffness_y`, `curve_z`); an extra link has it without suffix. Deflection is
+the displacement of the body along the direction, from the unloaded position. Each key is checked against the keys
+before it in its model, in the order curve, stiffness, preload, clearance, rolling, damping_in_contact.
 """
 
 from __future__ import annotations
@@ -31,12 +30,12 @@ from guideload.base.errors import ValueRefused
 Value = TypeVar("Value")
 CurvePoints = tuple[tuple[float, float], ...]  # deflection [m], force [N]
 ModelLevel = Literal["linear", "piecewise linear", "smooth nonlinear"]
-# Exponent of force over deflection of one row: Hertz contact at a point; at a line, by the rolling bearing standards.
+# Exponent n of F ~ deflection^n of one row: Hertz point contact; line contact by the rolling bearing standards.
 EXPONENT = {"ball": 3.0 / 2.0, "roller": 10.0 / 9.0}
 NO_EXACT = "preloaded contacts have no exact solution"
-MOST_POINTS = 16  # of a curve in the core
-ROUNDING = 1e-12  # of the largest force of a curve: rounding of the force interpolated at 0 m
-EXCLUDED: dict[str, dict[str, str]] = {  # keys that each key excludes, and the way out
+MOST_POINTS = 16  # that the core takes for a curve
+ROUNDING = 1e-12  # relative to the largest force of a curve: rounding of the force interpolated at 0 m
+EXCLUDED: dict[str, dict[str, str]] = {  # {key: {key that excludes it: way out}}
     "stiffness": {"curve": "the curve is the whole law: keep one of them"},
     "preload": {"curve": "a curve holds its preload: keep one of them"},
     "clearance": {
@@ -50,7 +49,7 @@ EXCLUDED: dict[str, dict[str, str]] = {  # keys that each key excludes, and the 
 
 
 class Sides(ConfigModel):
-    """A stiffness that differs between the two directions."""
+    """A stiffness for positive and another one for negative deflections."""
 
     positive: Annotated[float, PlainValidator(partial(number, unit="N/m", least=0.0))] = Field(
         description='stiffness when the body moves in the positive direction, e.g. "300 N/um"'
@@ -60,14 +59,14 @@ class Sides(ConfigModel):
     )
 
     @model_validator(mode="after")
-    def _one_holds(self) -> Sides:
+    def _one_positive(self) -> Sides:
         if self.positive == self.negative == 0.0:
             raise ValueRefused("at least one side > 0 N/m", self.model_dump())
         return self
 
 
 def _stiffness(value: object) -> float | Sides:
-    """One stiffness, or one for each direction. Raises ValueRefused, or the ValidationError of `Sides`."""
+    """A stiffness [N/m], or one for each side. Raises ValueRefused, or ValidationError for `Sides`."""
     if isinstance(value, dict | Sides):
         return Sides.model_validate(value)
     return number(value, "N/m", above=0.0)
@@ -77,7 +76,7 @@ def _stiffness(value: object) -> float | Sides:
 
 
 def _through_zero(points: CurvePoints) -> CurvePoints:
-    """Check that the law rises through [0, 0], or begins there as the half for positive deflections."""
+    """Check that a curve rises through [0, 0], or starts there, where only positive deflections are given."""
 
     def refusal(expected: str, hint: str) -> ValueRefused:
         return ValueRefused(expected, points, hint)
@@ -135,7 +134,7 @@ DampingInContact = Annotated[
 ]
 
 
-# ---- fields (where: such as "along z"; suffix: "_y", "_z", or none for a link)
+# ---- fields (where: direction in words, as "along z"; suffix: "_y" or "_z", none for an extra link)
 
 
 def curve_field(where: str, suffix: str = "") -> Any:
@@ -164,12 +163,12 @@ def clearance_field(where: str) -> Any:
 
 
 class ElasticModel(ConfigModel):
-    """Base of carriages and links: which keys of an elastic law exclude or need each other, and the core's law."""
+    """Base of carriages and links: checks which keys of an elastic law are combined, and builds the law."""
 
     @field_validator(*(key + suffix for key in EXCLUDED for suffix in ("", "_y", "_z")), check_fields=False)
     @classmethod
-    def _beside_others(cls, value: Value, info: ValidationInfo) -> Value:
-        """Require one of stiffness and curve; refuse a value beside a key that it excludes."""
+    def _without_excluded(cls, value: Value, info: ValidationInfo) -> Value:
+        """Require stiffness or curve; refuse a value together with a key that it excludes."""
         name = info.field_name or ""
         key, underscore, axis = name.partition("_")
         suffix = underscore + axis
@@ -192,16 +191,16 @@ class ElasticModel(ConfigModel):
         keys = [key for key in cls.model_fields if key.startswith("preload")]
         if value is None and any(info.data.get(key) is not None for key in keys):
             raise PydanticKnownError("missing")
-        return _needing(value, info, keys, "no rolling without a preload")
+        return _refuse_without(value, info, keys, "no rolling without a preload")
 
     @field_validator("damping_in_contact", check_fields=False)
     @classmethod
     def _with_clearance(cls, value: bool, info: ValidationInfo) -> bool:
         keys = [key for key in cls.model_fields if key.startswith("clearance")]
-        return _needing(value, info, keys, "false without a clearance")
+        return _refuse_without(value, info, keys, "false without a clearance")
 
     def _law(self, suffix: str = "") -> Law:
-        """The core's law of the keys with this suffix; a linear one if they amount to that. Raises SceneError."""
+        """The law of the keys with this suffix. Raises SceneError if it is impossible."""
         keys = dict(self)
         curve, stiffness = keys[f"curve{suffix}"], keys[f"stiffness{suffix}"]
         preload, clearance = keys[f"preload{suffix}"], keys[f"clearance{suffix}"]
@@ -215,8 +214,8 @@ class ElasticModel(ConfigModel):
         return Law.sided(stiffness, stiffness, clearance)
 
 
-def _needing(value: Value, info: ValidationInfo, keys: list[str], expected: str) -> Value:
-    """Refuse a value if none of `keys` has one; a key that was refused itself counts as one."""
+def _refuse_without(value: Value, info: ValidationInfo, keys: list[str], expected: str) -> Value:
+    """Refuse `value` if none of the keys that it needs has a value; a refused key counts as a value."""
     if value and all(key in info.data and not info.data[key] for key in keys):
         way_out = f"add {' or '.join(keys)}, or leave {info.field_name} out"
         raise ValueRefused(expected, value, way_out)

@@ -1,4 +1,4 @@
-"""The link table of a machine: carriages and extra links as the core takes them."""
+"""The link table of a machine: the links of its carriages and its extra links, as input of the core."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class LinkTable:
 
 
 def table_of(carriages: Sequence[Carriage], centers: Array, links: Sequence[Link]) -> LinkTable:
-    """The link table; each end of a carriage has half of its forces at the same deflections.
+    """The link table. Each end of a carriage has half of the carriage's force at the same deflection.
 
     centers: (carriage, 3) m from L. Raises SceneError for an impossible law.
     """

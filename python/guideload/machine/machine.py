@@ -1,7 +1,7 @@
 """The machine: one rigid body on carriages that run along rails, its drive and its free degrees of freedom (dofs).
 
-Axes: x along the rails, y and z across, right-handed. The origin is the reference point L of the motion (in the
-paper where pinion and rack mesh).
+Axes: x along the rails, y and z across them, right-handed. The origin is the reference point L, whose motion is given
+(in the paper the point where pinion and rack mesh).
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ DOFS: tuple[Dof, ...] = get_args(Dof)
 
 
 class Machine(ConfigModel):
-    """A machine to be simulated. Raises ConfigError with all problems at once."""
+    """A machine: body, drive, rails, carriages and links. Raises ConfigError with all problems at once."""
 
     name: Name = Field(default="machine", description="a title for tables and pictures")
     free: tuple[Dof, ...] = Field(
@@ -41,14 +41,14 @@ class Machine(ConfigModel):
         description='dofs of L that may move, of "x", "y", "z", "rx", "ry", "rz"; the drive holds the others',
     )
     gravity: Gravity = Field(
-        default=(0.0, -9.80665, 0.0), description="the acceleration vector that points down, in m/s^2"
+        default=(0.0, -9.80665, 0.0), description="acceleration of gravity, points down, in m/s^2"
     )
     body: Body = Field(description="the table [body]: mass, center_of_mass, inertia")
     drive: Drive | None = Field(
         default=None, description="the table [drive]; needed for a trace of the motor only"
     )
-    rails: tuple[Rail, ...] = Field(default=(), description="one [[rails]] table each")
-    carriages: tuple[Carriage, ...] = Field(default=(), description="one [[carriages]] table each")
+    rails: tuple[Rail, ...] = Field(default=(), description="one [[rails]] table per rail")
+    carriages: tuple[Carriage, ...] = Field(default=(), description="one [[carriages]] table per carriage")
     links: tuple[Link, ...] = Field(default=(), description="one [[links]] table for each extra link")
 
     @classmethod
@@ -66,15 +66,15 @@ class Machine(ConfigModel):
 
     @field_validator("free")
     @classmethod
-    def _in_order(cls, free: tuple[Dof, ...]) -> tuple[Dof, ...]:
+    def _in_order_of_dofs(cls, free: tuple[Dof, ...]) -> tuple[Dof, ...]:
         if len(set(free)) < len(free):
             raise ValueRefused("each dof once", list(free))
         return tuple(dof for dof in DOFS if dof in free)
 
     @model_validator(mode="wrap")
     @classmethod
-    def _names_agree(cls, values: Any, handler: ModelWrapValidatorHandler[Machine]) -> Machine:
-        """Check names on the raw values, so that their problems are reported together with those of the components."""
+    def _with_checked_names(cls, values: Any, handler: ModelWrapValidatorHandler[Machine]) -> Machine:
+        """Check the names before the components are validated, so that all problems are reported at once."""
         problems = [
             InitErrorDetails(type="value_error", loc=path, input=refused.value, ctx={"error": refused})
             for path, refused in _name_conflicts(values)
@@ -89,7 +89,7 @@ class Machine(ConfigModel):
 
     @cached_property
     def carriage_centers(self) -> Array:
-        """Centres of the carriages from L, shape (carriage, 3) [m]."""
+        """Centres of the carriages, from L, shape (carriage, 3) [m]."""
         rails = [self.rails[i].position for i in self.rail_of_carriage]
         centers = [(carriage.x, *rail) for carriage, rail in zip(self.carriages, rails, strict=True)]
         return read_only(np.array(centers, dtype=np.float64).reshape(-1, 3))
@@ -102,7 +102,7 @@ class Machine(ConfigModel):
 
     @cached_property
     def links_of_carriages(self) -> tuple[NDArray[np.int64], ...]:
-        """For each carriage the indices of its links in the link table."""
+        """For each carriage, the indices of its links in the link table."""
         owner = self.link_table().carriage
         return tuple(
             read_only(np.flatnonzero(owner == i).astype(np.int64)) for i in range(len(self.carriages))
@@ -110,14 +110,14 @@ class Machine(ConfigModel):
 
     @cached_property
     def links_of_rails(self) -> tuple[NDArray[np.int64], ...]:
-        """For each rail the indices of its carriages' links in the link table."""
+        """For each rail, the indices of the links of its carriages in the link table."""
         table = self.link_table()
         rail = np.append(self.rail_of_carriage, -1)[table.carriage]  # -1 for extra links
         return tuple(read_only(np.flatnonzero(rail == i).astype(np.int64)) for i in range(len(self.rails)))
 
     @cached_property
     def rail_centers(self) -> Array:
-        """Mean of the centres of each rail's carriages from L, (rail, 3) [m]; 0 for a rail without any."""
+        """Mean of the carriage centres on each rail, from L, (rail, 3) [m]; 0 for a rail without carriages."""
         centers = np.zeros((len(self.rails), 3))
         for i in set(self.rail_of_carriage.tolist()):
             centers[i] = self.carriage_centers[self.rail_of_carriage == i].mean(axis=0)
@@ -125,13 +125,13 @@ class Machine(ConfigModel):
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene that the core integrates. Raises SceneError if the body is not supported by its links."""
+        """The scene that the core integrates. Raises SceneError if the links do not support the body."""
         table = self.link_table()
         return self._scene_with(table.laws, table.damping_in_contact)
 
     @cached_property
     def nominal_scene(self) -> Scene:
-        """The linear scene: every link has its nominal stiffness, and damping at all times."""
+        """The linearised scene: every link has its nominal stiffness, and its damping always acts."""
         if self.model_level == "linear":
             return self.scene
         table = self.link_table()
@@ -170,20 +170,20 @@ class Machine(ConfigModel):
         return table_of(self.carriages, self.carriage_centers, self.links)
 
     def __eq__(self, other: object) -> bool:
-        """Whether all fields are equal; cached properties, such as arrays, do not count."""
+        """Whether all fields are equal; cached properties are not compared."""
         if not isinstance(other, Machine):
             return NotImplemented
         return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)
 
     def __getstate__(self) -> dict[Any, Any]:
-        """The fields only; cached properties are computed anew."""
+        """The fields without the cached properties, which are computed anew."""
         state = super().__getstate__()
         state["__dict__"] = {key: state["__dict__"][key] for key in type(self).model_fields}
         return state
 
 
 def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
-    """Duplicate names, missing rails, a machine without carriages and links; from unchecked values."""
+    """Problems of unchecked values: duplicate names, unknown rails, neither carriages nor links."""
     if not isinstance(values, dict):
         return
     rails, carriages, links = (_names(values, key, "name") for key in ("rails", "carriages", "links"))
@@ -213,7 +213,7 @@ def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
 
 
 def _names(values: dict[str, Any], key: str, name: str) -> list[tuple[int, str]]:
-    """Index and text of `name` in each entry of the list `values[key]` that has one, table or ConfigModel."""
+    """(index, text) of the key `name` of each entry of `values[key]`; entries without this text are left out."""
     tables = values.get(key, ())
     if not isinstance(tables, list | tuple):
         return []

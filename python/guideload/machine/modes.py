@@ -13,13 +13,14 @@ from guideload.machine.machine import DOFS, Machine
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """The n natural modes, by ascending frequency; nonlinear links have their nominal stiffness, in contact.
+    """The n natural modes by ascending frequency; nonlinear links are in contact, with their nominal stiffness.
 
-    frequency     (n,) Hz, without damping
-    damping_ratio (n,) of critical, without coupling of the modes (exact for damping proportional to stiffness)
-    shape         (n, 6) mode shapes, displacement and rotation of L [m, rad], without damping; scaled so that the
-                  largest displacement of the carriage centres and the centre of mass is 1
-    eigenvalues   (2 n,) 1/s, complex, of the damped machine: -zeta omega +- i omega sqrt(1 - zeta^2)
+    frequency     (n,) Hz, natural frequencies of the undamped machine
+    damping_ratio (n,) 1, neglects coupling of the modes by damping (exact for damping proportional to stiffness)
+    shape         (n, 6) mode shapes, displacement and rotation of L [m, rad], without damping; the largest
+                  displacement of the carriage centres (without carriages: of the links' points) and of the centre
+                  of mass is 1
+    eigenvalues   (2 n,) 1/s, complex, of the damped machine; for one mode -zeta omega +- i omega sqrt(1 - zeta^2)
     """
 
     frequency: Array
@@ -29,16 +30,22 @@ class Modes:
 
     @property
     def damped_frequency(self) -> Array:
-        """(n,) Hz; 0 where a mode is overdamped."""
+        """Frequencies (n,) of the damped vibration [Hz]; 0 if a mode is overdamped."""
         return self.frequency * np.sqrt(np.maximum(1.0 - self.damping_ratio**2, 0.0))
 
     @classmethod
     def of(cls, machine: Machine) -> Modes:
-        """The modes of a machine. Raises SceneError if its links leave the body unsupported."""
+        """The modes of a machine. Raises SceneError if its links do not support the body."""
         frequency, damping_ratio, shapes, eigenvalues = machine.scene.modes()
-        points = np.vstack([machine.carriage_centers, machine.body.center_of_mass])
+        points = _guided_points(machine)
         largest = [np.linalg.norm(displacement(points, shape), axis=1).max() for shape in shapes]
         return cls(frequency / (2.0 * np.pi), damping_ratio, shapes / np.array(largest)[:, None], eigenvalues)
+
+
+def _guided_points(machine: Machine) -> Array:
+    """Carriage centres, or the links' points without carriages, and the centre of mass, from L (n, 3) [m]."""
+    guided = machine.carriage_centers if machine.carriages else machine.link_table().points
+    return np.vstack([guided, machine.body.center_of_mass])
 
 
 def displacement(points: Array, q: Array) -> Array:
@@ -47,12 +54,10 @@ def displacement(points: Array, q: Array) -> Array:
 
 
 def moving_dofs(machine: Machine, shape: Array) -> list[str]:
-    """The dofs that move most in a mode shape, largest first: those with at least half the largest displacement.
+    """The dofs that move most in a mode shape (6,) [m, rad], largest first, down to half of the largest.
 
-    The displacement of a dof is that of the carriages and the centre of mass (root mean square), so that metres and
-    radians compare. shape: (6,) [m, rad].
+    Dofs are compared by the root mean square displacement of the points to which mode shapes are scaled [m].
     """
-    points = np.vstack([machine.carriage_centers, machine.body.center_of_mass])
-    moved = [displacement(points, dof) for dof in np.diag(shape)]
+    moved = [displacement(_guided_points(machine), dof) for dof in np.diag(shape)]
     sizes = np.array([np.sqrt((field**2).sum(axis=1).mean()) for field in moved])
     return [DOFS[dof] for dof in np.argsort(-sizes) if sizes[dof] > 0 and sizes[dof] >= 0.5 * sizes.max()]

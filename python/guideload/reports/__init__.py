@@ -1,1 +1,1 @@
-"""Reports as text, a file per kind."""
+"""Reports as text: one file for each kind."""

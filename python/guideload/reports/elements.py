@@ -1,4 +1,4 @@
-"""Elements of reports: headings, tables, remarks, numbers; and their text for a terminal or a file."""
+"""Elements of reports (headings, tables, remarks), and their conversion to text."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ WIDTH = 80
 
 
 def heading(machine: Machine) -> list[RenderableType]:
-    """The machine's name, its free and its held dofs."""
+    """Name, free dofs and held dofs of a machine."""
     return [machine.name, dofs_line(machine)]
 
 
@@ -38,7 +38,7 @@ def section(title: str) -> list[RenderableType]:
 
 
 def new_table(first: str, *numbers: str, texts: tuple[str, ...] = ()) -> Table:
-    """A table with a column of names, columns of numbers and columns of text under their headings."""
+    """An empty table with headings: a column of names, columns of numbers, columns of text."""
     table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column(first, overflow="fold")
     for title in numbers:
@@ -49,12 +49,12 @@ def new_table(first: str, *numbers: str, texts: tuple[str, ...] = ()) -> Table:
 
 
 def remark(*lines: str) -> list[RenderableType]:
-    """Paragraphs, an empty line below each."""
+    """Paragraphs, each followed by an empty line."""
     return [Padding(line, (0, 0, 1, 0)) for line in lines]
 
 
 def to_text(parts: Iterable[RenderableType], width: int = WIDTH, encoding: str = "utf-8") -> str:
-    """The parts as rich prints them, without colours; characters that the encoding lacks are replaced."""
+    """Text of the parts as printed by rich, without colours; characters outside the encoding are replaced."""
     buffer = io.BytesIO()
     file = io.TextIOWrapper(buffer, encoding=encoding, errors="replace", newline="\n")
     console = Console(file=file, width=width, highlight=False, markup=False, emoji=False, color_system=None)

@@ -1,4 +1,4 @@
-"""Reports of a machine: its state at rest, its laws, its static loads and its natural modes."""
+"""Reports of a machine: state at rest, elastic laws, static loads, natural modes."""
 
 from __future__ import annotations
 
@@ -22,20 +22,18 @@ if TYPE_CHECKING:
     from guideload.machine.components import Carriage, Link
     from guideload.machine.machine import Machine
 
-# Guides carry machines at tens to hundreds of Hz, damped by some percent, with some micrometres of clearance. Values
-# beyond these limits come from a mistaken unit: N/mm read as N/m lowers the frequencies 32 times.
+# Machines on guides have modes at tens to hundreds of Hz, damping of some percent and clearances of micrometres. Beyond
+# these limits a unit is probably wrong: N/mm read as N/m divides the frequencies by 32.
 SLOWEST_MODE = 1.0  # Hz
 LARGEST_DAMPING = 2.0  # of critical
 LARGEST_CLEARANCE = 1e-3  # m
 
 STATIC_DEFINITIONS = "Forces of the body on the carriage, global axes; moments about the carriage's centre."
-NOMINAL = (
-    "* Not linear: this is the nominal stiffness, which modes and step limits are computed with; the law is:"
-)
+NOMINAL = "* Not linear. The table has the nominal stiffness, which determines modes and longest stable step. The law:"
 
 
 def machine_report(machine: Machine, encoding: str = "utf-8") -> str:
-    """A machine as it was understood: its state at rest, warnings, body, carriages and links, static loads."""
+    """The report of a machine: state at rest, warnings, body, carriages and links, static loads."""
     body, modes = machine.body, Modes.of(machine)
     loose = free_at_rest(machine)
     state = "free within its clearance" if loose else "supported in every free dof"
@@ -67,7 +65,7 @@ def machine_report(machine: Machine, encoding: str = "utf-8") -> str:
 
 
 def modes_report(machine: Machine, modes: Modes, encoding: str = "utf-8") -> str:
-    """The natural modes of a machine: range of their frequencies and damping, warnings, a row per mode."""
+    """The report of the natural modes: range of frequencies and damping, warnings, a row per mode."""
     first = f"{machine.name}: {modes_range(modes)}"
     notes = remark(first, *unit_notes(machine, modes), *nominal_lines(machine, "frequencies"))
     return to_text([*notes, dofs_line(machine), modes_table(machine, modes)], encoding=encoding)
@@ -83,10 +81,10 @@ def modes_range(modes: Modes) -> str:
 
 
 def carriage_tables(machine: Machine) -> list[RenderableType]:
-    """A row per carriage: place, stiffness, damping, rail; and the laws that are not linear in a second table."""
+    """A row per carriage: position, stiffness, damping, rail; and a second table of nonlinear laws."""
     headings = ("x\nmm", "y\nmm", "z\nmm", "length\nmm", "ky\nN/um", "kz\nN/um", "by\nkN s/m", "bz\nkN s/m")
     table = new_table("carriage", *headings, texts=("rail",))
-    carriages_of: dict[tuple[str, str], list[str]] = {}  # by axes and law, of laws that are not linear
+    carriages_of: dict[tuple[str, str], list[str]] = {}  # by axes and text of a nonlinear law
     for carriage, center in zip(machine.carriages, machine.carriage_centers, strict=True):
         table.add_row(
             Text(carriage.name),
@@ -115,7 +113,7 @@ def carriage_tables(machine: Machine) -> list[RenderableType]:
 
 
 def links_table(machine: Machine) -> Table:
-    """A row per extra link: place, direction, damping and law."""
+    """A row per extra link: point, direction, damping and law."""
     table = new_table("extra link", "at\nmm", "along", "b\nkN s/m", texts=("law",))
     for link in machine.links:
         along = f"({', '.join(f'{part:.3g}' for part in link.direction)})"
@@ -125,7 +123,7 @@ def links_table(machine: Machine) -> Table:
 
 
 def law_text(part: Carriage | Link, law: Law, axis: str = "") -> str:
-    """The law of a carriage along an axis, or of an extra link, in words and in N/um, um and N."""
+    """Description of the law of a carriage along an axis, or of an extra link; units N/um, um, N."""
     suffix = f"_{axis}" if axis else ""
     if law.kind == "linear":
         return f"{1e-6 * law.stiffness:g} N/um"
@@ -138,10 +136,10 @@ def law_text(part: Carriage | Link, law: Law, axis: str = "") -> str:
     curve = getattr(part, "curve" + suffix)
     if curve is not None:
         points = ", ".join(f"{1e6 * deflection:.4g} um {force:.6g} N" for deflection, force in curve)
-        return f"curve through {points}{'; the same mirrored' if curve[0] == (0.0, 0.0) else ''}"
+        return f"curve through {points}{'; mirrored below 0 um' if curve[0] == (0.0, 0.0) else ''}"
     clearance, stiffness = getattr(part, "clearance" + suffix), getattr(part, "stiffness" + suffix)
     gap = f"{1e6 * clearance:g} um of clearance to either side, then " if clearance else ""
-    pause = ", damping only there" if part.damping_in_contact and clearance else ""
+    pause = ", damping only in contact" if part.damping_in_contact and clearance else ""
     if isinstance(stiffness, float):
         return f"{gap}{1e-6 * stiffness:g} N/um{pause}"
     forwards, backwards = (f"towards +{axis}", f"towards -{axis}") if axis else ("along it", "against it")
@@ -150,18 +148,18 @@ def law_text(part: Carriage | Link, law: Law, axis: str = "") -> str:
 
 
 def nominal_lines(machine: Machine, what: str) -> list[str]:
-    """The stiffness that eigenvalues or frequencies are computed with where links are not linear."""
+    """Which stiffness of nonlinear links determines eigenvalues or frequencies; empty for a linear machine."""
     if machine.model_level == "linear":
         return []
     return [
-        f"This machine is {machine.model_level}. These {what} are those with all links in contact at their nominal "
-        "stiffness: of two sides the stiffer, of a preloaded contact that at no load, of a curve its steepest slope. "
+        f"This machine is {machine.model_level}. The {what} are those with all links in contact and nominal stiffness: "
+        "the larger of two sides, the stiffness of a preloaded contact at no load, the steepest slope of a curve. "
         "Open or softer links lower them."
     ]
 
 
 def unit_notes(machine: Machine, modes: Modes) -> list[str]:
-    """Warnings where modes or clearance are those of no machine on guides, mostly because of a mistaken unit."""
+    """Warnings of modes or clearances that suggest a wrong unit."""
     odd, notes = [], []
     if modes.frequency.size and modes.frequency.min() < SLOWEST_MODE:
         odd.append(f"the lowest mode is at {modes.frequency.min():.3g} Hz")
@@ -169,21 +167,21 @@ def unit_notes(machine: Machine, modes: Modes) -> list[str]:
         odd.append(f"a damping ratio is {100 * modes.damping_ratio.max():.3g} %")
     if odd:
         notes.append(
-            f"Note: {' and '.join(odd)}: are stiffness and damping in N/m and N s/m? Plain numbers are SI; "
-            'others need their unit, as in "350 N/um".'
+            f"Note: {' and '.join(odd)}: are stiffness and damping in N/m and N s/m? Numbers without unit are SI; "
+            'other values need a unit, as in "350 N/um".'
         )
     sided = (float(law.edges[-1]) for law in machine.link_table().laws if law.kind == "sided")
     clearance = max(sided, default=0.0)
     if clearance > LARGEST_CLEARANCE:
         notes.append(
-            f"Note: a clearance is {1e3 * clearance:.4g} mm to either side: is it in m? Plain numbers are SI; others "
-            'need their unit, as in "5 um".'
+            f"Note: a clearance is {1e3 * clearance:.4g} mm to either side: is it in m? Numbers without unit are SI; "
+            'other values need a unit, as in "5 um".'
         )
     return notes
 
 
 def static_table(machine: Machine) -> Table:
-    """A row per carriage: its load and moment in static equilibrium, signed."""
+    """A row per carriage: static force and moment, with sign."""
     table = new_table("carriage", "Fy\nN", "Fz\nN", "Mx\nN m", "My\nN m", "Mz\nN m")
     for carriage, load in zip(machine.carriages, _static_loads(machine), strict=True):
         table.add_row(Text(carriage.name), *(load_in_table(float(part)) for part in load[1:]))
@@ -191,7 +189,7 @@ def static_table(machine: Machine) -> Table:
 
 
 def modes_table(machine: Machine, modes: Modes) -> Table:
-    """A row per natural mode: frequency, damping and the dofs that move most."""
+    """A row per natural mode: frequencies, damping ratio and the dofs that move most."""
     table = new_table("mode", "natural\nHz", "damping\nratio %", "damped\nHz", texts=("moves mostly in",))
     for index, frequency in enumerate(modes.frequency):
         ratio = float(modes.damping_ratio[index])
@@ -202,7 +200,7 @@ def modes_table(machine: Machine, modes: Modes) -> Table:
 
 
 def weight_lines(machine: Machine) -> list[RenderableType]:
-    """A note for every held direction in which the constraint at L, and not the guides, carries weight."""
+    """A note for each of y and z that is held, so that the constraint at L and not the guides carry the weight."""
     reaction, loads = machine.scene.static_reaction(), _static_loads(machine)
     lines = []
     for index, axis in enumerate("xyz"):
@@ -212,8 +210,8 @@ def weight_lines(machine: Machine) -> list[RenderableType]:
         held, carried = load_in_table(float(reaction[index])), load_in_table(float(loads[:, index].sum()))
         lines.append(
             f"Note: {axis} of L is held, so the constraint at L carries the weight: {held} N at rest. "
-            f"The carriages' static loads along {axis} add up to {carried} N: they carry only its moment. "
-            f"Free {axis} as well to see the guides carry the weight."
+            f"The static loads of the carriages along {axis} add up to {carried} N: they carry only its moment. "
+            f"If {axis} is free, the guides carry the weight."
         )
     return remark(*lines)
 
@@ -223,5 +221,5 @@ def _millimetres(point: Sequence[float]) -> str:
 
 
 def _static_loads(machine: Machine) -> NDArray[np.float64]:
-    """(carriage, 6) Fx Fy Fz [N], Mx My Mz [N m] at rest."""
+    """Static loads (carriage, 6): Fx Fy Fz [N], Mx My Mz [N m]."""
     return machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_centers)

@@ -1,4 +1,4 @@
-"""Reports of results: the largest load, warnings, tables, definitions, and the audit."""
+"""Reports of results: largest load, warnings, tables, definitions, audit."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ ANSWER = ("peak_resultant_N", "time_of_peak_s", "dynamic_resultant_N")
 MOMENT_HEADINGS = ("|Mx|\nN m", "|My|\nN m", "|Mz|\nN m", "dyn.\nN m")
 DEFINITIONS = (
     "Forces of the body on the carriage, global axes, static load included; moments about the carriage's "
-    "centre. Peak and static: of the resultant sqrt(Fy^2 + Fz^2). f_W: the dynamic factor, peak over the peak that "
-    "statics with m a gives. Dyn.: the largest distance of (Fy, Fz), and of (Mx, My, Mz), from its static value; "
-    "share: that of the force over the peak. All at the samples."
+    "centre. Peak, static: resultant sqrt(Fy^2 + Fz^2). f_W: dynamic factor, peak over quasi-static peak (statics "
+    "with m a). Dyn.: largest |load - static load|, of (Fy, Fz) and of (Mx, My, Mz); share: dyn. force over peak. "
+    "All values are those at the samples."
 )
 
 
 def result_report(result: Result, encoding: str = "utf-8") -> str:
-    """The report of a run: largest load, warnings, peaks, drive and reactions, modes, motion, method, audit."""
+    """The report of a run: largest load, warnings, peaks, reactions, modes, motion, method, audit."""
     machine = result.machine
     return to_text(
         [
@@ -56,7 +56,7 @@ def result_report(result: Result, encoding: str = "utf-8") -> str:
 
 
 def comparison(results: Mapping[str, Result], encoding: str = "utf-8") -> str:
-    """The largest load, the warnings and the peaks of several runs of one machine, one below the other."""
+    """Largest load, warnings and peaks of several runs of one machine."""
     parts: list[RenderableType] = []
     for title, result in results.items():
         parts += section(f"{title}: free {', '.join(result.machine.free)}")
@@ -66,12 +66,12 @@ def comparison(results: Mapping[str, Result], encoding: str = "utf-8") -> str:
 
 
 def motion_report(motion: Motion, encoding: str = "utf-8") -> str:
-    """Source, extent and largest values of a motion, and what was chosen on reading its trace."""
+    """The report of a motion: source, duration, samples, largest values, notes from its trace."""
     return to_text([*section("Motion"), *motion_lines(motion)], encoding=encoding)
 
 
 def answer(result: Result) -> list[RenderableType]:
-    """The largest load, where and when, its credible band and dynamic share; then the warnings."""
+    """The largest load with place, time, credible band and dynamic share; then the warnings."""
     data, models, band = result.quantities, result.audit.simpler_models, ""
     if result.machine.carriages:
         kind, peaks = "carriage", result.peak_columns
@@ -88,7 +88,7 @@ def answer(result: Result) -> list[RenderableType]:
     text = (
         f"{result.machine.name}: the largest load is {load_in_table(peak)} N, on {place} at {time:.3f} s{band}. "
         f"Its dynamic part is {load_in_table(dynamic)} N, {share:.1f} %; the peak is "
-        f"{models.dynamic_factor[at]:.2f} times the quasi-static one, from m a alone. {result.audit.verdict}"
+        f"{models.dynamic_factor[at]:.2f} times the quasi-static peak (statics with m a). {result.audit.verdict}"
     )
     return remark(text, *result.audit.warnings)
 
@@ -101,10 +101,7 @@ def _peaks_section(result: Result) -> list[RenderableType]:
 
 
 def peaks_tables(result: Result) -> list[RenderableType]:
-    """A row per carriage in a table of forces, in one of moments, and in one of credible bands if there are any.
-
-    See `DEFINITIONS`.
-    """
+    """Tables of forces, moments and, if there are any, credible bands: a row per carriage. See `DEFINITIONS`."""
     peaks = {column: values.tolist() for column, values in result.peak_columns.items()}
     factors = result.audit.simpler_models.dynamic_factor
     headings = ("peak\nN", "at\ns", "|Fy|\nN", "|Fz|\nN", "static\nN", "f_W\n", "dyn.\nN", "share\n%")
@@ -125,27 +122,28 @@ def peaks_tables(result: Result) -> list[RenderableType]:
 
 
 def band_lines(result: Result) -> list[str]:
-    """What the credible bands of the peaks are, if there are any."""
+    """Definition of the credible bands of the peaks; empty without bands."""
     attributes = result.quantities.attrs
     if "band_method" not in attributes:
         return []
     return [
-        "Band: the 95 % credible band of the largest resultant under the true motion, given the samples, at whatever "
-        "time. The estimate is smooth, so its own peak tends to be low in the band, or below it. Noise: 1.96 standard "
-        f"deviations of the resultant at the time of the peak, over the peak. From: {attributes['band_method']}."
+        "Band: 95 % credible band of the largest resultant under the true motion, given the samples, at any time. The "
+        "estimated motion is smoother than the true one, so its peak is often low in the band, or below it. Noise: "
+        "1.96 standard deviations of the resultant at the time of the peak, over the peak. Method: "
+        f"{attributes['band_method']}."
     ]
 
 
 def audit_lines(result: Result) -> list[str]:
-    """The lines of the audit, wrapped beside their labels."""
+    """The lines of the audit, wrapped and indented by the width of the labels."""
     indent = " " * LABEL
     return [text for line in result.audit.lines for text in wrap(line, WIDTH, subsequent_indent=indent)]
 
 
 def reactions_section(result: Result) -> list[RenderableType]:
-    """The drive force and the largest reaction of every other held dof, and the loads of the extra links.
+    """Largest drive force, reactions of the other held dofs, loads of extra links.
 
-    There is one at least: a body that is free along x needs a link along it.
+    The table has a row, as a body that is free along x needs an extra link.
     """
     data, machine = result.quantities, result.machine
     time = data["time"]
@@ -168,12 +166,12 @@ def reactions_section(result: Result) -> list[RenderableType]:
 
 
 def motion_lines(motion: Motion) -> list[str]:
-    """Source, duration, samples, largest speed and acceleration, and what was chosen on reading the trace."""
+    """Source, duration, samples, largest speed and acceleration of a motion, and notes from its trace."""
     return [*_motion_lines(motion.time, motion.velocity, motion.acceleration, motion.source, motion.notes)]
 
 
 def _motion_of_result(data: Quantities) -> list[str]:
-    """The same lines of the motion of a result, at the reported instants."""
+    """`motion_lines` of the motion of a result, at the reported instants."""
     velocity = data["cart_velocity"] if "cart_velocity" in data else None
     source, notes = str(data.attrs["motion_source"]), str(data.attrs["motion_notes"]).split("\n")
     return [*_motion_lines(data["time"], velocity, data["cart_acceleration"], source, filter(None, notes))]
@@ -202,19 +200,19 @@ def _largest(vectors: Array) -> float:
 
 
 def solution_lines(data: Quantities) -> list[str]:
-    """Method and why it was taken; its tolerance in newtons, if it has one; contact changes, if there are any."""
+    """Method and its reason; step or tolerance, if the method has one; number of contact changes, if any."""
     attributes = data.attrs
     lines = [f"method {attributes['method']}: {attributes['method_reason']}"]
     if "step_s" in attributes:
-        lines.append(f"fixed step {1e3 * float(attributes['step_s']):.4g} ms, its error is not controlled")
+        lines.append(f"fixed step {1e3 * float(attributes['step_s']):.4g} ms, without error control")
     elif attributes["method"] != "exact":
         scale, rtol = float(attributes["load_scale_N"]), float(attributes["rtol"])
         lines += [
-            f"error of the link loads held to {rtol:.1g} of the load scale, {rtol * scale:.1g} N; "
+            f"error tolerance of the link loads {rtol:.1g} of the load scale, {rtol * scale:.1g} N; "
             f"{attributes['steps']} steps, {attributes['rejected_steps']} rejected",
-            f"load scale {load_in_table(scale)} N: largest link load at rest plus quasi-static under the peaks of the "
-            "motion",
+            f"load scale {load_in_table(scale)} N: largest link load at rest plus quasi-static link load under the "
+            "peaks of the motion",
         ]
     if changes := int(attributes["contact_changes"]):
-        lines.append(f"{changes} contact changes, each located between the samples")
+        lines.append(f"{changes} contact changes, located between the samples")
     return lines

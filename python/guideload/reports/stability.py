@@ -1,4 +1,4 @@
-"""Step stability as text: the longest stable step of rk45, what a motion costs, and numerical damping."""
+"""The report of step stability: longest stable step of rk45, steps and time of a run, numerical damping."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ if TYPE_CHECKING:
     from guideload.method_comparison.step_stability import Cost, Stability
 
 STEPS_PER_PERIOD = (4, 10, 30, 100)
-ROUNDING = 1e-13  # of an error of one period
+ROUNDING = 1e-13  # in the error over one period
 ALMOST_UNDAMPED = 1e-3  # damping ratio
 
 STEP_DEFINITIONS = (
-    "Stable: the longest fixed step of rk45 at which the motion of this eigenvalue cannot grow. exact and "
-    "implicit are stable at any step."
+    "Stable: longest fixed step at which rk45 does not amplify the motion of this eigenvalue. exact and implicit are "
+    "stable at any step."
 )
 PERIOD_DEFINITIONS = (
-    "Of an undamped mode over one period, compared with the exact solution: the part of the amplitude that the "
-    "method takes away (negative: adds), and its phase lead. Both fall with the fifth (rk45) and ninth (implicit) "
-    "power of the step or faster. exact makes neither error, at any step."
+    "Lost, leads: relative loss of amplitude (negative: gain) and phase lead of an undamped mode over one period, "
+    "against the exact solution. Both fall with the fifth (rk45) and ninth (implicit) power of the step or faster. "
+    "exact has neither error at any step."
 )
 
 
 def stability_report(stability: Stability, width: int = WIDTH, encoding: str = "utf-8") -> str:
-    """Longest stable step and eigenvalues, cost of a motion, amplitude and phase errors per period."""
+    """The report: longest stable step, eigenvalues, steps and time of a run, amplitude and phase errors."""
     parts: list[RenderableType] = [
         *heading(stability.machine),
         *section("Longest stable step of rk45"),
@@ -47,8 +47,8 @@ def stability_report(stability: Stability, width: int = WIDTH, encoding: str = "
         *motion_lines(stability.motion),
         costs_table(stability),
         *remark(
-            "Needed: no step of rk45 is longer than stable, and no step passes a sample, but rk45 and implicit pass "
-            f"those on a straight line where no contact changes. rtol {stability.rtol:g}."
+            "Needed steps: rk45 stays below its longest stable step, and steps end at samples. rk45 and implicit step "
+            f"over samples on a straight line if no contact changes. rtol {stability.rtol:g}."
         ),
         *section("Numerical damping of a vibration"),
         damping_line(stability),
@@ -65,21 +65,21 @@ def step_lines(stability: Stability) -> list[str]:
     mode = f"the mode in {dofs}" if dofs else "a mode"
     if value.imag == 0.0:
         mode += (
-            f" that dies away within {milliseconds(-3.0 / value.real, 4)} ms: its motion is soon over, but it limits "
-            "the step of rk45 for as long as the run lasts"
+            f" that decays within {milliseconds(-3.0 / value.real, 4)} ms, but limits the step of "
+            "rk45 for the whole run"
         )
     else:
         mode += f" that vibrates at {_hertz(value)}"
         if -value.real <= ALMOST_UNDAMPED * abs(value):
             mode += " almost without damping: with fewer than 6.3 steps per period rk45 slowly adds to its amplitude"
     return [
-        f"rk45 is stable up to {milliseconds(stability.predicted_step, 4)} ms: with a longer fixed step its runs grow "
-        f"without bound. The limit is set by {mode}."
+        f"rk45 is stable up to {milliseconds(stability.predicted_step, 4)} ms: at longer fixed steps its solution "
+        f"grows without bound. The limit is set by {mode}."
     ]
 
 
 def eigenvalues_table(stability: Stability) -> Table:
-    """A row per eigenvalue, one for each pair: damped frequency, damping, longest stable step of rk45."""
+    """A row per eigenvalue or conjugate pair: damped frequency, damping ratio, longest stable step of rk45."""
     table = new_table("", "eigenvalue\n1/s", "damped\nHz", "damping\nratio %", "stable\nms")
     table.add_column("moves mostly in")
     for index in np.flatnonzero(stability.eigenvalues.imag >= 0.0).tolist():
@@ -97,29 +97,29 @@ def eigenvalues_table(stability: Stability) -> Table:
 
 
 def cost_line(stability: Stability) -> str:
-    """What sets the number of steps of rk45, and which method needs fewer."""
+    """What limits the steps of rk45, and which method needs fewer."""
     exact, rk45, implicit = stability.costs
     if stability.limited_by == "samples":
         share = stability.sample_interval / stability.predicted_step
         return (
-            f"The samples set the steps of rk45: they are {share:.2g} of its longest stable step apart. "
-            "Its stability costs nothing here."
+            f"The samples limit the steps of rk45: their step is {share:.2g} of its longest stable step. "
+            "Stability is no limit here."
         )
     if stability.limited_by == "tolerance":
-        return "The tolerance sets the steps of rk45, not its stability: they are shorter than stable."
+        return "The tolerance limits the steps of rk45: they are shorter than the longest stable step."
     counted = rk45.steps or rk45.needed
     samples = np.count_nonzero(np.diff(stability.motion.time))
-    advice = "That costs little here."
+    advice = "This takes little time here."
     if counted > NEAR * samples:
         advice = f"Use {'exact or implicit' if exact.steps else 'implicit'} here."
     return (
-        f"Stability sets the steps of rk45, whatever the tolerance: {counted / samples:.3g} per sample, "
-        f"{counted / (implicit.steps or implicit.needed):.3g} times those of implicit. {advice}"
+        f"Stability limits the steps of rk45 at any tolerance: {counted / samples:.3g} per sample, "
+        f"{counted / (implicit.steps or implicit.needed):.3g} times as many as implicit. {advice}"
     )
 
 
 def costs_table(stability: Stability) -> Table:
-    """A row per method: the steps that samples and stability require, those counted, the time."""
+    """A row per method: steps that samples and stability require, steps of the run, time."""
     table = new_table("method", "needed\nsteps", "counted\nsteps", "rejected\nsteps", "time\nms")
     table.add_column("")
     for cost in stability.costs:
@@ -128,22 +128,22 @@ def costs_table(stability: Stability) -> Table:
 
 
 def damping_line(stability: Stability) -> str:
-    """How much implicit damps the fastest vibration of the machine when it steps from sample to sample."""
+    """Numerical damping of the fastest vibration by implicit with steps from sample to sample."""
     vibrating = stability.eigenvalues[stability.eigenvalues.imag > 0.0]
     if not vibrating.size:
-        return "Nothing vibrates in this machine: every eigenvalue is real."
+        return "No mode of this machine vibrates: every eigenvalue is real."
     value = vibrating[vibrating.imag.argmax()]
     steps = 2.0 * np.pi / value.imag / stability.sample_interval
     lost, _ = error_per_period("implicit", steps, float(-value.real / np.abs(value)))
-    verdict = "its peaks are kept" if abs(lost) < 0.01 else "take a faster trace to see its peaks"
+    verdict = "its peaks are accurate" if abs(lost) < 0.01 else "use a faster trace to see its peaks"
     return (
-        f"The fastest vibration of this machine, {_hertz(value)}, has {steps:.3g} samples per period. Stepping from "
-        f"sample to sample, implicit changes its amplitude by {_small(abs(lost))} per period: {verdict}."
+        f"The fastest vibration of this machine, {_hertz(value)}, has {steps:.3g} samples per period. With steps "
+        f"from sample to sample, implicit changes its amplitude by {_small(abs(lost))} per period: {verdict}."
     )
 
 
 def periods_table() -> Table:
-    """Amplitude lost and phase lead per period of rk45 and implicit, for some steps per period."""
+    """Loss of amplitude and phase lead per period, of rk45 and implicit, for some numbers of steps per period."""
     table = new_table(
         "steps per\nperiod", "rk45\nlost", "implicit\nlost", "rk45\nleads rad", "implicit\nleads rad"
     )

@@ -1,4 +1,4 @@
-"""The report of a study: its answer, warnings, tables, and definitions of the terms used."""
+"""The report of a study: result, warnings, tables, definitions."""
 
 from __future__ import annotations
 
@@ -19,43 +19,43 @@ from guideload.study.results.statistics import TOO_FEW, fewest_samples, known
 from guideload.study.results.titles import capitalised, contact_words, title_of, with_owner, with_unit
 
 # Limits of warnings.
-MANY_FAILURES = 0.01  # share of the runs: the failed ones may be the ones that matter
-WIDE_QUANTILE = 0.1  # width of the interval of the 99 % quantile of the peak resultant, relative
-WIDE_INDEX = 0.2  # width of the interval of a Sobol index
+MANY_FAILURES = 0.01  # share of the runs; failed runs may be the worst ones
+WIDE_QUANTILE = 0.1  # interval width of the 99 % quantile of the peak resultant, over the quantile
+WIDE_INDEX = 0.2  # interval width of a Sobol index
 # Sizes of tables.
-DRIVERS = 12  # parameters
-CASES = 50  # given cases
-FEW_VALUES = 3  # parameters up to which the table of cases has their values
-MANY_CARRIAGES = 4  # carriages beyond which the table of cases has the worst only
+MOST_PARAMETERS = 12  # in the table of sensitivities
+MOST_CASES = 50  # in the table of cases
+MOST_VALUES = 3  # parameters whose values are in the table of cases
+MOST_CARRIAGES = 4  # in the table of cases; with more it has the worst only
 
 DEFINITIONS = (
     "Peaks are the largest magnitudes of a run, at the samples of the motion, static load included; resultant: "
-    "sqrt(Fy^2 + Fz^2). Machine: the worst of its carriages in each sample. The interval of the outermost "
-    "quantile is one of 95 %, between two samples, for any distribution."
+    'sqrt(Fy^2 + Fz^2). Machine: the worst carriage of each sample. "99 % lies in" (for minima 1 %): 95 % confidence '
+    "interval of this quantile, from order statistics, for any distribution."
 )
 PROBABILITIES = (
-    "Intervals of 95 % by Clopper and Pearson. All intervals hold for independent samples; those of a Sobol or "
-    "Latin hypercube design scatter less, and the intervals are conservative."
+    "Intervals of probabilities: 95 %, by Clopper and Pearson. All intervals assume independent samples; samples of a "
+    "Sobol or Latin hypercube design scatter less, so the intervals are conservative."
 )
 INDICES = (
-    "Sobol indices: the share of the variance due to a parameter alone (first order), and with its interactions "
-    "(total), for independent parameters."
+    "Sobol index: share of the variance that a parameter causes alone (first order), or including its interactions "
+    "(total); for independent parameters."
 )
 RANKS = (
-    "Spearman's rank correlation: 1 or -1 for an increasing or decreasing function of the parameter. That of a "
-    "correlated parameter includes the influence of its partners."
+    "Spearman's rank correlation: 1 or -1 for an increasing or decreasing function of the parameter. It includes the "
+    "influence of the parameters with which the parameter is correlated."
 )
-CHOSEN = "Given cases are no random sample: statistics, probabilities and what drives them are left out."
+CASES_NOTE = "Given cases are not a random sample: they have no statistics, probabilities or sensitivities."
 CONTACT_COUNTS = {
-    "contact lost": "an end of the carriage carries nothing",
-    "a row open": "one row of rolling elements is unloaded and the other one carries all, contact remains",
-    "contact lost or a row open": "an end of a carriage with clearance carries nothing, or one row of a preloaded "
-    "carriage is unloaded and the other one carries all",
+    "contact lost": "an end of the carriage carries no load",
+    "a row open": "one row of rolling elements is unloaded and the other row carries the load",
+    "contact lost or a row open": "an end of a carriage with clearance carries no load, or one row of a preloaded "
+    "carriage is unloaded and the other row carries the load",
 }
 
 
 def study_report(result: StudyResult, width: int = WIDTH, encoding: str = "utf-8") -> str:
-    """The report of a study as text of at most `width` columns."""
+    """The report of a study; lines have at most `width` characters."""
     metadata, summary = result.metadata, result.summary()
     parts: list[RenderableType] = [*heading(metadata.machine)]
     if not summary.empty:
@@ -74,11 +74,11 @@ def study_report(result: StudyResult, width: int = WIDTH, encoding: str = "utf-8
     return to_text(parts, width, encoding)
 
 
-# ---- the answer
+# ---- result
 
 
 def answer_lines(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
-    """The outermost quantile of the main quantity, the probability of each limit, the strongest parameter."""
+    """Outermost quantile of the leading quantity, probability of each limit, most influential parameter."""
     metadata, stem = result.metadata, result.leading.partition("[")[0]
     if stem in summary.index.unique("quantity"):
         quantity, rows = QUANTITIES[stem], summary.loc[stem]
@@ -105,7 +105,7 @@ def answer_lines(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
 
 
 def cases_answer(result: StudyResult) -> Iterator[str]:
-    """The worst of the given cases, and how many exceed a limit."""
+    """The worst of the given cases, and the number of cases that exceed each limit."""
     stem = result.leading.partition("[")[0]
     values, quantity = result.table(result.of_carriages(stem)).drop(columns="reason"), QUANTITIES[stem]
     worst, words = ("idxmin", "Smallest") if quantity.smallest_is_worst else ("idxmax", "Largest")
@@ -118,7 +118,7 @@ def cases_answer(result: StudyResult) -> Iterator[str]:
 
 
 def _limit_text(name: str, limit: float, metadata: StudyMetadata) -> str:
-    """What exceeds a limit: "peak resultant above 7000 N"; without a limit "contact lost"."""
+    """A limit in words: "peak resultant above 7000 N"; without a value "contact lost"."""
     quantity, title = QUANTITIES[name], title_of(name, metadata)
     sign = "below" if quantity.smallest_is_worst else "above"
     return title if np.isnan(limit) else f"{title} {sign} {_with_unit(limit, quantity)}"
@@ -128,10 +128,10 @@ def _limit_text(name: str, limit: float, metadata: StudyMetadata) -> str:
 
 
 def study_warnings(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
-    """What spoils the statistics, and what to change; the worst first."""
+    """Reasons why the statistics are incomplete or inaccurate, each with a way out; the worst first."""
     what = "cases" if result.metadata.chosen else "samples"
     if summary.empty:
-        yield f"{result.finished} of {result.runs} samples have run, and no sample has a result."
+        yield f"{result.finished} of {result.runs} samples have run, but no sample has a result."
         return
     if result.finished < result.runs:
         yield f"{result.finished} of {result.runs} {what} have run. Resume the study to run the others."
@@ -139,12 +139,12 @@ def study_warnings(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
         return
     if result.failed > MANY_FAILURES * result.finished:
         share = f"{100 * result.failed / result.finished:.2g} %"
-        hint = "The statistics leave them out: if they are the worst machines, the true loads are higher."
+        hint = "The statistics exclude them: if they are the worst machines, the true loads are higher."
         yield f"{result.failed} of {result.finished} runs failed, {share}. {hint}"
     samples, least = int(summary["samples"].max()), fewest_samples(0.99)
     if samples < least:
         are = "1 sample is too" if samples == 1 else f"{samples} samples are"
-        yield f"{are} few: the 99 % quantile needs {least} samples for an interval with two ends."
+        yield f"{are} few: the 99 % quantile needs {least} samples for an interval with both ends."
     elif PEAK in summary.index.unique("quantity"):
         peaks = summary.loc[PEAK]
         width = float(((peaks["q99_high"] - peaks["q99_low"]) / peaks["q99"]).max())
@@ -160,16 +160,16 @@ def study_warnings(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
             yield f"The intervals of the Sobol indices are wide, up to {width:.2g}; about {more}."
 
 
-# ---- what was studied
+# ---- study
 
 
 def study_lines(result: StudyResult) -> Iterator[str]:
-    """Motion, samples, how they were drawn and the seed."""
+    """Motion, number of samples, sampling method and seed."""
     metadata = result.metadata
     motion = f"motion {metadata.motion}: " if metadata.motion else "motion: "
     yield f"{motion}{metadata.duration:.4g} s, {metadata.instants} samples"
     if metadata.motion:
-        yield "taken as known: its uncertainty is not part of the study; `guideload run` gives its credible band"
+        yield "the study neglects the uncertainty of the motion; `guideload run` gives its credible bands"
     if metadata.sensitivity:
         rows = metadata.runs // (len(metadata.parameters) + 2)
         yield f"{rows} rows of a Saltelli design, {metadata.runs} runs; the samples are its matrices A and B"
@@ -177,11 +177,11 @@ def study_lines(result: StudyResult) -> Iterator[str]:
         yield "1 sample" if metadata.runs == 1 else f"{metadata.runs} samples"
     words = {"sobol": "by a scrambled Sobol sequence", "latin hypercube": "in a Latin hypercube"}
     drawn = f"drawn {words.get(metadata.sampling, 'at random')}, seed {metadata.seed}"
-    yield "the cases given" if metadata.chosen else drawn
+    yield "given cases" if metadata.chosen else drawn
 
 
 def parameters_table(result: StudyResult) -> Table:
-    """A row per parameter: mean, standard deviation and range of its values, unit; the range only of given ones."""
+    """A row per parameter: mean, standard deviation, range, unit; for given cases without mean and deviation."""
     moments = () if result.metadata.chosen else ("mean", "std. dev.")
     table = new_table("parameter", *moments, "smallest", "largest", texts=("unit",))
     for one in result.metadata.parameters:
@@ -201,15 +201,15 @@ def failures_table(result: StudyResult) -> Table:
     return table
 
 
-# ---- tables
+# ---- statistics and cases
 
 
 def cases_table(result: StudyResult) -> list[RenderableType]:
-    """A row per case, the first ones; with the values varied and with each carriage if there are few."""
+    """A row for each of the first cases, with parameters and carriages if there are few of them."""
     cases, metadata, stem = result.cases(), result.metadata, result.leading.partition("[")[0]
-    varied = [one.name for one in metadata.parameters] if len(metadata.parameters) <= FEW_VALUES else []
+    varied = [one.name for one in metadata.parameters] if len(metadata.parameters) <= MOST_VALUES else []
     columns = [name for name in cases.columns[len(metadata.parameters) : -1] if name != LIFE]
-    each = len(columns) <= MANY_CARRIAGES or QUANTITIES[stem].worse is None
+    each = len(columns) <= MOST_CARRIAGES or QUANTITIES[stem].worse is None
     if not each:
         cases, columns = cases.assign(**{stem: result.column(stem)}), [stem]
     titles = [name.replace(".", ".\n").replace("].", "].\n") for name in varied]
@@ -218,22 +218,24 @@ def cases_table(result: StudyResult) -> list[RenderableType]:
     if LIFE in cases:
         titles, columns = [*titles, "life\nkm"], [*columns, LIFE]
     table = new_table("case", *titles, texts=("exceeded",))
-    for i, (_, row) in enumerate(cases.iloc[:CASES].iterrows()):
+    for i, (_, row) in enumerate(cases.iloc[:MOST_CASES].iterrows()):
         cells = [*(f"{row[name]:.4g}" for name in varied), *(_cell(float(row[name])) for name in columns)]
         table.add_row(str(i), *cells, Text(row["exceeded"]))
     unit = f" [{QUANTITIES[stem].unit}]" if QUANTITIES[stem].unit else ""
     life = "; life: the shortest of the carriages" if LIFE in cases else ""
     lines = [f"{capitalised(title_of(stem, metadata))} of {owner}{unit}{life}."]
-    if len(cases) > CASES:
-        lines += [f"The first {CASES} of {len(cases)} cases; all are in summary.json, or in result.cases()."]
+    if len(cases) > MOST_CASES:
+        lines += [
+            f"The first {MOST_CASES} of {len(cases)} cases; all are in summary.json, or in result.cases()."
+        ]
     contact = [contact_line(metadata)] if CONTACT in result.quantities else []
-    return [table, *remark(*lines, *contact, CHOSEN)]
+    return [table, *remark(*lines, *contact, CASES_NOTE)]
 
 
 def statistics_tables(result: StudyResult, summary: pd.DataFrame) -> Iterator[RenderableType]:
-    """The summary of each quantity, the probabilities, and what drives the main quantity.
+    """Statistics of each quantity, probabilities, and sensitivities of the leading quantity.
 
-    Times, and loads at the start, only where nothing else was recorded: they have no worst side.
+    Quantities without a worst side (times, loads at the start) appear only if there is no other quantity.
     """
     names = [name for name in summary.index.unique("quantity") if name != CONTACT]
     for name in [name for name in names if QUANTITIES[name].worse is not None] or names:
@@ -248,9 +250,9 @@ def statistics_tables(result: StudyResult, summary: pd.DataFrame) -> Iterator[Re
 
 
 def summary_table(rows: pd.DataFrame, smallest_is_worst: bool = False) -> Table:
-    """A row per carriage, and below them the machine: mean, deviation, quantiles in percent.
+    """A row per carriage and one of the machine: mean, standard deviation, quantiles.
 
-    At the end the interval of the outermost quantile on the worst side.
+    The last column is the interval of the outermost quantile on the worst side.
     """
     levels = (1, 5, 50, 95) if smallest_is_worst else (5, 50, 95, 99)
     outermost = 1 if smallest_is_worst else 99
@@ -259,7 +261,7 @@ def summary_table(rows: pd.DataFrame, smallest_is_worst: bool = False) -> Table:
         "carriage", "mean", "std. dev.", *(f"{level} %" for level in levels), f"{outermost} % lies in"
     )
     for carriage, row in rows.iterrows():
-        if carriage or len(rows) != 2:  # the machine's is that of its only carriage
+        if carriage or len(rows) != 2:  # the row of the machine equals that of its only carriage
             values = (_cell(float(row[name])) for name in ("mean", "standard_deviation", *quantiles))
             ends = (float(row[f"q{outermost:02d}_{end}"]) for end in ("low", "high"))
             table.add_row(Text(str(carriage) or "machine"), *values, _interval(*ends))
@@ -267,7 +269,7 @@ def summary_table(rows: pd.DataFrame, smallest_is_worst: bool = False) -> Table:
 
 
 def probabilities_table(probabilities: pd.DataFrame, metadata: StudyMetadata) -> Table:
-    """A row per limit and carriage: how often it was exceeded, the probability and its interval."""
+    """A row per limit and carriage: number of samples beyond the limit, probability and its interval."""
     table = new_table("", "", "times", "of", "%", "% lies in")
     table.columns[1].justify = "left"
     for name in probabilities.index.unique("quantity"):
@@ -284,32 +286,34 @@ def probabilities_table(probabilities: pd.DataFrame, metadata: StudyMetadata) ->
 
 
 def driving_table(result: StudyResult) -> list[RenderableType]:
-    """The parameters that drive the main quantity, strongest first."""
+    """Sensitivities of the leading quantity, the most influential parameter first."""
     if result.too_few:
         return remark(TOO_FEW)
     rows = result.driving()
     names = ("total", "first_order") if result.metadata.sensitivity else ("rank_correlation",)
     titles = (title for name in names for title in (name.replace("_", " "), "lies in"))
     table = new_table("parameter", *titles)
-    places = [list(rows.columns).index(name) for name in names]  # followed by the ends of the interval
-    for parameter, *values in rows.iloc[:DRIVERS].itertuples():
+    places = [
+        list(rows.columns).index(name) for name in names
+    ]  # the two columns after each are the ends of its interval
+    for parameter, *values in rows.iloc[:MOST_PARAMETERS].itertuples():
         cells: list[str] = []
         for i in places:
             value, low, high = map(_share, values[i : i + 3])
             cells += [value, f"{low} to {high}" if low else ""]
         table.add_row(Text(str(parameter)), *cells)
-    return [table, *remark(*weaker_parameters(rows, DRIVERS))]
+    return [table, *remark(*weaker_parameters(rows, MOST_PARAMETERS))]
 
 
 # ---- definitions
 
 
 def definitions(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
-    """What the terms of the tables mean."""
+    """Definitions of the terms in the tables."""
     metadata, names = result.metadata, summary.index.unique("quantity")
     yield DEFINITIONS
     if "mean_load_N" in names:
-        yield f"Mean load: of |Fy| + |Fz|, weighted by distance, with the exponent {metadata.exponent:.4g}."
+        yield f"Mean load: power mean of |Fy| + |Fz| over distance, exponent {metadata.exponent:.4g}."
     if LIFE in names and metadata.life is not None:
         rating, base = load_in_table(metadata.life.rating), 1e-3 * metadata.life.base
         yield f"Life: {base:g} km (rating {rating} N / mean load)^{metadata.exponent:.4g}."
@@ -322,7 +326,7 @@ def definitions(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
 
 
 def contact_line(metadata: StudyMetadata) -> str:
-    """What counts as lost contact on the machine."""
+    """Definition of lost contact for the machine."""
     words = contact_words(metadata.machine)
     return f"{capitalised(words)}: at some instant of a run {CONTACT_COUNTS[words]}."
 

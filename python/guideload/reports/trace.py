@@ -1,4 +1,4 @@
-"""The report of a trace: what was read, what the smoothing chose, and which modes of a machine it shows."""
+"""The report of a trace: its samples, its smoothing, and the modes of a machine that it shows."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ if TYPE_CHECKING:
     from guideload.traces.inspection import Inspection
 
 DEFINITIONS = (
-    "Share: of the links' static response to an acceleration along x, the part in the mode. "
-    "Ringing shown: the part of a mode's ringing after a sudden change that remains, as the trace shows the change as "
-    "a ramp. Hidden: by how much the dynamic load after the largest change that may have been sudden is higher if it "
-    "was: an upper bound for a single change, by the nominal stiffness of the links."
+    "Share of response: part of the static link loads under an acceleration along x that is in the mode. "
+    "Ringing shown: the trace shows a sudden change as a ramp; ringing of the mode after the ramp over ringing after "
+    "the sudden change. Hidden: increase of the dynamic load if the largest change that may have been sudden was "
+    "sudden; an upper bound for a single change, with nominal stiffness of the links."
 )
-# Moves for which the derivative of this order of the position is white noise.
+# Motions by the order of the derivative of position that is white noise.
 MOVES = {3: "acceleration that jumps", 4: "jerk that jumps", 5: "smooth moves", 6: "moves that ring"}
 NO_DRIVE = (
-    "Note: the machine has no [drive] with gear_ratio and pinion_diameter or screw_lead to convert the motor's speed "
-    "to the cart's: the figures are the motor's, and the modes are not compared."
+    "Note: the machine has no [drive] (gear_ratio, and pinion_diameter or screw_lead) to convert the speed of the "
+    "motor to that of the cart: the figures are those of the motor, and the modes are not compared."
 )
 
 
 def encoder_report(inspection: Inspection, width: int = WIDTH, encoding: str = "utf-8") -> str:
-    """What was read from a trace, what the smoothing chose, its largest values, and the modes that it shows."""
+    """The report of a trace: samples, smoothing, largest values, and the modes that it shows."""
     trace, time, step = inspection.trace, inspection.time, inspection.step
     parts: list[RenderableType] = [
         f"{trace.source}, column {trace.column}",
@@ -50,12 +50,12 @@ def encoder_report(inspection: Inspection, width: int = WIDTH, encoding: str = "
 
 
 def resolution_report(resolution: TraceResolution, width: int = WIDTH, encoding: str = "utf-8") -> str:
-    """What the bandwidth of a trace shows of the modes of a machine."""
+    """The modes of a machine that a trace shows, as text."""
     return to_text(resolution_parts(resolution), width, encoding)
 
 
 def resolution_parts(resolution: TraceResolution) -> list[RenderableType]:
-    """A row per mode: whether the trace's band contains it, whether x excites it, and what remains of its ringing."""
+    """A row per mode: whether it is within the bandwidth, share of the response, ringing that the trace shows."""
     parts: list[RenderableType] = section("Modes against the trace's band")
     if np.isinf(resolution.bandwidth):
         return [*parts, resolution.text]
@@ -81,7 +81,7 @@ def resolution_parts(resolution: TraceResolution) -> list[RenderableType]:
 
 
 def _smoothing_lines(inspection: Inspection) -> list[str]:
-    """What the smoothing chose; of a method that estimates no noise its own note."""
+    """Model, noise, bandwidth and jumps that the smoothing estimated, or its note if it estimates no noise."""
     estimate = inspection.kinematics
     if not isinstance(estimate, Estimate):
         return [estimate.note.replace("m/s", "rad/s") if inspection.of_motor else estimate.note]
@@ -92,16 +92,16 @@ def _smoothing_lines(inspection: Inspection) -> list[str]:
     rounding = inspection.quantum / np.sqrt(12.0)
     if rounding:
         share = estimate.noise / rounding
-        noise += f", {share:.3g} times that of rounding to the quantum, {factor * rounding:.3g} {unit}"
+        noise += f", {share:.3g} times the rounding noise of the quantum, {factor * rounding:.3g} {unit}"
     else:
-        noise += "; no quantum is known to compare with"
+        noise += "; the quantum is unknown"
     length = float(np.diff(estimate.jumps, axis=1).sum())
     jumps = f"jumps in {counted(len(estimate.jumps), 'place')}, {length:.3g} s in all"
     return [
-        f"white derivative {estimate.order} of the position, as of {MOVES[estimate.order]}, by likelihood; adapted "
-        "along the trace",
+        f"white noise model of derivative {estimate.order} of the position ({MOVES[estimate.order]}), chosen by "
+        "likelihood; its density varies along the trace",
         noise,
-        f"sudden changes are followed up to {estimate.bandwidth:.3g} Hz; half the samples' rate is "
+        f"bandwidth at sudden changes {estimate.bandwidth:.3g} Hz; half the sampling rate is "
         f"{0.5 / inspection.step:.4g} Hz",
         jumps if estimate.jumps.size else "no jumps",
         *([f"warning: {estimate.warning}"] if estimate.warning else []),
@@ -109,7 +109,7 @@ def _smoothing_lines(inspection: Inspection) -> list[str]:
 
 
 def _largest_lines(inspection: Inspection) -> list[str]:
-    """Largest speed and acceleration, with the 95 % band where there is one."""
+    """Largest speed and acceleration, with the 95 % credible band if it is estimated."""
     unit, at = inspection.acceleration_unit, inspection.peak
     speed = inspection.unit[1] * float(np.abs(inspection.kinematics.velocity).max())
     largest_speed = f"largest speed {speed:.4g} {'rpm' if inspection.of_motor else 'm/s'}"

@@ -1,4 +1,4 @@
-"""The work-precision diagram as text."""
+"""The report of a work-precision diagram."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from guideload.method_comparison.diagram import MODEL_ACCURACY, Row, WorkPrecisi
 from guideload.reports.elements import WIDTH, heading, remark, section, to_text
 
 DEFINITIONS = (
-    "Time: from the motion to the loads at its samples. Error: the largest difference from the reference over "
-    "time and loads, divided by the largest load, and by the largest dynamic load (load less static load): a "
-    "method can miss the whole motion and still have three digits of the load right. <: below the error of the "
-    "reference. Pareto: Pareto optimal, no other row is both faster and more accurate.",
-    f"The model itself, with its small rotations, is accurate to about {scientific(MODEL_ACCURACY)} of the load: more "
-    "digits are arithmetic, not physics.",
+    "Time: from the motion to the loads at its samples. Error: largest difference of the loads from the reference, "
+    "divided by the largest load, and by the largest dynamic load (load minus static load); if the static load is "
+    "large, only the second error shows errors of the motion. <: below the error of the reference. Pareto: Pareto "
+    "optimal, no other row is both faster and more accurate.",
+    f"The model, which assumes small rotations, is accurate to about {scientific(MODEL_ACCURACY)} of the load; smaller "
+    "errors are without meaning.",
 )
 
 
 def chart_report(chart: WorkPrecision, width: int = WIDTH, encoding: str = "utf-8") -> str:
-    """What `auto` picks, the table of all settings that ran, the reference and its error, and what did not run."""
+    """The report: method that `auto` picks, table of settings, reference and its error, failed settings."""
     times = "once" if chart.repetitions == 1 else f"{chart.repetitions} times: median and interquartile range"
     picks = f"picks {chart.auto_method}" if chart.auto_method else "fails"
     return to_text(
@@ -45,7 +45,7 @@ def chart_report(chart: WorkPrecision, width: int = WIDTH, encoding: str = "utf-
 
 
 def settings_table(chart: WorkPrecision) -> Table:
-    """A row per run: the settings that lead to it, its time, steps and errors."""
+    """A row per run: its settings, time, steps and errors."""
     table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=0)
     for title in ("method", "rtol or step"):
         table.add_column(title, no_wrap=True)
@@ -77,7 +77,7 @@ def _relative_error(error: float | None, row: Row) -> str:
 
 
 def failures(chart: WorkPrecision) -> list[str]:
-    """Why settings have no figures: one sentence for all of a curve whose messages differ in numbers only."""
+    """Why settings failed: one sentence for settings of a curve whose messages differ only in numbers."""
     alike: dict[tuple[str, str | None, str], list[Row]] = {}
     for row in chart.rows:
         if row.failed is not None:

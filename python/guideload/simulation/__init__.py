@@ -1,4 +1,4 @@
-"""From a machine and a motion to the loads, and the result with its files."""
+"""Simulation of a machine under a motion, and its result with its files."""
 
 from guideload.simulation.result import Result
 from guideload.simulation.simulation import peak_loads, simulate

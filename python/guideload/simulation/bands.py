@@ -1,8 +1,8 @@
-"""Credible bands: what the uncertainty of a motion's acceleration means for the loads and their peaks.
+"""Credible bands of loads and peaks, from the uncertainty of the acceleration.
 
-The acceleration deviates from its estimate as its `Uncertainty` says. Through a linear scene the covariance of the
-loads follows exactly, and the bands of the peaks from Monte Carlo samples of the motion, each the estimate plus a
-deviation. Through any other scene the samples are run one by one.
+`Uncertainty` is the distribution of the deviation of the acceleration from its estimate; a Monte Carlo sample of the
+motion is the estimate plus a drawn deviation. For a linear scene the covariance of the loads is computed exactly, and
+the bands of the peaks from samples. For any other scene every sample is simulated.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from guideload.base.quantities import Quantities, quantities
 from guideload.motion.uncertainty import COVER, TAIL, Uncertainty
 from guideload.simulation.run import Run
 
-SEED = 1  # of all samples
-LINEAR_SAMPLES = 200  # of the motion, for the peaks through a linear scene
-FARTHEST = 6.0  # standard deviations that no sample of some hundred exceeds
-# Through a scene that is not linear: limits of the number of samples, how many are in memory at a time, and the steps
-# of all samples together that take some seconds.
+SEED = 1
+LINEAR_SAMPLES = 200  # of the motion, for the peaks of a linear scene
+MOST_DEVIATION = 6.0  # standard deviations; none of some hundred samples deviates more
+# For other scenes: limits of the number of samples, number of samples in memory at a time, and number of steps of all
+# samples together, which take some seconds.
 MOST_SAMPLES, FEWEST_SAMPLES, IN_MEMORY = 40, 8, 8
 STEPS = {"exact": 4_000_000, "rk45": 4_000_000, "implicit": 1_000_000}
 
@@ -32,12 +32,12 @@ STEPS = {"exact": 4_000_000, "rk45": 4_000_000, "implicit": 1_000_000}
 class CredibleBands:
     """Standard deviations at m instants, and the 95 % credible band of each carriage's peak.
 
-    acceleration  (m,) m/s2, of the cart along x
+    acceleration  (m,) m/s2, of L along x
     loads         (m, carriage, 6) force [N] and moment about the carriage centre [N m]
     resultants    (m, carriage, 2) resultant of Fy and Fz [N], and magnitude of the moment [N m]
-    links         (m, link) N, of the loads along the links
-    lower, upper  (carriage,) N, of the largest resultant over the instants; nan if there is none
-    method        how all this was computed, in words
+    links         (m, link) N, load along the link
+    lower, upper  (carriage,) N, ends of the band of the largest resultant; nan without instants
+    method        method of computation, in words
     samples       number of Monte Carlo samples of the motion
     """
 
@@ -52,7 +52,7 @@ class CredibleBands:
 
 
 def bands_of(run: Run, carriage_loads: Array) -> CredibleBands | None:
-    """The credible bands of a run with these loads (time, carriage, 6); None if its motion is certain."""
+    """The credible bands of a run, from its loads (time, carriage, 6); None if the motion has no uncertainty."""
     if run.motion.uncertainty is None:
         return None
     if run.machine.scene.model_level == "linear":
@@ -61,7 +61,7 @@ def bands_of(run: Run, carriage_loads: Array) -> CredibleBands | None:
 
 
 def with_bands(data: Quantities, bands: CredibleBands) -> Quantities:
-    """The quantities of a run and its credible bands."""
+    """The quantities of a run together with its credible bands."""
     along_x = np.zeros((data["time"].size, 3))
     along_x[:, 0] = bands.acceleration
     vectors, scalars = ("time", "carriage", "axis"), ("time", "carriage")
@@ -94,7 +94,7 @@ def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> C
     lower = upper = np.full(loads.shape[1], np.nan)
     if run.time.size:
         resultant = np.hypot(loads[:, :, 1], loads[:, :, 2])
-        reach = FARTHEST * np.hypot(of_loads[:, :, 1], of_loads[:, :, 2])
+        reach = MOST_DEVIATION * np.hypot(of_loads[:, :, 1], of_loads[:, :, 2])
         can_be_peak = resultant + reach >= np.max(resultant - reach, axis=0)
         peaks = draw_peaks(
             machine.scene, *motion, run.time, loads, can_be_peak, *groups, LINEAR_SAMPLES, SEED, cores()
@@ -116,7 +116,7 @@ def _by_samples(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBan
     for i, deviation in enumerate(_deviations(run.motion.time, uncertainty, count)):
         acceleration = run.motion.acceleration.copy()
         acceleration[:, 0] += deviation
-        solution = run.solved(acceleration)
+        solution = run.solution_under(acceleration)
         histories = _histories(solution, run.carriage_loads(solution=solution))
         for square, history, estimate in zip(squares, histories, estimates, strict=True):
             square += (history - estimate) ** 2
@@ -133,14 +133,14 @@ def _by_samples(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBan
 
 
 def _histories(solution: Solution, loads: Array) -> tuple[Array, Array, Array, Array]:
-    """The histories of one motion that have bands: `acceleration`, `loads`, `resultants` and `links`."""
+    """`acceleration`, `loads`, `resultants` and `links` of one motion, in the shapes of `CredibleBands`."""
     resultant, magnitude = np.hypot(loads[:, :, 1], loads[:, :, 2]), np.linalg.norm(loads[:, :, 3:], axis=2)
     resultants = np.stack([resultant, magnitude], axis=2)
     return solution.inputs()[:, 0], loads, resultants, solution.link_loads("total")
 
 
 def _deviations(time: Array, uncertainty: Uncertainty, count: int) -> Iterator[Array]:
-    """(n,) m/s2, deviations at the stamps of a motion; long ones need much memory, so only some at a time."""
+    """Drawn deviations (n,) [m/s2] at the stamps of a motion; only `IN_MEMORY` are drawn at a time."""
     rng = np.random.default_rng(SEED)
     for first in range(0, count, IN_MEMORY):
         for drawn in uncertainty.draws(min(IN_MEMORY, count - first), rng):

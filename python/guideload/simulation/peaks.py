@@ -1,4 +1,4 @@
-"""The largest loads of the carriages: as the core finds them while it solves, and from the histories of a result."""
+"""The largest loads of the carriages, from the core without histories, or from the histories of a result."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from guideload.simulation.run import AXES
 
 @dataclass(frozen=True, eq=False)
 class Peaks:
-    """Extremes of the loads of the carriages, each array (carriage, 8), and their times [s].
+    """Extremes of the loads of the carriages, and their times [s]; each array is (carriage, 8).
 
     Columns: Fx Fy Fz [N], Mx My Mz [N m] about the carriage centre, resultant of Fy and Fz [N], magnitude of
     the moment [N m].

@@ -1,4 +1,4 @@
-"""The result of a run: arrays with labels and units, peaks, audit, and files that read back."""
+"""The result of a run: arrays with labels and units, peaks, audit, and files."""
 
 from __future__ import annotations
 
@@ -28,17 +28,21 @@ if TYPE_CHECKING:
 class Result:
     """The loads of one run.
 
-    `machine` is the machine, `method` the method that solved it and `reason` why it was taken, `modes` its natural
-    modes, `audit` the figures and warnings that judge the result, `carriage_loads` the plain array, and `data` an
-    xarray.Dataset with all quantities over time, carriage, rail, link, dof and axis, each with its units:
-    force, moment (of the carriages on their guides, moments about the carriage centres), their elastic and
-    damping parts, resultant (y-z), link_load, rail_force, rail_moment, reaction (of the held dofs; held x:
-    the drive force), displacement, velocity, acceleration (of L in the carriage frame), and static values.
-    `quantities` holds the same as plain arrays and needs no xarray.
+    machine         the machine
+    method, reason  the integration method, and why it was chosen
+    modes           the natural modes of the machine
+    audit           figures and warnings that judge the result
+    carriage_loads  (time, carriage, 6) force [N] and moment about the carriage centre [N m]
+    data            xarray.Dataset of all quantities with labels and units
+    quantities      the same quantities as plain arrays, without xarray
+
+    Quantities: force, moment (loads of the carriages, moments about their centres), with elastic and damping parts;
+    resultant (y-z), link_load, rail_force, rail_moment, reaction (of the held dofs; of x: the drive force);
+    displacement, velocity, acceleration (of L in the carriage frame); and static values.
     A load is the force that the body exerts on its guide: weight makes y negative.
-    Of a motion that has an uncertainty, `data` also holds the standard deviations force_sd, moment_sd,
-    resultant_sd, moment_magnitude_sd, link_load_sd and cart_acceleration_sd, and the 95 % credible bands of the
-    peaks, peak_resultant_lower and peak_resultant_upper; `data.attrs["band_method"]` says how they were computed.
+    If the motion has an uncertainty: standard deviations force_sd, moment_sd, resultant_sd, moment_magnitude_sd,
+    link_load_sd and cart_acceleration_sd, and the 95 % credible band of the peaks, peak_resultant_lower to
+    peak_resultant_upper; `data.attrs["band_method"]` describes their computation.
     """
 
     _run: Run
@@ -74,7 +78,7 @@ class Result:
 
     @cached_property
     def _estimate(self) -> Quantities:
-        """All but the credible bands, which cost more than the run and which the audit does not need."""
+        """All quantities but the credible bands, which take longer than the run and are not needed by the audit."""
         return quantities_of(self._run, self.carriage_loads)
 
     @cached_property
@@ -89,7 +93,7 @@ class Result:
 
     @cached_property
     def audit(self) -> Audit:
-        """Figures and warnings that judge the result: whether its model, samples and method suit the scene.
+        """Figures and warnings that judge model, samples and method of the result.
 
         Raises ArgumentError if the result reports no instant.
         """
@@ -97,14 +101,14 @@ class Result:
         return Audit.of(self.machine, self._estimate, self.modes)
 
     def peaks(self) -> pd.DataFrame:
-        """A row per carriage: peak resultant (y-z), when, its static and dynamic part, and peak components.
+        """A row per carriage: peak resultant (y-z) and its time, static and dynamic resultant, peaks of the components.
 
-        Columns end in their unit. Peaks are largest magnitudes over the reported instants; a dynamic part is
-        the magnitude of load less static load. Raises ArgumentError if the result reports no instant.
+        Names of columns end in the unit. A peak is the largest magnitude over the reported instants; a dynamic value
+        is the largest |load - static load|. Raises ArgumentError if the result reports no instant.
 
         If the motion has an uncertainty: peak_lower_N and peak_upper_N, the 95 % credible band of the largest
-        resultant under the true motion, at whatever time. The estimate is smoother than the true motion, so its peak
-        may lie below the band. noise_share_percent: 1.96 standard deviations of the resultant at time_of_peak_s, over
+        resultant under the true motion, at any time. The estimated motion is smoother than the true one, so its peak
+        may be below the band. noise_share_percent: 1.96 standard deviations of the resultant at time_of_peak_s, over
         the peak.
         """
         import pandas as pd
@@ -127,21 +131,21 @@ class Result:
         result_files.write_netcdf(self._to_write(), path)
 
     def to_parquet(self, path: str | PathLike[str]) -> None:
-        """Write all quantities as Parquet: a column per history and label, the rest in the metadata."""
+        """Write all quantities as Parquet: histories as columns, other quantities in the metadata."""
         result_files.write_parquet(self._to_write(), path)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write the histories as CSV, and all other quantities as JSON beside it (same name, .json)."""
+        """Write the histories as CSV, and all other quantities as JSON in a second file (same name, .json)."""
         result_files.write_csv(self._to_write(), path)
 
     def _to_write(self) -> Quantities:
-        """All quantities; those of `data` if it exists, because the user may have changed it."""
+        """All quantities, from `data` if it exists, because the user may have changed it."""
         return Quantities.of_dataset(self.data) if "data" in self.__dict__ else self.quantities
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Result:
-        """Read a result back from a file of `to_netcdf`, `to_parquet` or `to_csv`, by the ending of its name.
+        """Read a result that `to_netcdf`, `to_parquet` or `to_csv` wrote; the ending of its name decides the format.
 
-        Raises TraceError if the file is none of these.
+        Raises TraceError if the file holds no result.
         """
         return cls(*result_files.read(path))

@@ -1,4 +1,4 @@
-"""A result as a file and back: netCDF, or Parquet and CSV with a column per history and label."""
+"""Writing and reading of results: netCDF, or Parquet and CSV with a column for each label of a history."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     import pyarrow as pa
     import xarray as xr
 
-KEY = b"guideload"  # of the metadata in a Parquet file
-NEEDED = {"force", "moment", "resultant", "static_force", "static_moment"}  # by every result
+METADATA_KEY = b"guideload"  # in a Parquet file
+REQUIRED = {"force", "moment", "resultant", "static_force", "static_moment"}  # in every result
 
 
 def write_netcdf(data: Quantities, path: str | PathLike[str]) -> None:
-    """netCDF 4, byte for byte what xarray writes, without the time that importing xarray takes."""
+    """Write netCDF 4, the same bytes as xarray, but without importing xarray."""
     import h5netcdf
     import h5py
 
@@ -44,16 +44,16 @@ def write_netcdf(data: Quantities, path: str | PathLike[str]) -> None:
 
 
 def write_parquet(data: Quantities, path: str | PathLike[str]) -> None:
-    """Histories as columns, the rest as JSON in the metadata of the schema."""
+    """Write histories as columns, and all other quantities as JSON in the metadata of the schema."""
     from pyarrow import parquet
 
-    table = _columns(data).replace_schema_metadata({KEY: json.dumps(_rest(data))})
+    table = _columns(data).replace_schema_metadata({METADATA_KEY: json.dumps(_rest(data))})
     with atomic_write(_ending(path, ".parquet")) as draft:
         parquet.write_table(table, draft)
 
 
 def write_csv(data: Quantities, path: str | PathLike[str]) -> None:
-    """Histories as columns, the rest as JSON in a file beside it."""
+    """Write histories as columns, and all other quantities as JSON in a second file."""
     from pyarrow import csv
 
     with atomic_write(_ending(path, ".csv")) as draft, atomic_write(Path(path).with_suffix(".json")) as rest:
@@ -62,7 +62,7 @@ def write_csv(data: Quantities, path: str | PathLike[str]) -> None:
 
 
 def _ending(path: str | PathLike[str], ending: str) -> Path:
-    """`path`, which must have this ending for `Result.load` to know the format."""
+    """`path`. Raises ValueRefused if it has another ending, from which `Result.load` knows the format."""
     path = Path(path)
     if path.suffix != ending:
         raise ValueRefused(f"a file name that ends in {ending}", str(path))
@@ -70,7 +70,7 @@ def _ending(path: str | PathLike[str], ending: str) -> Path:
 
 
 def read(path: str | PathLike[str]) -> tuple[Machine, xr.Dataset]:
-    """The machine and the data of a result, from any of the three formats.
+    """The machine and the data of a result file of any of the three formats.
 
     Raises TraceError if the file holds no result.
     """
@@ -79,8 +79,8 @@ def read(path: str | PathLike[str]) -> tuple[Machine, xr.Dataset]:
     path = Path(path)
     try:
         data = _data(path)
-        if missing := NEEDED - set(data.data_vars):
-            raise ValueError(f"one without {', '.join(sorted(map(str, missing)))}")
+        if missing := REQUIRED - set(data.data_vars):
+            raise ValueError(f"a file without {', '.join(sorted(map(str, missing)))}")
         values: dict[str, Any] = json.loads(data.attrs["machine"])
         return Machine(**{key: value for key, value in values.items() if value is not None}), data
     except (
@@ -104,7 +104,7 @@ def _data(path: Path) -> xr.Dataset:
         from pyarrow import parquet
 
         table = parquet.read_table(path)
-        return _assembled(table, json.loads((table.schema.metadata or {})[KEY])).dataset()
+        return _assembled(table, json.loads((table.schema.metadata or {})[METADATA_KEY])).dataset()
     if path.suffix == ".csv":
         rest = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
         return _assembled(_numbers(path), rest).dataset()
@@ -112,7 +112,7 @@ def _data(path: Path) -> xr.Dataset:
 
 
 def _numbers(path: Path) -> pa.Table:
-    """The columns of a CSV file, whole numbers too as float64."""
+    """The columns of a CSV file, all as float64."""
     import pyarrow as pa
     from pyarrow import csv
 
@@ -123,7 +123,7 @@ def _numbers(path: Path) -> pa.Table:
 
 
 def _columns(data: Quantities) -> pa.Table:
-    """A column `name[label,label]` for each entry of each history, after the time."""
+    """The time, and a column `name[label,label]` for each entry of each history."""
     import pyarrow as pa
 
     columns = {"time": data["time"]}
@@ -136,12 +136,12 @@ def _columns(data: Quantities) -> pa.Table:
 
 
 def _labels(*labels: Iterable[Any]) -> list[str]:
-    """`[label,label]` of each entry of a history, in the order of its array; nothing if it has one entry."""
+    """`[label,label]` for each entry of a history, in the order of its array; empty for a scalar history."""
     return [f"[{','.join(str(label) for label in row)}]" if row else "" for row in product(*labels)]
 
 
 def _rest(data: Quantities) -> dict[str, Any]:
-    """All but the histories: attributes, labels, static values."""
+    """All but the values of the histories: attributes, labels, static values."""
     labels = [name for name in data.variables if data.is_coordinate(name) and name != "time"]
     return {
         "attributes": data.attrs,
@@ -159,7 +159,7 @@ def _rest(data: Quantities) -> dict[str, Any]:
 
 
 def _assembled(table: pa.Table, rest: dict[str, Any]) -> Quantities:
-    """The inverse of `_columns` and `_rest`."""
+    """The quantities that `_columns` and `_rest` were made from."""
     labels = rest["labels"]
     time = table.column("time").to_numpy()
     variables = {}

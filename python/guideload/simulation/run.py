@@ -1,4 +1,4 @@
-"""A run: its inputs and the states that the core solved, as plain arrays."""
+"""A run: its inputs, and the solution of the core."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ AXES = ("x", "y", "z")
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """The inputs of `simulate`, the method that it took and why, and the solution."""
+    """The inputs of `simulate`, the chosen method and its reason, and the solution."""
 
     machine: Machine
     motion: Motion
@@ -27,16 +27,16 @@ class Run:
 
     @property
     def time(self) -> Array:
-        """(time,) s, the reported instants."""
+        """The reported instants, (time,) [s]."""
         return self.motion.time if self.times is None else self.times
 
     @cached_property
     def solution(self) -> Solution:
-        """The states of the run."""
-        return self.solved(self.motion.acceleration)
+        """The solution under the motion."""
+        return self.solution_under(self.motion.acceleration)
 
-    def solved(self, acceleration: Array) -> Solution:
-        """The states under another acceleration (n, 3) m/s2 at the samples of the motion."""
+    def solution_under(self, acceleration: Array) -> Solution:
+        """The solution under another acceleration (n, 3) [m/s2] at the samples of the motion."""
         return self.machine.scene.solve(
             self.motion.time,
             acceleration,
@@ -48,11 +48,11 @@ class Run:
         )
 
     def carriage_loads(self, part: str = "total", solution: Solution | None = None) -> Array:
-        """(time, carriage, 6) force [N] and moment about the carriage centre [N m].
+        """Loads (time, carriage, 6): force [N] and moment about the carriage centre [N m].
 
-        part: total, elastic or damping; solution: of this run if left out.
+        part: total, elastic or damping. solution: default `self.solution`.
         """
         groups = self.machine.links_of_carriages, self.machine.carriage_centers
         loads = (solution or self.solution).group_loads(*groups, part)
-        loads.setflags(write=False)  # the labelled arrays are views of it
+        loads.setflags(write=False)  # arrays of the result are views of it
         return loads

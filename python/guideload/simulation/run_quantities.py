@@ -1,4 +1,4 @@
-"""All quantities of a run with their names, dimensions and units."""
+"""The quantities of a run, with names, dimensions and units."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from guideload.motion.resolution import usable_bandwidth
 from guideload.simulation.run import AXES, Run
 
 Row = tuple[str, tuple[str, ...], Array, str, str]
-SIX = "N, N, N, N m, N m, N m"
+LOAD_UNITS = "N, N, N, N m, N m, N m"
+POSITION_UNITS = "m, m, m, rad, rad, rad"
 
 
 def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
     """All quantities of a run but its credible bands.
 
-    carriage_loads: (time, carriage, 6) N and N m, which the caller has already.
+    carriage_loads: (time, carriage, 6) N and N m, of `run.carriage_loads()`.
     """
     machine = run.machine
     labels = {
@@ -61,9 +62,8 @@ def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
 
 def _reference_point(run: Run) -> Iterator[Row]:
     solution, dims = run.solution, ("time", "dof")
-    yield "reaction", dims, solution.reaction(), SIX, "reaction of the held dofs; of x: the drive force"
-    units = "m, m, m, rad, rad, rad"
-    yield "displacement", dims, solution.position(), units, "displacement of L, sag included"
+    yield "reaction", dims, solution.reaction(), LOAD_UNITS, "reaction of the held dofs; x: the drive force"
+    yield "displacement", dims, solution.position(), POSITION_UNITS, "displacement of L, sag included"
     units = "m/s, m/s, m/s, rad/s, rad/s, rad/s"
     yield "velocity", dims, solution.velocity(), units, "velocity of L in the carriage frame"
     units = "m/s2, m/s2, m/s2, rad/s2, rad/s2, rad/s2"
@@ -76,16 +76,15 @@ def _static(run: Run) -> Iterator[Row]:
     yield "static_force", ("carriage", "axis"), loads[:, :3], "N", "static load of the carriage"
     yield "static_moment", ("carriage", "axis"), loads[:, 3:], "N m", "static moment of the carriage"
     yield "static_link_load", ("link",), scene.static_link_loads(), "N", "static load along the link"
-    yield "static_reaction", ("dof",), scene.static_reaction(), SIX, "static reaction of the held dofs"
-    position = scene.static_position()
-    yield "static_displacement", ("dof",), position, "m, m, m, rad, rad, rad", "static displacement of L"
+    yield "static_reaction", ("dof",), scene.static_reaction(), LOAD_UNITS, "static reaction of the held dofs"
+    yield "static_displacement", ("dof",), scene.static_position(), POSITION_UNITS, "static displacement of L"
 
 
 def _motion(run: Run) -> Iterator[Row]:
     motion, inputs = run.motion, run.solution.inputs()
     yield "cart_acceleration", ("time", "axis"), inputs[:, :3], "m/s2", "acceleration of the cart"
     if motion.wrench is not None:
-        yield "wrench", ("time", "dof"), inputs[:, 3:], SIX, "external force and moment about L"
+        yield "wrench", ("time", "dof"), inputs[:, 3:], LOAD_UNITS, "external force and moment about L"
     if run.times is None:  # measured histories are not interpolated to other instants
         if motion.velocity is not None:
             yield "cart_velocity", ("time", "axis"), motion.velocity, "m/s", "velocity of the cart"

@@ -1,4 +1,4 @@
-"""Simulation: from a machine and a motion to the loads, by the method asked for or the cheapest one."""
+"""Simulation of a machine under a motion, by a given integration method or the cheapest one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from guideload.simulation.result import Result
 from guideload.simulation.run import Run
 
 Method = Literal["auto", "exact", "rk45", "implicit"]
-STEP_COST = 4.0  # of a step of implicit on a scene with smooth laws, in steps of rk45
+STEP_COST = 4.0  # time of a step of implicit over that of rk45, on a smooth nonlinear scene
 
 
 def simulate(
@@ -28,15 +28,15 @@ def simulate(
     step: float | None = None,
     times: ArrayLike | None = None,
 ) -> Result:
-    """The load of every carriage of a machine under a motion, from static equilibrium on.
+    """The load of every carriage of a machine under a motion. The run starts in static equilibrium.
 
     method  exact (matrix exponential between samples and contact changes: no step error; not for preloaded
-            contacts), rk45 (Dormand-Prince 5(4)), implicit (Radau IIA of order 9), or auto: the cheapest that
-            the scene allows; the result says which and why
-    rtol    error of the link loads that rk45 and implicit may make, as a part of the load scale (the largest
-            link load at rest plus quasi-static under the peaks of the motion; `load_scale_N` of the result)
-    step    s, fixed step for rk45 and implicit instead of step-size control; steps end at samples of the motion
-    times   (m,) s, instants to report, ascending; the samples of the motion if left out
+            contacts), rk45 (Dormand-Prince 5(4)), implicit (Radau IIA of order 9), or auto: the cheapest method that
+            the scene allows; `Result.reason` explains the choice
+    rtol    error tolerance of rk45 and implicit for the link loads, relative to the load scale: largest link load at
+            rest plus quasi-static link load under the peaks of the motion (`load_scale_N` of the result)
+    step    s, fixed step of rk45 and implicit instead of step-size control; steps end at samples of the motion
+    times   (m,) s, instants to report, ascending; default: the samples of the motion
 
     Raises SceneError (unsupported body), ArgumentError (method, rtol, step or times), RunError (with time and step).
     """
@@ -51,7 +51,7 @@ def peak_loads(
     rtol: float = 1e-6,
     step: float | None = None,
 ) -> Peaks:
-    """The extremes of every carriage's load alone; nothing else is stored.
+    """The extremes of the load of every carriage, without histories.
 
     Arguments and errors as for `simulate`.
     """
@@ -72,14 +72,14 @@ def peak_loads(
 def _run(
     machine: Machine, motion: Motion, method: str, rtol: float, step: float | None, times: ArrayLike | None
 ) -> Run:
-    """A run, not solved yet, by the method that was asked for or chosen."""
-    _require_kinds(machine, motion, rtol, step)
-    chosen, reason = _chosen(machine, motion, method, step)
+    """A run with its method chosen, not solved yet."""
+    _require_types(machine, motion, rtol, step)
+    chosen, reason = _method_and_reason(machine, motion, method, step)
     return Run(machine, motion, chosen, reason, rtol, step, None if times is None else _instants(times))
 
 
-def _require_kinds(machine: object, motion: object, rtol: object, step: object) -> None:
-    """Refuse arguments of a wrong type, with the way out; values are checked where they are used."""
+def _require_types(machine: object, motion: object, rtol: object, step: object) -> None:
+    """Refuse arguments of a wrong type; values are checked where they are used."""
     if not isinstance(machine, Machine):
         raise TypeError(f"machine: expected a Machine, as from Machine.from_toml(file), got {machine!r:.80}")
     if not isinstance(motion, Motion):
@@ -103,24 +103,24 @@ def _instants(times: ArrayLike) -> Array:
     return instants
 
 
-def _chosen(machine: Machine, motion: Motion, method: str, step: float | None) -> tuple[str, str]:
-    """The method to run and why."""
+def _method_and_reason(machine: Machine, motion: Motion, method: str, step: float | None) -> tuple[str, str]:
+    """The integration method and the reason for it."""
     if method not in get_args(Method):
         raise ArgumentError(f"method: expected one of {', '.join(get_args(Method))}, got {method!r}")
     if method in ("auto", "exact") and step is not None:
-        raise ArgumentError(f'step: method "{method}" takes none; leave step out, or name rk45 or implicit')
+        raise ArgumentError(f'step: method "{method}" has none; leave step out, or use rk45 or implicit')
     if method != "auto":
         return method, "asked for"
     if machine.scene.model_level == "linear":
-        return "exact", "all links are linear: the matrix exponential costs least and makes no step error"
+        return "exact", "all links are linear: the matrix exponential is cheapest and has no step error"
     if machine.scene.model_level == "piecewise linear":
-        return "exact", "links are linear between contact changes, and those are located: no step error"
+        return "exact", "links are linear between contact changes, which are located: no step error"
     return _for_smooth_laws(machine, motion)
 
 
 def _for_smooth_laws(machine: Machine, motion: Motion) -> tuple[str, str]:
-    """rk45, unless stability limits its steps so much that implicit costs less."""
-    from guideload.simulation.stability_function import longest_stable_steps  # needed by no other scene
+    """rk45, unless stability limits its steps so much that implicit is cheaper."""
+    from guideload.simulation.stability_function import longest_stable_steps  # other scenes do not need it
 
     sample_step = median_step(motion.time)
     values = machine.scene.modes()[3]

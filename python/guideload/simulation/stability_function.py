@@ -1,7 +1,7 @@
-"""The stability function R(z) of each method: what one step does to a mode that decays or vibrates.
+"""The stability function R(z) of each method: the factor by which a step multiplies a mode.
 
-A step of length h of q' = λ q gives R(h λ) q; the exact solution is exp(h λ) q. Every mode of a linear scene moves
-like this, with its own eigenvalue λ. A method is stable where |R| <= 1; exact has R = exp and makes no step error.
+A mode of a linear scene obeys q' = λ q with its eigenvalue λ. A step of length h multiplies q by R(h λ), the exact
+solution by exp(h λ). A method is stable where |R| <= 1; exact has R = exp and no step error.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from guideload.base.arrays import Array
 
 MethodName = Literal["exact", "rk45", "implicit"]
 
-# Dormand and Prince's result of order 5 by ascending powers of z: the series of exp up to z^5, and then 1/600.
+# Dormand-Prince, order 5, in ascending powers of z: the series of exp up to z^5, then 1/600.
 RK45 = np.array([1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 600.0])
 # Radau IIA with five stages: the Padé approximation of exp with degrees 4 and 5 (Hairer & Wanner, IV.3 and IV.5).
 IMPLICIT_NUMERATOR = np.array([1.0, 4.0 / 9.0, 1.0 / 12.0, 1.0 / 126.0, 1.0 / 3024.0])
 IMPLICIT_DENOMINATOR = np.array([1.0, -5.0 / 9.0, 5.0 / 36.0, -5.0 / 252.0, 5.0 / 3024.0, -1.0 / 15120.0])
 
-# Of |λ|: a smaller real part is rounding. No real part is above zero, for springs and dampers feed in no energy.
+# Real parts below this times |λ| are rounding. None is positive, because springs and dampers are passive.
 UNDAMPED = 1e-12
 
 
 def stability_function(method: MethodName, z: ArrayLike) -> NDArray[np.complex128]:
-    """R(z) of a method, of the shape of z = h λ (complex, without unit)."""
+    """R(z) of a method, for an array z = h λ of complex numbers [1]."""
     z = np.asarray(z, dtype=np.complex128)
     if method == "exact":
         return np.asarray(np.exp(z))
@@ -37,10 +37,10 @@ def stability_function(method: MethodName, z: ArrayLike) -> NDArray[np.complex12
 
 
 def longest_stable_steps(eigenvalues: ArrayLike) -> Array:
-    """The longest stable step of rk45 for each eigenvalue: (m,) s for (m,) 1/s; inf for an eigenvalue of zero.
+    """The longest stable steps (m,) [s] of rk45 for eigenvalues (m,) [1/s]; inf for an eigenvalue of zero.
 
-    |R(ρ e^(iθ))|² - 1 is a polynomial in ρ = h |λ|, of which this is the first zero; in the left half plane no
-    longer step is stable again. Raises ValueError for a real part above zero.
+    |R(ρ e^(iθ))|² - 1 is a polynomial in ρ = h |λ|; its first positive zero is the longest stable step, as in the left
+    half plane no longer step is stable. Raises ValueError for a real part above zero.
     """
     values = np.atleast_1d(np.asarray(eigenvalues, dtype=np.complex128))
     return np.array([_longest_stable_step(value) for value in values])
@@ -57,7 +57,7 @@ def _longest_stable_step(value: complex) -> float:
     angle = np.pi - np.arccos(min(decay, 1.0))
     terms = RK45 * np.exp(1j * angle * np.arange(RK45.size))
     squared = np.convolve(terms, terms.conj()).real
-    # Up to the order of the method those are the series of exp(-2 decay ρ): without the rounding of the sums.
+    # Up to the order of the method these are the terms of exp(-2 decay ρ), here without the rounding of the sums.
     for power in range(6):
         squared[power] = squared[power - 1] * -2.0 * decay / power if power else 1.0
     squared[0] = 0.0
@@ -68,12 +68,12 @@ def _longest_stable_step(value: complex) -> float:
 
 
 def error_per_period(method: MethodName, steps: float, damping_ratio: float = 0.0) -> tuple[float, float]:
-    """Numerical damping and phase error of a method over one period of a mode, compared with the exact solution.
+    """Numerical damping and phase error of a method over one period of a mode.
 
     steps          per period of the damped vibration
     damping_ratio  of the mode, below 1
 
-    Returns the part of the amplitude that the method takes away (negative: adds), and its phase lead [rad].
+    Returns the relative loss of amplitude (negative: gain) and the phase lead [rad] against the exact solution.
     """
     turn = 2.0 * np.pi / steps
     z = complex(-turn * damping_ratio / np.sqrt(1.0 - damping_ratio**2), turn)
