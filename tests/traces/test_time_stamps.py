@@ -7,7 +7,7 @@ from trace_files import has_note, refuses, write_trace
 
 from guideload.base.errors import TraceError
 from guideload.traces.content.samples import decimal_quantum
-from guideload.traces.quality.clocks import clock_of, held, on_grid
+from guideload.traces.quality.clocks import clock_of, fill_standstills, on_grid
 from guideload.traces.reading import read_trace
 
 COUNT = 400
@@ -260,10 +260,10 @@ def test_rows_lost_in_motion_are_no_log_on_change():
 
 def test_held_rows_fill_a_gap_evenly():
     time = np.array([0.0, 1.0, 2.0, 7.0, 8.0])
-    filled, value, count = held(time, np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([3]), 1.0)
+    filled, value, count = fill_standstills(time, np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([3]), 1.0)
     assert filled.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0] and count == 4
     assert value.tolist() == [0.0, 1.0, 2.0, 2.0, 2.0, 2.0, 2.0, 3.0, 4.0]
-    long = held(np.array([0.0, 1.0, 1e6]), np.zeros(3), np.array([2]), 1.0)
+    long = fill_standstills(np.array([0.0, 1.0, 1e6]), np.zeros(3), np.array([2]), 1.0)
     assert long[2] == 200 and np.all(np.diff(long[0]) >= 1.0)
 
 

@@ -17,7 +17,7 @@ from guideload.base.errors import TraceError
 from guideload.motion.motion import Motion
 from guideload.smoothing.estimation import Estimate
 from guideload.smoothing.smoothing import Kind, Method, smooth
-from guideload.traces.content.columns import argument, columns_of
+from guideload.traces.content.columns import option_in_si, columns_of
 from guideload.traces.content.samples import quantum_note, read_samples
 from guideload.traces.content.stamps import DATE_ORDERS
 from guideload.traces.format.headers import KINDS
@@ -119,7 +119,7 @@ def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
     max_speed = options.get("max_speed")
     if max_speed is not None:
         unit = "m/s" if draft.is_position else draft.unit
-        max_speed = argument(data, "max_speed", max_speed, unit, ">")
+        max_speed = option_in_si(data, "max_speed", max_speed, unit, ">")
     repair(draft, kinds_of_damage, max_speed)
     check_order(draft)
     is_left_out = np.diff(draft.place) > 1
@@ -155,7 +155,7 @@ def _check_options(data: Table, options: ReadingOptions) -> None:
     """Raise for options that do not exist (TypeError), and for words that are not known (TraceError)."""
     for name, value in options.items():
         if name not in ReadingOptions.__annotations__:
-            raise TypeError(f"read_trace() got an unexpected keyword argument {name!r}")
+            raise TypeError(f"read_trace() got an unexpected keyword option_in_si {name!r}")
         if value is not None and value not in WORDS.get(name, (value,)):
             raise TraceError(
                 f'{data.source}: {name}: expected one of {", ".join(WORDS[name])}, got "{value}"'

@@ -96,7 +96,7 @@ def apply_clock(draft: TraceDraft, clock: Clock, kind: str, given: str | None) -
     """Put back the rows that a log on change left out; or the stamps on an even grid, if "uniform" was given."""
     if kind == "on_change":
         gaps = clock.gaps[clock.still]
-        draft.time, draft.value, count = held(draft.time, draft.value, gaps, clock.step)
+        draft.time, draft.value, count = fill_standstills(draft.time, draft.value, gaps, clock.step)
         draft.notes.append(
             f"log on change: {count} rows put back where the axis stands still, before {draft.table.rows(gaps)}"
         )
@@ -122,7 +122,7 @@ def on_grid(time: Array, gaps: NDArray[np.intp]) -> tuple[Array, float]:
     return even, float(np.sqrt(np.mean((time - even) ** 2)))
 
 
-def held(time: Array, value: Array, gaps: NDArray[np.intp], step: float) -> tuple[Array, Array, int]:
+def fill_standstills(time: Array, value: Array, gaps: NDArray[np.intp], step: float) -> tuple[Array, Array, int]:
     """Time and value with rows put back that a log on change left out, and their number.
 
     Before each of `gaps` the value of the last row is held, at the usual step from the row before the gap and

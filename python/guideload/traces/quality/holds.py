@@ -52,10 +52,10 @@ def use_new_values(draft: TraceDraft, hold: float | None) -> None:
                 f"{count} samples; these change {changes} times: leave hold out to have it detected, or give 1 "
                 "to use all rows (--hold 1)"
             )
-    ratio = held_ratio(value, draft.place, draft.quantum) if hold is None else hold
+    ratio = oversampling_ratio(value, draft.place, draft.quantum) if hold is None else hold
     if ratio <= 1.0:
         return
-    new, numbers = fresh_rows(value, draft.place, ratio)
+    new, numbers = rows_of_new_values(value, draft.place, ratio)
     draft.notes.append(
         f"sample-and-hold: each value stands in {ratio:.4g} rows{'' if hold is None else ', as given'}; the "
         f"{new.size} rows in which it is new are used (hold=1, --hold 1 uses all)"
@@ -70,7 +70,7 @@ def use_new_values(draft: TraceDraft, hold: float | None) -> None:
     draft.place = numbers
 
 
-def held_ratio(value: Array, place: Rows, quantum: float) -> float:
+def oversampling_ratio(value: Array, place: Rows, quantum: float) -> float:
     """Rows per value of a held signal; 1 for one that is not held, or where nothing shows it.
 
     value (n,); place (n,): its row in the log; quantum: of the value, 0 if unknown. A hold shows in quick motion or,
@@ -122,7 +122,7 @@ def _ratio_in_step(distances: Rows) -> float:
     return float(ratio) if np.count_nonzero(usual // ratio % 2) >= ODD_MULTIPLES else 1.0
 
 
-def fresh_rows(value: Array, place: Rows, ratio: float) -> tuple[Rows, Rows]:
+def rows_of_new_values(value: Array, place: Rows, ratio: float) -> tuple[Rows, Rows]:
     """The samples in which a held value is new, and the number of each among the values of the signal.
 
     value, place (n,) as above. Where values of the signal are the same, as at standstill, their rows are spread

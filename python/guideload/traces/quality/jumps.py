@@ -30,8 +30,8 @@ SPEED_RATIO = 1.5
 # ... or its change of speed is this many times the largest. One sample of a position makes two wild steps; that of a
 # speed is alone, and the changes of a speed are those of the drive.
 CHANGE_RATIO = {"position": 20.0, "speed": 3.0}
-# Up to LONGEST_RUN samples of a speed together, over FAR_ABOVE times all others, are wild, up to MOST_WILD of all.
-FAR_ABOVE, LONGEST_RUN, MOST_WILD = 20.0, 5, 0.25
+# Up to LONGEST_RUN samples of a speed together, over FAR_ABOVE times all others, are wild, up to MOST_OUTLIERS of all.
+FAR_ABOVE, LONGEST_RUN, MOST_OUTLIERS = 20.0, 5, 0.25
 SAME_SPEED = 0.1  # largest range, over the speed, of the four rows around a drop-out
 # The rest of the trace shows that a 0 is a drop-out: nowhere does the speed go and come back by TURN of the speed that
 # is lost, within TURN_ROWS rows either way.
@@ -85,7 +85,7 @@ def _turns_slowly(speed: Array, zeros: Flags, wild: Flags) -> bool:
 def _far_above(speed: Array, quantum: float) -> Flags:
     """Samples, up to LONGEST_RUN together, over FAR_ABOVE times all others: values of a broken line, as 65535."""
     size = np.abs(speed)
-    candidates = int(MOST_WILD * size.size) + 2
+    candidates = int(MOST_OUTLIERS * size.size) + 2
     top = np.sort(np.partition(size, size.size - candidates)[-candidates:])  # ascending
     leaps = np.flatnonzero(top[1:] > FAR_ABOVE * np.maximum(top[:-1], QUANTA * quantum))
     if leaps.size and top[leaps[0]] > 0.0:
