@@ -192,7 +192,7 @@ def _twenty_four_hours(text: Any) -> tuple[Any, NDArray[np.int64]]:
 
 
 def _date_order(table: Table, name: str, text: Any) -> str:
-    """"dmy" or "mdy", by days above 12; "" if all rows are of one day, where the order has no effect.
+    """ "dmy" or "mdy", by days above 12; "" if all rows are of one day, where the order has no effect.
 
     Raises TraceError if the dates are ambiguous.
     """

@@ -116,7 +116,9 @@ def dialect_of(lines: Sequence[str]) -> Dialect:
         if not widths:
             continue
         width = max(widths, key=lambda size: (widths[size], size))
-        top = next(i for i, row in enumerate(tail) if row.width == width)  # the tail of a short table includes the header
+        top = next(
+            i for i, row in enumerate(tail) if row.width == width
+        )  # the tail of a short table includes the header
         cells = [cell for row in tail[top:] for cell in row.cells if cell.lower() not in EMPTY]
         share = round(sum(map(is_value, cells)) / max(len(cells), 1), 1)
         above = [row.width for row in rows if not row.has_numbers]
