@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from trace_files import has_note, refuses, same
 
-from guideload.traces.quality.holds import rows_of_new_values, oversampling_ratio
+from guideload.traces.quality.holds import oversampling_ratio, rows_of_new_values
 from guideload.traces.reading import motion_from_trace, read_trace
 
 RATE = 125.0
@@ -31,7 +31,7 @@ def test_a_held_log_is_read_as_its_signal(name, ratio):
     assert 0 <= skipped <= 1
     assert np.array_equal(trace.value, signal[skipped : skipped + count])
     assert trace.time == pytest.approx(TIME[skipped : skipped + count], abs=1e-12)
-    assert has_note(trace, f"each value stands in {ratio} rows")
+    assert has_note(trace, f"each value is held for {ratio} rows")
     signal_motion = motion_from_trace(read_trace({"t_s": trace.time, name: trace.value}))
     assert np.array_equal(motion_from_trace(trace).acceleration, signal_motion.acceleration)
 
@@ -66,7 +66,7 @@ def test_the_ratio_can_be_set():
 @pytest.mark.parametrize(
     "travel",
     [
-        lambda t: 0.01 * t,  # each value stands in the same number of rows
+        lambda t: 0.01 * t,  # each value is held for the same number of rows
         lambda t: 0.03 * np.sin(0.5 * t),
         lambda t: 0.002 * t**2,
         lambda t: 0.0003 * np.floor(t) + 0.001 * np.clip(t % 1.0, 0.0, 0.3),

@@ -16,7 +16,7 @@ from guideload.base.errors import TraceError
 from guideload.motion.motion import Motion
 from guideload.smoothing.estimation import Estimate
 from guideload.smoothing.smoothing import Kind, Method, smooth
-from guideload.traces.content.columns import option_in_si, columns_of
+from guideload.traces.content.columns import columns_of, option_in_si
 from guideload.traces.content.samples import quantum_note, read_samples
 from guideload.traces.content.stamps import DATE_ORDERS
 from guideload.traces.format.headers import KINDS
@@ -155,7 +155,7 @@ def _check_options(data: Table, options: ReadingOptions) -> None:
     """Raise TypeError for an unknown option, and TraceError for an unknown word as its value."""
     for name, value in options.items():
         if name not in ReadingOptions.__annotations__:
-            raise TypeError(f"read_trace() got an unexpected keyword option_in_si {name!r}")
+            raise TypeError(f"read_trace() got an unexpected keyword argument {name!r}")
         if value is not None and value not in WORDS.get(name, (value,)):
             raise TraceError(
                 f'{data.source}: {name}: expected one of {", ".join(WORDS[name])}, got "{value}"'

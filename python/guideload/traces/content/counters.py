@@ -21,8 +21,8 @@ STEP_RATIO, LEAST_LIMIT, MOST_LIMIT = 4, 1.0 / 64.0, 0.25
 class Unwrapped:
     """Counts without wrap-around.
 
-    counts (n,): equal to the given ones modulo 2**bits, the first unchanged; bits: width of the counter, 0 if it did not
-    wrap; wraps: first sample after each wrap.
+    counts (n,): equal to the given ones modulo 2**bits, the first unchanged; bits: width of the counter, 0 if it did
+    not wrap; wraps: first sample after each wrap.
     """
 
     counts: Counts

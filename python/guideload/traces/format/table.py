@@ -22,10 +22,10 @@ LISTED = 24  # columns named in an error
 class Table:
     """Named columns of a source.
 
-    row_word, numbers: name of a row and number of each sample's row in the source: the first sample of a CSV file with a
-    header is in row 2, that of an array at index 0. named: False for bare arrays, whose values are SI. units: by column,
-    from a row of units. clocks: time column by column, if channels have their own time. rate: Hz, if the source gives it
-    in place of time columns. decimal: decimal sign in columns of text.
+    row_word, numbers: name of a row and number of each sample's row in the source: the first sample of a CSV file with
+    a header is in row 2, that of an array at index 0. named: False for bare arrays, whose values are SI. units: by
+    column, from a row of units. clocks: time column by column, if channels have their own time. rate: Hz, if the source
+    gives it in place of time columns. decimal: decimal sign in columns of text.
     """
 
     source: str
@@ -113,7 +113,7 @@ class Table:
 def _plain(series: Any, decimal: str) -> Any:
     """A column of text (a series), its numbers rewritten with a decimal point and without digit groups.
 
-    Groups of three digits are joined if one cell is unambiguous, with a decimal sign as well or with two groups; if not,
+    Groups of three digits are joined if one cell is unambiguous, with a decimal sign as well or with two groups; else
     ambiguous cells become empty. Cells that are not text are not changed.
     """
     is_text = series.map(lambda cell: isinstance(cell, str))

@@ -12,8 +12,8 @@ from guideload.smoothing.smoothing import quantum_of
 from guideload.traces.content.samples import TraceDraft
 
 CLOCKS = ("uniform", "ticks", "jitter", "on_change")
-# Limit of a step over the usual one. A missing row doubles the step; the jitter of a PC has reached 1.54 (20 ms in place
-# of 13 ms).
+# Limit of a step over the usual one. A missing row doubles the step; the jitter of a PC has reached 1.54 (20 ms in
+# place of 13 ms).
 LONGEST_STEP = 1.75
 UNIFORM = 1e-3  # of a step: smaller errors of the stamps do not matter beside those of the positions
 TICK_RANGE = 1.5  # ticks: steps of uniform samples differ by one tick, and by rounding

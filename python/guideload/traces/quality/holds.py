@@ -72,7 +72,7 @@ def use_new_values(draft: TraceDraft, hold: float | None) -> None:
 def oversampling_ratio(value: Array, place: Rows, quantum: float) -> float:
     """Oversampling ratio of a held signal, in rows per new value; 1 if no hold is found.
 
-    value (n,); place (n,): its row in the log; quantum: of the value, 0 if unknown. The ratio is found from quick motion
+    value (n,); place (n,): its row in the log; quantum: of the value, 0 if unknown. It is found from quick motion
     or, if it is a whole number, from slow motion.
     """
     rows = np.flatnonzero(np.diff(value)) + 1
@@ -126,7 +126,7 @@ def _ratio_in_step(distances: Rows) -> float:
 def rows_of_new_values(value: Array, place: Rows, ratio: float) -> tuple[Rows, Rows]:
     """Samples in which a held value is new, and the index of each among the values of the signal.
 
-    value, place (n,) as in `oversampling_ratio`. Equal values of the signal, as at standstill, get rows at even distances
+    value, place (n,) as in `oversampling_ratio`. Equal values of the signal, as at standstill, get evenly spaced rows
     between the changes before and after. A value between equal ones that lasts for less than SHORT of the ratio is
     damage: its first row is kept, so that the checks find it.
     """

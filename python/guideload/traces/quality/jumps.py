@@ -27,7 +27,7 @@ ISOLATION = 5.0
 QUANTA = 10.0  # smallest jump; slow motion has single quanta between zeros
 # A jump also exceeds the rest of the trace: its speed is this many times the top speed ...
 SPEED_RATIO = 1.5
-# ... or its change of speed is this many times the largest. (An outlier of a position makes two false speeds, an outlier
+# ... or its change of speed is this many times the largest. (An outlier of a position makes two false speeds, that
 # of a speed one.)
 CHANGE_RATIO = {"position": 20.0, "speed": 3.0}
 # Outliers of a speed: runs of up to LONGEST_RUN samples over FAR_ABOVE times all others, at most MOST_OUTLIERS of all.

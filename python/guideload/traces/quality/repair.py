@@ -21,8 +21,8 @@ Samples = NDArray[np.intp]
 
 REPAIRS = ("empty", "doubled", "clock", "outliers", "stuck")
 MOST_LEFT_OUT = 0.1  # of the samples; a trace with more damage shows too little
-# n stamps are wild if the step across them is n + 1 usual steps, within EVEN usual steps; at an end of the trace, if the
-# step beside them is at most LONGEST_END usual steps.
+# n stamps are wild if the step across them is n + 1 usual steps, within EVEN usual steps; at an end of the trace, if
+# the step beside them is at most LONGEST_END usual steps.
 EVEN, LONGEST_END = 0.75, 2.5
 # The jump back from an outlier cancels the first jump, less the motion, to within this share of it.
 COMES_BACK = 0.3
