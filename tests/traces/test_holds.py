@@ -59,7 +59,7 @@ def test_the_ratio_can_be_set():
     assert same(given, read_trace(table)) and has_note(given, "as given")
     for wrong in (0.5, 1e6, np.nan):
         refuses(r"hold: expected the number of rows .* got .* \(--hold\)", read_trace, table, hold=wrong)
-    refuses("hold: values that stand in 30 rows each change at most", read_trace, table, hold=30)
+    refuses("hold: values that are held for 30 rows change at most", read_trace, table, hold=30)
 
 
 @pytest.mark.parametrize("quantum", [1e-3, 1e-4, 1e-5])

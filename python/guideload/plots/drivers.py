@@ -1,4 +1,4 @@
-"""Pictures of what drives a quantity of a study: its parameters by strength, and the quantity over each of them."""
+"""Pictures of the influence of parameters on a quantity of a study: tornado diagram and scatter plots."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ from guideload.study.results.result import StudyResult, weaker_parameters
 from guideload.study.results.statistics import TOO_FEW, known
 from guideload.study.results.titles import capitalised, with_owner, with_unit
 
-BARS = 16  # parameters of a tornado
-PANELS = 6  # parameters of a scatter
-POINTS = 3000  # of a scatter, the first samples
-TREND = 120  # samples from which on a scatter has its median drawn
+BARS = 16  # parameters in a tornado diagram
+PANELS = 6  # parameters in a scatter plot
+POINTS = 3000  # in a scatter plot: the first samples
+TREND = 120  # least number of samples for a median line in a scatter plot
 NAME = 26  # characters of a name beside an axis
-STEPS = (1, 2, 2.5, 5, 10)  # of the ticks
+STEPS = (1, 2, 2.5, 5, 10)  # between ticks, times powers of ten
 
 nothing = partial(write_instead, reason="no sample has a result")
 
 
 def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
-    """The parameters that drive a quantity, or any column, strongest on top, with their intervals of 95 %.
+    """Tornado diagram: influence of each parameter on a quantity or column, strongest first, with 95 % intervals.
 
-    Total Sobol indices, with the first order as a darker part, if the design gives them; else rank correlations.
+    The bars are total Sobol indices, with the first-order index in a darker colour, if the design gives them; else rank
+    correlations.
     """
     name = name or result.leading
     rows, values = result.driving(name), known(result.column(name))
@@ -55,7 +56,7 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
             ax.barh(places, strength, 0.68, color=colors.tolist())
             reach = min(1.0, 1.15 * float(np.nanmax(np.abs([low, high]))))
             ax.set_xlim(-reach, reach)
-            ax.set_xlabel("rank correlation: below 0 it falls as the parameter grows")
+            ax.set_xlabel("rank correlation (negative: falls as the parameter grows)")
             ax.axvline(0, color=GREY, linewidth=0.8)
         errors = np.clip([strength - low, high - strength], 0, None)
         ax.errorbar(
@@ -73,9 +74,9 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
 
 
 def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | None = None) -> list[Axes]:
-    """A quantity over each of the parameters that drive it most, up to six, and its median along them.
+    """A quantity over each of its strongest parameters, with the median along it.
 
-    Of at most the first 3000 samples. With `axes`, over as many parameters as there are axes.
+    axes: one per parameter; None for new axes, at most PANELS. At most the first POINTS samples are drawn.
     """
     name = name or result.leading
     drivers = result.driving(name).index
@@ -109,7 +110,7 @@ def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | Non
 
 
 def _trend(ax: Axes, x: Array, y: Array) -> None:
-    """The median of y in twelve groups of equal size along x."""
+    """A line through the medians of twelve groups of equal size along x."""
     if x.size < TREND:
         return
     groups = np.array_split(np.argsort(x, kind="stable"), 12)
@@ -118,7 +119,7 @@ def _trend(ax: Axes, x: Array, y: Array) -> None:
 
 
 def short(name: str) -> str:
-    """A name beside an axis, its middle left out if it is long."""
+    """A name beside an axis; an ellipsis replaces the middle of a long one."""
     return name if len(name) <= NAME else f"{name[: NAME // 2 - 1]}…{name[-NAME // 2 :]}"
 
 
