@@ -212,7 +212,7 @@ def test_remove_takes_the_study_and_nothing_else(folder: Path) -> None:
     assert sorted(path.name for path in folder.rglob("*")) == ["chunk-notes.parquet", "notes.txt", "samples"]
 
 
-def test_drafts_are_neither_read_nor_kept(folder: Path) -> None:
+def test_drafts_are_neither_read_nor_left_behind(folder: Path) -> None:
     draft = folder / "samples" / ".chunk-000000100-000000200.draft.parquet"
     draft.write_bytes(b"PAR1")
     assert FolderStore.open(folder).done == 200

@@ -81,7 +81,7 @@ def test_creep_with_coarse_quanta_is_no_hold(travel, quantum):
 
 
 @pytest.mark.parametrize("ratio", [2, 5, 8])
-def test_a_slow_held_signal_with_coarse_quanta_is_told_by_its_step(ratio):
+def test_a_slow_held_signal_with_coarse_quanta_is_detected_by_its_step(ratio):
     """No change is over two quanta; creep of several steady speeds is in step with itself only."""
     value = np.round(40.0 * np.sin(0.004 * np.arange(12_000)))
     assert np.abs(np.diff(value)).max() == 1.0

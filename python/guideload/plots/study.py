@@ -162,7 +162,7 @@ def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
                 ax.plot(time, line, color=color, linewidth=0.8, alpha=0.6, label="" if index else "samples")
         if "nominal_resultant" in data:
             nominal, dash = data["nominal_resultant"].sel(carriage=carriage).values, (0, (5, 2))
-            ax.plot(time, nominal, color=INK, linewidth=1.0, linestyle=dash, label="machine as described")
+            ax.plot(time, nominal, color=INK, linewidth=1.0, linestyle=dash, label="nominal machine")
         ax.set(xlabel="time [s]", ylabel="√(F$_y$² + F$_z$²) [N]")
         ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
         legend_beside(ax)

@@ -1,4 +1,4 @@
-"""Factors: the independent columns of drawn values of a study of one machine.
+"""Factors: the columns of drawn values in a study of one machine.
 
 A varied parameter has one factor or, with `each`, one factor for every part.
 """

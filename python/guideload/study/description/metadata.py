@@ -1,7 +1,7 @@
 """Study metadata: the description of a study as plain data in the file `study.json` beside its samples.
 
-Statistics, report and pictures need only the metadata and the samples. A study is resumed only if its fingerprint equals
-that of the metadata in the folder.
+Statistics, report and pictures need only the metadata and the samples. A study is resumed only if its fingerprint
+equals that of the metadata in the folder.
 """
 
 from __future__ import annotations

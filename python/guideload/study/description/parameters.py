@@ -225,7 +225,7 @@ class Parameters:
         if key in keys or meant:
             need = keys[key] if key in keys else meant[0]
             place = f"{part[0]}[{part[1]}] has" if part[0] else "there is"
-            raise ValueRefused("a path that has a place here", path, f"{place} none; it takes {need}")
+            raise ValueRefused("a parameter of this machine", path, f"{place} none; it takes {need}")
         near = get_close_matches(path, self._all_paths, n=NEAR, cutoff=0.5)
         hint = f"did you mean {' or '.join(near)}?" if near else f"paths begin with {', '.join(ROOTS)}"
         raise ValueRefused("a known path", path, hint)
@@ -251,8 +251,8 @@ class Parameters:
     def changes(self, columns: Iterable[tuple[Form, Sequence[str]]]) -> tuple[Change, ...]:
         """Targets that vary, each as a constant plus terms (column, factor).
 
-        columns: form of each column of values, and the full paths that it sets; no path is set twice. A target is the sum
-        of all parameters that set it, times their factors; a parameter without a column has the machine's value.
+        columns: form of each column of values, and the full paths that it sets; no path is set twice. A target is the
+        sum of all parameters that set it, times their factors; a parameter without a column has the machine's value.
         """
         column_of: dict[str, tuple[int, Form]] = {
             path: (column, form) for column, (form, paths) in enumerate(columns) for path in paths

@@ -58,7 +58,7 @@ class Plan:
         return np.column_stack([marginal.values(u) for marginal, u in zip(marginals, uniforms, strict=True)])
 
     def batch(self) -> Batch:
-        """The core's batch, made once in a process. Raises SceneError if the machine as described has no solution."""
+        """The core's batch, made once in a process. Raises SceneError if the nominal machine has no solution."""
         return self._batch
 
     @cached_property
@@ -97,8 +97,8 @@ class Plan:
 def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any) -> StudyMetadata:
     """The metadata of a study with its fingerprint.
 
-    It contains the versions of guideload, NumPy and SciPy, but not histories, limits and life. It contains the number of
-    samples for a Latin hypercube only, whose draws depend on it: other studies can be resumed with more samples.
+    It contains the versions of guideload, NumPy and SciPy, but not histories, limits and life. It contains the number
+    of samples for a Latin hypercube only, whose draws depend on it: other studies can be resumed with more samples.
     """
     resumed_with_more = design is not None and design.sampling != "latin hypercube"
     free = {"motion", "duration", "instants", "limits", "life", *(("runs",) if resumed_with_more else ())}

@@ -30,8 +30,8 @@ from guideload.study.sampling.design import Design
 class Study(StudyOptions):
     """A Monte Carlo study of the loads of a machine whose parameters vary.
 
-    Before anything runs, it raises ConfigError with all problems, TraceError for a trace or a table, and SceneError for a
-    machine that its links do not support.
+    Before anything runs, it raises ConfigError with all problems, TraceError for a trace or a table, and SceneError for
+    a machine that its links do not support.
     """
 
     machine: Machine = Field(description="the nominal machine")

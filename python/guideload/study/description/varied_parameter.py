@@ -1,7 +1,7 @@
 """Varied parameters: one [[vary]] table each, with a class per distribution.
 
-A table gives the paths of the parameters (`path`), how many draws they have (`each`), and their distribution, in numbers
-with a unit or in percent of the machine's value.
+A table gives the paths of the parameters (`path`), how many draws they have (`each`), and their distribution, in
+numbers with a unit or in percent of the machine's value.
 """
 
 from __future__ import annotations
