@@ -154,9 +154,9 @@ def test_another_study_is_refused_with_the_difference(
 
 
 def test_a_study_is_not_begun_over_another(folder: Path) -> None:
-    refused(ArgumentError, "holds a study already", plan(300), folder, resume=False)
+    refused(ArgumentError, "holds a study", plan(300), folder, resume=False)
     (folder / FILE).unlink()
-    refused(ArgumentError, "would be mixed", plan(300), folder, resume=False)
+    refused(ArgumentError, "is not of this study", plan(300), folder, resume=False)
     refused(RunError, "of another study", plan(300, 2), folder)
     with resumed(plan(300), folder) as there:  # the chunks themselves say whose they are
         assert there.done == 200

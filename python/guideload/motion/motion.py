@@ -80,9 +80,8 @@ class Motion:
         if self.uncertainty is not None:
             stamps = time if self.uncertainty.time is None else self.uncertainty.time
             if self.uncertainty.variance.size != stamps.size:
-                raise TraceError(
-                    f"uncertainty: expected one of {stamps.size} stamps, got {self.uncertainty.variance.size}"
-                )
+                got = self.uncertainty.variance.size
+                raise TraceError(f"uncertainty: expected one of {stamps.size} stamps, got {got}")
 
     @classmethod
     def along_x(
@@ -159,9 +158,7 @@ class Motion:
         added = np.pad(time, 1, mode="edge"), np.pad(wrench, ((1, 1), (0, 0)))
 
         def sampled(side: Literal["left", "right"]) -> dict[str, Array]:
-            values = {
-                name: _one_side(self.time, history, stamps, side) for name, history in histories.items()
-            }
+            values = {name: _one_side(self.time, each, stamps, side) for name, each in histories.items()}
             return values | {"wrench": values["wrench"] + _one_side(*added, stamps, side)}
 
         before, after = sampled("left"), sampled("right")

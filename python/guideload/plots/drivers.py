@@ -67,9 +67,7 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
         ax.yaxis.grid(False)
         ax.tick_params(axis="y", length=0)
         for text in weaker_parameters(rows, BARS):
-            ax.annotate(
-                text, (1, 1), (0, 3), "axes fraction", textcoords="offset points", ha="right", color=GREY
-            )
+            ax.annotate(text, (1, 1), (0, 3), "axes fraction", "offset points", ha="right", color=GREY)
     return ax
 
 

@@ -36,9 +36,8 @@ if TYPE_CHECKING:
 BAR, ALL_BARS = 0.025, 0.2
 BAND_ALPHA = 0.25
 LINE_ALPHA = 0.75  # other loads remain visible under the line of a vibration
-SMALLEST_SPAN = (
-    0.02  # least range of the vertical axis, over the largest value, so that a ripple does not fill it
-)
+# Least range of the vertical axis, over the largest value, so that a ripple does not fill the picture.
+SMALLEST_SPAN = 0.02
 ROUNDING = 1e-6  # least range of the vertical axis, over the largest resultant
 
 

@@ -174,9 +174,8 @@ def _draw_loads(ax: Axes3D, result: Result, centers: Points, size: float) -> Poi
         style = {"color": carriage_look(index).color, "linewidth": 2.4, "arrow_length_ratio": 0.18}
         label = f"carriage {data['carriage'].values[index]}: {load_with_unit(sizes[index])}"
         ax.quiver(*center, *(load / newtons_per_metre), label=label, **style)
-    ax.auto_scale_xyz(
-        *(centers + force / newtons_per_metre).T, True
-    )  # quiver scales to the tails of the arrows only
+    # quiver scales to the tails of the arrows only
+    ax.auto_scale_xyz(*(centers + force / newtons_per_metre).T, True)
     scale = load_with_unit(newtons_per_metre / 10)
     ax.plot([], [], " ", label=f"scale of their arrows: {scale} per 100 mm")
     return force[:, 1]

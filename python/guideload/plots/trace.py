@@ -80,9 +80,7 @@ def thinned(time: Array, *histories: Array) -> tuple[Array, list[tuple[Array, Ar
     each is a column.
     """
     starts = np.arange(0, time.size, -(-time.size // COLUMNS))
-    ranges = [
-        (np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)) for values in histories
-    ]
+    ranges = [(np.minimum.reduceat(each, starts), np.maximum.reduceat(each, starts)) for each in histories]
     return time[starts], ranges
 
 

@@ -87,14 +87,11 @@ def _savitzky_golay(time: Array, value: Array, kind: Kind, window: float | None)
             f'{100 * worst:.2g} %; use smoothing="auto"'
         )
     if window is None:
-        raise TraceError(
-            'smoothing: "savitzky_golay" needs its window in seconds: window=0.05 (--window 0.05)'
-        )
+        raise TraceError('smoothing: "savitzky_golay" needs a window in seconds: window=0.05 (--window 0.05)')
     length = 2 * round(0.5 * (window / step - 1.0)) + 1
     if not 5 <= length <= time.size:
-        raise TraceError(
-            f"smoothing: window {window:g} s is {length} samples of {step:.3g} s; expected 5 to {time.size}"
-        )
+        size = f"{length} samples of {step:.3g} s"
+        raise TraceError(f"smoothing: window {window:g} s is {size}; expected 5 to {time.size}")
     from scipy.signal import savgol_filter  # a slow import, needed here only
 
     orders = (0, 1, 2) if kind == "position" else (0, 1)

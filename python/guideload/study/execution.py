@@ -23,9 +23,7 @@ from guideload.study.results.result import StudyResult
 from guideload.study.storage.folder import open_store
 from guideload.study.storage.store import Chunk, FolderStore, Range, SampleStore
 
-Progress = Callable[
-    [int, int], None
-]  # called with the number of finished samples and the number of all samples
+Progress = Callable[[int, int], None]  # takes the number of finished samples and that of all samples
 
 CHUNK = 8192  # samples: some megabytes of results, 0.1 s on one core for the fastest scenes
 EXECUTOR_CHUNKS = 64  # least number of chunks for an executor, unless they have under 16 samples

@@ -91,18 +91,12 @@ class StudyOptions(ConfigModel):
         default_factory=lambda: secrets.randbelow(2**32), description="seed of all draws; random by default"
     )
     sampling: Sampling = optional("sequence of the samples", "sobol")
-    sensitivity: StrictBool = optional(
-        "Saltelli design for Sobol indices: samples times (factors + 2) runs", False
-    )
+    sensitivity: StrictBool = optional("Sobol indices, from samples times (factors + 2) runs", False)
     histories: Annotated[int | tuple[int, ...], PlainValidator(_indices)] = optional(
         "runs whose histories are stored, or the number of first runs", 0
     )
-    quantities: tuple[Recorded, ...] | None = optional(
-        "recorded loads; by default all but Fx and Mx", min_length=1
-    )
-    statistics: tuple[Statistic, ...] = optional(
-        "statistics over time of the loads", STATISTICS, min_length=1
-    )
+    quantities: tuple[Recorded, ...] | None = optional("recorded loads; default all but Fx, Mx", min_length=1)
+    statistics: tuple[Statistic, ...] = optional("statistics of loads over time", STATISTICS, min_length=1)
     exponent: Annotated[float, PlainValidator(_exponent)] = optional(
         'exponent of the mean load: 3 for balls, "10/3" for rollers', 3.0
     )

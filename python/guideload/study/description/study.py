@@ -37,9 +37,7 @@ class Study(StudyOptions):
     machine: Machine = Field(description="the nominal machine")
     motion: InstanceOf[Motion] = Field(description="the motion of all samples")
     cases: Any = Field(default=None, description="in place of `vary`: a table or its file; headers are paths")
-    sources: tuple[Path, ...] = Field(
-        default=(), description="files of the study, the machine and the motion"
-    )
+    sources: tuple[Path, ...] = Field(default=(), description="files of study, machine and motion")
 
     @classmethod
     def from_toml(

@@ -208,9 +208,7 @@ class _IntervalSpec(VariedParameter):
 
     low: NumberOrText | None = optional('the smallest value, e.g. "90 %" or "1100 kg"')
     high: NumberOrText | None = optional('the largest value, e.g. "110 %" or "1400 kg"')
-    plus_minus: NumberOrText | None = optional(
-        'half width around the machine\'s value, e.g. "10 %" or "5 cm"'
-    )
+    plus_minus: NumberOrText | None = optional('half width around the machine\'s value: "10 %", "5 cm"')
 
     @model_validator(mode="after")
     def _complete(self) -> _IntervalSpec:

@@ -43,13 +43,9 @@ def _require_ours(folder: Path, metadata: StudyMetadata, resume: bool) -> None:
     if there is not None and resume:
         metadata.require_resumable(folder)
     elif there is not None:
-        raise ArgumentError(
-            f"{folder} holds a study already ({folder / FILE}): resume it, or give another folder"
-        )
+        raise ArgumentError(f"{folder} holds a study ({folder / FILE}): resume it, or give another folder")
     elif not resume and (others := [*chunks_in(folder), *folder.glob(HISTORIES)]):
-        raise ArgumentError(
-            f"{others[0]} is not of this study and would be mixed with it; give another folder"
-        )
+        raise ArgumentError(f"{others[0]} is not of this study; give another folder")
 
 
 def _drafts(folder: Path) -> list[Path]:

@@ -158,9 +158,7 @@ class FolderStore(SampleStore):
         for (start, stop), path in sorted((_range(path), path) for path in chunks_in(folder)):
             try:
                 if not reached <= start < stop <= self.runs:
-                    raise ValueError(
-                        f"samples {start} to {stop - 1} are in another chunk, or not of this study"
-                    )
+                    raise ValueError(f"samples {start} to {stop - 1} are in another chunk or study")
                 self._stored[start, stop] = path, self._checked(path, (start, stop), read_all)
                 reached = stop
             except DAMAGE as error:

@@ -149,9 +149,7 @@ def _kind_and_scale(table: Table, name: str, options: ReadingOptions) -> tuple[s
     kind = "counts" if kind is None and header.unit == "counts" else kind
     if kind == "counts":
         if unit is None:
-            raise TraceError(
-                f"{place}: counts need the cart's travel per count: unit='5e-8 m' (--unit '5e-8 m')"
-            )
+            raise TraceError(f"{place}: counts need the travel per count: unit='5e-8 m' (--unit '5e-8 m')")
         scale = option_in_si(table, "unit", unit, "m")
         if scale == 0.0:
             raise TraceError(f"{place}: unit: expected metres per count, got 0")

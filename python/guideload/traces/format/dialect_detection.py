@@ -116,9 +116,8 @@ def dialect_of(lines: Sequence[str]) -> Dialect:
         if not widths:
             continue
         width = max(widths, key=lambda size: (widths[size], size))
-        top = next(
-            i for i, row in enumerate(tail) if row.width == width
-        )  # the tail of a short table includes the header
+        # The tail of a short table includes the header.
+        top = next(i for i, row in enumerate(tail) if row.width == width)
         cells = [cell for row in tail[top:] for cell in row.cells if cell.lower() not in EMPTY]
         share = round(sum(map(is_value, cells)) / max(len(cells), 1), 1)
         above = [row.width for row in rows if not row.has_numbers]
@@ -224,6 +223,4 @@ def _top_of_header(rows: list[Row], start: int, width: int) -> int:
 def _likeness_to_names(row: Row) -> int:
     """Score of a row as the row of names: 2 per time column, 1 per column with a unit or word of motion."""
     headers = [Header.of(cell) for cell in row.cells]
-    return sum(
-        2 * header.is_time + bool(header.kind or header.word_kind) for header in headers if header.words
-    )
+    return sum(2 * one.is_time + bool(one.kind or one.word_kind) for one in headers if one.words)

@@ -234,9 +234,7 @@ def _cleaned(
             f"{source}: not a readable CSV table: expected {width} cells in a row, got more in line "
             f"{listed_rows(long)}{hint}"
         )
-    notes = [
-        f"{len(rows)} {word} left out, row {listed_rows(rows)}" for word, rows in left_out.items() if rows
-    ]
+    notes = [f"{len(at)} {word} left out, row {listed_rows(at)}" for word, at in left_out.items() if at]
     return "\n".join(samples.values()) + "\n", np.asarray(list(samples), np.int64), notes
 
 

@@ -62,9 +62,7 @@ def use_new_values(draft: TraceDraft, hold: float | None) -> None:
     back = np.flatnonzero(np.diff(draft.time) <= 0.0) + 1
     unseen = back[~(np.isin(back, new) & np.isin(back - 1, new))]
     if unseen.size:
-        draft.notes.append(
-            f"time does not grow in {draft.table.rows(unseen)}, among rows that repeat a value"
-        )
+        draft.notes.append(f"time does not grow in {draft.table.rows(unseen)}, where rows repeat a value")
     draft.keep(new)
     draft.place = numbers
 
@@ -101,9 +99,7 @@ def _ratio_of_quick_motion(value: Array, place: Rows, rows: Rows, quantum: float
     is_regular = np.mean(np.abs(near - ratio) < max(1.0, SLACK * ratio)) >= REGULAR
     if near.size < FEWEST or not is_regular or ratio < LEAST_RATIO:
         return 1.0
-    if (
-        not is_whole
-    ):  # refined on longer and longer distances, for which the number of values is known by then
+    if not is_whole:  # refined on longer and longer distances, whose number of values is known by then
         for longest in (4.0, 32.0, 256.0):
             part = distances[distances < longest * ratio]
             ratio = float(part.sum() / np.maximum(1.0, np.round(part / ratio)).sum())
