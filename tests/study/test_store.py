@@ -113,7 +113,7 @@ def test_damaged_chunks_are_removed_when_a_study_is_resumed(folder: Path) -> Non
     renamed = second.rename(second.with_name("chunk-000000150-000000250.parquet"))
     with resumed(plan(300), folder) as there:
         assert there.done == 0
-        assert len(there.damaged) == 2 and "says [200, 300]" in there.damaged[renamed]
+        assert len(there.damaged) == 2 and "samples [200, 300]" in there.damaged[renamed]
         assert chunks_in(folder) == []
     second.write_bytes(complete)
     with resumed(plan(300), folder) as there:

@@ -102,7 +102,7 @@ A = {"t_s": TIME, "a": PLACE}
 @pytest.mark.parametrize(
     ("columns", "options", "message"),
     [
-        (A | {"b": PLACE}, {}, "no header says what its column is: a, b; .*--kind velocity"),
+        (A | {"b": PLACE}, {}, "no header gives a unit of motion: a, b; .*--kind velocity"),
         (A, {"column": "a"}, "column a: the header gives no unit"),
         (A, {"column": "c"}, "no column 'c'; there are t_s, a"),
         (A, {"time": "c"}, "no column 'c'; there are t_s, a"),

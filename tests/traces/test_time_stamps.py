@@ -219,7 +219,7 @@ def test_a_log_on_change_is_that_of_all_rows(quantum):
     time, place, kept = on_change(quantum)
     trace = read_trace({"t_s": time[kept], "x_m": place[kept]})
     assert trace.clock == "on_change"
-    assert has_note(trace, "rows put back where the axis stands still")
+    assert has_note(trace, "rows inserted at standstill")
     row = np.round(trace.time * 1e3).astype(int)
     assert trace.time == pytest.approx(time[row], abs=1e-9)
     assert np.array_equal(trace.value, place[row])  # what was put back is what was left out
@@ -287,7 +287,7 @@ def test_quantum_and_clock_can_be_set():
     assert (trace.quantum, trace.clock) == (2e-6, "jitter")
     assert read_trace({"t_s": TIME, "x_m": PLACE}).quantum == pytest.approx(1e-6)
     even = read_trace({"t_s": TIME, "x_m": PLACE}, clock="on_change")  # no row is missing
-    assert np.array_equal(even.time, TIME) and has_note(even, "0 rows put back")
+    assert np.array_equal(even.time, TIME) and has_note(even, "0 rows inserted")
 
 
 @pytest.mark.parametrize("quantum", [1e-6, 5e-7, 8.4e-5, 1e-3])

@@ -165,7 +165,7 @@ class TraceResolution:
 
     @property
     def text(self) -> str:
-        """The usable bandwidth and what the trace may hide, in one line."""
+        """The usable bandwidth and the hidden load, in one line."""
         if np.isinf(self.bandwidth):
             return "the motion is known exactly, at all frequencies"
         excited = self.frequency[self.participating]

@@ -22,7 +22,7 @@ TREND = 120  # least number of samples for a median line in a scatter plot
 NAME = 26  # characters of a name beside an axis
 STEPS = (1, 2, 2.5, 5, 10)  # between ticks, times powers of ten
 
-nothing = partial(write_instead, reason="no sample has a result")
+write_no_result = partial(write_instead, reason="no sample has a result")
 
 
 def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
@@ -39,10 +39,10 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
         ax = axes_or_new(ax, 7.6, 1.7 + 0.27 * len(shown))
         set_title(ax, result, f"What drives {with_owner(name, result.metadata)}", values.size)
         if not values.size:
-            return nothing(ax)
+            return write_no_result(ax)
         strength, low, high = (shown[key].to_numpy(dtype=np.float64) for key in (main, *ends))
         if result.too_few or not np.isfinite(strength).any():
-            return nothing(ax, reason=TOO_FEW if result.too_few else "nothing varies")
+            return write_instead(ax, TOO_FEW if result.too_few else "nothing varies")
         places = np.arange(len(shown))
         if sensitivity:
             first = np.clip(shown["first_order"].to_numpy(dtype=np.float64), 0, None)
@@ -94,7 +94,7 @@ def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | Non
             column = result.column(one)[:POINTS]
             there = ~(np.isnan(column) | np.isnan(values))
             if not there.any():
-                nothing(ax)
+                write_no_result(ax)
             size, alpha = (14.0, 0.7) if there.sum() <= 300 else (5.0, 0.3)
             x, y = column[there], values[there]
             ax.scatter(x, y, size, color="#0072B2", alpha=alpha, linewidth=0, rasterized=True)

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 
 from guideload.base.arrays import Array
 from guideload.base.number_text import load_with_unit
-from guideload.plots.drivers import STEPS, nothing, scatter, set_title, short, tornado
+from guideload.plots.drivers import STEPS, scatter, set_title, short, tornado, write_no_result
 from guideload.plots.saving import save
 from guideload.plots.style import GREY, INK, axes_or_new, carriage_look, legend_beside, look, new_figure
 from guideload.study.description.measures import LIFE, QUANTITIES
@@ -53,7 +53,7 @@ def distributions(result: StudyResult, name: str | None = None, ax: Axes | None 
             if values.size and not chosen:
                 _mark_quantiles(ax, values, row, color, OUTER if smallest else 1 - OUTER)
         if not most:
-            return nothing(ax)
+            return write_no_result(ax)
         ax.set_yticks(range(len(names)), [_label(column) for column in names])
         ax.set(ylim=(len(names) - 0.55, -0.85), xlabel=with_unit(name, result.metadata))
         ax.yaxis.grid(False)
@@ -114,7 +114,7 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
             label = "machine (any)" if index < 0 else _label(column)
             ax.plot(limits, share, color=color, linestyle=dash, linewidth=width, label=label, zorder=order)
         if not ax.lines:
-            return nothing(ax)
+            return write_no_result(ax)
         bottom = 10.0 ** np.floor(np.log10(smallest_probability) - 0.3)
         ax.set(xlabel=with_unit(name, result.metadata), ylabel="probability")
         ax.set(yscale="log", ylim=(bottom, 1.0))
@@ -150,7 +150,7 @@ def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
         ax = axes_or_new(ax, 9.0, 3.6)
         set_title(ax, result, f"Resultant load of carriage {carriage}", len(resultant))
         if not len(resultant):
-            return nothing(ax)
+            return write_no_result(ax)
         if len(resultant) > LINES:
             low, middle, high = np.quantile(resultant, LEVELS, axis=0)
             extremes = resultant.min(axis=0), resultant.max(axis=0)

@@ -30,7 +30,7 @@ from guideload.smoothing.stationary import (
 # heavy tail), and length of a segment, in time constants.
 WEIGHT = {3: 3e-4, 4: 1e-3, 5: 0.02, 6: 0.1}
 LENGTH = {3: 3.0, 4: 3.0, 5: 10.0, 6: 10.0}
-ROUNDS, MORE_ROUNDS = 7, 4  # of adaptation, before and after segments are divided; more change nothing
+ROUNDS, MORE_ROUNDS = 7, 4  # of adaptation, before and after segments are divided; more rounds change little
 DIVIDED, PARTS = 3.0, 6  # segments over DIVIDED times the stationary density are divided into PARTS segments
 START_CONSTANT, START_NOISE = 2.0, 2.0  # over the stationary fit: adaptation starts with a smoother motion
 COLOUR = 12.0  # factor on the variance of the measurement noise: vibration is stronger at frequencies of the motion

@@ -221,8 +221,8 @@ def fitted(excerpts: list[ScaledSamples], states: int) -> tuple[StationaryFit, f
     predictive = 0.0
     for _ in range(ROUNDS):
         found = [
-            smoother.adapt(smoother.uniform(density), noise, 1, sites=own)
-            for smoother, own in zip(smoothers, sites, strict=True)
+            smoother.adapt(smoother.uniform(density), noise, 1, sites=previous)
+            for smoother, previous in zip(smoothers, sites, strict=True)
         ]
         sites = [each.sites for each in found]
         noise = float(np.mean([each.noise for each in found]))

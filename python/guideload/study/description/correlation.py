@@ -79,7 +79,7 @@ def _pairs(
     for first, second in combinations(correlation.between, 2):
         a, b = _columns(first, factors, entries), _columns(second, factors, entries)
         if set(a) & set(b):
-            way_out = "within is the correlation of an entry's own draws"
+            way_out = "within is the correlation between the draws of one entry"
             raise KeyRefused("between", "different entries", list(correlation.between), way_out)
         each = {entries[factors[i].entry].each if len(group) > 1 else None for group in (a, b) for i in group}
         by_part = len(each) == 1 and not each & {None, "value"}
@@ -93,5 +93,7 @@ def _columns(name: str, factors: Sequence[Factor], entries: Sequence[VariedParam
     columns = [i for i, factor in enumerate(factors) if name in (factor.name, entries[factor.entry].title)]
     if not columns:
         known = dict.fromkeys([*(entry.title for entry in entries), *(factor.name for factor in factors)])
-        raise KeyRefused("between", "names of what varies", name, f"they are {', '.join(known)}")
+        raise KeyRefused(
+            "between", "names of varied parameters or factors", name, f"they are {', '.join(known)}"
+        )
     return columns

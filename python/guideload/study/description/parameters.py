@@ -34,7 +34,7 @@ class Parameter:
     """One number of a machine that can vary.
 
     path    its full name: "carriages[1a].stiffness_y"
-    value   the machine's own, in SI `unit`
+    value   nominal value in SI `unit`
     floor   "> 0", ">= 0" or "" for any number
     sets    targets to which it adds, with factors: half of a carriage's stiffness at each end
     owners  names of the parts that it belongs to, by kind: {"carriage": "1a", "rail": "1"}

@@ -119,8 +119,8 @@ class VariedParameter(ConfigModel):
             return f"{all_of_a_kind[1]}[{owner}].{all_of_a_kind[2]}"
         return f"{self.title}[{owner}]"
 
-    def marginal(self, unit: str, own: Sequence[float]) -> Marginal:
-        """The distribution of a column that sets parameters with the values `own` [unit] in the machine.
+    def marginal(self, unit: str, nominal: Sequence[float]) -> Marginal:
+        """The distribution of a column that sets parameters; nominal: their values [unit] in the machine.
 
         For one parameter the column is its value. For several it is a factor on the value of each if all amounts are in
         percent or left out, a shift of each if only a width is given, and the value of all if a location is given.
@@ -129,23 +129,23 @@ class VariedParameter(ConfigModel):
         amounts = self._amounts(unit)
         kinds = {amount.relative for amount in amounts.values()}
         if False not in kinds:  # all in percent, or left out
-            if not any(own):
+            if not any(nominal):
                 expected = "a machine's value other than 0, or values with a unit"
                 raise KeyRefused("path", expected, 0.0, "0 has no percent")
             drawn = self._bounded(amounts, 1.0)
-            return Marginal(drawn, "value", own[0]) if len(own) == 1 else Marginal(drawn, "factor")
-        if len(own) == 1:
+            return Marginal(drawn, "value", nominal[0]) if len(nominal) == 1 else Marginal(drawn, "factor")
+        if len(nominal) == 1:
             for key, (share, relative) in amounts.items():
                 if relative:
-                    amounts[key] = Amount(share * (abs(own[0]) if key in WIDTHS else own[0]), False)
-            return Marginal(self._bounded(amounts, own[0]), "value")
+                    amounts[key] = Amount(share * (abs(nominal[0]) if key in WIDTHS else nominal[0]), False)
+            return Marginal(self._bounded(amounts, nominal[0]), "value")
         located = any(key in LOCATIONS or isinstance(key, int) for key in amounts)
         # The default mode is the value of each parameter, and a bound without a location refers to nothing.
         without_mode = isinstance(self, TriangularSpec) and "low" in amounts and "mode" not in amounts
         if True in kinds or without_mode or not (located or amounts.keys() <= set(WIDTHS)):
             expected = "a single value where some amounts are in percent or left out and others have a unit"
             hint = 'give all amounts in percent, or all with a unit, or a draw per value: each = "value"'
-            raise KeyRefused("path", expected, len(own), hint)
+            raise KeyRefused("path", expected, len(nominal), hint)
         form: Form = "value" if located else "shift"
         return Marginal(self._bounded(amounts, 0.0), form)
 
@@ -154,16 +154,16 @@ class VariedParameter(ConfigModel):
         given = {key: getattr(self, key, None) for key in self.KEYS}
         return {key: _read(key, value, unit) for key, value in given.items() if value is not None}
 
-    def _bounded(self, amounts: Mapping[str | int, Amount], own: float) -> Distribution:
-        """The truncated distribution; own: its location if none is given."""
+    def _bounded(self, amounts: Mapping[str | int, Amount], nominal: float) -> Distribution:
+        """The truncated distribution; nominal: its location if none is given."""
         numbers = {key: amount.number for key, amount in amounts.items()}
         low, high = numbers.get("at_least", -math.inf), numbers.get("at_most", math.inf)
         if not low < high:
             raise KeyRefused("at_least", "at_least < at_most", self.at_least)
-        return self._truncated(self._distribution(numbers, own), low, high)
+        return self._truncated(self._distribution(numbers, nominal), low, high)
 
-    def _distribution(self, numbers: Numbers, own: float) -> Any:
-        """The distribution before truncation; own: its location if none is given."""
+    def _distribution(self, numbers: Numbers, nominal: float) -> Any:
+        """The distribution before truncation; nominal: its location if none is given."""
         raise NotImplementedError
 
     def _truncated(self, base: Any, low: float, high: float) -> Distribution:
@@ -182,8 +182,8 @@ class NormalSpec(VariedParameter):
     mean: NumberOrText | None = optional("by default the machine's value")
     sigma: NumberOrText = Field(description='standard deviation, e.g. "3 %" or "2 mm"')
 
-    def _distribution(self, numbers: Numbers, own: float) -> Distribution:
-        return distributions.Normal(numbers.get("mean", own), numbers["sigma"])
+    def _distribution(self, numbers: Numbers, nominal: float) -> Distribution:
+        return distributions.Normal(numbers.get("mean", nominal), numbers["sigma"])
 
 
 class LognormalSpec(VariedParameter):
@@ -196,8 +196,8 @@ class LognormalSpec(VariedParameter):
         description="standard deviation of the logarithm, e.g. 0.2"
     )
 
-    def _distribution(self, numbers: Numbers, own: float) -> Distribution:
-        median = numbers.get("median", own)
+    def _distribution(self, numbers: Numbers, nominal: float) -> Distribution:
+        median = numbers.get("median", nominal)
         if not median > 0.0:
             raise KeyRefused("median", "> 0", median, "a lognormal distribution has no other values")
         return distributions.Lognormal(median, self.sigma)
@@ -218,9 +218,9 @@ class _IntervalSpec(VariedParameter):
             raise ValueRefused("either plus_minus, or low and high", table)
         return self
 
-    def _ends(self, numbers: Numbers, own: float) -> tuple[float, float]:
+    def _ends(self, numbers: Numbers, nominal: float) -> tuple[float, float]:
         reach = numbers.get("plus_minus", 0.0)
-        low, high = numbers.get("low", own - reach), numbers.get("high", own + reach)
+        low, high = numbers.get("low", nominal - reach), numbers.get("high", nominal + reach)
         if not low < high:
             raise KeyRefused("low", "low < high", self.low)
         return low, high
@@ -231,8 +231,8 @@ class UniformSpec(_IntervalSpec):
 
     distribution: Literal["uniform"] = Field(description=NAMES)
 
-    def _distribution(self, numbers: Numbers, own: float) -> Distribution:
-        return distributions.Uniform(*self._ends(numbers, own))
+    def _distribution(self, numbers: Numbers, nominal: float) -> Distribution:
+        return distributions.Uniform(*self._ends(numbers, nominal))
 
 
 class TriangularSpec(_IntervalSpec):
@@ -247,9 +247,9 @@ class TriangularSpec(_IntervalSpec):
             raise ValueRefused("no mode beside plus_minus, which is around the machine's value", self.mode)
         return self
 
-    def _distribution(self, numbers: Numbers, own: float) -> Distribution:
-        low, high = self._ends(numbers, own)
-        mode = numbers.get("mode", own)
+    def _distribution(self, numbers: Numbers, nominal: float) -> Distribution:
+        low, high = self._ends(numbers, nominal)
+        mode = numbers.get("mode", nominal)
         if not low <= mode <= high:
             hint = "" if "mode" in numbers else "the machine's value is the mode if none is given"
             raise KeyRefused("mode", f"a mode from {low:g} to {high:g}", mode, hint)
@@ -293,7 +293,7 @@ class SampleSpec(VariedParameter):
             raise KeyRefused("file", refused.expected, refused.value, hint) from None
         return [Amount(number, relative) for number in numbers.tolist()]
 
-    def _distribution(self, numbers: Numbers, own: float) -> Array:
+    def _distribution(self, numbers: Numbers, nominal: float) -> Array:
         return np.sort(np.array([number for key, number in numbers.items() if isinstance(key, int)]))
 
     def _truncated(self, base: Array, low: float, high: float) -> Distribution:

@@ -150,7 +150,7 @@ def sobol_indices(
 
     first, second : (n,) results of the matrices A and B
     mixed : (n, factor) results of A with one column of B each
-    A row is used for a factor if all three results exist. NaN with fewer than two rows, or if nothing varies.
+    A row is used for a factor if all three results exist. NaN with fewer than two rows, or for constant results.
     """
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     columns = np.asarray(mixed, dtype=np.float64)
@@ -208,7 +208,7 @@ def rank_correlation(
 
 
 def _standard_ranks(values: Array) -> Array:
-    """Ranks minus their mean, normalised to length 1; NaN where nothing varies."""
+    """Ranks minus their mean, normalised to length 1; NaN for constant values."""
     if values.size < 2 or values.min() == values.max():
         return np.full(values.shape, np.nan)
     ranks: Array = rankdata(values) - (values.size + 1) / 2

@@ -177,7 +177,9 @@ class FolderStore(SampleStore):
             if identity["fingerprint"] != self.metadata.fingerprint:
                 raise RunError(f"{path} is a chunk of another study; move it elsewhere")
             if of_file.num_rows != samples[1] - samples[0] or tuple(identity["samples"]) != samples:
-                raise ValueError(f"it has {of_file.num_rows} rows and says {identity['samples']}")
+                raise ValueError(
+                    f"it has {of_file.num_rows} rows, but metadata for samples {identity['samples']}"
+                )
             if file.schema_arrow != self._schema():
                 raise ValueError("it has other columns")
             if read_all and not np.array_equal(file.read().column("sample").to_numpy(), np.arange(*samples)):

@@ -133,7 +133,7 @@ def _measured_column(table: Table, time: str | None, options: ReadingOptions) ->
     others = [name for name in names if name not in measured]
     if len(measured) == 1 and all(COMMAND_WORDS.intersection(headers[name].words) for name in others):
         return measured[0], f"column {measured[0]}: measured, {', '.join(others)} not"
-    count = f"{len(names)} columns could be meant" if names else "no header says what its column is"
+    count = f"{len(names)} columns could be meant" if names else "no header gives a unit of motion"
     with_words = [name for name, header in headers.items() if header.word_kind]
     raise TraceError(
         f"{table.source}: {count}: {listed(names or with_words or list(headers))}; "
@@ -182,13 +182,15 @@ def _partner_of(table: Table, name: str) -> str | None:
     The headers have the same words, except that for position or velocity; the columns have the same time stamps.
     """
 
-    def others(column: str, words: set[str]) -> tuple[list[str], str | None]:
-        masked = ["*" if word in words else word for word in table.header(column).words]
-        return masked, table.clocks.get(column)
+    def masked(column: str, words: set[str]) -> tuple[list[str], str | None]:
+        """Words of the header with * for one of `words`, and the time column."""
+        return ["*" if word in words else word for word in table.header(column).words], table.clocks.get(
+            column
+        )
 
-    for own, other in ((POSITION_WORDS, VELOCITY_WORDS), (VELOCITY_WORDS, POSITION_WORDS)):
-        wanted = others(name, own)
-        partners = [partner for partner in table.columns if others(partner, other) == wanted]
+    for words, partner_words in ((POSITION_WORDS, VELOCITY_WORDS), (VELOCITY_WORDS, POSITION_WORDS)):
+        wanted = masked(name, words)
+        partners = [partner for partner in table.columns if masked(partner, partner_words) == wanted]
         if "*" in wanted[0] and len(partners) == 1:
             return partners[0]
     return None

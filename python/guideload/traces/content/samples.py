@@ -21,7 +21,7 @@ from guideload.traces.format.table import Table
 from guideload.traces.options import ReadingOptions
 
 FEWEST_SAMPLES = 8  # the smoothing takes fourth differences: with fewer, noise and motion look alike
-DECIMALS = 9  # values with more are doubles at full length, whose last digits mean nothing
+DECIMALS = 9  # values with more decimals are doubles at full length, with random last digits
 FEWEST_CHANGES = 8  # changes of value that are needed to find a quantum
 
 

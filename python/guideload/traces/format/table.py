@@ -103,7 +103,7 @@ class Table:
             hint = "write numbers with a decimal point"
         elif re.fullmatch(r"[+-]?\d{1,3}([.,']\d{3})+([.,]\d+)?", written):
             sign = "comma" if self.decimal == "," else "point"
-            hint = f"nothing shows whether it is in groups of digits: write numbers with a decimal {sign} and no other"
+            hint = f"it may have groups of digits: write numbers with a decimal {sign} and no other sign"
         return TraceError(
             f"{self.source}: column {name}: expected finite numbers, got none in {self.rows(bad)}: "
             f"the first {held}; {hint}"

@@ -100,8 +100,8 @@ def _decimal(source: str, lines: list[str], body: str, dialect: Dialect) -> str:
     cells = [cell for row in rows_of(samples, ",") for cell in row.cells if "," in cell]
     if cells and all(re.fullmatch(r"[+-]?[1-9]\d{0,2},\d{3}", cell) for cell in cells):
         raise TraceError(
-            f'{source}: cells such as "{cells[0]}" may have groups of digits or a decimal comma, and nothing shows '
-            "which; write numbers with a decimal point and no groups, or separate the cells by ; or tab"
+            f'{source}: cells such as "{cells[0]}" may have groups of digits or a decimal comma, which is '
+            "ambiguous; write numbers with a decimal point and no groups, or separate the cells by ; or tab"
         )
     return ","
 
@@ -159,7 +159,7 @@ def _columns(
         body, numbers, notes = _cleaned(source, body, dialect, first)
         table = _parsed(source, body, dialect, decimal, len(numbers))
     if table is None:
-        raise TraceError(f"{source}: not a readable CSV table: a quote or a line break stands in a sample")
+        raise TraceError(f"{source}: not a readable CSV table: a quote or a line break is inside a sample")
     columns = [_array(column) for column in table.columns]
     filled = len(numbers)
     while filled and all(_is_empty(column[filled - 1]) for column in columns):

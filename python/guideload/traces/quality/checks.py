@@ -81,8 +81,8 @@ def check_jumps(draft: TraceDraft, max_speed: float | None) -> None:
     )
     raise draft.refusal(
         f"{reason} in {draft.table.rows(samples)}: the first is {first}; cut the "
-        "trace to a part without them, say what the axis can do with max_speed=... (--max-speed), or leave "
-        "wild samples out with repair='outliers' (--repair outliers)",
+        "trace to a part without them, give the greatest speed of the axis with max_speed=... (--max-speed), or leave "
+        "outliers out with repair='outliers' (--repair outliers)",
         draft.columns.measured,
     )
 

@@ -98,7 +98,7 @@ def apply_clock(draft: TraceDraft, clock: Clock, kind: str, given: str | None) -
         gaps = clock.gaps[clock.still]
         draft.time, draft.value, count = fill_standstills(draft.time, draft.value, gaps, clock.step)
         draft.notes.append(
-            f"log on change: {count} rows put back where the axis stands still, before {draft.table.rows(gaps)}"
+            f"log on change: {count} rows inserted at standstill, before {draft.table.rows(gaps)}"
         )
     elif given == "uniform":
         gaps = np.union1d(clock.gaps, np.flatnonzero(np.diff(draft.place) > 1) + 1)
