@@ -250,7 +250,7 @@ def test_nothing_is_said_of_an_excitation_that_the_instants_do_not_show() -> Non
     assert simulate(ref.cart(), ref.cycle(), times=ref.cycle().time[::10]).audit.sampling.band is None
 
 
-def test_links_stand_in_for_missing_carriages() -> None:
+def test_links_replace_missing_carriages() -> None:
     models = simulate(pendulum(0.0), Motion.along_x(TIME, PUSH)).audit.simpler_models
     assert models.names == ("spring",)
 
@@ -348,7 +348,7 @@ def overdamped() -> Result:
         (preloaded_result, (PRELOAD,)),
     ],
 )
-def test_each_warning_stands_where_it_is_due_and_nowhere_else(
+def test_each_warning_appears_exactly_where_it_is_due(
     result: Callable[[], Result], expected: tuple[str, ...]
 ) -> None:
     warnings = result().audit.warnings
@@ -422,7 +422,7 @@ def test_dampers_that_set_in_between_two_instants_are_not_held_against_the_solut
 # ---- words, files
 
 
-def test_links_that_part_and_rows_that_open_are_told_apart() -> None:
+def test_lost_contact_and_open_rows_are_distinguished() -> None:
     """Half of the carriages have clearance, the others preload."""
     loose, pressed = ref.cart_clear(), ref.preloaded(300.0)
     machine = loose.model_copy(update={"carriages": (*loose.carriages[:2], *pressed.carriages[2:])})

@@ -94,7 +94,7 @@ def test_the_figures_are_those_of_the_motion(smoothing: str) -> None:
     assert ("95 % band" in text) == (inspection.deviation is not None)
 
 
-def test_a_motor_without_a_machine_is_shown_in_its_own_units() -> None:
+def test_a_motor_without_a_machine_is_shown_in_motor_units() -> None:
     text = output_of("encoder", TRACE)
     drive = Machine.from_toml(MACHINE).drive
     assert drive is not None
@@ -200,7 +200,7 @@ def test_the_picture_shows_the_samples_and_their_motion(trace: Path) -> None:
     assert spectrum.get_xlim()[1] >= inspection.resolution.frequency.max()
 
 
-def test_a_trace_that_stands_still_has_a_picture(tmp_path: Path) -> None:
+def test_a_trace_at_standstill_has_a_picture(tmp_path: Path) -> None:
     inspection = Inspection.of(
         read_trace(write_position(tmp_path, TIME, 0 * TIME)), Machine.from_toml(MACHINE)
     )

@@ -368,7 +368,7 @@ def test_a_bad_study_is_refused_before_the_folder_is_touched(file: Path, tmp_pat
     assert not (tmp_path / "new").exists()
 
 
-def test_a_place_that_cannot_be_written_is_told(file: Path, tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_reported(file: Path, tmp_path: Path) -> None:
     below = tmp_path / "file"
     below.write_text("mine")
     message = refused("study", file, "-o", below / "sub")

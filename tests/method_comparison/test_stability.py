@@ -50,7 +50,7 @@ DORMAND_PRINCE = """
 """
 
 
-def test_rk45_is_the_series_up_to_order_five_and_then_its_own() -> None:
+def test_rk45_equals_the_series_up_to_order_five_only() -> None:
     """R(z) = 1 + sum b A^(k-1) 1 z^k, in fractions; the sixth row is the result, a seventh stage adds nothing."""
     rows = [[Fraction(entry) for entry in line.split()] for line in DORMAND_PRINCE.split("\n") if line]
     *a, b = rows

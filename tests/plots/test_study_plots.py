@@ -102,7 +102,7 @@ def test_band_holds_the_histories_and_the_machine_as_described(result: StudyResu
     median, described = (line.get_ydata() for line in ax.lines)
     np.testing.assert_allclose(median, np.median(data["resultant"], axis=0))
     np.testing.assert_array_equal(described, data["nominal_resultant"])
-    assert labels(ax) == ["all", "5 % to 95 %", "median", "machine as described"]
+    assert labels(ax) == ["all", "5 % to 95 %", "median", "nominal machine"]
     few = pictures.band(studies.study(30, 1, histories=3), "1a")
     assert len(few.lines) == 4 and "3 samples" in few.get_title(loc="left")
     with pytest.raises(ValueError, match="no carriage 'x': the study has '1a', '2a'"):

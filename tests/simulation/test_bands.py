@@ -241,7 +241,7 @@ def test_bands_cover_what_is_drawn_from_the_model_itself() -> None:
     assert outside["below"] / runs < 0.025 + one
 
 
-def test_a_force_with_stamps_of_its_own_leaves_the_band_as_it_is() -> None:
+def test_a_force_with_other_stamps_does_not_change_the_band() -> None:
     machine, motion = ref.cart(), short(uncertain(4)[0])
     when = np.array([0.01, 0.02, 0.02, 0.0301])
     pushed = motion.with_force([0.1, 0.2, 0.3], 300.0 * np.ones((4, 3)), time=when)

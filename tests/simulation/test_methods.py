@@ -276,7 +276,7 @@ def test_the_interpreter_is_free_during_a_run() -> None:
 
 
 @pytest.mark.parametrize("given", ["machine.toml", None])
-def test_a_slip_of_the_arguments_is_told_by_its_way_out(given: Any) -> None:
+def test_wrong_arguments_are_refused_with_the_way_out(given: Any) -> None:
     with pytest.raises(TypeError, match="machine: expected a Machine, as from Machine.from_toml"):
         simulate(given, motion_of("clean"))
     with pytest.raises(TypeError, match="motion: expected a Motion, as from motion_from_trace"):

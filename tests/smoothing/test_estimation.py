@@ -157,7 +157,7 @@ def test_a_log_with_long_gaps_is_smoothed(quantum):
         (TIME[:7], SINE[:7], (), "at least 8 samples, got 7"),
         (np.where(TIME == 5.0, 3.0, TIME), SINE, (), r"time\[5\]: expected more than 4.0 s, got 3.0"),
         (TIME, np.where(TIME == 7.0, np.nan, SINE), (), r"value\[7\]: .* finite number, got nan \(1 such\)"),
-        (TIME, SINE[:-1], (), "one value a stamp"),
+        (TIME, SINE[:-1], (), "one value per stamp"),
         (TIME, SINE, ("acceleration",), "kind: expected one of position, velocity"),
         *((TIME, SINE, ("position", q), "quantum: expected 0") for q in (-1e-6, np.nan, np.inf, 1e-300)),
         (1e100 * TIME, SINE, (), "step of time .*check the unit"),
@@ -217,7 +217,7 @@ def test_wildly_uneven_stamps_are_smoothed(kind: Kind):
 
 @pytest.mark.parametrize("kind", ["position", "velocity"])
 @pytest.mark.parametrize("size", [1e-6, 1.0])
-def test_nothing_but_noise_or_nothing_but_a_line_stands_still(kind: Kind, size: float):
+def test_pure_noise_and_a_straight_line_have_no_acceleration(kind: Kind, size: float):
     time = np.arange(2000) * 1e-3
     alternating = estimate(time, size * (np.arange(2000) % 2), kind)
     assert (np.abs(alternating.acceleration) < 1.96 * np.sqrt(alternating.acceleration_variance)).all()

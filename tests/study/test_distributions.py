@@ -77,7 +77,7 @@ def test_lognormal_is_the_exponential_of_a_normal() -> None:
     assert np.abs(Lognormal(2.0, 0.3).ppf(GRID) / exact - 1.0).max() < 1e-15
 
 
-def test_a_sample_gives_each_of_its_values_alike() -> None:
+def test_measured_values_are_drawn_with_equal_probability() -> None:
     of = Sample(np.array([1.0, 1.0, 2.0, 5.0]))
     values, counts = np.unique(of.ppf(GRID), return_counts=True)
     assert values.tolist() == [1.0, 2.0, 5.0]
@@ -85,7 +85,7 @@ def test_a_sample_gives_each_of_its_values_alike() -> None:
     assert of.ppf(np.array([LOWEST, HIGHEST])).tolist() == [1.0, 5.0] == list(of.reach)
 
 
-def test_values_depend_on_their_own_number_alone() -> None:
+def test_values_depend_on_their_index_alone() -> None:
     for of in SMOOTH:
         whole = of.ppf(GRID[:999])
         for start, stop in ((0, 1), (1, 8), (5, 21), (998, 999)):
@@ -242,5 +242,5 @@ def test_percent_of_nothing_and_mixed_amounts_for_several_places_are_refused() -
         dict(distribution="triangular", low="1 mm", high="0.3 m"),
         dict(distribution="sample", values=["110 %", "0.3 m"]),
     ):
-        with pytest.raises(KeyRefused, match="one place.*got 2.*each"):
+        with pytest.raises(KeyRefused, match="a single value.*got 2.*each"):
             marginal("m", (0.1, 0.2), **mixed)

@@ -57,7 +57,7 @@ def children_import_this_folder() -> Iterator[None]:
         yield
 
 
-def test_a_file_stands_for_its_study_and_all_else_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_replaces_its_study_and_other_types_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     of_file = {file: study(20) for file in (EXAMPLES / "study.toml", str(EXAMPLES / "study.toml"))}
     monkeypatch.setattr("guideload.study.description.study.Study.from_toml", of_file.pop)
     assert [run_study(file).runs for file in list(of_file)] == [20, 20] and not of_file
@@ -124,7 +124,7 @@ def test_resume_may_begin(tmp_path: Path, whole: dict[str, bytes]) -> None:
     assert contents(run_study(plan(RUNS), tmp_path / "a" / "b", resume=True).store) == whole
 
 
-def test_the_reason_of_a_failed_sample_is_its_own() -> None:
+def test_a_failed_sample_has_the_reason_for_its_values() -> None:
     result = run_study(plan(RUNS))
     failed, mass = result.store.reasons(), result.store.column("body.mass")
     assert 5 < len(failed) < 50 and result.store.done == RUNS
@@ -151,7 +151,7 @@ def test_progress_counts_every_sample_once(tmp_path: Path, pool: Executor) -> No
         assert (told[0], told[-1]) == ((RUNS - 100, RUNS), (RUNS, RUNS))
 
 
-def test_slow_samples_run_in_short_turns_and_are_kept_often(
+def test_slow_samples_run_in_short_slices_and_are_stored_often(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(execution, "SLICE_TIME", 0.02)
@@ -226,7 +226,7 @@ def test_bad_numbers_are_refused(name: str, value: Any) -> None:
 # ---- histories
 
 
-def test_histories_are_kept_with_labels(tmp_path: Path) -> None:
+def test_histories_are_stored_with_labels(tmp_path: Path) -> None:
     asked = [0, 7, 8, *range(20, 80)]
     asked_for = plan(RUNS, histories=asked)
     in_memory = run_study(asked_for).store.histories()
@@ -315,7 +315,7 @@ def test_a_signal_is_answered_within_a_slow_chunk(tmp_path: Path) -> None:
     assert part.name == f"chunk-000000000-{stopped.value.result.store.done:09d}.parquet"
 
 
-def test_a_full_disk_is_told_and_nothing_half_open_store(
+def test_a_full_disk_is_reported_and_no_store_stays_open(
     tmp_path: Path, whole: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     write, room = parquet.write_table, 5
@@ -401,7 +401,7 @@ def test_kill_9_at_any_moment_loses_at_most_what_runs(
         (8000, [], "chunk-000000000-000000050.parquet"),
     ],
 )
-def test_a_disk_that_takes_no_more_is_told_and_resumes(
+def test_a_write_error_is_reported_and_the_study_resumes(
     tmp_path: Path, whole: dict[str, bytes], largest_file: int, histories: list[int], file: str
 ) -> None:
     out = tmp_path / "out"
@@ -415,7 +415,7 @@ def test_a_disk_that_takes_no_more_is_told_and_resumes(
     assert contents(result.store) == whole
 
 
-def test_a_killed_worker_of_a_pool_is_told_and_resumes(tmp_path: Path, whole: dict[str, bytes]) -> None:
+def test_a_killed_worker_is_reported_and_the_study_resumes(tmp_path: Path, whole: dict[str, bytes]) -> None:
     out = tmp_path / "out"
     with processes() as pool:
 
@@ -431,7 +431,7 @@ def test_a_killed_worker_of_a_pool_is_told_and_resumes(tmp_path: Path, whole: di
         assert contents(run_study(plan(RUNS), out, executor=pool, resume=True).store) == whole
 
 
-def test_an_executor_that_takes_no_work_is_told() -> None:
+def test_an_executor_that_refuses_work_is_reported() -> None:
     pool = ThreadPoolExecutor(1)
     pool.shutdown()
     with pytest.raises(RunError, match="the executor failed: RuntimeError: cannot schedule"):

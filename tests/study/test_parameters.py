@@ -188,7 +188,7 @@ def test_two_columns_on_one_point_add_up() -> None:
     assert made["center", 0, 0] == (0.0, ((0, 1.0),))
 
 
-def test_one_column_for_many_is_a_factor_on_each_ones_own() -> None:
+def test_one_column_for_many_parameters_is_a_factor_on_each_value() -> None:
     of = machine()
     made = changes(of, ("factor", "carriages.*.damping"))
     table = of.link_table()
@@ -197,7 +197,7 @@ def test_one_column_for_many_is_a_factor_on_each_ones_own() -> None:
     }
 
 
-def test_every_target_stands_once_and_motion_is_a_factor() -> None:
+def test_every_target_occurs_once_and_motion_is_a_factor() -> None:
     parameters = Parameters(machine(), MOTION.with_force((0, 0, 0), (0, 0, 1)))
     made = parameters.changes(("value", [parameter.path]) for parameter in parameters)
     targets = [target for target, _, _ in made]
@@ -252,7 +252,7 @@ def test_every_full_path_leads_back_to_its_parameter() -> None:
         ("carriages[plain].preload_y", r"carriages\[plain\] has none; it takes a preload"),
         ("carriages.*.preload", r"carriages\[plain\] has none"),
         ("carriages[pre].clearance", "it takes a stiffness without preload"),
-        ("carriages[clear].clearance_z", "a clearance to begin with where damping_in_contact is true"),
+        ("carriages[clear].clearance_z", "a clearance above 0 if damping_in_contact is true"),
         ("carriages[pre].stiffness_z", "it takes one stiffness, in place of a curve"),
         ("carriages[plain].stiffness_y.positive", "it takes a stiffness by side"),
         ("links[rack].curve.scale", "it takes a curve"),

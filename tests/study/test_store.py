@@ -113,7 +113,7 @@ def test_damaged_chunks_are_removed_when_a_study_is_resumed(folder: Path) -> Non
     renamed = second.rename(second.with_name("chunk-000000150-000000250.parquet"))
     with resumed(plan(300), folder) as there:
         assert there.done == 0
-        assert len(there.damaged) == 2 and "says [200, 300]" in there.damaged[renamed]
+        assert len(there.damaged) == 2 and "samples [200, 300]" in there.damaged[renamed]
         assert chunks_in(folder) == []
     second.write_bytes(complete)
     with resumed(plan(300), folder) as there:
@@ -154,9 +154,9 @@ def test_another_study_is_refused_with_the_difference(
 
 
 def test_a_study_is_not_begun_over_another(folder: Path) -> None:
-    refused(ArgumentError, "holds a study already", plan(300), folder, resume=False)
+    refused(ArgumentError, "holds a study", plan(300), folder, resume=False)
     (folder / FILE).unlink()
-    refused(ArgumentError, "would be mixed", plan(300), folder, resume=False)
+    refused(ArgumentError, "is not of this study", plan(300), folder, resume=False)
     refused(RunError, "of another study", plan(300, 2), folder)
     with resumed(plan(300), folder) as there:  # the chunks themselves say whose they are
         assert there.done == 200
@@ -212,7 +212,7 @@ def test_remove_takes_the_study_and_nothing_else(folder: Path) -> None:
     assert sorted(path.name for path in folder.rglob("*")) == ["chunk-notes.parquet", "notes.txt", "samples"]
 
 
-def test_drafts_are_neither_read_nor_kept(folder: Path) -> None:
+def test_drafts_are_neither_read_nor_left_behind(folder: Path) -> None:
     draft = folder / "samples" / ".chunk-000000100-000000200.draft.parquet"
     draft.write_bytes(b"PAR1")
     assert FolderStore.open(folder).done == 200

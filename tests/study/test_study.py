@@ -241,7 +241,7 @@ def test_refusals_name_file_row_and_key(folder: Path, begins: str, text: str, ke
     assert words in str(caught.value)
 
 
-def test_what_stands_in_other_files_is_refused_with_their_names(folder: Path) -> None:
+def test_problems_in_other_files_are_refused_with_their_names(folder: Path) -> None:
     file = folder / "study.toml"
     text = file.read_text()
     machine = (folder / "manipulator.toml").read_text()
@@ -270,7 +270,7 @@ def test_the_cases_of_the_example_only_need_their_mark_removed(folder: Path) -> 
 
 
 @pytest.mark.parametrize("table", ["life", "limits", "reading"])
-def test_a_key_of_the_study_that_stands_in_a_table_is_sent_above(folder: Path, table: str) -> None:
+def test_a_key_of_the_study_inside_a_table_is_refused_with_a_hint(folder: Path, table: str) -> None:
     file = folder / "study.toml"
     text = file.read_text().replace("# [reading]", "[reading]")
     file.write_text(text.replace(f"[{table}]", f'[{table}]\ncases = "cases.csv"'))
@@ -372,7 +372,7 @@ def test_the_fingerprint_is_of_all_that_decides_a_result_and_no_more() -> None:
     assert len({base, *prints}) == 1 + len(other)
 
 
-def test_a_seed_left_out_is_drawn_and_kept() -> None:
+def test_a_missing_seed_is_drawn_and_stored() -> None:
     other = Study(machine=MACHINE, motion=MOTION, samples=4, vary=(MASS,))
     assert study(seed=1).model_copy(update={}).seed == 1
     more = other.model_copy(update={"samples": 8})
@@ -400,7 +400,7 @@ def test_cases_are_run_in_order(tmp_path: Path) -> None:
     assert pickle.loads(pickle.dumps(plans[0])).metadata.fingerprint == plans[0].metadata.fingerprint
 
 
-def test_units_of_cases_may_stand_in_a_row_of_their_own(tmp_path: Path) -> None:
+def test_units_of_cases_may_be_in_a_separate_row(tmp_path: Path) -> None:
     file = tmp_path / "cases.csv"
     file.write_text("body.mass;carriages[1a].x\nkg;mm\n1100,0;-500\n1200,0;-400\n")
     plan = Study(machine=MACHINE, motion=MOTION, cases=file).plan()
@@ -477,7 +477,7 @@ def test_studies_that_cannot_be_are_refused_before_anything_runs() -> None:
     assert "no samples beside cases" in refused(vary=(), cases={"body.mass": [1.0]})
     assert "no vary beside cases" in refused(samples=None, cases={"body.mass": [1.0]})
     assert "vary[1].path" in refused(MASS, MASS) and "body.mass is set by vary[0]" in refused(MASS, MASS)
-    assert "a name of its own" in refused(MASS | {"name": "k"}, STIFFNESS | {"each": None})
+    assert "a unique name" in refused(MASS | {"name": "k"}, STIFFNESS | {"each": None})
     normal = dict(name="a", distribution="normal", mean=1, sigma=1)
     assert "paths of one unit" in refused(normal | {"path": ["body.mass", "gravity.y"]})
     twice = [{"between": ["body.mass", "k"], "value": value} for value in (0.1, 0.2)]

@@ -67,7 +67,7 @@ def test_columns_as_stored_are_there_and_others_are_refused_with_the_nearest(res
         result.column("peak_resultant_N[nobody]")
 
 
-def test_failed_samples_are_left_out_counted_and_told_by_kind() -> None:
+def test_failed_samples_are_left_out_and_counted_by_kind() -> None:
     """The others' statistics are those of a study without them; figures in a reason make no kind of their own."""
     failed = {i: f"the links leave rx unsupported, stiffness {i}e-3 N/m" for i in range(0, 40, 2)}
     failed[7] = "no equilibrium"
@@ -266,7 +266,7 @@ def test_the_report_leads_with_the_answer() -> None:
     assert f"above 9000 N: {(largest > 9000).sum()} of 2000 cases" in cases
 
 
-def test_chosen_cases_are_told_one_by_one_and_without_statistics(tmp_path: Path) -> None:
+def test_given_cases_are_listed_one_by_one_without_statistics(tmp_path: Path) -> None:
     result = studies.chosen(
         studies.study(60, 2, 2, failed={3: "no equilibrium"}, limits={"peak_resultant_N": 6e3})
     )

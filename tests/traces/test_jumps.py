@@ -84,7 +84,7 @@ def test_drop_outs_in_long_moves_are_refused_and_left_out(rate):
     assert np.array_equal(trace.value, np.delete(speed, spots))
 
 
-def test_a_stop_where_others_are_as_short_is_noted_and_kept():
+def test_a_short_stop_among_others_is_noted_and_not_removed():
     """Short moves at 10 Hz: a 0 in one row may be a stop."""
     time = np.arange(200) / 10.0
     speed = 0.3 * ((np.arange(200) % 8) < 5) * ((np.arange(200) // 40) % 2)

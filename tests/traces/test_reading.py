@@ -102,7 +102,7 @@ A = {"t_s": TIME, "a": PLACE}
 @pytest.mark.parametrize(
     ("columns", "options", "message"),
     [
-        (A | {"b": PLACE}, {}, "no header says what its column is: a, b; .*--kind velocity"),
+        (A | {"b": PLACE}, {}, "no header gives a unit of motion: a, b; .*--kind velocity"),
         (A, {"column": "a"}, "column a: the header gives no unit"),
         (A, {"column": "c"}, "no column 'c'; there are t_s, a"),
         (A, {"time": "c"}, "no column 'c'; there are t_s, a"),
@@ -144,7 +144,7 @@ def test_a_kind_resolves_a_unit_that_contradicts_the_name():
 
 def test_a_row_number_is_not_the_time(tmp_path):
     path = write_trace(tmp_path, {"": np.arange(COUNT), "x_m": PLACE})
-    refuses("mere row number, no time; .*--rate 1000", read_trace, path)
+    refuses("holds row numbers, not time; .*--rate 1000", read_trace, path)
     assert read_trace(path, rate="0.1 kHz").time == pytest.approx(TIME)
 
 
@@ -280,7 +280,7 @@ def test_michigan_01_runs_and_18_is_refused(shared_data: Path):
             assert has_note(trace, "shows the same motion")
             refuses(r"contradict each other in rows \d+, .*\(\d+ in all\)", read_trace, bad, **choice)
         refuses("jumps that motion cannot make .* in rows", read_trace, bad, **position, cross_check=False)
-    refuses("column 1.* mere row number", read_trace, good, column="X1_ActualVelocity", unit="mm/s")
+    refuses("column 1.* holds row numbers", read_trace, good, column="X1_ActualVelocity", unit="mm/s")
     refuses("X1_ActualPosition, X1_ActualVelocity", read_trace, good, rate=10)
     # The first bad row is a jump in the file itself, as an editor numbers its lines.
     lines = bad.read_text().splitlines()

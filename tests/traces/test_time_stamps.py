@@ -7,7 +7,7 @@ from trace_files import has_note, refuses, write_trace
 
 from guideload.base.errors import TraceError
 from guideload.traces.content.samples import decimal_quantum
-from guideload.traces.quality.clocks import clock_of, held, on_grid
+from guideload.traces.quality.clocks import clock_of, fill_standstills, on_grid
 from guideload.traces.reading import read_trace
 
 COUNT = 400
@@ -152,7 +152,7 @@ def test_dates_that_may_be_read_in_two_ways_are_not_guessed():
     """Within one day the order changes nothing; across midnight it is asked for."""
     january = STAMPS - pd.Timedelta(days=24)  # 7 to 8 January
     text = written("{t:%m/%d/%Y %H:%M:%S}.{ms}", january)
-    with pytest.raises(TraceError, match="dates such as 01/07/2024 leave open .*--date-order mdy"):
+    with pytest.raises(TraceError, match="dates such as 01/07/2024 are ambiguous.*--date-order mdy"):
         read_trace({"time": text, "x_m": PLACE})
     for order, form in (("mdy", "{t:%m/%d/%Y %H:%M:%S}.{ms}"), ("dmy", "{t:%d/%m/%Y %H:%M:%S}.{ms}")):
         trace = read_trace({"time": written(form, january), "x_m": PLACE}, date_order=order)
@@ -219,7 +219,7 @@ def test_a_log_on_change_is_that_of_all_rows(quantum):
     time, place, kept = on_change(quantum)
     trace = read_trace({"t_s": time[kept], "x_m": place[kept]})
     assert trace.clock == "on_change"
-    assert has_note(trace, "rows put back where the axis stands still")
+    assert has_note(trace, "rows inserted at standstill")
     row = np.round(trace.time * 1e3).astype(int)
     assert trace.time == pytest.approx(time[row], abs=1e-9)
     assert np.array_equal(trace.value, place[row])  # what was put back is what was left out
@@ -260,10 +260,10 @@ def test_rows_lost_in_motion_are_no_log_on_change():
 
 def test_held_rows_fill_a_gap_evenly():
     time = np.array([0.0, 1.0, 2.0, 7.0, 8.0])
-    filled, value, count = held(time, np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([3]), 1.0)
+    filled, value, count = fill_standstills(time, np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([3]), 1.0)
     assert filled.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0] and count == 4
     assert value.tolist() == [0.0, 1.0, 2.0, 2.0, 2.0, 2.0, 2.0, 3.0, 4.0]
-    long = held(np.array([0.0, 1.0, 1e6]), np.zeros(3), np.array([2]), 1.0)
+    long = fill_standstills(np.array([0.0, 1.0, 1e6]), np.zeros(3), np.array([2]), 1.0)
     assert long[2] == 200 and np.all(np.diff(long[0]) >= 1.0)
 
 
@@ -287,7 +287,7 @@ def test_quantum_and_clock_can_be_set():
     assert (trace.quantum, trace.clock) == (2e-6, "jitter")
     assert read_trace({"t_s": TIME, "x_m": PLACE}).quantum == pytest.approx(1e-6)
     even = read_trace({"t_s": TIME, "x_m": PLACE}, clock="on_change")  # no row is missing
-    assert np.array_equal(even.time, TIME) and has_note(even, "0 rows put back")
+    assert np.array_equal(even.time, TIME) and has_note(even, "0 rows inserted")
 
 
 @pytest.mark.parametrize("quantum", [1e-6, 5e-7, 8.4e-5, 1e-3])

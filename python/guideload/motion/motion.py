@@ -26,7 +26,7 @@ HISTORIES: dict[str, tuple[int, ...]] = {
 class Motion:
     """The excitation of a scene at n time stamps; linear between them (first-order hold).
 
-    time          (n,) s, not decreasing; two equal stamps are a jump, with the values before and after it
+    time          (n,) s, not decreasing; two equal stamps are a jump: the values before it, and those after it
     acceleration  (n, 3) m/s2 of L, global axes
     velocity      (n, 3) m/s of the cart, for mean loads and pictures, or None
     position      (n, 3) m of the cart, or None
@@ -34,8 +34,8 @@ class Motion:
     motor_speed   (n,) rad/s as measured, or None
     source        name of the file or data it comes from, for reports
     notes         what was detected and chosen when the trace was read, for reports
-    bandwidth     Hz, up to which the acceleration along x is known; inf if it is exact, or if this is unknown
-    uncertainty   of the acceleration along x, or None; without stamps of its own it has those of the motion
+    bandwidth     Hz, of the acceleration along x; inf if the acceleration is exact, or if its bandwidth is unknown
+    uncertainty   of the acceleration along x, or None; if its `time` is None, it has the stamps of the motion
 
     The arrays are read-only copies in float64. Raises TraceError with the history and the index.
     """
@@ -80,9 +80,8 @@ class Motion:
         if self.uncertainty is not None:
             stamps = time if self.uncertainty.time is None else self.uncertainty.time
             if self.uncertainty.variance.size != stamps.size:
-                raise TraceError(
-                    f"uncertainty: expected one of {stamps.size} stamps, got {self.uncertainty.variance.size}"
-                )
+                got = self.uncertainty.variance.size
+                raise TraceError(f"uncertainty: expected one of {stamps.size} stamps, got {got}")
 
     @classmethod
     def along_x(
@@ -124,15 +123,15 @@ class Motion:
         *,
         time: ArrayLike | None = None,
     ) -> Motion:
-        """The motion with a process force added to those it has already.
+        """The motion with another process force.
 
         point: (3,) m from L, where the force acts; the moment about L is moment + point x force.
         force: (3,) or (k, 3) N; moment: (3,) or (k, 3) N m; global axes; (3,) is a constant.
         time: (k,) s, the stamps of force and moment; the stamps of the motion if None. Force and moment are linear
         between stamps, jump at two equal stamps, and are zero before the first and after the last.
 
-        The result has the stamps of both, which is exact because all histories are linear between stamps. Force and
-        moment outside the time of the motion are cut off. Raises TraceError.
+        The result has the stamps of motion and force: this is exact, as all histories are linear between stamps. Force
+        and moment outside the time of the motion are cut off. Raises TraceError.
         """
         stamps = self.time if time is None else _history("time", time, (np.size(time),))
         if force is None and moment is None:
@@ -151,7 +150,7 @@ class Motion:
         return replace(self._with_wrench(stamps, load), notes=notes)
 
     def _with_wrench(self, time: Array, wrench: Array) -> Motion:
-        """This motion with a wrench (k, 6) at `time` (k,) added, which is zero outside its time; stamps of both."""
+        """This motion plus a wrench (k, 6) at `time` (k,), zero outside `time`; the result has the stamps of both."""
         stamps = np.unique(np.concatenate([self.time, time]))
         stamps = stamps[(stamps >= self.time[0]) & (stamps <= self.time[-1])]
         histories = {name: getattr(self, name) for name in HISTORIES if getattr(self, name) is not None}
@@ -159,14 +158,12 @@ class Motion:
         added = np.pad(time, 1, mode="edge"), np.pad(wrench, ((1, 1), (0, 0)))
 
         def sampled(side: Literal["left", "right"]) -> dict[str, Array]:
-            values = {
-                name: _one_side(self.time, history, stamps, side) for name, history in histories.items()
-            }
+            values = {name: _one_side(self.time, each, stamps, side) for name, each in histories.items()}
             return values | {"wrench": values["wrench"] + _one_side(*added, stamps, side)}
 
         before, after = sampled("left"), sampled("right")
-        # A jump needs two stamps, except at the ends: the motion starts after a jump at its first stamp and ends
-        # before one at its last.
+        # A jump needs two stamps. At the ends one is enough: the motion starts after a jump at the first stamp and ends
+        # before a jump at the last.
         jump = np.zeros(stamps.size, bool)
         for name in histories:
             jump |= np.any((before[name] != after[name]).reshape(stamps.size, -1), axis=1)
@@ -185,7 +182,7 @@ class Motion:
 
 
 def _history(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
-    """A read-only float64 copy of shape `shape`, all finite."""
+    """A read-only float64 copy. Raises TraceError for another shape or numbers that are not finite."""
     try:
         history = np.array(values, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
@@ -210,5 +207,5 @@ def _one_side(time: Array, history: Array, stamps: Array, side: Literal["left", 
     width = time[upper] - time[lower]
     share = np.divide(stamps - time[lower], width, out=np.zeros(stamps.size), where=width > 0.0)
     share = share.reshape(-1, *[1] * (history.ndim - 1))
-    # A sample on the stamp is taken as it is, without rounding.
+    # At a sample the history has its value, without rounding.
     return np.where(share == 1.0, history[upper], history[lower] + share * (history[upper] - history[lower]))

@@ -1,8 +1,7 @@
 """Trace resolution: which loads a trace may hide, because it shows a sudden change of acceleration as a ramp.
 
-Samples are some time apart and smoothing takes time, so a sudden change of acceleration appears as a ramp, which
-excites a mode less. Two runs of the linear model, one under the sudden change and one under the ramp, bound the
-difference.
+Sampling and smoothing turn a sudden change of acceleration into a ramp, which excites a mode less. The hidden load is
+the difference of two runs of the linear model: under the sudden change, and under the ramp.
 """
 
 from __future__ import annotations
@@ -18,20 +17,20 @@ from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
 from guideload.motion.motion import Motion
 
-# Half amplitude of a ramp: sin(x) = x / 2, so a ramp of duration T leaves half of the ringing at 0.603 / T.
+# A ramp of duration T leaves half of the ringing at the frequency 0.603 / T, where sin(x) = x / 2 with x = pi f T.
 RAMP = 1.8954942670339809 / np.pi
-# Hidden load over shown load above which there is a warning: as much error as a simpler model may have.
+# Hidden load over shown load above which there is a warning; simpler models have the same limit of error.
 WARNING_SHARE = 0.1
 NEGLIGIBLE_SHARE = 1e-3  # hidden load over shown load that is not mentioned
 PARTICIPATING = 0.01  # least participation of a mode that x excites
 ROUNDING = 1e-9  # of a force
-SMALL_LOAD = 0.1  # of the largest load: the shares of smaller loads refer to this
-# Second differences of positions spread a jump over two samples: at the usable bandwidth 0.6 of it lie within the ramp
-# and 0.2 to either side, which leaves 0.4.
+SMALL_LOAD = 0.1  # of the largest load: a smaller load is replaced by this in the share of hidden load
+# Second differences of positions spread a jump over two samples: at the usable bandwidth 0.6 of the jump lie within the
+# ramp and 0.2 on either side, so `sudden_change` finds 0.6 - 0.2 = 1 / SPREAD.
 SPREAD = 2.5
-# Samples in a ramp below which ramps also start at `SHIFTS` places between two samples.
+# Ramps shorter than FEW_SAMPLES samples start at `SHIFTS` places between two samples, others at the samples.
 FEW_SAMPLES, SHIFTS = 3.0, 8
-CORNER_STEP = 0.5  # of the median step: shorter steps are corners of a described profile, not samples
+CORNER_STEP = 0.5  # of the median step: a shorter step shows a profile given by its corners, not by samples
 # Instants per period of the fastest mode; periods of the slowest mode that contain the peak.
 INSTANTS_PER_PERIOD, PERIODS = 32, 2
 MOST_INSTANTS = 20_000
@@ -40,8 +39,8 @@ MOST_INSTANTS = 20_000
 def usable_bandwidth(time: Array, bandwidth: float) -> float:
     """Frequency [Hz] up to which a motion shows accelerations; inf if it is known exactly.
 
-    time: (n,) s. bandwidth: Hz, of the smoothing, inf if unknown; the result is at most half the sampling rate. A
-    motion of unknown bandwidth whose stamps are the corners of a profile is known exactly.
+    time: (n,) s. bandwidth: Hz, of the smoothing, inf if unknown; the result is at most half the sampling rate. It is
+    inf if the bandwidth is unknown and the stamps are the corners of a profile.
     """
     step = median_step(time)
     if step == 0.0 or (np.isinf(bandwidth) and np.diff(time).min() < CORNER_STEP * step):
@@ -50,21 +49,20 @@ def usable_bandwidth(time: Array, bandwidth: float) -> float:
 
 
 def ramp_time(bandwidth: float) -> float:
-    """Duration [s] of the ramp that leaves half of the ringing at `bandwidth` [Hz]: how a sudden change appears."""
+    """Duration [s] of the ramp as which a sudden change appears: it leaves half of the ringing at `bandwidth` [Hz]."""
     return float(RAMP / bandwidth)
 
 
 def sudden_change(time: Array, acceleration: Array, ramp: float) -> float:
     """Largest change of acceleration [m/s2] that may have been a step, if steps appear as ramps of duration `ramp` [s].
 
-    time: (n,) s. acceleration: (n,) m/s2. The change within one ramp counts, less the change of the same sign within
-    the ramp before or after it, because a change that lasts longer was not a step; times `SPREAD`, but at most the
-    change over all three ramps.
+    time: (n,) s. acceleration: (n,) m/s2. It is `SPREAD` times the change within one ramp less the larger change of the
+    same sign within the ramp before or after it, as a longer change was no step; at most the change over all three.
     """
     shifts = SHIFTS if ramp < FEW_SAMPLES * float(np.median(np.diff(time))) else 1
     starts = time + np.arange(shifts)[:, None] * ramp / shifts
     values = np.stack([np.interp(starts + k * ramp, time, acceleration) for k in (-1, 0, 1, 2)])
-    before, start, end, after = np.sign(values[2] - values[1]) * values  # so that the change is positive
+    before, start, end, after = np.sign(values[2] - values[1]) * values  # the change end - start is positive
     beside = np.maximum(np.maximum(start - before, after - end), 0.0)
     overall = np.maximum(end, after) - np.minimum(before, start)
     return float(np.minimum(SPREAD * (end - start - beside), overall).max(initial=0.0))
@@ -72,24 +70,24 @@ def sudden_change(time: Array, acceleration: Array, ramp: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class TraceResolution:
-    """The usable bandwidth of a trace against the modes of a machine, and the loads that the trace may hide.
+    """The modes of a machine that a trace can show, and the load that it may hide.
 
     Nonlinear links have their nominal stiffness. A load is the y-z resultant of the dynamic load of a carriage, or the
-    dynamic load of a link: the sum over a carriage can hide a moment.
+    dynamic load of a link, as a moment does not appear in the resultant of its carriage.
 
     bandwidth      Hz, up to which the trace shows accelerations; inf if they are known exactly
     sample_step    s, median distance of the samples
     frequency      (mode,) Hz, without damping
     moving         (mode,) the dofs that move most
-    participation  (mode,) static load of the links in this mode under an acceleration along x, over that of all modes
+    participation  (mode,) largest static link load in this mode under an acceleration along x, over the sum of modes
     ringing        (mode,) ringing after the ramp over ringing after a sudden change
     largest        m/s2, largest acceleration along x
     change         m/s2, largest change of acceleration that may have been sudden
     names          `carriage ...` for each carriage, then `link ...` for each link
     carriages      number of carriages among the names
-    shown          (name,) N, largest load as the trace shows it: static under the largest acceleration, or after the
-                   change as a ramp
-    hidden         (name,) N, by which the load is higher if the change was sudden
+    shown          (name,) N, load that the trace shows: static under the largest acceleration, or peak after the change
+                   as a ramp, whichever is larger
+    hidden         (name,) N, peak after the change as a step less the peak after the ramp
     """
 
     bandwidth: float
@@ -167,7 +165,7 @@ class TraceResolution:
 
     @property
     def text(self) -> str:
-        """The usable bandwidth and what the trace may hide, in one line."""
+        """The usable bandwidth and the hidden load, in one line."""
         if np.isinf(self.bandwidth):
             return "the motion is known exactly, at all frequencies"
         excited = self.frequency[self.participating]
@@ -182,14 +180,14 @@ class TraceResolution:
         return f"{modes}; it hides up to {100 * share:.2g} % ({load:.3g} N) of the dynamic load of {name}"
 
     def warnings(self) -> Iterator[str]:
-        """What the trace may hide, if that is more than `WARNING_SHARE` of what it shows, and the way out."""
+        """The hidden load and the way out, if it is over `WARNING_SHARE` of the shown load."""
         share, load, name = self.worst
         if share <= WARNING_SHARE:
             return
         missing = np.where(self.participating, self.participation * (1.0 - self.ringing), 0.0)
         mode = int(missing.argmax())
         frequency = float(self.frequency[mode])
-        rate = 10.0 * frequency  # shows the mode
+        rate = 10.0 * frequency  # Hz, enough to show the mode
         way_out = (
             f"Record at {float(f'{rate:.2g}'):g} Hz or faster."
             if self.sample_step > 1.0 / rate
@@ -214,15 +212,15 @@ def _unit_response(machine: Machine, modes: Modes) -> tuple[Array, Array]:
     in_modes = (modes.shape @ rows.T) * table.stiffness * (force / modal_stiffness)[:, None]
     sizes = np.abs(in_modes).max(axis=1)
     total = float(sizes.sum())
-    # Where x excites no mode only rounding is left, far below the mass times 1 m/s2.
+    # If x excites no mode, the loads are rounding, far below the mass times 1 m/s2.
     participation = sizes / total if total > ROUNDING * machine.body.mass else np.zeros(sizes.size)
     return _loads(machine, in_modes.sum(axis=0)[None])[0], participation
 
 
 def _peaks(machine: Machine, static: Array, frequency: Array, ramp: float) -> Array:
-    """(name,) N, peaks after an acceleration along x that grows to 1 m/s2 within `ramp` [s] and stays.
+    """(name,) N, peaks after an acceleration along x that grows to 1 m/s2 within `ramp` [s] and stays constant.
 
-    static: (name,) N, loads that the peaks end in; frequency: Hz, of the modes that x excites.
+    static: (name,) N, loads under 1 m/s2 at rest; frequency: Hz, of the modes that x excites.
     """
     if not frequency.size:
         return static
@@ -237,7 +235,7 @@ def _peaks(machine: Machine, static: Array, frequency: Array, ramp: float) -> Ar
     scene = machine.nominal_scene
     solution = scene.solve(stamps, acceleration, method="exact", rtol=1e-6, times=times)
     dynamic = solution.link_loads("total") - scene.static_link_loads()
-    # Heavily damped loads reach their static value later.
+    # Heavily damped loads reach their static value after the end of the run.
     return np.asarray(np.maximum(_loads(machine, dynamic).max(axis=0), static))
 
 

@@ -23,7 +23,7 @@ class Uncertainty:
     """Posterior deviation of the acceleration from its estimate at n time stamps, given the samples.
 
     The state has N numbers: the position and its first N - 1 derivatives (for samples of velocity: the velocity and its
-    derivatives). The N-th derivative is white process noise. Time and values have units that make them of order 1.
+    derivatives). The N-th derivative is white process noise. Time and values are scaled to be of order 1.
 
     step        (n - 1,) time to the next stamp
     variance    (n,) of the measurement noise
@@ -31,8 +31,8 @@ class Uncertainty:
     segment     (n - 1,) segment of each interval
     density     (segments,) process-noise density
     derivative  index of the acceleration in the state
-    unit        (n,) m/s2 per unit of the acceleration, with the calibration of the band
-    time        (n,) s, the stamps, or None if they are those of the motion. Deviations are linear between stamps
+    unit        (n,) m/s2 per scaled unit of the acceleration, times the calibration of the band
+    time        (n,) s, or None for the stamps of the motion. Deviations are linear between stamps
     """
 
     step: Array

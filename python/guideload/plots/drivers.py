@@ -1,4 +1,4 @@
-"""Pictures of what drives a quantity of a study: its parameters by strength, and the quantity over each of them."""
+"""Pictures of the influence of parameters on a quantity of a study: tornado diagram and scatter plots."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ from guideload.study.results.result import StudyResult, weaker_parameters
 from guideload.study.results.statistics import TOO_FEW, known
 from guideload.study.results.titles import capitalised, with_owner, with_unit
 
-BARS = 16  # parameters of a tornado
-PANELS = 6  # parameters of a scatter
-POINTS = 3000  # of a scatter, the first samples
-TREND = 120  # samples from which on a scatter has its median drawn
+BARS = 16  # parameters in a tornado diagram
+PANELS = 6  # parameters in a scatter plot
+POINTS = 3000  # in a scatter plot: the first samples
+TREND = 120  # least number of samples for a median line in a scatter plot
 NAME = 26  # characters of a name beside an axis
-STEPS = (1, 2, 2.5, 5, 10)  # of the ticks
+STEPS = (1, 2, 2.5, 5, 10)  # between ticks, times powers of ten
 
-nothing = partial(write_instead, reason="no sample has a result")
+write_no_result = partial(write_instead, reason="no sample has a result")
 
 
 def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
-    """The parameters that drive a quantity, or any column, strongest on top, with their intervals of 95 %.
+    """Tornado diagram: influence of each parameter on a quantity or column, strongest first, with 95 % intervals.
 
-    Total Sobol indices, with the first order as a darker part, if the design gives them; else rank correlations.
+    The bars are total Sobol indices, with the first-order index in a darker colour, if the design gives them; else rank
+    correlations.
     """
     name = name or result.leading
     rows, values = result.driving(name), known(result.column(name))
@@ -38,10 +39,10 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
         ax = axes_or_new(ax, 7.6, 1.7 + 0.27 * len(shown))
         set_title(ax, result, f"What drives {with_owner(name, result.metadata)}", values.size)
         if not values.size:
-            return nothing(ax)
+            return write_no_result(ax)
         strength, low, high = (shown[key].to_numpy(dtype=np.float64) for key in (main, *ends))
         if result.too_few or not np.isfinite(strength).any():
-            return nothing(ax, reason=TOO_FEW if result.too_few else "nothing varies")
+            return write_instead(ax, TOO_FEW if result.too_few else "nothing varies")
         places = np.arange(len(shown))
         if sensitivity:
             first = np.clip(shown["first_order"].to_numpy(dtype=np.float64), 0, None)
@@ -55,7 +56,7 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
             ax.barh(places, strength, 0.68, color=colors.tolist())
             reach = min(1.0, 1.15 * float(np.nanmax(np.abs([low, high]))))
             ax.set_xlim(-reach, reach)
-            ax.set_xlabel("rank correlation: below 0 it falls as the parameter grows")
+            ax.set_xlabel("rank correlation (negative: falls as the parameter grows)")
             ax.axvline(0, color=GREY, linewidth=0.8)
         errors = np.clip([strength - low, high - strength], 0, None)
         ax.errorbar(
@@ -66,16 +67,14 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
         ax.yaxis.grid(False)
         ax.tick_params(axis="y", length=0)
         for text in weaker_parameters(rows, BARS):
-            ax.annotate(
-                text, (1, 1), (0, 3), "axes fraction", textcoords="offset points", ha="right", color=GREY
-            )
+            ax.annotate(text, (1, 1), (0, 3), "axes fraction", "offset points", ha="right", color=GREY)
     return ax
 
 
 def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | None = None) -> list[Axes]:
-    """A quantity over each of the parameters that drive it most, up to six, and its median along them.
+    """A quantity over each of its strongest parameters, with the median along it.
 
-    Of at most the first 3000 samples. With `axes`, over as many parameters as there are axes.
+    axes: one per parameter; None for new axes, at most PANELS. At most the first POINTS samples are drawn.
     """
     name = name or result.leading
     drivers = result.driving(name).index
@@ -95,7 +94,7 @@ def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | Non
             column = result.column(one)[:POINTS]
             there = ~(np.isnan(column) | np.isnan(values))
             if not there.any():
-                nothing(ax)
+                write_no_result(ax)
             size, alpha = (14.0, 0.7) if there.sum() <= 300 else (5.0, 0.3)
             x, y = column[there], values[there]
             ax.scatter(x, y, size, color="#0072B2", alpha=alpha, linewidth=0, rasterized=True)
@@ -109,7 +108,7 @@ def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | Non
 
 
 def _trend(ax: Axes, x: Array, y: Array) -> None:
-    """The median of y in twelve groups of equal size along x."""
+    """A line through the medians of twelve groups of equal size along x."""
     if x.size < TREND:
         return
     groups = np.array_split(np.argsort(x, kind="stable"), 12)
@@ -118,7 +117,7 @@ def _trend(ax: Axes, x: Array, y: Array) -> None:
 
 
 def short(name: str) -> str:
-    """A name beside an axis, its middle left out if it is long."""
+    """A name beside an axis; an ellipsis replaces the middle of a long one."""
     return name if len(name) <= NAME else f"{name[: NAME // 2 - 1]}…{name[-NAME // 2 :]}"
 
 

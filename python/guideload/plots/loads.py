@@ -32,19 +32,19 @@ if TYPE_CHECKING:
     from guideload.base.arrays import Array
     from guideload.simulation.result import Result
 
-# Heights as parts of the axes' height: a bar that marks lost contact with the gap above it, and all bars at most.
+# Over the height of the axes: a bar that marks lost contact with the gap above it, and the limit for all bars.
 BAR, ALL_BARS = 0.025, 0.2
 BAND_ALPHA = 0.25
-LINE_ALPHA = 0.75  # a vibration fills an area, under which other loads remain visible
-SMALLEST_SPAN = 0.02  # of the largest value: a ripple below it does not fill the picture's height
-ROUNDING = 1e-6  # of the largest resultant
+LINE_ALPHA = 0.75  # other loads remain visible under the line of a vibration
+# Least range of the vertical axis, over the largest value, so that a ripple does not fill the picture.
+SMALLEST_SPAN = 0.02
+ROUNDING = 1e-6  # least range of the vertical axis, over the largest resultant
 
 
 def motor_speed(result: Result, ax: Axes | None = None) -> Axes:
     """Measured speed of the motor in turns per minute over time (paper, figure 7).
 
-    A motion without motor speed is shown by the cart's velocity along the rails, or else by its acceleration;
-    title and label say so.
+    Without motor speed, the velocity of the cart along the rails is drawn, or without that, its acceleration.
     """
     data = result.data
     if "motor_speed" in data:
@@ -68,9 +68,8 @@ def motor_speed(result: Result, ax: Axes | None = None) -> Axes:
 def load_y(result: Result, carriage: str, ax: Axes | None = None) -> Axes:
     """Force of the body on one carriage along y in newtons over time (paper, figures 8 and 10).
 
-    A bar along the time axis marks where a link of it along y has no contact, or one row open. If the motion
-    has an uncertainty, a pale area is the 95 % band of the load at each instant. Raises ValueError if there is no
-    such carriage.
+    A bar along the time axis marks where one of its y links has no contact, or an open row. If the motion has an
+    uncertainty, a pale area is the 95 % band of the load at each instant. Raises ValueError for an unknown carriage.
     """
     return _load(result, carriage, "y", ax)
 
@@ -103,9 +102,9 @@ def paper_figures(result: Result) -> list[Axes]:
 def resultant(result: Result, ax: Axes | None = None) -> Axes:
     """Resultant load sqrt(Fy² + Fz²) of every carriage in newtons over time.
 
-    Dashed: what a static calculation with m a gives, without vibration and with nominal stiffness. Bars along the time
-    axis mark where a link of a carriage has no contact, or one row open. If the motion has an uncertainty, pale areas
-    are the 95 % bands of the loads at each instant.
+    Dashed lines are the quasi-static resultants: statics with m a and nominal stiffness. Bars along the time axis mark
+    where a link of a carriage has no contact, or an open row. If the motion has an uncertainty, pale areas are the 95 %
+    bands of the loads at each instant.
     """
     static = Histories(result.machine, result.quantities).quasi_static_resultants()
     with look():
@@ -118,10 +117,10 @@ def resultant(result: Result, ax: Axes | None = None) -> Axes:
 
 
 def moments(result: Result, ax: Axes | None = None) -> Axes:
-    """Magnitude of the moment about its centre of every carriage in N m over time; static levels as thin lines.
+    """Magnitude of the moment of every carriage about its centre in N m over time; static levels are dashed.
 
-    The two ends of a long carriage take the body's pitch by opposite forces, which cancel in the carriage's force
-    and add up in its moment. Pale areas: 95 % bands, if the motion has an uncertainty.
+    The two ends of a long carriage react to pitch of the body with opposite forces, which cancel in the force of the
+    carriage and add up in its moment. If the motion has an uncertainty, pale areas are the 95 % bands.
     """
     moment = result.data["moment"].transpose("time", "carriage", "axis").values
     static = result.data["static_moment"].transpose("carriage", "axis").values
@@ -172,9 +171,9 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
 def _draw_carriages(
     ax: Axes, result: Result, loads: Array, static: Array, static_label: str, deviations: str, unit: str
 ) -> None:
-    """Every carriage's load and static load, both (time, carriage), with its band and peak, from 0 up.
+    """Loads and static loads, both (time, carriage) and >= 0, with bands and peaks.
 
-    deviations: name of the loads' standard deviations, which the result lacks if its motion has no uncertainty.
+    deviations: name in the result of the standard deviations of the loads; missing if the motion has no uncertainty.
     """
     time, carriages = result.data["time"].values, result.data["carriage"].values
     for index, (name, load) in enumerate(zip(carriages, loads.T, strict=True)):
@@ -209,7 +208,7 @@ def _draw_carriages(
 
 
 def _band_label(deviation: Array, unit: str = "N") -> str:
-    """Names the largest half width, for most bands are thinner than the line on top of them."""
+    """Label with the largest half width, as most bands are thinner than the line on top of them."""
     return f"95 % band, up to ±{load_with_unit(COVER * float(deviation.max(initial=0.0)), unit)}"
 
 
@@ -230,9 +229,9 @@ def _mark_lost(
     height: float = BAR,
     label: str = "",
 ) -> None:
-    """A thin bar along the time axis where contact is lost; low, height: parts of the axes' height, gap included.
+    """A thin bar along the time axis where contact is lost; low, height: over the axes' height, with the gap.
 
-    It begins one sample early, so that a single sample without contact is visible.
+    The bar begins one sample early, so that a single sample without contact is visible.
     """
     shown = lost | np.append(lost[1:], False)
     edge, high = ax.get_xaxis_transform(), low + 0.7 * height
@@ -240,7 +239,7 @@ def _mark_lost(
 
 
 def _limit_zoom(ax: Axes, values: Array, scale: float = 0.0) -> None:
-    """Widen limits that would make a ripple, or rounding of loads of size `scale`, fill the picture's height."""
+    """Widen a vertical axis that a ripple, or rounding of loads of size `scale`, would fill."""
     least = max(SMALLEST_SPAN * float(np.abs(values).max(initial=0.0)), ROUNDING * scale) or 1.0
     low, high = ax.get_ylim()
     if high - low < least:

@@ -1,4 +1,4 @@
-"""Pictures in space: the machine with its loads, and its natural modes. y is up; all axes have one scale."""
+"""Pictures in space: the machine with its loads, and its natural modes. y is up; all axes have the same scale."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     Points = NDArray[np.float64]
 
 BODY_COLOR = "#5b6f8a"
-# As parts of the machine's diagonal: the longest arrow of a load, the arrow of the weight, the largest displacement.
+# Over the diagonal of the machine: longest arrow of a load, arrow of the weight, largest displacement of a mode.
 LOAD_ARROW, WEIGHT_ARROW, MODE_DISPLACEMENT = 0.36, 0.16, 0.10
 
 CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))
@@ -39,13 +39,13 @@ def equivalent_box(machine: Machine) -> Points:
 
     Returns
     -------
-    ndarray, shape (8, 3) [m], from L. Its sides are those of J = m/12 (b² + c²) in each principal direction.
+    ndarray, shape (8, 3) [m], from L. The sides a, b, c follow from J_a = m/12 (b² + c²) in the principal axes.
     """
     mass = machine.body.mass
     center = np.asarray(machine.body.center_of_mass, dtype=np.float64)
     principal, directions = np.linalg.eigh(machine.body.central_inertia())
     squares = 6 / mass * (principal.sum() - 2 * principal)
-    # A plate or a rod has sides of zero, which rounding may turn negative: these get 2 % of the longest.
+    # Sides of a plate or a rod are zero, or by rounding imaginary: drawn with 2 % of the longest side.
     sides = np.sqrt(np.maximum(squares, 4e-4 * squares.max()))
     return cast("Points", center + (CORNERS * sides) @ directions.T)
 
@@ -53,14 +53,14 @@ def equivalent_box(machine: Machine) -> Points:
 def scene(machine: Machine, result: Result | None = None, ax: Axes3D | None = None) -> Axes3D:
     """The machine in space: box of the body's inertia, rails, carriages, L, centre of mass and weight.
 
-    With a result also the load of every carriage, the force of the body on it, at the instant of the largest
-    resultant; the legend names the arrows' scale and the instant.
+    With a result, arrows show the force of the body on each carriage at the instant of the largest resultant; the
+    legend gives their scale and the instant.
     """
     box = equivalent_box(machine)
     size = _diagonal(machine, box)
     with look():
         if ax is None:
-            # Constrained layout does not see the extent of a picture in space: places are given by hand.
+            # Constrained layout ignores the extent of 3D axes: the position is given by hand.
             figure = new_figure(10.0, 6.4)
             figure.set_layout_engine("none")
             ax = cast("Axes3D", figure.add_axes((0.0, 0.03, 0.66, 0.92), projection="3d"))
@@ -76,7 +76,7 @@ def scene(machine: Machine, result: Result | None = None, ax: Axes3D | None = No
         if result is not None and machine.carriages:
             upward = _draw_loads(ax, result, machine.carriage_centers, size)
         for index, carriage in enumerate(machine.carriages):
-            side = -1 if upward[index] > 0 else 1  # the name is opposite to the arrow
+            side = -1 if upward[index] > 0 else 1  # the name is on the side without the arrow
             place = machine.carriage_centers[index] + (0, 0.045 * size * side, 0)
             style = {"color": carriage_look(index).color, "weight": "bold", "ha": "center", "zorder": 20}
             ax.text(*place, carriage.name, va="top" if side < 0 else "bottom", **style)
@@ -87,10 +87,10 @@ def scene(machine: Machine, result: Result | None = None, ax: Axes3D | None = No
 
 
 def modes(machine: Machine, modes: Modes, axes: Sequence[Axes3D] | None = None) -> list[Axes3D]:
-    """Every natural mode as exaggerated motion of the machine, its frequency and damping ratio above it.
+    """Mode shapes as exaggerated motion of the machine, with frequencies and damping ratios.
 
-    The grey outline is the machine at rest. All modes are drawn with the same largest displacement, for a mode shape
-    has a direction but no amplitude. Raises ValueError if `axes` are fewer than the modes.
+    The grey outline is the machine at rest. All modes have the same largest displacement, as a mode shape has no
+    amplitude. Raises ValueError if `axes` are fewer than the modes.
     """
     count = len(modes.frequency)
     if axes is not None and len(axes) < count:
@@ -125,7 +125,7 @@ def _diagonal(machine: Machine, box: Points) -> float:
 
 
 def _carriage_block(machine: Machine, index: int, size: float) -> Points:
-    """Corners of the block that stands for a carriage; its length is true, its section only a symbol."""
+    """Corners of the block of a carriage; its length is true, its section is symbolic."""
     sides = np.array([machine.carriages[index].length, 0.045 * size, 0.055 * size])
     return cast("Points", machine.carriage_centers[index] + CORNERS * sides)
 
@@ -160,7 +160,7 @@ def _draw_weight(ax: Axes3D, machine: Machine, size: float) -> None:
 
 
 def _draw_loads(ax: Axes3D, result: Result, centers: Points, size: float) -> Points:
-    """Arrows of the carriages' loads at the instant of the peak; returns their y parts (carriage,) [N]."""
+    """Arrows of the carriages' loads at the instant of the peak; returns the y components (carriage,) [N]."""
     data = result.data
     instant = int(np.argmax(data["resultant"].max("carriage").values))
     force = data["force"].isel(time=instant).transpose("carriage", "axis").values
@@ -174,7 +174,8 @@ def _draw_loads(ax: Axes3D, result: Result, centers: Points, size: float) -> Poi
         style = {"color": carriage_look(index).color, "linewidth": 2.4, "arrow_length_ratio": 0.18}
         label = f"carriage {data['carriage'].values[index]}: {load_with_unit(sizes[index])}"
         ax.quiver(*center, *(load / newtons_per_metre), label=label, **style)
-    ax.auto_scale_xyz(*(centers + force / newtons_per_metre).T, True)  # quiver counts the arrows' tails only
+    # quiver scales to the tails of the arrows only
+    ax.auto_scale_xyz(*(centers + force / newtons_per_metre).T, True)
     scale = load_with_unit(newtons_per_metre / 10)
     ax.plot([], [], " ", label=f"scale of their arrows: {scale} per 100 mm")
     return force[:, 1]
@@ -205,7 +206,7 @@ def _draw_mode(ax: Axes3D, machine: Machine, shape: NDArray[np.float64], box: Po
 
 
 def _draw_box(ax: Axes3D, corners: Points, color: str, alpha: float) -> None:
-    """Faces and edges of a box; alpha: of the faces."""
+    """Faces and edges of a box; alpha: opacity of the faces."""
     faces = [corners[face] for face in FACES]
     ax.add_collection3d(Poly3DCollection(faces, facecolors=color, alpha=alpha, edgecolors="none"))
     ax.add_collection3d(_edges(corners, color, 0.9))
@@ -217,12 +218,12 @@ def _edges(corners: Points, color: str, alpha: float, width: float = 1.1) -> Lin
 
 
 def _set_view(ax: Axes3D, zoom: float, bare: bool = False) -> None:
-    """One scale on all axes, y up, seen from the front right."""
+    """The same scale on all axes, y up, seen from the front right."""
     ax.view_init(elev=20, azim=-50, vertical_axis="y")
     lengths = [float(np.ptp(limits)) for limits in (ax.get_xlim(), ax.get_ylim(), ax.get_zlim())]
     ax.set_box_aspect(lengths, zoom=zoom)
     for artist in (*ax.lines, *ax.collections):
-        # The corners of a wide machine may exceed the axes' rectangle; that must not move other axes.
+        # Corners of a wide machine outside the axes' rectangle must be drawn, and must not move other axes.
         artist.set_clip_on(False)
         artist.set_in_layout(False)
     if bare:

@@ -1,4 +1,4 @@
-"""The spectrum of the dynamic loads, and the axis of frequencies with its modes that all spectra have."""
+"""Spectrum of the dynamic loads, and the frequency axis with natural frequencies that all spectra share."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ if TYPE_CHECKING:
     from guideload.simulation.result import Result
 
 BANDS_PER_OCTAVE = 12
-DYNAMIC_RANGE = 1e-6  # of the peak: below it rounding noise would fill the picture
-LABEL_HEIGHT, LABEL_WIDTH = 0.022, 0.04  # of a label, as parts of the length of the frequency axis
+DYNAMIC_RANGE = 1e-6  # smallest amplitude in the picture over the peak: smaller ones are rounding
+LABEL_HEIGHT, LABEL_WIDTH = 0.022, 0.04  # of a mode's label, over the length of the frequency axis
 
 
 def spectrum(result: Result, ax: Axes | None = None) -> Axes:
     """Spectral density of the dynamic load of every carriage, in N/√Hz over Hz, with the natural frequencies.
 
-    The lines are the square root of `load_density`, averaged in bands of 1/12 octave: the area under the square of
-    a line between two frequencies is the mean square of the load there.
+    The lines are the square root of `load_density`, averaged in bands of 1/12 octave: the integral of the square of a
+    line over a range of frequencies is the mean square of the load in that range.
     """
     data = result.data
     with look():
         ax = axes_or_new(ax, 9.0, 4.6)
         set_run_title(ax, result, "Spectrum of the dynamic loads")
         if np.ptp(data["time"].values) == 0.0:
-            return write_instead(ax, "a single instant has none")
+            return write_instead(ax, "a single instant has no spectrum")
         frequency, density, _ = octave_bands(*load_density(result))
         amplitude = np.sqrt(density)
         for index, name in enumerate(data["carriage"].values):
@@ -72,7 +72,7 @@ def load_density(result: Result) -> tuple[Array, Array]:
 
     The dynamic load is the force minus its static value; the densities of its y and z components are added,
     so that the choice of y and z does not matter. No window is used: the record starts in static equilibrium,
-    where the dynamic load is zero (one that ends far from it leaks as 1/f). Samples that are not uniform are first
+    where the dynamic load is zero (a record that ends far from it leaks as 1/f). Samples that are not uniform are first
     interpolated linearly to the median step, which weakens the highest frequencies.
 
     Returns
@@ -87,12 +87,12 @@ def load_density(result: Result) -> tuple[Array, Array]:
     transform = np.fft.rfft(force, axis=0)[1:]
     power = 2 * step / count * (transform.real**2 + transform.imag**2).sum(axis=-1)
     if count % 2 == 0:
-        power[-1] /= 2  # the highest frequency of an even count has no mirror image to account for
+        power[-1] /= 2  # the highest frequency of an even count has no negative counterpart
     return np.arange(1, power.shape[0] + 1) / (count * step), np.asarray(power, dtype=np.float64)
 
 
 def octave_bands(frequency: Array, density: Array) -> tuple[Array, Array, Array]:
-    """Mean of a density in bands of 1/12 octave; a line that has no other in its band is a band of its own.
+    """Mean of a density in bands of 1/12 octave; where lines are sparser, each line is a band.
 
     Returns frequency (band,) [Hz], density (band, ...) and width (band,) [Hz]. The sum of density times width, the
     mean square of the load, does not change.
@@ -115,7 +115,7 @@ def set_frequency_ticks(ax: Axes) -> None:
 def label_modes(
     ax: Axes, frequencies: Array, text: Callable[[NDArray[np.intp]], str], rotation: float = 0.0
 ) -> None:
-    """Label ascending natural frequencies on the upper edge; text: of the indices of neighbours that share a label."""
+    """Label ascending natural frequencies on the upper edge; text: label for the indices of close neighbours."""
     low, high = ax.get_xlim()
     near = (LABEL_HEIGHT if rotation else LABEL_WIDTH) * np.log(high / low)
     starts = np.flatnonzero(np.diff(np.log(frequencies)) > near) + 1

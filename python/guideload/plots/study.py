@@ -1,4 +1,4 @@
-"""Pictures of a study: distributions, exceedance, the band of the histories; and all of them as files."""
+"""Pictures of a study: distributions, exceedance, band of load histories; and a folder with all of them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 
 from guideload.base.arrays import Array
 from guideload.base.number_text import load_with_unit
-from guideload.plots.drivers import STEPS, nothing, scatter, set_title, short, tornado
+from guideload.plots.drivers import STEPS, scatter, set_title, short, tornado, write_no_result
 from guideload.plots.saving import save
 from guideload.plots.style import GREY, INK, axes_or_new, carriage_look, legend_beside, look, new_figure
 from guideload.study.description.measures import LIFE, QUANTITIES
@@ -21,18 +21,18 @@ from guideload.study.results.result import StudyResult
 from guideload.study.results.statistics import known, quantiles
 from guideload.study.results.titles import capitalised, title_of, with_unit
 
-FEW = 60  # samples up to which each is drawn as a dot: a density of fewer would be random
-LINES = 20  # histories up to which each is drawn
+FEW = 60  # samples up to which each is drawn as a dot, as their histogram would be random
+LINES = 20  # histories up to which each is drawn as a line
 LEVELS = (0.05, 0.5, 0.95)
-OUTER = 0.01  # of the samples beyond the last mark, on the worst side
-SHOWN = 0.995  # of the lives: the rest is a long tail that would fill the picture
+OUTER = 0.01  # share of the samples beyond the outermost mark, on the worse side
+SHOWN = 0.995  # share of the lives in the picture; the rest is a long tail that would fill it
 
 
 def distributions(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
-    """The distribution of a quantity, a row per carriage: density, 5 % to 95 %, median and 99 % quantile.
+    """Distribution of a quantity, one row per carriage: histogram, 5 % to 95 %, median and 99 % quantile.
 
-    Few samples are drawn as dots instead, and given cases as dots only. For a life the outermost mark is the 1 %
-    quantile.
+    Few samples are drawn as dots in place of the histogram, given cases as dots only. For a life, whose small values
+    are worse, the 1 % quantile replaces the 99 % quantile.
     """
     name = name or result.leading
     names = _of_carriages(result, name)
@@ -53,7 +53,7 @@ def distributions(result: StudyResult, name: str | None = None, ax: Axes | None 
             if values.size and not chosen:
                 _mark_quantiles(ax, values, row, color, OUTER if smallest else 1 - OUTER)
         if not most:
-            return nothing(ax)
+            return write_no_result(ax)
         ax.set_yticks(range(len(names)), [_label(column) for column in names])
         ax.set(ylim=(len(names) - 0.55, -0.85), xlabel=with_unit(name, result.metadata))
         ax.yaxis.grid(False)
@@ -84,9 +84,9 @@ def _mark_quantiles(ax: Axes, values: Array, row: int, color: str, outer: float)
 
 
 def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
-    """Probability that a quantity exceeds a limit, on a log scale, per carriage, with intervals of 95 %.
+    """Probability that a quantity exceeds a limit, over the limit, per carriage, with 95 % intervals.
 
-    For a life: that the limit is not reached. The black line is the machine: any of its carriages.
+    For a life: that it does not reach the limit. The black line is the probability for any carriage of the machine.
     """
     name = name or result.leading
     names = _of_carriages(result, name)
@@ -101,7 +101,7 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
         for index, column in [*enumerate(names), *machine]:
             sign = -1.0 if smallest else 1.0
             limits, (share, low, high) = statistics.exceedance(sign * result.column(column))
-            finite = np.isfinite(limits)  # an infinite life has no place in the picture
+            finite = np.isfinite(limits)  # infinite lives cannot be drawn
             limits, share, low, high = sign * limits[finite], share[finite], low[finite], high[finite]
             if not limits.size:
                 continue
@@ -114,7 +114,7 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
             label = "machine (any)" if index < 0 else _label(column)
             ax.plot(limits, share, color=color, linestyle=dash, linewidth=width, label=label, zorder=order)
         if not ax.lines:
-            return nothing(ax)
+            return write_no_result(ax)
         bottom = 10.0 ** np.floor(np.log10(smallest_probability) - 0.3)
         ax.set(xlabel=with_unit(name, result.metadata), ylabel="probability")
         ax.set(yscale="log", ylim=(bottom, 1.0))
@@ -132,7 +132,7 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
 
 
 def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
-    """Resultant load of a carriage over time: the band of the stored histories, and the machine as described.
+    """Resultant load of a carriage over time: band of the stored histories, and history of the nominal machine.
 
     Few histories are drawn as lines. Raises ValueError without histories, or for an unknown carriage.
     """
@@ -150,7 +150,7 @@ def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
         ax = axes_or_new(ax, 9.0, 3.6)
         set_title(ax, result, f"Resultant load of carriage {carriage}", len(resultant))
         if not len(resultant):
-            return nothing(ax)
+            return write_no_result(ax)
         if len(resultant) > LINES:
             low, middle, high = np.quantile(resultant, LEVELS, axis=0)
             extremes = resultant.min(axis=0), resultant.max(axis=0)
@@ -162,7 +162,7 @@ def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
                 ax.plot(time, line, color=color, linewidth=0.8, alpha=0.6, label="" if index else "samples")
         if "nominal_resultant" in data:
             nominal, dash = data["nominal_resultant"].sel(carriage=carriage).values, (0, (5, 2))
-            ax.plot(time, nominal, color=INK, linewidth=1.0, linestyle=dash, label="machine as described")
+            ax.plot(time, nominal, color=INK, linewidth=1.0, linestyle=dash, label="nominal machine")
         ax.set(xlabel="time [s]", ylabel="√(F$_y$² + F$_z$²) [N]")
         ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
         legend_beside(ax)
@@ -170,10 +170,10 @@ def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
 
 
 def save_study(result: StudyResult, folder: str | Path) -> list[Path]:
-    """Save the pictures of a study as PNG in `folder`, made when missing; returns their paths.
+    """Save the pictures of a study as PNG in `folder`, which is made if missing; returns their paths.
 
-    Distributions, exceedance, what drives the main quantity, scatter; and a band for each carriage if histories were
-    stored. Of given cases no exceedance and no tornado.
+    They are distributions, exceedance, tornado and scatter of the main quantity; and a band for each carriage if
+    histories are stored. Given cases have neither exceedance nor tornado.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -198,9 +198,9 @@ def save_study(result: StudyResult, folder: str | Path) -> list[Path]:
 
 
 def _density(ax: Axes, values: Array, row: int, color: str, log: bool) -> None:
-    """A histogram above the row, scaled to the same height in each; bins by Freedman and Diaconis.
+    """A histogram above the row, with the same height in all rows; bins by Freedman and Diaconis.
 
-    log: of the logarithms, for a log axis.
+    log: whether the bins are equal on a log axis.
     """
     if log:
         values = np.log10(values[values > 0])
@@ -216,7 +216,7 @@ def _density(ax: Axes, values: Array, row: int, color: str, log: bool) -> None:
 
 
 def _scale(ax: Axes, name: str) -> None:
-    """A log axis for lives, which spread over decades; else a linear one."""
+    """A log axis for lives, which spread over decades; a linear one for other quantities."""
     if name != LIFE:
         ax.xaxis.set_major_locator(MaxNLocator(8, steps=STEPS))
         return
@@ -227,9 +227,9 @@ def _scale(ax: Axes, name: str) -> None:
 
 
 def _mark_limit(ax: Axes, result: StudyResult, name: str, up: float = 1.0) -> None:
-    """A line at the limit; a limit far from all samples is named at the edge instead.
+    """A line with a label at the limit; if it is far from all samples, a label with an arrow at the edge.
 
-    up: fraction of the axes' height at which it is named, 0 or 1.
+    up: height of the label, 0 at the bottom or 1 at the top of the axes.
     """
     limit = result.metadata.limits.get(name)
     if limit is None:
@@ -254,7 +254,7 @@ def _mark_limit(ax: Axes, result: StudyResult, name: str, up: float = 1.0) -> No
 
 
 def _of_carriages(result: StudyResult, name: str) -> list[str]:
-    """The columns of a quantity: of each carriage, or its only one. Raises ValueError for an unknown quantity."""
+    """Columns of a quantity, one per carriage, or one for the machine. Raises ValueError for an unknown quantity."""
     if name not in result.quantities:
         raise ValueError(f"no quantity {name!r}: the study has {', '.join(map(repr, result.quantities))}")
     return result.of_carriages(name)

@@ -1,4 +1,4 @@
-"""The look of the pictures: colours, sizes, titles and legends. No setting of the process is changed."""
+"""Style of the pictures: colours, sizes, titles and legends. Matplotlib's global settings are not changed."""
 
 from __future__ import annotations
 
@@ -59,14 +59,14 @@ LOOK: dict[RcKeyType, Any] = {
 
 
 class CarriageLook(NamedTuple):
-    """How one carriage is drawn, the same in every picture."""
+    """Colour and dashes of the lines of a carriage, the same in every picture."""
 
     color: str
     dash: Any
 
 
 def look() -> AbstractContextManager[None]:
-    """The settings of our figures, as a context: they are restored at its end."""
+    """Context with the settings of these pictures; at its end Matplotlib's settings are restored."""
     return matplotlib.rc_context(LOOK)
 
 
@@ -79,7 +79,7 @@ def carriage_look(index: int) -> CarriageLook:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """A figure of this size in inches. It has no window, so it needs no display and no closing."""
+    """A figure of this size in inches, without a window: it needs no display and need not be closed."""
     return Figure(figsize=(width, height), layout="constrained")
 
 
@@ -89,24 +89,24 @@ def axes_or_new(ax: Axes | None, width: float, height: float) -> Axes:
 
 
 def run_title(result: Result) -> str:
-    """Machine and free dofs, by which runs of one machine differ, and the number of warnings of the audit."""
+    """Machine, free degrees of freedom, and the number of warnings of the audit."""
     warnings = len(result.audit.warnings)
     audit = f"; audit: {counted(warnings, 'warning')}, see the report" if warnings else ""
     return f"{result.machine.name}: free {', '.join(result.machine.free)}{audit}"
 
 
 def set_run_title(ax: Axes, result: Result, title: str) -> None:
-    """A title, and `run_title` in a second line."""
+    """Set the title, with `run_title` as its second line."""
     ax.set_title(f"{title}\n{run_title(result)}", parse_math=False)  # a name may hold dollar signs
 
 
 def legend_beside(ax: Axes, title: str | None = None) -> None:
-    """The legend, to the right of the axes."""
+    """Draw the legend to the right of the axes."""
     ax.legend(title=title, loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left")
 
 
 def legend_above(ax: Axes, columns: int, **spacing: Any) -> None:
-    """The legend in one row, above the axes on the right."""
+    """Draw the legend in `columns` columns above the axes, on the right."""
     ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, ncols=columns, **spacing)
 
 

@@ -1,4 +1,4 @@
-"""The picture of a trace: its samples and the motion estimated from them, over time and over frequency."""
+"""Picture of a trace: samples and estimated motion over time, and spectra."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 ESTIMATE, BAND_END = CARRIAGE_COLORS[0], CARRIAGE_COLORS[1]
 BAND = "#b3d4ea"  # the 95 % band around the estimate
 ROUNDING_DASHES, NOT_EXCITED_DASHES = (0, (4, 3)), (0, (2, 3))
-COLUMNS = 1500  # columns of the picture: more samples are drawn as the range within each column
-DOTS = 400  # up to this many samples each is a dot
-CLOSE_PERIODS, CLOSE_SAMPLES = 3.0, 40.0  # to either side in the closer look: of the bandwidth, or samples
-MARGIN = 0.12  # above and below the band, of its range
-TITLE = 88  # letters in a line
-SMALLEST = 1e-4  # amplitude that is drawn, of the largest
+COLUMNS = 1500  # of the picture: of more samples, the range within each column is drawn
+DOTS = 400  # samples up to which each is drawn as a dot
+CLOSE_PERIODS, CLOSE_SAMPLES = 3.0, 40.0  # half width of the closer look, the larger counts
+MARGIN = 0.12  # above and below the band, over its range
+TITLE = 88  # characters in a line of the title
+SMALLEST = 1e-4  # smallest amplitude in the picture, over the largest
 
 
 def encoder(inspection: Inspection) -> list[Axes]:
     """A trace over time: samples, residual of the smoothing, acceleration; below, a closer look and spectra.
 
-    Returns the five axes in that order. The 95 % band of the acceleration is drawn where the smoothing estimates one,
-    the natural frequencies where the inspection has a machine. Of a long trace the range in every column is drawn.
+    Returns the five axes in that order. The 95 % band of the acceleration is drawn if the smoothing estimates it, the
+    natural frequencies if the inspection has a machine.
     """
     with look():
         figure = new_figure(10.0, 10.8)
@@ -61,8 +61,8 @@ def encoder(inspection: Inspection) -> list[Axes]:
 def density(time: Array, acceleration: Array) -> tuple[Array, Array]:
     """One-sided power spectral density of an acceleration (n,) m/s2 at time (n,) s, in bands of 1/12 octave.
 
-    All of the record is taken, with a Hann window, for its ends may differ; uneven steps are interpolated to the
-    median one. Returns frequency (band,) [Hz] and density (band,) [(m/s2)²/Hz].
+    The whole record has one Hann window, as its ends may differ; samples that are not uniform are interpolated to the
+    median step. Returns frequency (band,) [Hz] and density (band,) [(m/s2)²/Hz].
     """
     step, values = uniform(time, acceleration - acceleration.mean())
     window = np.hanning(values.size + 2)[1:-1]
@@ -74,19 +74,18 @@ def density(time: Array, acceleration: Array) -> tuple[Array, Array]:
 
 
 def thinned(time: Array, *histories: Array) -> tuple[Array, list[tuple[Array, Array]]]:
-    """Histories (n,) as columns of a picture: time of each, and smallest and largest value of each history in it.
+    """Histories (n,) reduced to the columns of a picture: time of each column, and for each history its range there.
 
-    Short histories have a column per sample.
+    Returns time (column,) and a pair of smallest and largest values (column,) for each history. Up to COLUMNS samples,
+    each is a column.
     """
     starts = np.arange(0, time.size, -(-time.size // COLUMNS))
-    ranges = [
-        (np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)) for values in histories
-    ]
+    ranges = [(np.minimum.reduceat(each, starts), np.maximum.reduceat(each, starts)) for each in histories]
     return time[starts], ranges
 
 
 def _draw(ax: Axes, time: Array, values: Array, **style: Any) -> None:
-    """A line, through the smallest and the largest value of each column of the picture."""
+    """A line; for long histories, through the smallest and the largest value in each column of the picture."""
     if time.size > COLUMNS:
         columns, [(low, high)] = thinned(time, values)
         time, values = np.repeat(columns, 2), np.column_stack([low, high]).ravel()
@@ -94,7 +93,7 @@ def _draw(ax: Axes, time: Array, values: Array, **style: Any) -> None:
 
 
 def _draw_each(ax: Axes, time: Array, values: Array, width: float, **style: Any) -> None:
-    """Dots where samples are few, else a line."""
+    """Dots for up to DOTS samples, else a line."""
     dots = {"linestyle": "", "marker": "o", "markersize": 2.5}
     _draw(ax, time, values, **style, **(dots if time.size <= DOTS else {"linewidth": width}))
 
@@ -127,7 +126,7 @@ def _draw_residual(ax: Axes, inspection: Inspection) -> None:
 
 
 def _draw_acceleration(ax: Axes, inspection: Inspection, samples: slice = slice(None)) -> None:
-    """The acceleration at some samples, its band, and behind it plain differences, cut to the band's range."""
+    """The acceleration with its band, and behind it plain differences; the vertical axis fits the band."""
     time, acceleration = inspection.time[samples], inspection.kinematics.acceleration[samples]
     low, high, half_width = acceleration, acceleration, ""
     if inspection.deviation is not None:
@@ -154,7 +153,7 @@ def _draw_acceleration(ax: Axes, inspection: Inspection, samples: slice = slice(
 def _draw_closely(ax: Axes, inspection: Inspection) -> None:
     """The acceleration around its largest value."""
     at = float(inspection.time[inspection.peak])
-    # An infinite band counts as 0 s.
+    # 3 periods of an infinite bandwidth are 0 s.
     half = max(CLOSE_PERIODS / inspection.bandwidth, CLOSE_SAMPLES * inspection.step)
     _draw_acceleration(ax, inspection, slice(*np.searchsorted(inspection.time, [at - half, at + half])))
     ax.set_title("Around the largest acceleration")
@@ -181,7 +180,7 @@ def _draw_spectrum(ax: Axes, inspection: Inspection) -> None:
     set_frequency_ticks(ax)
     if low < inspection.bandwidth < high:
         ax.axvspan(inspection.bandwidth, high, color=PALE, alpha=0.35, linewidth=0, zorder=0)
-        label = f"sudden changes shown, to {inspection.bandwidth:.3g} Hz"
+        label = f"usable bandwidth, {inspection.bandwidth:.3g} Hz"
         ax.axvline(inspection.bandwidth, color=BAND_END, linewidth=1.2, label=label)
     if inspection.resolution is not None:
         _mark_modes(ax, inspection.resolution)
@@ -189,7 +188,7 @@ def _draw_spectrum(ax: Axes, inspection: Inspection) -> None:
 
 
 def _mark_modes(ax: Axes, resolution: TraceResolution) -> None:
-    """Lines at the natural frequencies, numbered on the upper edge; neighbours share a label."""
+    """Lines at the natural frequencies, with the numbers of the modes on the upper edge; neighbours share a label."""
     for text, dashes, is_excited in (("excited by x", "-", True), ("not excited", NOT_EXCITED_DASHES, False)):
         style: dict[str, Any] = {"color": INK, "linewidth": 0.9, "linestyle": dashes, "alpha": 0.7}
         for frequency in resolution.frequency[resolution.participating == is_excited]:

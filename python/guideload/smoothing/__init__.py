@@ -1,4 +1,4 @@
-"""Acceleration with its uncertainty from samples of position or velocity."""
+"""Smoothing: acceleration and its uncertainty from samples of position or velocity."""
 
 from guideload.smoothing.estimation import Estimate
 from guideload.smoothing.kinematics import Kinematics

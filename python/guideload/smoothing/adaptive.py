@@ -30,15 +30,15 @@ from guideload.smoothing.stationary import (
 # heavy tail), and length of a segment, in time constants.
 WEIGHT = {3: 3e-4, 4: 1e-3, 5: 0.02, 6: 0.1}
 LENGTH = {3: 3.0, 4: 3.0, 5: 10.0, 6: 10.0}
-ROUNDS, MORE_ROUNDS = 7, 4  # before and after segments are divided; more rounds gain nothing
-DIVIDED, PARTS = 3.0, 6  # of the stationary density: segments above it are divided; into so many
-START_CONSTANT, START_NOISE = 2.0, 2.0  # of the stationary fit: adaptation starts with a smoother motion
-COLOUR = 12.0  # of the measurement noise: vibration is not white, but stronger at frequencies of the motion
-GAIN = 2.0  # log likelihood that a density above the stationary one must gain
-PIECE = 100_000  # samples of a long trace that are adapted independently
+ROUNDS, MORE_ROUNDS = 7, 4  # of adaptation, before and after segments are divided; more rounds change little
+DIVIDED, PARTS = 3.0, 6  # segments over DIVIDED times the stationary density are divided into PARTS segments
+START_CONSTANT, START_NOISE = 2.0, 2.0  # over the stationary fit: adaptation starts with a smoother motion
+COLOUR = 12.0  # factor on the variance of the measurement noise: vibration is stronger at frequencies of the motion
+GAIN = 2.0  # log likelihood that each density above the stationary one must gain
+PIECE = 100_000  # samples in a piece of a long trace; pieces are adapted independently
 AVERAGED = 9  # segments whose normalised innovation variance is averaged
-NUDGE = 1e-2  # relative change of densities and noise: the change of the variance stays far above rounding
-LEAST = 1e-2  # of the variance of the model
+NUDGE = 1e-2  # relative change of densities and noise for a difference quotient, far above rounding
+LEAST = 1e-2  # least variance of the error, over that of the model
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,17 +63,16 @@ class AdaptedModel:
         return self.fit.value, self.fit.variance + (COLOUR - 1.0) * self.fit.noise
 
     def error_share(self, variance: Array, derivative: int) -> Array:
-        """(n,) variance of the estimate's error over `variance` (n,), that of the model, for one number of the state.
+        """(n,) variance of the estimate's error over the model's `variance` (n,), for one number of the state.
 
         The gain of the smoother minimises the variance, so the derivative of the variance with respect to a density or
-        noise is the share of that process in the error (envelope theorem). What the true processes lack is
-        subtracted: the process noise that the normalised innovation variances show to be missing, and the allowance for
-        coloured measurement noise.
+        noise is the share of that process in the error (envelope theorem). Subtracted are the process noise that the
+        samples do not have, by the normalised innovation variances, and the allowance for coloured measurement noise.
         """
         # White noise alone has a normalised innovation variance of 1/(2 N).
         least = 0.5 / self.smoother.fit.states
         present = (self.fit.innovation - least) / (1.0 - least)
-        # Segments of similar density are averaged: a single one is too uncertain.
+        # Averaged over segments of similar density, as the value of one segment is too uncertain.
         similar = np.argsort(self.fit.density)
         window = np.ones(min(AVERAGED, present.size))
         sums = (np.convolve(values, window, "same") for values in (present[similar], np.ones(present.size)))
@@ -89,7 +88,7 @@ class AdaptedModel:
 def adapted(
     samples: ScaledSamples, stationary: StationaryFit, order: int, weight: float | None = None
 ) -> AdaptedModel:
-    """Adapt the densities to the samples, from the stationary fit on.
+    """Adapt the densities to the samples, starting from the stationary fit.
 
     order: of the white derivative of the position. weight: of the prior; by default it depends on the samples.
     Segments with a high density are divided, so that a jump is located, and adapted once more.
@@ -113,7 +112,7 @@ def adapted(
 def adapted_in_pieces(
     samples: ScaledSamples, stationary: StationaryFit, order: int, weight: float
 ) -> AdaptedModel:
-    """Adapt to a long trace, in pieces that do not depend on the number of threads."""
+    """Adapt to a long trace in pieces, in parallel; the result does not depend on the number of threads."""
     count = samples.value.size
     edges = np.linspace(0, count, max(1, count // PIECE) + 1).astype(int)
     slices = [slice(int(first), int(last)) for first, last in pairwise(edges)]
@@ -121,7 +120,7 @@ def adapted_in_pieces(
         pieces = list(pool.map(lambda part: adapted(samples.part(part), stationary, order, weight), slices))
     numbers, last = [], -1
     for piece in pieces:
-        # The interval to the next piece belongs to the last segment.
+        # The interval between two pieces belongs to the last segment of the first one.
         numbers.append(np.append(piece.segment, piece.segment[-1]).astype(np.uint32) + np.uint32(last + 1))
         last = int(numbers[-1][-1])
     columns = zip(*(piece.fit for piece in pieces), strict=True)
@@ -134,7 +133,7 @@ def adapted_in_pieces(
 
 
 def _divided(segment: Segments, density: Array, chosen: NDArray[np.bool_]) -> Partition:
-    """The segments, the chosen ones (segments,) divided into `PARTS`, and the densities of all."""
+    """The segments, with the `chosen` ones (segments,) divided into `PARTS`, and their densities."""
     first = np.searchsorted(segment, np.arange(density.size))
     place = (np.arange(segment.size) - first[segment]) / np.bincount(segment)[segment]
     number = segment.astype(np.int64) * PARTS + np.where(chosen[segment], (PARTS * place).astype(np.int64), 0)

@@ -1,20 +1,20 @@
 """Motion and its uncertainty from samples: a state-space smoother that adapts to jumps.
 
-A derivative of the position is white process noise. Stationary density and measurement noise have the highest
-likelihood, the order of the derivative the highest leave-one-out predictive likelihood. Moves of drives are piecewise
-smooth, so that no single density suits all of them: it is adapted in segments of a few time constants (`adaptive`).
+A derivative of the position is white process noise. Its density and the measurement noise maximise the likelihood, its
+order maximises the leave-one-out predictive likelihood. Moves of drives are piecewise smooth, so that one density does
+not suit all of a trace: it is adapted in segments of a few time constants (`adaptive`).
 
 order 3   acceleration that jumps (trapezoids of velocity)
 order 4   jerk that jumps (jerk-limited moves)
 order 5   smooth moves (sine squared)
 order 6   moves that ring
 
-A rounded sample says that position plus noise lies within half a quantum of it; at standstill and creeping that is far
-from white noise of variance quantum^2/12, so site approximations by expectation propagation replace the rounded samples
+A rounded sample means that position plus noise lies within half a quantum of it. At standstill and in creep this is not
+white noise of variance quantum^2/12, so site approximations by expectation propagation replace the rounded samples
 (rust/core/src/smoother/rounding.rs). The measurement noise before rounding is estimated, because axes vibrate.
 
-Between jumps the motion is smoother than the adapted model, whose own variance would be too wide: the variance of the
-estimate's error is that of the process noise that the samples show (`AdaptedModel.error_share`).
+Between jumps the motion is smoother than the adapted model, whose variance is too large there. The variance of the
+estimate therefore contains only the process noise that the samples show (`AdaptedModel.error_share`).
 """
 
 from __future__ import annotations
@@ -42,31 +42,31 @@ from guideload.smoothing.kinematics import (
 from guideload.smoothing.stationary import ScaledSamples, StationaryFit, fitted
 
 ORDERS = (3, 4, 5, 6)  # of the white derivative of the position
-# Calibration of the standard deviations by tests/benchmarks/encoder.py: by order, and less where rounding is all the
-# noise, because its errors are bounded.
+# Factors on the standard deviations, calibrated by tests/benchmarks/encoder.py, by order; times ROUNDED if rounding
+# dominates the noise, because its errors are bounded.
 SCALE = {3: 0.83, 4: 0.97, 5: 0.96, 6: 1.12}
-QUIET, ROUNDED = 0.1, 0.86  # quanta of measurement noise up to which rounding dominates; its factor
-# Weight of the adapted models in the choice of the order, if they are better: they have been fitted to the samples.
+QUIET, ROUNDED = 0.1, 0.86  # quanta of measurement noise up to which rounding dominates; factor
+# Weight of the adapted models in the choice of the order; below 1, as they have been fitted to the same samples.
 ADAPTED_WEIGHT = 0.5
-# Log density by which an order must be better than others: accelerations that jump are rare, but fit coarse samples.
+# Log density subtracted from the score of an order: jumps of acceleration are rare, but fit coarse samples well.
 HANDICAP = {3: 15.0, 4: 0.0, 5: 0.0, 6: 0.0}
-JUMP = 20.0  # of the stationary density: from here on a segment is a jump
-# Steps [s] and ranges (unit of the samples) whose powers stay in the range of doubles; and most range over quantum.
+JUMP = 20.0  # times the stationary density: a segment with at least this density is a jump
+# Limits within which powers of the step [s] and of the range of samples fit a double; largest range over quantum.
 STEPS, RANGES, FINEST = (1e-15, 1e15), (1e-25, 1e25), 1e15
 
 
 @dataclass(frozen=True, eq=False)
 class Estimate(Kinematics):
-    """Estimated motion with its uncertainty; `bandwidth` is that of a sudden change of the largest acceleration.
+    """Estimated motion with its uncertainty; `bandwidth` holds for a sudden change by the largest acceleration.
 
     time                   (n,) s
     acceleration_variance  (n,) (m/s2)^2; +-1.96 standard deviations are the 95 % credible band
     order                  of the white derivative of the position (module docstring)
-    noise                  rms of the measurement noise before rounding, in the unit of the samples
+    noise                  rms measurement noise, before rounding, in the unit of the samples
     density                (n - 1,) process-noise density in each interval, (m/s^order)^2 s
-    stationary_density     the density before it was adapted
+    stationary_density     density of the stationary fit, in the same unit
     jumps                  (k, 2) s, start and end of stretches whose density is at least 20 times the stationary one
-    warning                about a trace that is too noisy or too coarse, or ""
+    warning                if the trace is too noisy or too coarse, else ""
     uncertainty            posterior of the acceleration, for draws; None if all samples are equal
     """
 
@@ -121,7 +121,7 @@ def estimate(time: ArrayLike, value: ArrayLike, kind: Kind = "position", quantum
 
 def _selected(samples: ScaledSamples, kind: Kind) -> tuple[int, AdaptedModel]:
     """The order with the highest leave-one-out predictive likelihood before and after adapting, and its model."""
-    taken = 0 if kind == "position" else 1  # derivatives of the position that the samples are
+    taken = 0 if kind == "position" else 1  # order of the derivative of the position that was sampled
     excerpts = samples.excerpts(2 - taken)
 
     def trial(order: int) -> tuple[float, StationaryFit, list[AdaptedModel]]:
@@ -156,7 +156,7 @@ def _estimate(
     """The estimate of an adapted model, in SI units."""
     mean, variance = model.smoother.smooth((model.segment, model.fit.density), model.coloured_sites)
     stationary = model.smoother.fit
-    at = 2 if kind == "position" else 1  # of the acceleration in the state
+    at = 2 if kind == "position" else 1  # index of the acceleration in the state
     scale = SCALE[order] * (ROUNDED if model.fit.noise < QUIET**2 * samples.quantum else 1.0)
     calibration = scale * np.sqrt(model.error_share(variance[:, at], at))
     units = [samples.value_unit / samples.time_unit**power for power in range(3)]
@@ -170,8 +170,8 @@ def _estimate(
     density_unit = samples.value_unit**2 / samples.time_unit ** (2 * stationary.states - 1)
     noise = float(np.sqrt(model.fit.noise)) * samples.value_unit
     quantum = samples.quantum * samples.value_unit
-    # A change that takes the time T to be seen is process noise of density change^2/T in the next derivative, and that
-    # is followed up to (density/noise)^(1/(2 N)) = 1/T.
+    # A change of acceleration within the time T is process noise of density change^2/T in the next derivative. The
+    # smoother follows it up to (density/noise)^(1/(2 N)) = 1/T.
     change = float(np.abs(mean[:, at]).max())
     white = COLOUR * model.fit.noise + samples.rounding
     followed = (change**2 / white) ** (1.0 / (2 * at + 1)) / (2.0 * np.pi)

@@ -1,4 +1,4 @@
-"""The result of all smoothing methods, their checks of the samples, and their warning about noise."""
+"""What all smoothing methods share: their result, the checks of the samples, the warning about noise."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Kinematics:
     position      (n,) m; for samples of velocity it starts at 0
     velocity      (n,) m/s
     acceleration  (n,) m/s2
-    bandwidth     Hz, up to which changes of acceleration are followed (half amplitude); inf if unknown
+    bandwidth     Hz, at which a change of acceleration has half amplitude; inf if unknown
     note          method and parameters, as text
     """
 
@@ -46,7 +46,7 @@ def checked(time: ArrayLike, value: ArrayLike, kind: Kind) -> tuple[Array, Array
     if kind not in get_args(Kind):
         raise TraceError(f'smoothing: kind: expected one of {", ".join(get_args(Kind))}, got "{kind}"')
     if stamps.ndim != 1 or samples.shape != stamps.shape:
-        raise TraceError(f"smoothing: expected one value a stamp, got {samples.shape} and {stamps.shape}")
+        raise TraceError(f"smoothing: expected one value per stamp, got {samples.shape} and {stamps.shape}")
     if stamps.size < FEWEST:
         raise TraceError(f"smoothing: expected at least {FEWEST} samples, got {stamps.size}")
     for name, numbers in (("time", stamps), ("value", samples)):
@@ -59,7 +59,7 @@ def checked(time: ArrayLike, value: ArrayLike, kind: Kind) -> tuple[Array, Array
 
 
 def of_equal_samples(time: Array, value: Array, kind: Kind) -> Kinematics:
-    """The motion where all samples are equal."""
+    """The motion if all samples are equal: standstill, or constant speed."""
     zero = np.zeros_like(value)
     if kind == "position":
         return Kinematics(value.copy(), zero, zero, np.inf, "the axis stands still: all samples are equal")
@@ -68,7 +68,7 @@ def of_equal_samples(time: Array, value: Array, kind: Kind) -> Kinematics:
 
 
 def travel(time: Array, velocity: Array, acceleration: Array | None = None) -> Array:
-    """Position (n,) m from 0, by the cubic between stamps that velocity and acceleration define; else by trapezoids."""
+    """Position (n,) m from 0: by cubic Hermite velocity between stamps; without acceleration by trapezoids."""
     step = np.diff(time)
     parts = 0.5 * (velocity[1:] + velocity[:-1]) * step
     if acceleration is not None:
@@ -77,9 +77,9 @@ def travel(time: Array, velocity: Array, acceleration: Array | None = None) -> A
 
 
 def noise_warning(noise: float, value: Array, quantum: float, step: float) -> str:
-    """Warning about `noise` (rms, in the unit of the samples) that is too large for encoders, or "".
+    """Warning if `noise` (rms, in the unit of the samples) is too large for an encoder, or "".
 
-    step: s, usual distance of the samples.
+    step: s, median time between samples.
     """
     share = noise / float(np.ptp(value))
     if share <= SUSPICIOUS or noise <= quantum:

@@ -22,7 +22,7 @@ __all__ = ["Kind", "Kinematics", "Method", "quantum_of", "smooth"]
 
 Method = Literal["auto", "savitzky_golay", "differences"]
 
-UNIFORM = 0.01  # of the step: most deviation of stamps for filters that need uniform ones
+UNIFORM = 0.01  # of the step: largest deviation of stamps for filters that need uniform ones
 
 
 def smooth(
@@ -54,11 +54,11 @@ def smooth(
 
 
 def quantum_of(value: ArrayLike, resolution: float = 0.0) -> float:
-    """Quantum of the samples, in their unit: the step in which they change; 0 if there is none.
+    """Quantum of the samples, in their unit; 0 if none is found.
 
     It is the smallest change, if at least 90 % of all changes are multiples of it, within 2 % plus the `resolution` of
-    the written values, at most 10 % (a wider tolerance would accept chance steps). Rounding of doubles, and logs whose
-    number of decimals changes, give 0.
+    the written values, at most 10 % (a wider tolerance would accept accidental steps). Rounding of doubles, and logs
+    whose number of decimals changes, give 0.
     """
     samples = np.asarray(value, float)
     steps = np.abs(np.diff(samples))
@@ -66,7 +66,7 @@ def quantum_of(value: ArrayLike, resolution: float = 0.0) -> float:
     if steps.size == 0:
         return 0.0
     smallest = float(steps.min())
-    # The mean over multiples up to 8: rounding of the smallest change alone would spoil the larger multiples.
+    # Mean over multiples up to 8: the smallest change alone has too large a rounding error.
     small = steps[steps < 8.5 * smallest]
     step = float(np.sum(small) / np.sum(np.round(small / smallest)))
     # The error of `step` is too large for multiples above 1000.
@@ -78,7 +78,7 @@ def quantum_of(value: ArrayLike, resolution: float = 0.0) -> float:
 
 
 def _savitzky_golay(time: Array, value: Array, kind: Kind, window: float | None) -> Kinematics:
-    """Savitzky and Golay 1964: a cubic per window; position of velocity samples by the trapezoidal rule."""
+    """Savitzky and Golay 1964: a cubic per window; for samples of velocity, position by the trapezoidal rule."""
     step = float(time[-1] - time[0]) / (time.size - 1)
     worst = float(np.abs(np.diff(time) - step).max()) / step
     if worst > UNIFORM:
@@ -87,14 +87,11 @@ def _savitzky_golay(time: Array, value: Array, kind: Kind, window: float | None)
             f'{100 * worst:.2g} %; use smoothing="auto"'
         )
     if window is None:
-        raise TraceError(
-            'smoothing: "savitzky_golay" needs its window in seconds: window=0.05 (--window 0.05)'
-        )
+        raise TraceError('smoothing: "savitzky_golay" needs a window in seconds: window=0.05 (--window 0.05)')
     length = 2 * round(0.5 * (window / step - 1.0)) + 1
     if not 5 <= length <= time.size:
-        raise TraceError(
-            f"smoothing: window {window:g} s is {length} samples of {step:.3g} s; expected 5 to {time.size}"
-        )
+        size = f"{length} samples of {step:.3g} s"
+        raise TraceError(f"smoothing: window {window:g} s is {size}; expected 5 to {time.size}")
     from scipy.signal import savgol_filter  # a slow import, needed here only
 
     orders = (0, 1, 2) if kind == "position" else (0, 1)
@@ -121,7 +118,7 @@ def _half_amplitude(length: int, order: int, step: float) -> float:
 
 
 def _differences(time: Array, value: Array, kind: Kind) -> Kinematics:
-    """Central differences: of neighbours for the first derivative, of the three samples for the second."""
+    """First derivative from both neighbours, second derivative from three samples (central differences)."""
     slope: Array = np.gradient(value, time)
     note = "plain differences: the quantum is not smoothed away"
     if kind == "velocity":

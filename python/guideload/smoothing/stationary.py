@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 Sites = tuple[Array, Array]  # (n,) values and variances of normal samples that approximate the rounded ones
 Partition = tuple[Segments, Array]  # (n - 1,) segment of each interval; (segments,) their densities
 
-# Samples on which order and noise are chosen; number of excerpts of a longer trace.
+# Number of samples on which order and noise are chosen; number of excerpts that a longer trace is reduced to.
 EXCERPT, EXCERPTS = 16_000, 8
-ROUNDS = 10  # until sites, measurement noise and density agree
+ROUNDS = 10  # of the iteration over sites, measurement noise and density, until it converges
 GAP_DENSITY = 1e3  # of the process-noise density, where samples are missing for many time constants
-MOST_DECADES = 12.0  # of density over noise per median step: beyond, the filter breaks down in rounding
-LONGEST_CONSTANT = 100.0  # lengths of the trace: a longer time constant means a polynomial, as this one does
-LEAST_NOISE = 1e-3  # squared quanta, before rounding: an allowance for errors of the model
+MOST_DECADES = 12.0  # of density over noise, per median step: above, rounding breaks the filter down
+LONGEST_CONSTANT = 100.0  # time constant in lengths of the trace; longer ones give the same polynomial
+LEAST_NOISE = 1e-3  # squared quanta: least variance before rounding, an allowance for errors of the model
 
 
 @dataclass(frozen=True, eq=False)
 class ScaledSamples:
-    """Samples in units that make them of order 1: the median step of time, and the quantum or a part of the range."""
+    """Samples scaled to order 1: time by its median step, values by the quantum or 1e-7 of the range."""
 
     time: Array
     step: Array
@@ -65,8 +65,8 @@ class ScaledSamples:
     def excerpts(self, degree: int) -> list[ScaledSamples]:
         """The samples on which order and noise are chosen: all, or a few excerpts of a long trace.
 
-        Ranked by the residual of a polynomial of `degree` (that of constant acceleration), the excerpts are spread
-        evenly from the smallest to the largest, so that neither dwells nor jumps are missed.
+        Excerpts are ranked by the residual of a polynomial of `degree` (constant acceleration) and taken at even
+        distances from the smallest to the largest residual, so that both dwells and jumps are among them.
         """
         count = self.value.size
         if count <= EXCERPT:
@@ -84,7 +84,7 @@ class ScaledSamples:
 
 @dataclass(frozen=True)
 class StationaryFit:
-    """Number of states N, variance of the noise with that of rounding, and time constant; scaled units."""
+    """Number of states N, variance of measurement noise plus rounding, and time constant; scaled units."""
 
     states: int
     noise: float
@@ -103,7 +103,7 @@ class Adaptation(NamedTuple):
     noise: float  # variance of the measurement noise before rounding
     value: Array  # (n,) of the sites
     variance: Array  # (n,) of the sites
-    predictive: Array  # (n,) leave-one-out log predictive density of the samples
+    predictive: Array  # (n,) leave-one-out log predictive densities of the samples
     # (segments,) normalised innovation variance: squared process noise over its expectation
     innovation: Array
 
@@ -117,8 +117,8 @@ class Smoother:
     """State-space smoother for samples and a stationary fit."""
 
     def __init__(self, samples: ScaledSamples, fit: StationaryFit) -> None:
-        # A long gap is shortened, or the variances would leave the range of doubles, and gets a higher density: samples
-        # before it say next to nothing about those after it.
+        # A long gap is shortened, as the variances would leave the range of doubles, and gets a higher density: the
+        # samples before it carry almost no information on those after it.
         longest = max(1.0, fit.time_constant) * 10.0 ** (9.0 / (2 * fit.states - 1))
         self.samples, self.fit = samples, fit
         self.step, self.gap = np.minimum(samples.step, longest), samples.step > longest
@@ -135,7 +135,7 @@ class Smoother:
         return self.gap.astype(np.uint32), density * np.array([1.0, GAP_DENSITY])
 
     def segments(self, length: float, density: float) -> Partition:
-        """Segments of this length, each gap in a segment of its own, and their densities."""
+        """Segments of this length and their densities; each gap is a separate segment."""
         number = (self.samples.time[:-1] / length).astype(np.int64)
         new = np.concatenate([[False], (np.diff(number) > 0) | self.gap[1:] | self.gap[:-1]])
         segment = np.cumsum(new).astype(np.uint32)
@@ -153,7 +153,7 @@ class Smoother:
         return Adaptation(*adapt_motion(model, self.samples.value, self.samples.quantum, noise, rule))
 
     def smooth(self, segments: Partition, sites: Sites) -> tuple[Array, Array]:
-        """(n, 3) the first three numbers of the state, and their variances."""
+        """(n, 3) means of the first three numbers of the state, and their variances."""
         mean, variance, _ = smooth_motion(self._model(sites, segments))
         return mean, variance
 
@@ -178,7 +178,7 @@ def _initial_state(time: Array, value: Array, fit: StationaryFit) -> tuple[Array
 
 
 def _with_normal_noise(excerpts: list[ScaledSamples], states: int) -> StationaryFit:
-    """Search over the time constant; the noise that belongs to it has a closed form."""
+    """The maximum-likelihood fit if rounding is normal noise: search over the time constant, noise in closed form."""
     count = sum(part.value.size for part in excerpts)
     least = excerpts[0].least_noise + excerpts[0].rounding
 
@@ -221,8 +221,8 @@ def fitted(excerpts: list[ScaledSamples], states: int) -> tuple[StationaryFit, f
     predictive = 0.0
     for _ in range(ROUNDS):
         found = [
-            smoother.adapt(smoother.uniform(density), noise, 1, sites=own)
-            for smoother, own in zip(smoothers, sites, strict=True)
+            smoother.adapt(smoother.uniform(density), noise, 1, sites=previous)
+            for smoother, previous in zip(smoothers, sites, strict=True)
         ]
         sites = [each.sites for each in found]
         noise = float(np.mean([each.noise for each in found]))

@@ -1,4 +1,4 @@
-"""`run_study`: the samples of a study, on threads of this process or on an executor; interrupted, it keeps them."""
+"""`run_study`: run the samples of a study on threads of this process or on an executor, and store them."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from guideload.study.results.result import StudyResult
 from guideload.study.storage.folder import open_store
 from guideload.study.storage.store import Chunk, FolderStore, Range, SampleStore
 
-Progress = Callable[[int, int], None]  # called with the number of samples done and that of the whole study
+Progress = Callable[[int, int], None]  # takes the number of finished samples and that of all samples
 
-CHUNK = 8192  # samples: some megabytes of results, 0.1 s of the fastest scenes on a core
-EXECUTOR_CHUNKS = 64  # least number of chunks for an executor, unless they would be tiny
-SLICE_TIME = 0.2  # s between checks for Ctrl-C, however slow a scene is
-STORE_TIME = 10.0  # s between writes, at most
-IN_FLIGHT = 64  # chunks that an executor has at once; it holds the results of some in memory
+CHUNK = 8192  # samples: some megabytes of results, 0.1 s on one core for the fastest scenes
+EXECUTOR_CHUNKS = 64  # least number of chunks for an executor, unless they have under 16 samples
+SLICE_TIME = 0.2  # s between checks for Ctrl-C
+STORE_TIME = 10.0  # s, longest time between writes
+IN_FLIGHT = 64  # chunks that an executor has at once; the results of some are in memory
 
 
 class StudyInterrupted(KeyboardInterrupt):
-    """Ctrl-C ended a study; `result` holds the samples done, and running it again with resume=True resumes it."""
+    """Ctrl-C ended a study. `result` has the finished samples; `run_study` with resume=True runs the others."""
 
     def __init__(self, result: StudyResult, text: str) -> None:
         super().__init__(text)
@@ -51,19 +51,19 @@ def run_study(
     resume: bool = False,
     progress: Progress | None = None,
 ) -> StudyResult:
-    """Run all samples of a study. Sample i and its result are the same to the last bit for all arguments below.
+    """Run all samples of a study. The arguments below do not change any bit of the samples and their results.
 
-    study      or its file
-    output     folder for the samples, written as they are done; in memory if left out
-    threads    in this process: the number of cores if left out; in each task of an executor: 1 if left out
-    chunk      samples of a file and of a task, at most; if left out 8192, for an executor fewer in small studies
-    executor   any concurrent.futures.Executor, as Dask's `client.get_executor()`, to run on in place of this process
+    study      a study, its plan or its file
+    output     folder for the samples, written during the run; None: in memory
+    threads    of this process, by default one per core; or of each task of an executor, by default 1
+    chunk      largest number of samples in a file and a task; by default 8192, for an executor fewer in small studies
+    executor   any concurrent.futures.Executor, such as Dask's `client.get_executor()`; None: this process
     in_flight  chunks that the executor gets at once: at least twice its workers
     resume     resume the study in `output`, if there is one; damaged chunks are run again
-    progress   called from time to time with the number of samples done and that of the whole study
+    progress   called repeatedly with the number of finished samples and the number of all samples
 
     Raises ArgumentError (an argument, or a folder with another study), RunError (a full disk, a lost executor) and
-    StudyInterrupted (Ctrl-C); samples done until then stay. For a file also what Study.from_toml raises.
+    StudyInterrupted (Ctrl-C), all of which keep the finished samples; for a file also what Study.from_toml raises.
     """
     if isinstance(study, str | PathLike):
         study = Study.from_toml(study)
@@ -96,7 +96,7 @@ def run_study(
 
 
 def executor_chunk(runs: int) -> int:
-    """Samples of a chunk for an executor."""
+    """Default number of samples in a chunk for an executor."""
     return min(CHUNK, max(16, runs // EXECUTOR_CHUNKS))
 
 
@@ -109,7 +109,7 @@ def _whole_number(name: str, value: int | None, default: int) -> int:
 
 
 def _samples_done(store: SampleStore) -> str:
-    """How many samples are done, and how to resume."""
+    """Text: how many samples are done, and how to resume."""
     where = "; they are in memory only, as no output folder was given"
     if isinstance(store, FolderStore):
         where = f" and stored in {store.folder}: resume the study (--resume, or resume=True)"
@@ -117,11 +117,11 @@ def _samples_done(store: SampleStore) -> str:
 
 
 class _Writer:
-    """Stores chunks on another thread, one at a time, and reports progress; `add` waits for the chunk before."""
+    """Stores chunks on another thread, one at a time, and reports progress; `add` waits for the previous chunk."""
 
     def __init__(self, thread: Executor, store: SampleStore, progress: Progress | None) -> None:
         self.thread, self.store, self.progress = thread, store, progress
-        self.done = store.done  # samples, also those whose chunk is not stored yet
+        self.done = store.done  # number of finished samples, stored or not
         self.last: Future[None] | None = None
 
     def add(self, chunk: Chunk) -> None:
@@ -129,7 +129,7 @@ class _Writer:
         self.last = self.thread.submit(self.store.add, chunk)
 
     def finish(self) -> None:
-        """Wait for the last chunk. Raises what its writing raised."""
+        """Wait until the last chunk is written; raises the error of writing it."""
         last, self.last = self.last, None
         if last is not None:
             last.result()
@@ -145,7 +145,7 @@ class _Writer:
 
 
 def _run_here(plan: Plan, missing: list[Range], threads: int, writer: _Writer) -> None:
-    """One chunk after the other; the next is drawn and the last is written while one runs."""
+    """Run one chunk after the other; meanwhile draw the next one and write the previous one."""
     slices, thread, following = _Slices(plan, threads, writer), writer.thread, None
     for i, samples in enumerate(missing):
         values = (following or thread.submit(plan.values, *samples)).result()
@@ -154,14 +154,14 @@ def _run_here(plan: Plan, missing: list[Range], threads: int, writer: _Writer) -
 
 
 class _Slices:
-    """Runs samples in slices so short that Ctrl-C is answered; the results do not depend on them."""
+    """Runs samples in slices of SLICE_TIME, between which Ctrl-C is checked; results do not depend on them."""
 
     def __init__(self, plan: Plan, threads: int, writer: _Writer) -> None:
         self.batch, self.measures, self.threads = plan.batch(), len(plan.metadata.measures), threads
         self.writer, self.size = writer, 64
 
     def run(self, start: int, values: Array) -> None:
-        """Store all samples: as one chunk, or as several if they take long; on Ctrl-C those that are done."""
+        """Run and store all samples, as one chunk or, if they take long, as several; on Ctrl-C the finished ones."""
         rows, failed = np.empty((len(values), self.measures)), dict[int, str]()
         stored = done = 0
 
@@ -177,7 +177,7 @@ class _Slices:
                 stop, begun = min(done + self.size, len(values)), time.monotonic()
                 rows[done:stop], bad = self.batch.run(values[done:stop], self.threads)
                 failed |= {start + done + i: reason for i, reason in bad}
-                # The size that would have taken SLICE_TIME; it grows slowly, as the first samples may be fast ones.
+                # The size that would have taken SLICE_TIME, at most 8 times the last, as the first samples may be fast.
                 fitting = int((stop - done) * SLICE_TIME / max(time.monotonic() - begun, 1e-9))
                 self.size = max(self.threads, min(fitting, 8 * self.size))
                 self.writer.count(stop - done)
@@ -197,7 +197,7 @@ class _Slices:
 def _run_on(
     executor: Executor, plan: Plan, missing: list[Range], threads: int, in_flight: int, writer: _Writer
 ) -> None:
-    """A bounded number of chunks at the executor; each is written when it comes back, in any order."""
+    """Give the executor `in_flight` chunks at a time, and write each chunk when it is finished, in any order."""
     packed = pickle.dumps(plan)
     queue, running = iter(missing), set[Future[Chunk]]()
 
@@ -221,7 +221,7 @@ def _run_on(
             for start, stop in islice(queue, in_flight - len(running)):
                 try:
                     running.add(executor.submit(run_chunk, packed, start, stop, threads))
-                except Exception as error:  # whatever it is, it is the executor's
+                except Exception as error:  # any error here is one of the executor
                     raise _executor_error(error) from error
             if not running:
                 break
@@ -235,7 +235,7 @@ def _run_on(
 
 
 def _executor_error(error: Exception) -> GuideloadError:
-    """The error of a task or of the executor itself; a failed sample is no error in a task."""
+    """The error to raise for a failed task or executor; a failed sample does not fail its task."""
     if isinstance(error, GuideloadError):
         return error
     if isinstance(error, BrokenExecutor):
@@ -244,7 +244,7 @@ def _executor_error(error: Exception) -> GuideloadError:
 
 
 def run_chunk(packed: bytes, start: int, stop: int, threads: int) -> Chunk:
-    """The task of an executor: samples of a pickled plan, which a process unpickles once."""
+    """Task of an executor: run samples of a pickled plan, which each process unpickles once."""
     plan = _unpacked(packed)
     values = plan.values(start, stop)
     rows, failed = plan.batch().run(values, threads)

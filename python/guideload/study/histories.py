@@ -1,4 +1,4 @@
-"""The load histories of requested samples, labelled as those of a single run."""
+"""Load histories of the requested samples, with the labels of a single run."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from guideload.simulation.run import AXES
 from guideload.simulation.simulation import simulate
 from guideload.study.description.plan import Plan
 
-TOGETHER = 16  # samples at a time, so that Ctrl-C is answered
+TOGETHER = 16  # samples between checks for Ctrl-C
 
 
 def histories(plan: Plan) -> xr.Dataset:
     """force, moment and resultant (sample, time, carriage) of the samples in `plan.histories`, with their factors.
 
-    A sample that failed has NaN, and why in `reason`. nominal_force and so on (time, carriage): of the machine as
-    described, if that has a solution.
+    A failed sample has NaN, and the reason in `reason`. nominal_force, nominal_moment and nominal_resultant (time,
+    carriage) are those of the nominal machine, if it has a solution.
     """
     samples, metadata = list(plan.histories), plan.metadata
     values = np.concatenate([plan.values(i, i + 1) for i in samples])
@@ -32,12 +32,12 @@ def histories(plan: Plan) -> xr.Dataset:
     variables = _loads(("sample",), np.concatenate(loads), "", "load of the carriage")
     try:
         nominal = simulate(metadata.machine, plan.motion, metadata.method, rtol=metadata.rtol).carriage_loads
-        variables |= _loads((), nominal, "nominal_", "load of the carriage, machine as described")
+        variables |= _loads((), nominal, "nominal_", "load of the carriage, nominal machine")
     except (RunError, SceneError):  # perhaps only the drawn machines have a solution
         pass
     words = {"long_name": "values of the factors, in their units"}
     variables["value"] = Quantity(("sample", "factor"), values, words)
-    words = {"long_name": "why the sample failed, or empty"}
+    words = {"long_name": "reason why the sample failed, or empty"}
     variables["reason"] = Quantity(("sample",), np.array(reasons, dtype=object), words)
     coords = {
         "sample": ("sample", samples, {"long_name": "index of the sample"}),
@@ -61,5 +61,5 @@ def _loads(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> dict[
 
 
 def are_of(data: xr.Dataset | None, plan: Plan) -> bool:
-    """Whether these are the histories of the plan's samples."""
+    """Whether the dataset has exactly the histories that the plan requests."""
     return data is not None and tuple(data["sample"].values.tolist()) == plan.histories

@@ -21,12 +21,12 @@ from guideload.traces.reading import Trace
 class Inspection:
     """A trace and the motion that the smoothing estimates from it.
 
-    trace    as it was read
-    machine  whose modes it is compared with, or None
-    kind     "position" or "velocity": what its samples are to the smoothing
-    value    (n,) samples: m or m/s of the cart; rad/s of the motor where there is no [drive] to convert it
-    quantum  smallest change of the value, 0 if none is known
-    of_motor whether all figures are those of the motor: then accelerations are in rad/s2, not m/s2
+    trace       as read
+    machine     with whose modes the trace is compared, or None
+    kind        of the samples for the smoothing: "position" or "velocity"
+    value       (n,) samples: m or m/s of the cart; rad/s of the motor if there is no [drive] to convert them
+    quantum     smallest change of the value, 0 if unknown
+    of_motor    whether this is the motion of the motor, with accelerations in rad/s2, not of the cart in m/s2
     kinematics  position, velocity and acceleration by the smoothing, in the units of the value
     """
 
@@ -52,7 +52,7 @@ class Inspection:
     ) -> Inspection:
         """Smooth a trace, as `motion_from_trace` does; see `smoothing.smooth`. Raises TraceError.
 
-        A motor's speed becomes the cart's where the machine has a [drive], and else stays the motor's.
+        A motor speed is converted to the cart's if the machine has a [drive].
         """
         drive = None if machine is None else machine.drive
         of_motor = trace.kind == "motor_speed" and drive is None
@@ -100,7 +100,7 @@ class Inspection:
 
     @cached_property
     def resolution(self) -> TraceResolution | None:
-        """What the trace shows of the machine's modes; None without a machine, or for a motor's own motion."""
+        """Resolution of the trace for the machine; None without a machine, or for the motion of the motor."""
         if self.machine is None or self.of_motor:
             return None
         modes, acceleration = Modes.of(self.machine), self.kinematics.acceleration

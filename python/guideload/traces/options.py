@@ -14,7 +14,7 @@ class ReadingOptions(TypedDict, total=False):
     """Keywords of `read_trace`, each with its type and a short description; None counts as not given."""
 
     column: Annotated[str | None, "column of the measured motion; else the one whose header gives its unit"]
-    unit: Annotated[Number | None, 'unit of that column, e.g. rpm; for counts the travel of one: "5e-8 m"']
+    unit: Annotated[Number | None, 'unit of that column, e.g. rpm; for counts the travel per count: "5e-8 m"']
     kind: Annotated[str | None, "kind of that column: position, counts, velocity (of the cart), motor_speed"]
     time: Annotated[str | None, "column of the time stamps; with a rate, of a counter of cycles"]
     rate: Annotated[Number | None, "samples per second, in place of a time column"]
@@ -33,7 +33,7 @@ class ReadingOptions(TypedDict, total=False):
 
 
 class SmoothingOptions(TypedDict, total=False):
-    """Keywords of `motion_from_trace` and `Inspection.of`, as above."""
+    """Keywords of `motion_from_trace` and `Inspection.of`, each with its type and a short description."""
 
     smoothing: Annotated[
         Literal["auto", "savitzky_golay", "differences"],
@@ -43,7 +43,7 @@ class SmoothingOptions(TypedDict, total=False):
 
 
 def with_reading_options(function: Function) -> Function:
-    """Decorator: `**options` are listed one by one where the signature is shown, as in `help`."""
+    """Decorator: list the `**options` of a function one by one in its signature, as `help` shows it."""
     plain = signature(function)
     listed = [
         Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=hint)

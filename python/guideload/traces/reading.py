@@ -1,8 +1,7 @@
 """From a measured trace to the motion that excites the scene: read, check, smooth.
 
 A trace is one column of a table (position, counts, velocity of the cart, or speed of the motor) and its time
-stamps. Nothing in it is repaired silently: what cannot be used is refused with its rows named, or left out
-where the user chooses it.
+stamps. Samples that cannot be used are refused with their rows, or left out if the user chooses it.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from guideload.base.errors import TraceError
 from guideload.motion.motion import Motion
 from guideload.smoothing.estimation import Estimate
 from guideload.smoothing.smoothing import Kind, Method, smooth
-from guideload.traces.content.columns import argument, columns_of
+from guideload.traces.content.columns import columns_of, option_in_si
 from guideload.traces.content.samples import quantum_note, read_samples
 from guideload.traces.content.stamps import DATE_ORDERS
 from guideload.traces.format.headers import KINDS
@@ -35,7 +34,7 @@ if TYPE_CHECKING:
     from guideload.traces.format.sources import TableLike
     from guideload.traces.format.table import Table
 
-# Options that are one of a few words.
+# Allowed words of options.
 WORDS = {"kind": tuple(KINDS), "clock": CLOCKS, "date_order": DATE_ORDERS}
 
 
@@ -43,14 +42,15 @@ WORDS = {"kind": tuple(KINDS), "clock": CLOCKS, "date_order": DATE_ORDERS}
 class Trace:
     """A checked trace in SI units.
 
-    time   (n,) s, strictly increasing, n >= 8
-    value  (n,) m, m/s or rad/s according to kind; read-only like time
-    kind   "position" or "velocity" of the cart, or "motor_speed"
-    quantum  smallest change of the value in its unit, 0 if none was found
-    source, column  where it comes from; notes: what was detected, chosen and repaired
-    clock  kind of the time stamps: "uniform", "ticks", "jitter" or "on_change" (see `quality.clocks`)
-    tick   step of the clock that made them, s, 0 if none is seen
-    jitter rms of their steps about the usual one, s; missing rows do not count
+    time     (n,) s, strictly increasing, n >= 8
+    value    (n,) m, m/s or rad/s according to kind; read-only like time
+    kind     "position" or "velocity" of the cart, or "motor_speed"
+    quantum  smallest change of the value in its unit, 0 if unknown
+    source   name of the file or table; column: name of the measured column
+    notes    what was detected, chosen and repaired
+    clock    kind of the time stamps: "uniform", "ticks", "jitter" or "on_change" (see `quality.clocks`)
+    tick     resolution of the clock, s, 0 if unknown
+    jitter   rms deviation of the steps of time from the median, s; missing rows do not count
     """
 
     time: Array
@@ -65,7 +65,7 @@ class Trace:
     jitter: float = 0.0
 
     def samples(self, drive: Drive | None = None) -> tuple[Kind, Array, float]:
-        """What the smoothing takes: its kind, values (n,) and quantum; of the cart, if a drive converts motor speed."""
+        """Kind, values (n,) and quantum for the smoothing; with a drive, a motor speed becomes the cart's."""
         kind: Kind = "position" if self.kind == "position" else "velocity"
         ratio = drive.speed_per_motor_speed if drive and self.kind == "motor_speed" else 1.0
         return kind, self.value * ratio, abs(ratio) * self.quantum
@@ -74,6 +74,7 @@ class Trace:
         return f"<Trace of {self.source}, column {self.column}: {self.kind}, {self.time.size} samples>"
 
 
+# Longer than 60 lines because its docstring describes every option.
 @with_reading_options
 def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
     """Read and check a trace.
@@ -81,29 +82,28 @@ def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
     table: path of a CSV (.csv, .txt, any text; TwinCAT Scope exports too), .parquet, .npy or .npz file; or a
         mapping of columns, a data frame, a structured array, or a bare array: (n,) values, or (n, k) with the
         time in column "0", all SI. Separator, decimal sign, names, units and encoding of text are detected.
-    column: name of the column; without it the one whose header gives a unit of a kind below. Of several, the
-        only measured one (words meas, act, actual, ...) if all others are commands (ref, cmd, command, ...).
-    time: name of the time column; without it the one called t, time, timestamp, Zeit, ... It holds seconds or
-        another unit in its header, dates (ISO 8601, dd.mm.yyyy hh:mm:ss,fff, mm/dd/yyyy hh:mm:ss.fff AM), times of
-        day, or with `rate` the cycles of a counter.
-    kind: "position" (m), "counts", "velocity" of the cart (m/s) or "motor_speed" (rad/s); without it from the
-        unit.
-    unit: of the column, such as "mm/s" or "rpm"; without it from the header ("n [rpm]", "speed (mm/s)",
-        "q_m") or a row of units below it. For counts: metres of cart travel per count, a number or a string
-        such as "5e-8 m".
-    rate: samples per second (Hz), in place of a time column; with `time`, cycles per second of that column.
-    quantum: smallest change of the value, in the kind's SI unit or as a string; without it detected.
-    clock: kind of the time stamps, without it detected. "uniform": even samples, the stamps are put on the
-        even grid that fits them best. "ticks" and "jitter": the stamps are used as they are. "on_change": rows
-        are missing where the axis stands still; they are put back with the last value.
-    counter_bits: width of a counter of counts that wraps around, 0 for one that does not; without it 16, 24 or
-        32 bits are recognised by jumps of nearly the full range.
-    hold: rows in which each value is repeated, in a log that is faster than its signal: only those in which it is
-        new are used; 1 uses all rows. Without it detected, unless the motion is too slow (see `quality.holds`).
-    date_order: "dmy" or "mdy", of dates such as 03/04/2024; without it from days above 12.
-    max_speed: greatest speed that the axis can have, in the kind's SI unit or as a string; replaces the
-        automatic test for jumps (see `quality.jumps`).
-    allow_gaps: accept steps in time much longer than the usual one, where samples were dropped.
+    column: name of the measured column; by default the only one whose header gives a unit of a kind below, or of
+        several the only measured one (words meas, act, actual, ...) if all others are commands (ref, cmd, ...).
+    time: name of the time column; by default the one called t, time, timestamp, Zeit, ... It holds seconds or the
+        unit in its header, dates (ISO 8601, dd.mm.yyyy hh:mm:ss,fff, mm/dd/yyyy hh:mm:ss.fff AM), times of day, or
+        with `rate` a count of cycles.
+    kind: "position" (m), "counts", "velocity" of the cart (m/s) or "motor_speed" (rad/s); by default the
+        kind of the unit.
+    unit: of the column, such as "mm/s" or "rpm"; by default from the header ("n [rpm]", "speed (mm/s)", "q_m") or a
+        row of units below it. For counts: travel of the cart per count, in metres or as a string such as "5e-8 m".
+    rate: samples per second (Hz), in place of a time column; with `time`, counts of that column per second.
+    quantum: smallest change of the value, in the kind's SI unit or as a string; by default detected.
+    clock: kind of the time stamps, by default detected. "uniform": the stamps are put on the uniform grid that fits
+        them best. "ticks" and "jitter": the stamps are used as they are. "on_change": rows are missing at
+        standstill; they are inserted with the last value.
+    counter_bits: width of a counter that wraps around, 0 for one that does not; by default 16, 24 or 32 bits are
+        recognised by jumps of nearly the full range.
+    hold: oversampling ratio, rows per new value in a log that is faster than its signal: only rows with a new value
+        are used; 1 uses all rows. By default detected, unless the motion is too slow (see `quality.holds`).
+    date_order: "dmy" or "mdy", of dates such as 03/04/2024; by default from days above 12.
+    max_speed: greatest speed that the axis can have, in the SI unit of a speed or as a string; replaces the automatic
+        test for jumps (see `quality.jumps`).
+    allow_gaps: accept steps in time much longer than the usual one, where samples are missing.
     cross_check: compare position with velocity where the table has both of the same axis (the default).
     repair: damage to leave out, with its rows in the notes: "all", or some of empty (cells without a number),
         doubled (samples), clock (stamps that go back), outliers and stuck (values that repeat while the axis moves).
@@ -119,7 +119,7 @@ def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
     max_speed = options.get("max_speed")
     if max_speed is not None:
         unit = "m/s" if draft.is_position else draft.unit
-        max_speed = argument(data, "max_speed", max_speed, unit, ">")
+        max_speed = option_in_si(data, "max_speed", max_speed, unit, ">")
     repair(draft, kinds_of_damage, max_speed)
     check_order(draft)
     is_left_out = np.diff(draft.place) > 1
@@ -152,7 +152,7 @@ def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
 
 
 def _check_options(data: Table, options: ReadingOptions) -> None:
-    """Raise for options that do not exist (TypeError), and for words that are not known (TraceError)."""
+    """Raise TypeError for an unknown option, and TraceError for an unknown word as its value."""
     for name, value in options.items():
         if name not in ReadingOptions.__annotations__:
             raise TypeError(f"read_trace() got an unexpected keyword argument {name!r}")
@@ -167,7 +167,7 @@ def motion_from_trace(
 ) -> Motion:
     """The motion of the cart along x at the trace's time stamps.
 
-    Position is differentiated twice, velocity once, by the same smoothing; velocity is integrated to a
+    Position is differentiated twice, velocity once, by one smoothing; velocity is integrated to a
     position that starts at 0. Motor speed needs `drive`, the machine's [drive]. smoothing and window: see
     `smoothing.smooth`. Raises TraceError.
     """

@@ -1,1 +1,1 @@
-"""What a study is: what varies, what is recorded of each run, and the plan and the metadata that follow."""
+"""Description of a study: varied parameters, recorded quantities, limits; and its plan and metadata."""

@@ -1,4 +1,4 @@
-"""Given cases in place of draws: a table with a column for each path and a row for each case."""
+"""Given cases in place of drawn samples: a table with a column for each path and a row for each case."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 def cases_of(source: TableLike, parameters: Parameters) -> tuple[tuple[Factor, ...], Array]:
     """Factors, and their values (cases, factors), read-only.
 
-    A header is a path, with a unit in brackets after a blank where it is not SI: "body.mass [t]"; [%] is of the
-    machine's value. Raises TraceError for the table, ConfigError with all refused headers and columns.
+    A header is a path, followed by a blank and the unit in brackets if it is not SI: "body.mass [t]"; [%] is percent of
+    the machine's value. Raises TraceError for the table, ConfigError with all refused headers and columns.
     """
     table = load_table(source)
     columns: list[tuple[Factor, Array]] = []

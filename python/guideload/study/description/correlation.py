@@ -1,4 +1,4 @@
-"""Correlations among factors: the tables [[correlation]] of a study, and the copula that they make."""
+"""Correlations among factors: the tables [[correlation]] of a study, and the resulting copula."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from guideload.study.sampling.design import Copula, cholesky
 class Correlation(ConfigModel):
     """Correlation of the normal scores of all pairs of several varied parameters or factors.
 
-    Of two that both have a draw for each carriage (rail, link) only the draws of the same carriage are correlated.
+    If both parameters of a pair have a draw for each carriage (rail, link), only draws of the same carriage correlate.
     """
 
     between: tuple[str, ...] = Field(
@@ -32,9 +32,9 @@ class Correlation(ConfigModel):
 def copula_of(
     correlations: Sequence[Correlation], factors: Sequence[Factor], entries: Sequence[VariedParameter]
 ) -> Copula | None:
-    """The correlated columns; None if there are none.
+    """The copula of the correlated columns; None if there are none.
 
-    Raises ConfigError for unknown names, for a pair given twice, and for correlations that cannot be together.
+    Raises ConfigError for unknown names, a pair given twice, and a matrix that is not positive definite.
     """
     coefficients: dict[tuple[int, int], float] = {}
     last: KeyPath = ()
@@ -79,7 +79,7 @@ def _pairs(
     for first, second in combinations(correlation.between, 2):
         a, b = _columns(first, factors, entries), _columns(second, factors, entries)
         if set(a) & set(b):
-            way_out = "within is the correlation of an entry's own draws"
+            way_out = "within is the correlation between the draws of one entry"
             raise KeyRefused("between", "different entries", list(correlation.between), way_out)
         each = {entries[factors[i].entry].each if len(group) > 1 else None for group in (a, b) for i in group}
         by_part = len(each) == 1 and not each & {None, "value"}
@@ -89,9 +89,11 @@ def _pairs(
 
 
 def _columns(name: str, factors: Sequence[Factor], entries: Sequence[VariedParameter]) -> list[int]:
-    """The columns of a name: all of a varied parameter, or one."""
+    """The columns with this name: all columns of a varied parameter, or a single factor."""
     columns = [i for i, factor in enumerate(factors) if name in (factor.name, entries[factor.entry].title)]
     if not columns:
         known = dict.fromkeys([*(entry.title for entry in entries), *(factor.name for factor in factors)])
-        raise KeyRefused("between", "names of what varies", name, f"they are {', '.join(known)}")
+        raise KeyRefused(
+            "between", "names of varied parameters or factors", name, f"they are {', '.join(known)}"
+        )
     return columns

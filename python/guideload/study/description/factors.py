@@ -1,6 +1,6 @@
-"""Factors: the columns of values that varied parameters become for one machine.
+"""Factors: the columns of drawn values in a study of one machine.
 
-A factor is one draw of a varied parameter, which has one or, with `each`, one for every part.
+A varied parameter has one factor or, with `each`, one factor for every part.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ class Factor:
     name      "body.mass", "k[1a]"
     unit      of its values: SI, or "1" where they are factors on the machine's values
     targets   the full paths of the parameters that it sets
-    form      what its values are to them: "value", "factor" or "shift"
+    form      how a value sets them: as their "value", as a "factor" on it, or as a "shift" of it
     marginal  its distribution; None where cases are given
     entry     the index of its varied parameter, or of its column where cases are given
-    owner     the part that it is drawn for, or ""
+    owner     the part for which it is drawn, or ""
     """
 
     name: str
@@ -51,7 +51,7 @@ class Factor:
 def factors_of(entries: Sequence[VariedParameter], parameters: Parameters) -> tuple[Factor, ...]:
     """The factors of these varied parameters.
 
-    Raises ConfigError with all that is wrong, its keys from "vary" on.
+    Raises ConfigError with all problems; their keys begin with "vary".
     """
     problems: list[Problem] = []
     factors: list[Factor] = []
@@ -68,7 +68,7 @@ def factors_of(entries: Sequence[VariedParameter], parameters: Parameters) -> tu
             continue
         refused_entries.add(factor.entry)
         entry, hint = entries[factor.entry], f"vary[{other.entry}] has it already"
-        conflict = KeyRefused("name", "a name of its own", factor.name, hint)
+        conflict = KeyRefused("name", "a unique name", factor.name, hint)
         if target:
             hint = f"{target} is set by vary[{other.entry}] ({entries[other.entry].title}) already"
             conflict = KeyRefused("path", "one entry for each value", list(entry.path), hint)
@@ -79,7 +79,7 @@ def factors_of(entries: Sequence[VariedParameter], parameters: Parameters) -> tu
 
 
 def conflicts(factors: Sequence[Factor]) -> Iterator[tuple[Factor, Factor, str]]:
-    """A factor, another before it, and the parameter that both set."""
+    """Conflicts: a factor, an earlier factor, and the parameter that both set."""
     first: dict[str, Factor] = {}
     for factor in factors:
         for target in factor.targets:
@@ -89,7 +89,7 @@ def conflicts(factors: Sequence[Factor]) -> Iterator[tuple[Factor, Factor, str]]
 
 
 def _draws(entry: VariedParameter, parameters: Parameters) -> dict[str, list[Parameter]]:
-    """The draws of a varied parameter: the part that each is for, and the parameters that it sets."""
+    """The draws of a varied parameter: for each part, the parameters that its draw sets."""
     varied: dict[str, Parameter] = {}
     for path in entry.path:
         try:

@@ -1,7 +1,7 @@
-"""The catalogue of quantities: what a run records, and the quantities that statistics are made of.
+"""The catalogue of quantities: what a run records, and the quantities that are computed from it.
 
-Recorded is a statistic over time of a load of a carriage, a column such as "max_Fy_N[1a]". A quantity is made of
-recorded columns: "peak_Fy_N" is the largest magnitude of "min_Fy_N" and "max_Fy_N".
+A run records statistics over time of the loads of each carriage, in columns such as "max_Fy_N[1a]". A quantity is
+computed from recorded columns: "peak_Fy_N" is the largest magnitude of "min_Fy_N" and "max_Fy_N".
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Measure = tuple[str, int, str]  # recorded load, index of the carriage, statisti
 Recorded = Literal["Fx", "Fy", "Fz", "Mx", "My", "Mz", "resultant", "load", "contact", "drive"]
 Statistic = Literal["min", "time_of_min", "max", "time_of_max", "rms", "start"]
 STATISTICS: tuple[Statistic, ...] = get_args(Statistic)
-# A carriage has no links along x, so Fx and Mx are 0: they are recorded on request only.
+# A carriage has no links along x, so Fx and Mx are 0 and recorded on request only.
 USUAL: tuple[Recorded, ...] = ("Fy", "Fz", "My", "Mz", "resultant", "load", "contact", "drive")
 UNITS = {name: "N" for name in ("Fx", "Fy", "Fz")} | {name: "Nm" for name in ("Mx", "My", "Mz")}
 UNITS |= {"resultant": "N", "drive": "N"}
@@ -41,19 +41,19 @@ class Life(ConfigModel):
         description='dynamic load rating of a carriage, e.g. "27.1 kN"'
     )
     base: Annotated[float, PlainValidator(partial(number, unit="m", above=0.0))] = Field(
-        description='the distance that the rating is for, "50 km" or "100 km"; the catalogue says which'
+        description='travel to which the rating refers, "50 km" or "100 km", from the catalogue'
     )
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity of every sample, of each carriage and, of the worst of them, of the machine.
+    """A quantity of every sample: of each carriage, and of the machine, which has the value of its worst carriage.
 
-    name        with its unit at the end: "peak_Fy_N"
+    name        with the unit at its end: "peak_Fy_N"
     title       in tables and pictures
-    sources     recorded load and statistic of the columns whose largest magnitude it is
-    in_summary  whether the summary has it
-    worse       the worse of two, minimum or maximum; None for a time, or the load at the start
+    sources     (load, statistic) of the recorded columns; the quantity is their largest magnitude
+    in_summary  whether the summary contains it
+    worse       np.minimum or np.maximum, the worse of two values; None for a time, or the load at the start
     """
 
     name: str
@@ -64,12 +64,12 @@ class Quantity:
 
     @property
     def of_machine(self) -> bool:
-        """Whether it is one of the machine, not of each carriage."""
+        """Whether it exists for the machine only, not for each carriage."""
         return self.sources[0][0] == "drive"
 
     @property
     def smallest_is_worst(self) -> bool:
-        """Whether it exceeds its limit below it, as a life does."""
+        """Whether values below a limit exceed it, as for a life."""
         return self.worse is np.minimum
 
     @property
@@ -78,13 +78,13 @@ class Quantity:
         return unit_of(self.name)
 
     def exceeds(self, values: Array, limit: float) -> NDArray[np.bool_]:
-        """Whether values are on the wrong side of a limit; limit NaN: whether contact is lost."""
+        """Whether values exceed a limit; for the limit NaN, whether contact is lost."""
         bound = 0.5 if np.isnan(limit) else limit
         return values < bound if self.smallest_is_worst else values > bound
 
 
 def column_of(load: str, statistic: str) -> str:
-    """The name of a recorded column, without its carriage."""
+    """The name of a recorded column, without the carriage."""
     if load in ("load", "contact"):
         return {"load": "mean_load_N", "contact": CONTACT}[load]
     return f"{statistic}_{load}_{'s' if statistic.startswith('time') else UNITS[load]}"
@@ -97,7 +97,7 @@ def unit_of(name: str) -> str:
 
 
 def _catalogue() -> dict[str, Quantity]:
-    """All quantities by name; after the ones made of recorded columns the recorded columns themselves."""
+    """All quantities by name: first those computed from recorded columns, then the recorded columns."""
     forces, moments, mean = ("Fx", "Fy", "Fz"), ("Mx", "My", "Mz"), (("load", "mean"),)
 
     def peak(load: str, title: str, in_summary: bool) -> Quantity:
@@ -131,7 +131,7 @@ def _catalogue() -> dict[str, Quantity]:
 
 QUANTITIES = _catalogue()
 RECORDED = {column_of(load, statistic) for load in UNITS for statistic in STATISTICS if statistic != "rms"}
-# By their keys in the table [limits]: the names without the unit.
+# Quantities by their key in the table [limits], which is the name without the unit.
 LIMITS = {
     re.sub(r"_(Nm|N|km)$", "", name): quantity
     for name, quantity in QUANTITIES.items()
@@ -142,9 +142,9 @@ LIMITS = {
 def measures_of(
     machine: Machine, motion: Motion, loads: Sequence[Recorded] | None, statistics: Sequence[Statistic]
 ) -> tuple[tuple[Measure, ...], tuple[str, ...]]:
-    """The measures, and their columns: "max_Fy_N[1a]", "mean_load_N[1a]", "contact_lost[1a]", "max_drive_N".
+    """The measures, and the names of their columns: "max_Fy_N[1a]", "contact_lost[1a]", "max_drive_N".
 
-    loads: None for those of `USUAL` that there are. Raises ConfigError for one that there is not.
+    loads: None for all of `USUAL` that the scene has. Raises ConfigError for a load that it does not have.
     """
     missing: dict[str, str] = {}
     if motion.velocity is None:
@@ -171,9 +171,9 @@ def measures_of(
 def limits_of(
     given: Mapping[str, object], measures: Sequence[Measure], life: Life | None
 ) -> dict[str, float]:
-    """The limits of a study by quantity, in its unit. Raises ConfigError with all that are unknown or not recorded.
+    """Limits by quantity, in its unit. Raises ConfigError with all that are unknown or not recorded.
 
-    life: None if the study has none, and no limit on it.
+    life: None if the study has no table [life], and thus no limit on the life.
     """
     problems: list[Problem] = []
     limits: dict[str, float] = {}

@@ -1,7 +1,7 @@
-"""Study metadata: what a study is, as plain data beside its samples, and the file that holds it, `study.json`.
+"""Study metadata: the description of a study as plain data in the file `study.json` beside its samples.
 
-Statistics, report and pictures need nothing else besides the samples. A study is resumed only if its metadata has the
-fingerprint of that in the folder.
+Statistics, report and pictures need only the metadata and the samples. A study is resumed only if its fingerprint
+equals that of the metadata in the folder.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from guideload.traces.format.table import listed
 
 FILE = "study.json"
 CONTENT = "samples of a guideload study"
-FORMAT = 2  # of `study.json` and of the chunks beside it; guideload 0.1.0 wrote the first, without a number
+FORMAT = 2  # of `study.json` and of the chunks; guideload 0.1.0 wrote format 1, without a number
 
 
 class ParameterMetadata(BaseModel, frozen=True):
@@ -31,7 +31,7 @@ class ParameterMetadata(BaseModel, frozen=True):
 
     name          "body.mass", "k[1a]"
     unit          of its values; "1" for factors on the machine's values
-    targets       the paths that it sets
+    targets       paths of the parameters that it sets
     distribution  in words: "uniform from 1125 to 1375 kg"
     """
 
@@ -42,13 +42,13 @@ class ParameterMetadata(BaseModel, frozen=True):
 
 
 class StudyMetadata(BaseModel, frozen=True):
-    """Machine, motion and design of a study, and what its columns are.
+    """Machine, motion, design and columns of a study.
 
-    fingerprint     SHA-256 of all that decides the result of a run
+    fingerprint     SHA-256 of everything that the result of a run depends on
     versions        of guideload, NumPy and SciPy
-    motion          where the trace comes from; motion_digest: SHA-256 of its arrays
+    motion          source of the trace; motion_digest: SHA-256 of its arrays
     duration        of the motion [s]; instants: its samples
-    sampling        "sobol", "latin hypercube" or "random"; "cases" where they were given, without a seed
+    sampling        "sobol", "latin hypercube" or "random"; "cases" for given cases, without a seed
     runs            all runs of the study, those of a Saltelli design included
     sensitivity     run i is row i // (d + 2) of matrix i % (d + 2): A, B, A with column j of B
     parameters      the d columns of drawn values, in their order
@@ -86,7 +86,7 @@ class StudyMetadata(BaseModel, frozen=True):
 
     @property
     def chosen(self) -> bool:
-        """Whether cases were given: they are no random sample, so that they have no statistics."""
+        """Whether cases were given: as they are no random sample, they have no statistics."""
         return self.sampling == "cases"
 
     @property
@@ -95,7 +95,7 @@ class StudyMetadata(BaseModel, frozen=True):
         return tuple(carriage.name for carriage in self.machine.carriages)
 
     def as_json(self) -> dict[str, Any]:
-        """As tables, lists, numbers and text, without what is None."""
+        """The metadata as dicts, lists, numbers and text, without None."""
         return self.model_dump(mode="json", exclude_none=True)
 
     def write(self, folder: Path) -> None:
@@ -106,14 +106,14 @@ class StudyMetadata(BaseModel, frozen=True):
 
     @classmethod
     def read(cls, folder: Path) -> StudyMetadata:
-        """The metadata in a folder. Raises ArgumentError without a study, or with one of another format."""
+        """The metadata in a folder. Raises ArgumentError if there is no study, or a study of another format."""
         path, values = folder / FILE, read_json(folder)
         if values is None:
             raise ArgumentError(f"{folder} holds no study: there is no {path}")
         if (found := values.get("format", 1)) != FORMAT:
             raise ArgumentError(
                 f"{path}: expected format {FORMAT}, got {found}: another version of guideload wrote this study. "
-                "Read it with that one, give another folder, or replace it (--overwrite)"
+                "Read it with that version, give another folder, or replace it (--overwrite)"
             )
         try:
             return cls.model_validate(values)
@@ -121,12 +121,12 @@ class StudyMetadata(BaseModel, frozen=True):
             raise ArgumentError(f"{path}: expected the metadata of a study, got {error}") from error
 
     def require_resumable(self, folder: Path) -> None:
-        """Raise ArgumentError that says what differs if the folder holds another study, or one with more runs."""
+        """Raise ArgumentError with the differences if the folder holds another study, or one with more runs."""
         there = StudyMetadata.read(folder)
         if there.fingerprint == self.fingerprint:
             if there.runs > self.runs:
                 raise ArgumentError(
-                    f"{folder} holds a study of {there.runs} runs: resume it with as many or with more, "
+                    f"{folder} holds a study of {there.runs} runs: resume it with at least as many, "
                     f"got {self.runs}"
                 )
             return
@@ -141,7 +141,7 @@ class StudyMetadata(BaseModel, frozen=True):
 
 
 def read_json(folder: Path) -> dict[str, Any] | None:
-    """`study.json` as it is, of any format; None if there is none. Raises ArgumentError if it is not ours."""
+    """The contents of `study.json` in any format; None if it is missing. Raises ArgumentError for another file."""
     path = folder / FILE
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
@@ -155,7 +155,7 @@ def read_json(folder: Path) -> dict[str, Any] | None:
 
 
 def _decisive(values: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
-    """What must be the same for a study to be resumed as another, by its words in a message."""
+    """Values that must agree for a study to be resumed, by their name in messages."""
     keys = ["seed", "sampling", "sensitivity", "exponent"]
     if values["sampling"] == other["sampling"] == "latin hypercube":
         keys.append("runs")
@@ -174,7 +174,7 @@ def _decisive(values: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
 
 
 def _different(key: str, there: Any, here: Any) -> Iterator[str]:
-    """Each place where two descriptions differ, in words."""
+    """Text for each difference of two descriptions."""
     if isinstance(there, dict) and isinstance(here, dict):
         for name in dict.fromkeys([*here, *there]):
             yield from _different(f"{key}.{name}" if key else name, there.get(name), here.get(name))
@@ -186,5 +186,5 @@ def _different(key: str, there: Any, here: Any) -> Iterator[str]:
 
 
 def _text(value: Any) -> str:
-    """Text as it is, all else as in TOML."""
+    """Text unchanged, other values as in TOML."""
     return "nothing" if value is None else value if isinstance(value, str) else shown(value)

@@ -1,4 +1,4 @@
-"""The keys of a study file: its options, the files that it names, and how its trace is read."""
+"""The keys of a study file: options of the study, names of files, options for reading the trace."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _integer(value: object, least: int, most: int) -> int:
 
 
 def _indices(value: object) -> int | tuple[int, ...]:
-    """Indices of runs, ascending; or a number of first runs."""
+    """Indices of runs, ascending; or the number of first runs."""
     index = partial(_integer, least=0, most=2**63 - 1)
     if isinstance(value, Sequence | np.ndarray) and not isinstance(value, str):
         return tuple(sorted({index(one) for one in value}))
@@ -53,7 +53,7 @@ def _exponent(value: object) -> float:
 
 Positive = Annotated[float, PlainValidator(partial(number, unit="1", above=0.0))]
 SMOOTHING = get_type_hints(SmoothingOptions, include_extras=True)
-CHECKED: dict[Any, Any] = {  # what a file may give for an option, by its name or its type; for others text
+CHECKED: dict[Any, Any] = {  # types of options in a file, by name or by type in code; all others are text
     "window": Annotated[float, PlainValidator(partial(number, unit="s", above=0.0))],
     float | str | None: NumberOrText,
     int | None: Annotated[int, PlainValidator(partial(_integer, least=0, most=62))],
@@ -72,7 +72,7 @@ else:
 
 
 class TraceOptions(Keys):
-    """How the trace is read, as by the options of `guideload run`; what is left out is taken from its header."""
+    """Options for reading the trace, as in `guideload run`; by default they are detected."""
 
     def motion(self, trace: Path, machine: Machine) -> Motion:
         """The motion of the machine in a trace. Raises TraceError."""
@@ -88,42 +88,36 @@ class StudyOptions(ConfigModel):
         "number of samples, e.g. 10_000"
     )
     seed: Annotated[int, PlainValidator(partial(_integer, least=0, most=2**63 - 1))] = Field(
-        default_factory=lambda: secrets.randbelow(2**32), description="of all draws; drawn if left out"
+        default_factory=lambda: secrets.randbelow(2**32), description="seed of all draws; random by default"
     )
     sampling: Sampling = optional("sequence of the samples", "sobol")
-    sensitivity: StrictBool = optional(
-        "whether Sobol indices are computed: samples times (factors + 2) runs, a Saltelli design", False
-    )
+    sensitivity: StrictBool = optional("Sobol indices, from samples times (factors + 2) runs", False)
     histories: Annotated[int | tuple[int, ...], PlainValidator(_indices)] = optional(
         "runs whose histories are stored, or the number of first runs", 0
     )
-    quantities: tuple[Recorded, ...] | None = optional(
-        "what is recorded of each run; all that is not always 0 if left out", min_length=1
-    )
-    statistics: tuple[Statistic, ...] = optional("of the forces and moments", STATISTICS, min_length=1)
+    quantities: tuple[Recorded, ...] | None = optional("recorded loads; default all but Fx, Mx", min_length=1)
+    statistics: tuple[Statistic, ...] = optional("statistics of loads over time", STATISTICS, min_length=1)
     exponent: Annotated[float, PlainValidator(_exponent)] = optional(
-        'of the mean load: 3 for balls, "10/3" for rollers', 3.0
+        'exponent of the mean load: 3 for balls, "10/3" for rollers', 3.0
     )
-    method: Method = optional("as of `guideload run`", "auto")
-    rtol: Positive = optional("tolerance of the loads, of rk45 and implicit", 1e-6)
-    limits: dict[str, NumberOrText] = optional(
-        'limits whose exceedance is estimated, e.g. peak_resultant = "8 kN"', {}
-    )
+    method: Method = optional("method of integration, as in `guideload run`", "auto")
+    rtol: Positive = optional("relative tolerance of the loads, for rk45 and implicit", 1e-6)
+    limits: dict[str, NumberOrText] = optional('limits for exceedance, e.g. peak_resultant = "8 kN"', {})
     life: Life | None = optional("the table [life]: rating and base")
     vary: tuple[DistributionSpec, ...] = optional("one [[vary]] table for each varied parameter", ())
     correlation: tuple[Correlation, ...] = optional("one [[correlation]] table each", ())
 
 
 class StudyFile(StudyOptions):
-    """A study file: its options, and the files beside it by their names."""
+    """A study file: options of the study, and names of the files beside it."""
 
     machine: Annotated[StrictStr, Field(min_length=1, description='a machine file, e.g. "machine.toml"')]
     trace: Annotated[StrictStr, Field(min_length=1, description='a measured trace, e.g. "trace.csv"')]
     reading: TraceOptions = optional("the table [reading]: how the trace is read", TraceOptions())
-    cases: StrictStr | None = optional("a table of given cases in place of [[vary]], its headers are paths")
+    cases: StrictStr | None = optional("a table of given cases in place of [[vary]]; its headers are paths")
 
     def require_files(self, folder: Path) -> None:
-        """Raise ConfigError with all files that are named and do not exist."""
+        """Raise ConfigError with all named files that do not exist."""
         files: dict[KeyPath, str | None] = {
             (key,): getattr(self, key) for key in ("machine", "trace", "cases")
         }
@@ -142,7 +136,7 @@ TOP_KEYS = StudyFile.model_fields.keys() - TABLES  # keys outside all tables
 
 
 def read_study(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
-    """The values of a study file and their places. Raises ConfigError if it cannot be read."""
+    """The values of a study file and their rows. Raises ConfigError if the file cannot be read."""
     try:
         return read_toml(file)
     except ConfigError as error:
@@ -154,7 +148,7 @@ def read_study(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath,
 
 
 def with_hint_on_place(error: ConfigError) -> ConfigError:
-    """The same refusal, with a hint where a key of the whole study is in a table."""
+    """The same error, with a hint if a key of the whole study is inside a table."""
     hint = "it is a key of the whole study: put it above the first [table]"
     return ConfigError(
         replace(problem, hint=hint)

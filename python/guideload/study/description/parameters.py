@@ -1,7 +1,7 @@
 """Parameters: the numbers of a machine that can vary, found by paths such as `carriages.*.stiffness_y`.
 
-Each parameter says what of the core's scene it sets. What can vary is listed in `_of_machine`, `_of_rail`,
-`_of_carriage`, `_of_link` and `_of_spring`.
+`_of_machine`, `_of_rail`, `_of_carriage`, `_of_link` and `_of_spring` list them, with the targets in the core's scene
+that each of them sets.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.study.sampling.distributions import Form
 
-Target = tuple[str, int, int | str]  # what the core sets, see `_core.Batch`
-Targets = Sequence[tuple[Target, float]]  # with the factor of each
+Target = tuple[str, int, int | str]  # a number in the core's scene, see `_core.Batch`
+Targets = Sequence[tuple[Target, float]]  # with their factors
 # Target, constant, and (column, factor) of each term.
 Change = tuple[Target, float, tuple[tuple[int, float], ...]]
 AXES = ("x", "y", "z")
@@ -34,10 +34,10 @@ class Parameter:
     """One number of a machine that can vary.
 
     path    its full name: "carriages[1a].stiffness_y"
-    value   the machine's own, in SI `unit`
+    value   nominal value in SI `unit`
     floor   "> 0", ">= 0" or "" for any number
-    sets    what of the core it is part of, and by which factor: half of a carriage's stiffness is at each end
-    owners  the parts it belongs to, from their kind to their name: {"carriage": "1a", "rail": "1"}
+    sets    targets to which it adds, with factors: half of a carriage's stiffness at each end
+    owners  names of the parts that it belongs to, by kind: {"carriage": "1a", "rail": "1"}
     """
 
     path: str
@@ -48,7 +48,7 @@ class Parameter:
     owners: dict[str, str]
 
     def require(self, low: float, high: float, form: Form = "value") -> None:
-        """Raise ValueRefused if a column of this form, whose values are from `low` to `high`, is not possible."""
+        """Raise ValueRefused if values of this form from `low` to `high` go below the floor."""
         factor = self.value if form == "factor" else 1.0
         shift = self.value if form == "shift" else 0.0
         low, high = sorted((factor * low + shift, factor * high + shift))
@@ -59,11 +59,11 @@ class Parameter:
             raise ValueRefused(f"{self.path} {self.floor}{unit}", reach, way_out)
 
 
-# ---- what can vary
+# ---- the numbers that can vary
 
 
 class Row(NamedTuple):
-    """A parameter of one part: value None where its law has no place for it, and what the law would need."""
+    """A parameter of one part; if its link law has none, value is None and `need` says what the law needs."""
 
     key: str
     unit: str
@@ -115,7 +115,7 @@ def _of_link(index: int, link: Link) -> Iterator[Row]:
 def _of_spring(
     part: Carriage | Link, damping_in_contact: bool, suffix: str, links: Sequence[int], share: float
 ) -> Iterator[Row]:
-    """The keys of an elastic law and its damper; share: of them that each of the core's links has."""
+    """The parameters of an elastic law and its damper; share: part of them in each of the core's links."""
     stiffness, clearance, preload, curve, damping = (
         getattr(part, f"{key}{suffix}") for key in ("stiffness", "clearance", "preload", "curve", "damping")
     )
@@ -128,15 +128,15 @@ def _of_spring(
     ) -> Row:
         return Row(key, unit, floor, value, [(("law", k, name), factor) for k in links], need)
 
-    need, by_side = "one stiffness, in place of a curve or of its sides", "a stiffness by side"
+    need, by_side = "one stiffness, in place of a curve or of one per side", "a stiffness by side"
     value = stiffness if isinstance(stiffness, float) else None
     yield of_law(f"stiffness{suffix}", "N/m", "> 0", value, need, "stiffness")
     for side in ("positive", "negative"):
         value = getattr(sides, side, None)
         yield of_law(f"stiffness{suffix}.{side}", "N/m", ">= 0", value, by_side, f"{side}_stiffness")
-    need = "a stiffness without preload, and a clearance to begin with where damping_in_contact is true"
+    need = "a stiffness without preload, and a clearance above 0 if damping_in_contact is true"
     yield of_law(f"clearance{suffix}", "m", ">= 0", clearance if clear else None, need, "clearance", 1.0)
-    yield of_law(f"preload{suffix}", "N", "> 0", preload, "a preload, and what is rolling", "preload")
+    yield of_law(f"preload{suffix}", "N", "> 0", preload, "a preload, and the rolling element", "preload")
     yield of_law(f"curve{suffix}.scale", "1", "> 0", 1.0 if curve else None, "a curve", "scale", 1.0)
     damper: list[tuple[Target, float]] = [(("damping", k, 0), share) for k in links]
     yield Row(f"damping{suffix}", "N s/m", ">= 0", damping, damper)
@@ -148,7 +148,7 @@ def _of_spring(
 class Parameters:
     """All parameters of a machine and its motion.
 
-    of_part  by part ("carriages", "1a", or twice "" for the machine) and key: the parameter, or what it would need
+    of_part  by part, ("carriages", "1a") or ("", "") for the machine, and key: the parameter, or `need` of its Row
     """
 
     def __init__(self, machine: Machine, motion: Motion) -> None:
@@ -182,8 +182,8 @@ class Parameters:
     def at(self, path: str) -> tuple[Parameter, ...]:
         """The parameters of a path, in the machine's order.
 
-        `*` or `[*]` stands for all carriages, rails or links, [1a] or ["1a"] for the one of that name, [0] for the
-        first; `stiffness` for `stiffness_y` and `stiffness_z`, `position` for all its components. Raises ValueRefused.
+        `*` or `[*]` means all carriages, rails or links, [1a] or ["1a"] the one with that name, [0] the first;
+        `stiffness` means `stiffness_y` and `stiffness_z`, `position` all its components. Raises ValueRefused.
         """
         match = SELECTOR.fullmatch(path)
         if match is None:
@@ -198,7 +198,7 @@ class Parameters:
         return tuple(parameter for name in names for parameter in self._keyed(path, (kind, name), key))
 
     def _name(self, path: str, kind: str, quoted: str | None, bare: str | None) -> str:
-        """The name in brackets, with quotes or without, or that of an index from 0."""
+        """The name of the part in brackets: a name with or without quotes, or an index from 0."""
         known = self.names[kind]
         text = quoted if quoted is not None else bare or ""
         index = int(text) if quoted is None and text.isdecimal() else len(known)
@@ -215,7 +215,7 @@ class Parameters:
         return name
 
     def _keyed(self, path: str, part: tuple[str, str], key: str) -> tuple[Parameter, ...]:
-        """The parameter of a part with this key, or all whose keys begin with it."""
+        """The parameter of a part with this key, or all parameters whose keys begin with it."""
         keys = self.of_part[part]
         meant = [keys[key]] if isinstance(keys.get(key), Parameter) else []
         meant = meant or [keys[full] for full in keys if key in _beginnings(full)]
@@ -225,14 +225,14 @@ class Parameters:
         if key in keys or meant:
             need = keys[key] if key in keys else meant[0]
             place = f"{part[0]}[{part[1]}] has" if part[0] else "there is"
-            raise ValueRefused("a path that has a place here", path, f"{place} none; it takes {need}")
+            raise ValueRefused("a parameter of this machine", path, f"{place} none; it takes {need}")
         near = get_close_matches(path, self._all_paths, n=NEAR, cutoff=0.5)
         hint = f"did you mean {' or '.join(near)}?" if near else f"paths begin with {', '.join(ROOTS)}"
         raise ValueRefused("a known path", path, hint)
 
     @cached_property
     def _all_paths(self) -> list[str]:
-        """All paths that can be written here, those of all parts of a kind first."""
+        """All paths of this machine, those with `*` first."""
         paths = dict.fromkeys(
             f"{kind}.*.{written}" if kind else written
             for (kind, _), keys in self.of_part.items()
@@ -249,11 +249,10 @@ class Parameters:
     # ---- changing
 
     def changes(self, columns: Iterable[tuple[Form, Sequence[str]]]) -> tuple[Change, ...]:
-        """What the core changes: each target, its constant and its terms.
+        """Targets that vary, each as a constant plus terms (column, factor).
 
-        columns: the form of each column of values, and the full paths that it sets; no two set the same one.
-        A target is the sum of all parameters that set it, each with its factor; those without a column keep the
-        machine's value.
+        columns: form of each column of values, and the full paths that it sets; no path is set twice. A target is the
+        sum of all parameters that set it, times their factors; a parameter without a column has the machine's value.
         """
         column_of: dict[str, tuple[int, Form]] = {
             path: (column, form) for column, (form, paths) in enumerate(columns) for path in paths
@@ -285,8 +284,8 @@ ROOTS = ("body.", "gravity.", "motion.", "rails.*.", "carriages.*.", "links.*.")
 
 
 def _beginnings(key: str) -> tuple[str, ...]:
-    """Shorter keys that stand for `key` too: "stiffness_y" and "stiffness" of "stiffness_y.positive"."""
+    """Shorter keys that include `key`: "stiffness_y" and "stiffness" include "stiffness_y.positive"."""
     pieces = re.split(r"(?<=[a-z])(?=\.|_[yz](?:\.|$))", key)
     beginnings = ("".join(pieces[:n]) for n in range(len(pieces) - 1, 0, -1))
-    # Not of a body or a motion: their parameters have nothing in common.
+    # The parameters of the body, and of the motion, have nothing in common.
     return tuple(beginning for beginning in beginnings if beginning not in ("body", "motion"))

@@ -1,4 +1,4 @@
-"""The plan of a study: all that decides its results, ready to run anywhere."""
+"""The plan of a study: everything that its results depend on; it can be pickled and run in another process."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from guideload.study.sampling.distributions import Sample
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What varies, how it is drawn, and what is recorded; immutable, and the same when it is unpickled.
+    """Factors, their draws and the measures of a study; immutable, and equal after pickling.
 
-    metadata          what the study is, and what is recorded of a run
-    motion            as described, where nothing varies
-    factors, changes  the columns of values, and what the core sets from them
-    design, cases     the design of the draws, or the given values (runs, factors); the other is None
-    histories         the runs, ascending, whose histories are stored
+    metadata          description of the study, with the measures of a run
+    motion            nominal motion
+    factors, changes  columns of values, and the numbers of the core's scene that they change
+    design, cases     design of the draws, or given values (runs, factors); the other is None
+    histories         indices, ascending, of the runs whose histories are stored
     """
 
     metadata: StudyMetadata
@@ -43,11 +43,11 @@ class Plan:
 
     @property
     def runs(self) -> int:
-        """How often the core runs."""
+        """Number of runs of the core."""
         return self.metadata.runs
 
     def values(self, start: int, stop: int) -> Array:
-        """(stop - start, factors) of the runs start to stop - 1, the same in any range. Raises ArgumentError."""
+        """(stop - start, factors) values of the runs start to stop - 1. Raises ArgumentError."""
         if not 0 <= start <= stop <= self.runs:
             raise ArgumentError(f"values: expected 0 <= start <= stop <= {self.runs}, got {start} and {stop}")
         if self.design is None:
@@ -58,7 +58,7 @@ class Plan:
         return np.column_stack([marginal.values(u) for marginal, u in zip(marginals, uniforms, strict=True)])
 
     def batch(self) -> Batch:
-        """The core's batch, made once in a process. Raises SceneError if the machine as described has no solution."""
+        """The core's batch, made once in a process. Raises SceneError if the nominal machine has no solution."""
         return self._batch
 
     @cached_property
@@ -97,8 +97,8 @@ class Plan:
 def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any) -> StudyMetadata:
     """The metadata of a study with its fingerprint.
 
-    In it are the versions of guideload, NumPy and SciPy. The number of samples is in it only where it decides the
-    draws, in a Latin hypercube, so that a study can be resumed with more samples; histories, limits and life are not.
+    It contains the versions of guideload, NumPy and SciPy, but not histories, limits and life. It contains the number
+    of samples for a Latin hypercube only, whose draws depend on it: other studies can be resumed with more samples.
     """
     resumed_with_more = design is not None and design.sampling != "latin hypercube"
     free = {"motion", "duration", "instants", "limits", "life", *(("runs",) if resumed_with_more else ())}
@@ -108,7 +108,7 @@ def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any
 
 
 def correlations_of(factors: Sequence[Factor], copula: Copula | None) -> dict[str, float]:
-    """The correlation of each pair of factors that has one, to 9 digits, from the Cholesky factor."""
+    """Nonzero correlations by pair of factors, to 9 digits, from the Cholesky factor."""
     if copula is None:
         return {}
     names = [factors[column].name for column in copula.columns]
@@ -120,7 +120,7 @@ def correlations_of(factors: Sequence[Factor], copula: Copula | None) -> dict[st
 
 
 def digest(*arrays: Array | None) -> str:
-    """SHA-256 of the shapes and the numbers of some arrays."""
+    """SHA-256 of the shapes and numbers of arrays."""
     digest = hashlib.sha256()
     for array in arrays:
         digest.update(b"-" if array is None else str(array.shape).encode() + array.astype("<f8").tobytes())

@@ -1,4 +1,4 @@
-"""Refusals of the keys of a study."""
+"""Errors in the keys of a study."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ class KeyRefused(ValueRefused):
 
 
 def problem_at(place: KeyPath, refused: ValueRefused) -> Problem:
-    """A refusal at its place."""
+    """The problem of a refused value at its key."""
     place = (*place, refused.key) if isinstance(refused, KeyRefused) else place
     return Problem(place, refused.value, refused.expected, refused.hint, None, shown(refused.value))
 
 
 def refused_at(place: KeyPath, expected: str, value: object, hint: str = "") -> ConfigError:
-    """The error of a single refusal at its place."""
+    """The error for a single refused value at its key."""
     return ConfigError([problem_at(place, ValueRefused(expected, value, hint))])

@@ -1,4 +1,4 @@
-"""The description of a study, from a TOML file or in code, and the plan that it becomes."""
+"""The description of a study, from a TOML file or in code, and its plan."""
 
 from __future__ import annotations
 
@@ -30,18 +30,14 @@ from guideload.study.sampling.design import Design
 class Study(StudyOptions):
     """A Monte Carlo study of the loads of a machine whose parameters vary.
 
-    Raises ConfigError with what is wrong, TraceError for a trace or a table, and SceneError for a machine that its
-    links leave unsupported, all before anything runs.
+    Before anything runs, it raises ConfigError with all problems, TraceError for a trace or a table, and SceneError for
+    a machine that its links do not support.
     """
 
-    machine: Machine = Field(description="as it is where nothing varies")
-    motion: InstanceOf[Motion] = Field(description="of all samples")
-    cases: Any = Field(
-        default=None, description="in place of `vary`: a table, or its file, whose headers are paths"
-    )
-    sources: tuple[Path, ...] = Field(
-        default=(), description="files that the study itself, machine and motion were read from"
-    )
+    machine: Machine = Field(description="the nominal machine")
+    motion: InstanceOf[Motion] = Field(description="the motion of all samples")
+    cases: Any = Field(default=None, description="in place of `vary`: a table or its file; headers are paths")
+    sources: tuple[Path, ...] = Field(default=(), description="files of study, machine and motion")
 
     @classmethod
     def from_toml(
@@ -49,7 +45,7 @@ class Study(StudyOptions):
     ) -> Study:
         """The study described in a TOML file; errors name file, row, key and value.
 
-        samples, seed: in place of the file's, which need not have them.
+        samples, seed: replace those of the file, which may lack them.
         """
         values, where = read_study(file)
         replaced = {key: value for key, value in (("samples", samples), ("seed", seed)) if value is not None}
@@ -82,13 +78,13 @@ class Study(StudyOptions):
 
     @property
     def inputs(self) -> tuple[Path, ...]:
-        """All files that are known to have been read: `sources`, given cases and measured values."""
+        """All files that were read: `sources`, given cases and measured values."""
         cases = [self.cases] if isinstance(self.cases, str | Path) else []
         samples = [entry.file for entry in self.vary if isinstance(entry, SampleSpec) and entry.file]
         return (*self.sources, *map(Path, [*cases, *samples]))
 
     def plan(self) -> Plan:
-        """What is run: values by index, the core's batch, names of all columns."""
+        """The plan of all runs: values by index, the core's batch, names of all columns."""
         return self._plan
 
     @cached_property
@@ -136,7 +132,7 @@ class Study(StudyOptions):
         return Plan(metadata, self.motion, factors, changes, design, cases, histories)
 
     def _require_one_source(self) -> None:
-        """Raise ConfigError unless there are either draws or given cases, with all that they need."""
+        """Raise ConfigError unless there are either given cases, or varied parameters and samples."""
         if self.cases is not None:
             for key in ("vary", "correlation", "samples", "sensitivity"):
                 value = getattr(self, key)
@@ -152,7 +148,7 @@ class Study(StudyOptions):
 
     def _require_possible_design(self, factors: int, correlated: bool) -> None:
         if self.sensitivity and correlated:
-            hint = "a Sobol index is a share of the variance, which correlated factors have in common"
+            hint = "a Sobol index is a share of the variance, which correlated factors share"
             raise refused_at(("sensitivity",), "false where factors are correlated", True, hint)
         most = qmc.Sobol.MAXDIM // (2 if self.sensitivity else 1)
         if self.sampling == "sobol" and factors > most:

@@ -1,4 +1,4 @@
-"""Columns of tables beside a study, measured values and given cases, with the units of their headers."""
+"""Columns of measured values or given cases in tables beside a study, converted by the units of their headers."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ HEADER = re.compile(r"\s*(?P<name>.*\S)\s+\[(?P<unit>[^\[\]]*)\]\s*")
 
 
 def name_and_unit(header: str) -> tuple[str, str]:
-    """ "body.mass" and "t" of "body.mass [t]": the unit is in brackets after a blank; "" if there is none."""
+    """("body.mass", "t") from "body.mass [t]"; the unit is "" if there is none."""
     match = HEADER.fullmatch(header)
     return (match["name"], match["unit"]) if match else (header.strip(), "")
 
 
 def numbers_of(table: Table, header: str, unit: str) -> tuple[Array, bool]:
-    """A column (n,) in SI `unit`, and False; or as shares, and True, where its header says [%].
+    """A column (n,) in SI `unit`, and False; or as shares, and True, if its header has the unit [%].
 
-    Without a unit in the header it is the one in a row of units below, else SI. Raises TraceError naming rows without
-    a number, and ValueRefused for another dimension.
+    Without a unit in the header, the row of units below applies, else SI. Raises TraceError with the rows that hold no
+    number, and ValueRefused for another dimension.
     """
     numbers = table.values(header).astype(np.float64)
     bad = np.flatnonzero(~np.isfinite(numbers))

@@ -1,7 +1,7 @@
 """Varied parameters: one [[vary]] table each, with a class per distribution.
 
-A table says which parameters of the machine vary (`path`), how many draws they have (`each`), and how they are
-distributed, by numbers with a unit or in percent of the machine's value.
+A table gives the paths of the parameters (`path`), how many draws they have (`each`), and their distribution, in
+numbers with a unit or in percent of the machine's value.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from guideload.traces.format.table import listed
 
 Each = Literal["carriage", "rail", "link", "value"]
 NAMES = "one of normal, lognormal, uniform, triangular, sample"
-LEAST_PROBABILITY = 1e-6  # of a distribution within at_least and at_most: rounding spoils the draws of less
+LEAST_PROBABILITY = 1e-6  # least probability between at_least and at_most: rounding spoils draws from less
 PERCENT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*%\s*")
 # Keys of amounts, with or without a unit.
 AMOUNTS = ("mean", "sigma", "median", "low", "mode", "high", "plus_minus", "at_least", "at_most")
@@ -43,7 +43,7 @@ class Amount(NamedTuple):
 
 
 def _number_or_text(value: object) -> object:
-    """A number or text, whose unit is checked when its quantity is known; NumPy's numbers become Python's."""
+    """A number, or text whose unit is checked later; NumPy's numbers become Python's."""
     value = value.item() if isinstance(value, np.generic) else value
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueRefused("a number, or text with a unit", value)
@@ -51,7 +51,7 @@ def _number_or_text(value: object) -> object:
 
 
 def _listed(value: object) -> object:
-    """A list of a single text or of an array."""
+    """Text or an array as a list; other values unchanged."""
     return [value] if isinstance(value, str) else value.tolist() if isinstance(value, np.ndarray) else value
 
 
@@ -68,7 +68,7 @@ def _sigma_of_logarithm(value: object) -> float:
     except ValueRefused as refused:
         share = PERCENT.fullmatch(value) if isinstance(value, str) else None
         plain = float(share[1]) / 100.0 if share and float(share[1]) > 0.0 else 0.1
-        hint = f"of a lognormal distribution it is that of the logarithm, a plain number: {plain:g}"
+        hint = f"the sigma of a lognormal distribution is that of the logarithm, a plain number: {plain:g}"
         raise ValueRefused(refused.expected, value, hint) from None
 
 
@@ -83,17 +83,17 @@ NumberOrText = Annotated[Any, PlainValidator(_number_or_text)]
 
 
 class VariedParameter(ConfigModel):
-    """What varies (`path`), how many draws there are (`each`), and the bounds of their distribution."""
+    """Paths of varied parameters, number of draws (`each`), and bounds of their distribution."""
 
     KEYS: ClassVar[tuple[str, ...]] = AMOUNTS
     path: Annotated[tuple[str, ...], BeforeValidator(_listed)] = Field(
         min_length=1, description='one or several, e.g. "body.mass" or "carriages.*.stiffness_y"'
     )
-    name: str | None = optional("its name in tables; else its path", min_length=1)
-    each: Each | None = optional("one draw for each carriage, rail, link or value; one for all if left out")
-    within: Coefficient | None = optional("correlation of the draws of this entry among each other")
-    at_least: NumberOrText | None = optional("values below are left out")
-    at_most: NumberOrText | None = optional("values above are left out")
+    name: str | None = optional("name in tables; by default the path", min_length=1)
+    each: Each | None = optional("one draw for each carriage, rail, link or value; by default one for all")
+    within: Coefficient | None = optional("correlation between the draws of this table")
+    at_least: NumberOrText | None = optional("lower bound of the distribution")
+    at_most: NumberOrText | None = optional("upper bound of the distribution")
 
     @model_validator(mode="after")
     def _named(self) -> VariedParameter:
@@ -109,7 +109,7 @@ class VariedParameter(ConfigModel):
         return self.name if self.name is not None else self.path[0]
 
     def title_of(self, owner: str) -> str:
-        """The name of one draw: "k[1a]", or the path of the part that owns it: "carriages[1a].x"."""
+        """The name of one draw: "k[1a]", or without a name its path: "carriages[1a].x"."""
         if not owner:
             return self.title
         if self.name is None and self.each == "value":
@@ -119,61 +119,59 @@ class VariedParameter(ConfigModel):
             return f"{all_of_a_kind[1]}[{owner}].{all_of_a_kind[2]}"
         return f"{self.title}[{owner}]"
 
-    def marginal(self, unit: str, own: Sequence[float]) -> Marginal:
-        """The distribution of a column that sets parameters with the values `own` [unit] in the machine.
+    def marginal(self, unit: str, nominal: Sequence[float]) -> Marginal:
+        """The distribution of a column that sets parameters; nominal: their values [unit] in the machine.
 
-        One parameter: its value. Several: a factor on each one's own value where all amounts are in percent or left
-        to the machine, a shift where only a width is given, and one value for all where a location is given.
+        For one parameter the column is its value. For several it is a factor on the value of each if all amounts are in
+        percent or left out, a shift of each if only a width is given, and the value of all if a location is given.
         Raises KeyRefused.
         """
         amounts = self._amounts(unit)
         kinds = {amount.relative for amount in amounts.values()}
-        if False not in kinds:  # all in percent, or left to the machine
-            if not any(own):
+        if False not in kinds:  # all in percent, or left out
+            if not any(nominal):
                 expected = "a machine's value other than 0, or values with a unit"
                 raise KeyRefused("path", expected, 0.0, "0 has no percent")
             drawn = self._bounded(amounts, 1.0)
-            return Marginal(drawn, "value", own[0]) if len(own) == 1 else Marginal(drawn, "factor")
-        if len(own) == 1:
+            return Marginal(drawn, "value", nominal[0]) if len(nominal) == 1 else Marginal(drawn, "factor")
+        if len(nominal) == 1:
             for key, (share, relative) in amounts.items():
                 if relative:
-                    amounts[key] = Amount(share * (abs(own[0]) if key in WIDTHS else own[0]), False)
-            return Marginal(self._bounded(amounts, own[0]), "value")
+                    amounts[key] = Amount(share * (abs(nominal[0]) if key in WIDTHS else nominal[0]), False)
+            return Marginal(self._bounded(amounts, nominal[0]), "value")
         located = any(key in LOCATIONS or isinstance(key, int) for key in amounts)
-        # A mode left out is each machine value's own, and a bound needs a location to count from.
+        # The default mode is the value of each parameter, and a bound without a location refers to nothing.
         without_mode = isinstance(self, TriangularSpec) and "low" in amounts and "mode" not in amounts
         if True in kinds or without_mode or not (located or amounts.keys() <= set(WIDTHS)):
-            expected = (
-                "one place where some amounts are in percent or left to the machine and others have a unit"
-            )
-            hint = 'one draw serves all: give all amounts one way, or each its own draw, each = "value"'
-            raise KeyRefused("path", expected, len(own), hint)
+            expected = "a single value where some amounts are in percent or left out and others have a unit"
+            hint = 'give all amounts in percent, or all with a unit, or a draw per value: each = "value"'
+            raise KeyRefused("path", expected, len(nominal), hint)
         form: Form = "value" if located else "shift"
         return Marginal(self._bounded(amounts, 0.0), form)
 
     def _amounts(self, unit: str) -> dict[str | int, Amount]:
-        """The amounts that are given, by key; measured values by index."""
+        """The given amounts by key, measured values by index."""
         given = {key: getattr(self, key, None) for key in self.KEYS}
         return {key: _read(key, value, unit) for key, value in given.items() if value is not None}
 
-    def _bounded(self, amounts: Mapping[str | int, Amount], own: float) -> Distribution:
-        """The distribution within its bounds; `own`: the location where none is given."""
+    def _bounded(self, amounts: Mapping[str | int, Amount], nominal: float) -> Distribution:
+        """The truncated distribution; nominal: its location if none is given."""
         numbers = {key: amount.number for key, amount in amounts.items()}
         low, high = numbers.get("at_least", -math.inf), numbers.get("at_most", math.inf)
         if not low < high:
             raise KeyRefused("at_least", "at_least < at_most", self.at_least)
-        return self._truncated(self._distribution(numbers, own), low, high)
+        return self._truncated(self._distribution(numbers, nominal), low, high)
 
-    def _distribution(self, numbers: Numbers, own: float) -> Any:
-        """The distribution without its bounds."""
+    def _distribution(self, numbers: Numbers, nominal: float) -> Any:
+        """The distribution before truncation; nominal: its location if none is given."""
         raise NotImplementedError
 
     def _truncated(self, base: Any, low: float, high: float) -> Distribution:
         inside = base.cdf(high) - base.cdf(low)
         if inside < LEAST_PROBABILITY:
             key = "at_most" if self.at_least is None else "at_least"
-            hint = f"only {inside:.2g} of the distribution lies there"
-            raise KeyRefused(key, "bounds that keep a part of the distribution", getattr(self, key), hint)
+            hint = f"only {inside:.2g} of the distribution lies between the bounds"
+            raise KeyRefused(key, "bounds that contain a part of the distribution", getattr(self, key), hint)
         return base if (low, high) == (-math.inf, math.inf) else distributions.Truncated(base, low, high)
 
 
@@ -181,29 +179,25 @@ class NormalSpec(VariedParameter):
     """A normal distribution."""
 
     distribution: Literal["normal"] = Field(description=NAMES)
-    mean: NumberOrText | None = optional("the machine's value if left out")
+    mean: NumberOrText | None = optional("by default the machine's value")
     sigma: NumberOrText = Field(description='standard deviation, e.g. "3 %" or "2 mm"')
 
-    def _distribution(self, numbers: Numbers, own: float) -> Distribution:
-        return distributions.Normal(numbers.get("mean", own), numbers["sigma"])
+    def _distribution(self, numbers: Numbers, nominal: float) -> Distribution:
+        return distributions.Normal(numbers.get("mean", nominal), numbers["sigma"])
 
 
 class LognormalSpec(VariedParameter):
     """A lognormal distribution."""
 
-    KEYS = (
-        "median",
-        "at_least",
-        "at_most",
-    )  # sigma is a plain number, in no unit of the path and no share of the machine's value
+    KEYS = ("median", "at_least", "at_most")  # sigma is a plain number: without unit, no share of a value
     distribution: Literal["lognormal"] = Field(description=NAMES)
-    median: NumberOrText | None = optional("the machine's value if left out")
+    median: NumberOrText | None = optional("by default the machine's value")
     sigma: Annotated[float, PlainValidator(_sigma_of_logarithm)] = Field(
         description="standard deviation of the logarithm, e.g. 0.2"
     )
 
-    def _distribution(self, numbers: Numbers, own: float) -> Distribution:
-        median = numbers.get("median", own)
+    def _distribution(self, numbers: Numbers, nominal: float) -> Distribution:
+        median = numbers.get("median", nominal)
         if not median > 0.0:
             raise KeyRefused("median", "> 0", median, "a lognormal distribution has no other values")
         return distributions.Lognormal(median, self.sigma)
@@ -214,9 +208,7 @@ class _IntervalSpec(VariedParameter):
 
     low: NumberOrText | None = optional('the smallest value, e.g. "90 %" or "1100 kg"')
     high: NumberOrText | None = optional('the largest value, e.g. "110 %" or "1400 kg"')
-    plus_minus: NumberOrText | None = optional(
-        'reach to both sides of the machine\'s value, e.g. "10 %" or "5 cm"'
-    )
+    plus_minus: NumberOrText | None = optional('half width around the machine\'s value: "10 %", "5 cm"')
 
     @model_validator(mode="after")
     def _complete(self) -> _IntervalSpec:
@@ -226,9 +218,9 @@ class _IntervalSpec(VariedParameter):
             raise ValueRefused("either plus_minus, or low and high", table)
         return self
 
-    def _ends(self, numbers: Numbers, own: float) -> tuple[float, float]:
+    def _ends(self, numbers: Numbers, nominal: float) -> tuple[float, float]:
         reach = numbers.get("plus_minus", 0.0)
-        low, high = numbers.get("low", own - reach), numbers.get("high", own + reach)
+        low, high = numbers.get("low", nominal - reach), numbers.get("high", nominal + reach)
         if not low < high:
             raise KeyRefused("low", "low < high", self.low)
         return low, high
@@ -239,15 +231,15 @@ class UniformSpec(_IntervalSpec):
 
     distribution: Literal["uniform"] = Field(description=NAMES)
 
-    def _distribution(self, numbers: Numbers, own: float) -> Distribution:
-        return distributions.Uniform(*self._ends(numbers, own))
+    def _distribution(self, numbers: Numbers, nominal: float) -> Distribution:
+        return distributions.Uniform(*self._ends(numbers, nominal))
 
 
 class TriangularSpec(_IntervalSpec):
     """A triangular distribution."""
 
     distribution: Literal["triangular"] = Field(description=NAMES)
-    mode: NumberOrText | None = optional("the most likely value; the machine's value if left out")
+    mode: NumberOrText | None = optional("the most likely value; by default the machine's value")
 
     @model_validator(mode="after")
     def _one_center(self) -> TriangularSpec:
@@ -255,9 +247,9 @@ class TriangularSpec(_IntervalSpec):
             raise ValueRefused("no mode beside plus_minus, which is around the machine's value", self.mode)
         return self
 
-    def _distribution(self, numbers: Numbers, own: float) -> Distribution:
-        low, high = self._ends(numbers, own)
-        mode = numbers.get("mode", own)
+    def _distribution(self, numbers: Numbers, nominal: float) -> Distribution:
+        low, high = self._ends(numbers, nominal)
+        mode = numbers.get("mode", nominal)
         if not low <= mode <= high:
             hint = "" if "mode" in numbers else "the machine's value is the mode if none is given"
             raise KeyRefused("mode", f"a mode from {low:g} to {high:g}", mode, hint)
@@ -301,7 +293,7 @@ class SampleSpec(VariedParameter):
             raise KeyRefused("file", refused.expected, refused.value, hint) from None
         return [Amount(number, relative) for number in numbers.tolist()]
 
-    def _distribution(self, numbers: Numbers, own: float) -> Array:
+    def _distribution(self, numbers: Numbers, nominal: float) -> Array:
         return np.sort(np.array([number for key, number in numbers.items() if isinstance(key, int)]))
 
     def _truncated(self, base: Array, low: float, high: float) -> Distribution:

@@ -1,1 +1,1 @@
-"""What a study gives: columns, statistics, probabilities, tables, files."""
+"""Results of a study: columns, statistics, probabilities, tables, files."""

@@ -1,4 +1,4 @@
-"""The columns of a study: those stored, and the quantities that are made of them."""
+"""The columns of a study: stored columns, and quantities computed from them."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class StudyColumns:
     """Columns of samples, by name; read on demand and not cached.
 
     store     the stored samples
-    metadata  what the study is
+    metadata  description of the study
 
-    Beside the stored columns there are the quantities of `QUANTITIES`: of one carriage, "peak_resultant_N[1a]", and of
-    the machine, "peak_resultant_N": that of its worst carriage in each sample. Peaks are largest magnitudes.
+    Beside the stored columns there are the quantities of `QUANTITIES`: "peak_resultant_N[1a]" of a carriage, and
+    "peak_resultant_N" of the worst carriage in each sample. Peaks are largest magnitudes.
     """
 
     def __init__(self, store: SampleStore, metadata: StudyMetadata) -> None:
@@ -32,22 +32,22 @@ class StudyColumns:
 
     @property
     def runs(self) -> int:
-        """Samples of the whole study, those of a Saltelli design included."""
+        """Number of all runs of the study, those of a Saltelli design included."""
         return self.metadata.runs
 
     @cached_property
     def reasons(self) -> dict[int, str]:
-        """Why samples have no result, by their index."""
+        """Reasons of failed runs, by index."""
         return self.store.reasons()
 
     @property
     def failed(self) -> int:
-        """Runs without result."""
+        """Number of runs without result."""
         return len(self.reasons)
 
     @property
     def finished(self) -> int:
-        """Runs that are done, failed ones included."""
+        """Number of finished runs, failed ones included."""
         return self.store.done
 
     @cached_property
@@ -55,7 +55,7 @@ class StudyColumns:
         """The stored histories, or None.
 
         force, moment (sample, time, carriage, axis) and resultant (sample, time, carriage) [N, N m] of the samples;
-        nominal_resultant (time, carriage) [N], if it is there, of the machine as described.
+        nominal_resultant (time, carriage) [N] of the nominal machine, if it has a solution.
         """
         return self.store.histories()
 
@@ -63,26 +63,26 @@ class StudyColumns:
 
     @cached_property
     def quantities(self) -> tuple[str, ...]:
-        """The names of the quantities that the study has columns for."""
+        """Names of the quantities that the recorded columns give."""
         return available(self.metadata)
 
     @cached_property
     def leading(self) -> str:
-        """The main quantity of the study: the peak resultant, or the first one where that was not recorded."""
+        """The main quantity of the study: the peak resultant, or if it is not recorded, the first quantity."""
         names = sorted(summarised(self.metadata), key=lambda name: name == CONTACT)
         if PEAK in names or not names:
             return PEAK if names else self.metadata.columns[0]
         return names[0] if QUANTITIES[names[0]].worse else f"{names[0]}[{self.metadata.carriages[0]}]"
 
     def column(self, name: str) -> Array:
-        """A column of the samples, the name of a parameter, a measure or a quantity; NaN without result.
+        """The column of a parameter, a measure or a quantity, by name; NaN for samples without result.
 
         Raises ValueRefused with the nearest names.
         """
         return self._samples(self._of_all_runs(name))
 
     def _samples(self, runs: Array) -> Array:
-        """The samples among all runs: of a Saltelli design those of A and B."""
+        """The samples among all runs: for a Saltelli design the rows of A and B."""
         if not self.metadata.sensitivity:
             return runs
         return runs.reshape(-1, len(self.metadata.parameters) + 2)[:, :2].ravel()
@@ -103,7 +103,7 @@ class StudyColumns:
         raise ValueRefused("a column of the study", name, f"nearest: {', '.join(near)}")
 
     def _quantity(self, name: str, index: int) -> Array:
-        """A quantity of the carriage with this index, (runs,)."""
+        """(runs,) a quantity of the carriage with this index."""
         metadata = self.metadata
         columns = dict(zip(metadata.measures, metadata.columns, strict=True))
         sources = QUANTITIES[name].sources
@@ -113,19 +113,19 @@ class StudyColumns:
         if name != LIFE:
             return first
         assert metadata.life is not None
-        with np.errstate(divide="ignore"):  # without load it is infinite
+        with np.errstate(divide="ignore"):  # a life without load is infinite
             return 1e-3 * metadata.life.base * (metadata.life.rating / first) ** metadata.exponent
 
     def of_carriages(self, name: str) -> list[str]:
-        """The columns of a quantity: of each carriage, or its only one."""
+        """Columns of a quantity: one per carriage, or one for the machine."""
         return [f"{name}[{owner}]" if owner else name for owner in self.owners(name)]
 
     def owners(self, name: str) -> tuple[str, ...]:
-        """The carriages of a quantity, or "" where it is the machine's."""
+        """Names of the carriages that have the quantity; ("",) for a quantity of the machine."""
         return ("",) if QUANTITIES[name].of_machine else self.metadata.carriages
 
     def _owned(self, name: str) -> Iterator[tuple[str, Array]]:
-        """Each carriage and its samples of a quantity, and "" with those of the worst carriage in each sample."""
+        """Samples of a quantity by carriage, and by "" those of the worst carriage in each sample."""
         worse, worst = QUANTITIES[name].worse, None
         for index, owner in enumerate(self.owners(name)):
             values = self._samples(self._quantity(name, index))
@@ -135,7 +135,7 @@ class StudyColumns:
             yield "", worst
 
     def _names(self) -> Iterator[str]:
-        """The names of all quantities, of every carriage and of the machine."""
+        """Names of the columns of all quantities, of carriages and of the machine."""
         for name in self.quantities:
             yield from self.of_carriages(name)
             if QUANTITIES[name].worse is not None and not QUANTITIES[name].of_machine:
@@ -143,9 +143,9 @@ class StudyColumns:
 
 
 def available(metadata: StudyMetadata) -> tuple[str, ...]:
-    """The quantities that a study has columns for; a life if the study has a rating.
+    """Quantities that the recorded columns give; a life if the study has a rating.
 
-    Recorded columns only where no other quantity is made of them: "max_Fy_N" without "min_Fy_N".
+    A recorded column is among them only if no other quantity contains it, as "max_Fy_N" without "min_Fy_N".
     """
     recorded = {(load, statistic) for load, _, statistic in metadata.measures}
     columns = dict.fromkeys(column.partition("[")[0] for column in metadata.columns)
@@ -160,7 +160,7 @@ def available(metadata: StudyMetadata) -> tuple[str, ...]:
 
 
 def summarised(metadata: StudyMetadata) -> tuple[str, ...]:
-    """The quantities of the summary; all available ones where it would have no loads."""
+    """Quantities in the summary: those of `in_summary`, or all if these contain no load."""
     names = available(metadata)
     in_summary = tuple(name for name in names if QUANTITIES[name].in_summary)
     return in_summary if set(in_summary) - {CONTACT} else names

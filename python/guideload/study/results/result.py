@@ -26,16 +26,16 @@ from guideload.study.results.titles import title_of
 from guideload.study.storage.store import FolderStore
 
 LEVELS = (0.01, 0.05, 0.5, 0.95, 0.99)
-RANKED = 2**17  # first samples of a rank correlation, for a standard error of 0.003
+RANKED = 2**17  # samples in a rank correlation: the first ones, for a standard error of 0.003
 NUMBER = r"\d[\d.,_]*(?:e[+-]?\d+)?"
-FEWEST = 10  # samples, or rows of a Saltelli design, for an estimate of what drives a quantity
+FEWEST = 10  # samples, or rows of a Saltelli design, for the influence of parameters on a quantity
 
 
 class StudyResult(StudyColumns):
     """The samples of a study and their statistics; see `StudyColumns` for its columns.
 
-    Samples that failed or have not run yet are left out of all statistics, and counted: `runs`, `finished`,
-    `failed`. Of a Saltelli design the matrices A and B are the samples; the others only serve `sensitivity`.
+    Statistics leave out samples that failed or have not run yet; `runs`, `finished` and `failed` count them. In a
+    Saltelli design the samples are the rows of A and B; the other matrices are for `sensitivity` only.
     """
 
     def __repr__(self) -> str:
@@ -50,7 +50,7 @@ class StudyResult(StudyColumns):
     def failures(self) -> pd.DataFrame:
         """A row per kind of failure: count, share of the finished runs, first sample.
 
-        Reasons that differ in numbers only are of one kind; the first one is shown.
+        Reasons that differ only in numbers are one kind, shown by its first reason.
         """
         samples = pd.DataFrame(sorted(self.reasons.items()), columns=["first_sample", "reason"])
         kinds = samples["reason"].astype(str).str.replace(NUMBER, "#", regex=True).rename("kind")
@@ -63,10 +63,10 @@ class StudyResult(StudyColumns):
     # ---- statistics
 
     def summary(self) -> pd.DataFrame:
-        """A row per quantity and carriage, and for the machine one with carriage "".
+        """A row per quantity and carriage, and per quantity of the machine, with carriage "".
 
-        Columns: samples that count, mean, standard_deviation, quantiles q01, q05, q50, q95, q99, each with _low and
-        _high, the ends of its interval at 95 %; infinite where there are too few samples.
+        Columns: samples (their number), mean, standard_deviation, quantiles q01, q05, q50, q95, q99, each with _low and
+        _high, the ends of its 95 % interval, which are infinite for too few samples.
         """
         return _by_quantity_and_carriage(self._summary)
 
@@ -96,7 +96,7 @@ class StudyResult(StudyColumns):
         return pd.DataFrame(np.transpose(estimates), pd.Index(levels, name="level"), columns)
 
     def exceedance(self, name: str, confidence: float = statistics.CONFIDENCE) -> Exceedance:
-        """Probability that a column reaches each of some limits; see `statistics.exceedance`."""
+        """Exceedance curve of a column: limits and probabilities; see `statistics.exceedance`."""
         return statistics.exceedance(self.column(name), confidence)
 
     def probability_above(
@@ -104,7 +104,7 @@ class StudyResult(StudyColumns):
     ) -> Estimate:
         """Probability that a column is above a limit; see `statistics.probability`.
 
-        limit : in the column's unit, or text with its unit, "7 kN". Raises ValueRefused.
+        limit: in the column's unit, or text with a unit, "7 kN". Raises ValueRefused.
         """
         return self._probability(name, limit, np.greater, confidence)
 
@@ -127,10 +127,10 @@ class StudyResult(StudyColumns):
         return self.metadata.limits | ({CONTACT: np.nan} if CONTACT in self.quantities else {})
 
     def probabilities(self) -> pd.DataFrame:
-        """A row per limit and carriage, and for the machine with carriage "": that any carriage exceeds it.
+        """Probabilities of exceeding the limits: a row per limit and carriage, and with carriage "" for any carriage.
 
-        A life exceeds its limit below it, all else above. Lost contact is one of them, without a limit (NaN).
-        Columns: limit, samples, count, probability, low, high; at 95 %, see `statistics.probability`.
+        A life exceeds its limit if it is below, other quantities if they are above. Lost contact has a row with
+        the limit NaN. Columns: limit, samples, count, probability, low, high; see `statistics.probability`.
         """
         rows = {}
         for name, limit in self.limits.items():
@@ -142,10 +142,10 @@ class StudyResult(StudyColumns):
         return _by_quantity_and_carriage(rows, ["limit", "samples", "count", "probability", "low", "high"])
 
     def cases(self) -> pd.DataFrame:
-        """A row per run: the values varied, `leading` of each carriage, and what follows from it.
+        """A row per run: parameters, main quantity, and exceeded limits.
 
-        Columns: parameters; the leading quantity of each carriage; life_km, the shortest of the carriages, if it is
-        rated; exceeded, the limits that any carriage exceeds and whether contact is lost, or "failed" of a run
+        Columns: parameters; the leading quantity of each carriage; life_km, the shortest life of all carriages, if
+        there is a rating; exceeded: the limits that any carriage exceeds and lost contact, or "failed" for a run
         without result.
         """
         stem = self.leading.partition("[")[0]
@@ -158,21 +158,19 @@ class StudyResult(StudyColumns):
         table["exceeded"] = [", ".join(names) for names in exceeded]
         return table.drop(columns="reason")
 
-    # ---- what drives it
+    # ---- influence of the parameters
 
     @property
     def too_few(self) -> bool:
-        """Whether there are too few samples to estimate what drives a quantity."""
+        """Whether there are too few samples to estimate the influence of parameters."""
         drawn = 2 if self.metadata.sensitivity else 1
         return statistics.known(self.column(self.leading)).size < FEWEST * drawn
 
     def sensitivity(self, name: str | None = None, confidence: float = statistics.CONFIDENCE) -> pd.DataFrame:
         """First-order and total Sobol indices of a column, a row per parameter; see `statistics.sobol_indices`.
 
-        name: None for `leading`.
-
-        Columns: first_order, total, each with _low and _high, and rows, those of the design that count. Raises
-        ArgumentError if the samples are no Saltelli design.
+        name: None for `leading`. Columns: first_order and total, each with _low and _high, and rows, the number of rows
+        of the design with results. Raises ArgumentError if the samples are no Saltelli design.
         """
         if not self.metadata.sensitivity:
             raise ArgumentError(
@@ -189,7 +187,7 @@ class StudyResult(StudyColumns):
     ) -> pd.DataFrame:
         """Spearman's rank correlation of a column with each parameter: rank_correlation, low and high.
 
-        Over the first 131 072 samples at most. That of correlated parameters includes their partners' influence.
+        At most the first RANKED samples are used. For correlated parameters it includes the influence of the others.
         """
         parameters = (self.column(one.name)[:RANKED] for one in self.metadata.parameters)
         values = self.column(name or self.leading)[:RANKED]
@@ -198,8 +196,8 @@ class StudyResult(StudyColumns):
         return pd.DataFrame(np.transpose(estimates), self._parameters(), columns)
 
     def driving(self, name: str | None = None) -> pd.DataFrame:
-        """The parameters that drive a column, strongest first: by total Sobol indices if the design has them,
-        else by the size of their rank correlation."""
+        """Influence of the parameters on a column, strongest first: `sensitivity` if the design allows it, else
+        `rank_correlation`."""
         table = self.sensitivity(name) if self.metadata.sensitivity else self.rank_correlation(name)
         strength = table["total"] if self.metadata.sensitivity else table["rank_correlation"].abs()
         return table.loc[strength.sort_values(ascending=False, kind="stable").index]
@@ -210,7 +208,7 @@ class StudyResult(StudyColumns):
     # ---- tables and files
 
     def table(self, columns: Sequence[str] | None = None) -> pd.DataFrame:
-        """All runs by sample: these columns, or all stored ones; and `reason`, None where there is a result."""
+        """A row per run: these columns, or all stored ones, and `reason`, None for a run with a result."""
         names = self.store.columns if columns is None else columns
         index = pd.RangeIndex(self.runs, name="sample")
         table = pd.DataFrame({name: self._of_all_runs(name) for name in names}, index=index)
@@ -229,9 +227,9 @@ class StudyResult(StudyColumns):
                 writer.write_table(table)
 
     def to_json(self, path: str | PathLike[str]) -> None:
-        """Write the metadata, the counts and all tables of statistics as one small file; unknown is null.
+        """Write the metadata, the counts and all tables of statistics as one small file; unknown values are null.
 
-        Of given cases the table of cases in place of the statistics.
+        For given cases, the table of cases replaces the statistics.
         """
         tables = {"failures": self.failures()}
         if self.metadata.chosen:
@@ -252,7 +250,7 @@ class StudyResult(StudyColumns):
 
 
 def weaker_parameters(drivers: pd.DataFrame, shown: int) -> list[str]:
-    """What a table or picture of the strongest parameters of `StudyResult.driving` leaves out, in words."""
+    """Text for the parameters of `StudyResult.driving` after the first `shown`; empty if there are none."""
     rest = drivers.iloc[shown:]
     if not len(rest):
         return []
@@ -284,5 +282,5 @@ def _described(values: Array) -> dict[str, float]:
 
 
 def _with_ends(name: str, estimate: Iterable[Any]) -> dict[str, Any]:
-    """An estimate and the ends of its interval by the names of their columns."""
+    """An estimate and the ends of its interval, by column name."""
     return dict(zip((name, f"{name}_low", f"{name}_high"), estimate, strict=True))

@@ -1,6 +1,6 @@
 """Statistics of a study: pure functions on columns of samples, each with a confidence interval.
 
-NaN marks a sample without result; it is left out. Every interval holds for independent samples. A Sobol or Latin
+NaN marks a sample without result and is left out. Every interval holds for independent samples. A Sobol or Latin
 hypercube design fills the space more evenly, so that its estimates scatter less and the interval is conservative (for
 a Latin hypercube the variance of a mean is at most n/(n - 1) times that of n independent samples: Owen 1997).
 """
@@ -47,7 +47,7 @@ class Exceedance(NamedTuple):
 
 
 class SobolIndices(NamedTuple):
-    """Shares of the variance, one entry per factor; `rows` (factor,): rows of the design that count."""
+    """Shares of the variance by factor; rows (factor,): number of rows of the design with results."""
 
     first: Estimates
     total: Estimates
@@ -62,7 +62,7 @@ def known(values: ArrayLike) -> Array:
 
 
 def mean_and_deviation(values: ArrayLike) -> tuple[float, float]:
-    """Mean and standard deviation (that of the population, estimated with n - 1); NaN where there are too few."""
+    """Mean and standard deviation (with n - 1); NaN for too few values."""
     column = known(values)
     with np.errstate(invalid="ignore"):  # an infinite life has no deviation
         mean = float(column.mean()) if column.size else np.nan
@@ -72,8 +72,8 @@ def mean_and_deviation(values: ArrayLike) -> tuple[float, float]:
 def quantiles(values: ArrayLike, levels: Sequence[float], confidence: float = CONFIDENCE) -> Estimates:
     """Quantiles with intervals between two order statistics, valid for every distribution.
 
-    The number of samples below a quantile is binomial, which gives the ranks of the ends. The interval holds the true
-    quantile with at least this confidence. Where n samples cannot bound a quantile, its end is infinite: the 99 %
+    The number of samples below a quantile is binomial, which gives the ranks of the ends. The interval contains the
+    true quantile with at least this confidence. If n samples cannot bound a quantile, the end is infinite: the 99 %
     quantile needs 368 samples for an upper end at 95 %. The quantile itself is interpolated so that its median is
     unbiased (Hyndman and Fan 1996, definition 8).
 
@@ -100,7 +100,7 @@ def quantiles(values: ArrayLike, levels: Sequence[float], confidence: float = CO
 
 
 def fewest_samples(level: float, confidence: float = CONFIDENCE) -> int:
-    """The number of samples that bound the quantile of this level on both sides; 368 for 99 %."""
+    """Least number of samples that bound the quantile of this level on both sides; 368 for 99 %."""
     tail = (1 - _confidence(confidence)) / 2
     return int(np.ceil(np.log(tail) / np.log(max(level, 1 - level))))
 
@@ -108,10 +108,10 @@ def fewest_samples(level: float, confidence: float = CONFIDENCE) -> int:
 def probability(counts: ArrayLike, samples: int, confidence: float = CONFIDENCE) -> Estimates:
     """Probability of an event that occurred `counts` times in `samples`, with the interval of Clopper and Pearson.
 
-    It never covers less than its confidence, unlike Wilson's for rare events such as exceeded limits. No event in n
+    Its coverage is never below the confidence, unlike Wilson's interval for rare events. No event in n
     samples still bounds the probability: by about 3.7/n at 95 %.
 
-    counts : any shape. Returns three arrays of it; NaN and [0, 1] without samples.
+    counts : any shape. Returns three arrays of this shape; NaN and [0, 1] without samples.
     """
     tail = (1 - _confidence(confidence)) / 2
     hits = np.asarray(counts, dtype=np.float64)
@@ -126,7 +126,8 @@ def probability(counts: ArrayLike, samples: int, confidence: float = CONFIDENCE)
 def exceedance(values: ArrayLike, confidence: float = CONFIDENCE) -> Exceedance:
     """The probability that a sample reaches a limit, at limits that are samples: from 1 down to 1/n.
 
-    At most `CURVE` of the samples, denser towards both ends. Intervals as of `probability`, at each limit alone.
+    At most about `CURVE` of the samples are limits, denser towards both ends. The intervals of `probability` hold for
+    each limit separately.
     """
     ordered = np.sort(known(values))
     count = ordered.size
@@ -143,13 +144,13 @@ def sobol_indices(
 ) -> SobolIndices:
     """First-order and total Sobol indices from a Saltelli design, by the estimators of SciPy.
 
-    First order (Saltelli et al. 2010): the share of the variance due to a factor alone; total (Jansen 1999): with its
+    First order (Saltelli et al. 2010): share of the variance due to a factor alone; total (Jansen 1999): including its
     interactions. The factors must be independent. Intervals are asymptotic (delta method: the scatter of numerator and
     variance, row by row), for many independent rows; an estimate near zero may be slightly negative.
 
     first, second : (n,) results of the matrices A and B
     mixed : (n, factor) results of A with one column of B each
-    A row counts for a factor if all three results exist. NaN with fewer than two rows, or if nothing varies.
+    A row is used for a factor if all three results exist. NaN with fewer than two rows, or for constant results.
     """
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     columns = np.asarray(mixed, dtype=np.float64)
@@ -178,7 +179,7 @@ def sobol_indices(
 def rank_correlation(
     factors: Iterable[ArrayLike], values: ArrayLike, confidence: float = CONFIDENCE
 ) -> Estimates:
-    """Spearman's rank correlation of each factor with the values: 1 for an increasing function.
+    """Spearman's rank correlation of each factor with the values; 1 if the values increase with the factor.
 
     Ties share their mean rank. Intervals by Fisher's transform with the variance of Bonett and Wright (2000),
     for independent samples.
@@ -207,7 +208,7 @@ def rank_correlation(
 
 
 def _standard_ranks(values: Array) -> Array:
-    """Ranks minus their mean, normalised to length 1; NaN where nothing varies."""
+    """Ranks minus their mean, normalised to length 1; NaN for constant values."""
     if values.size < 2 or values.min() == values.max():
         return np.full(values.shape, np.nan)
     ranks: Array = rankdata(values) - (values.size + 1) / 2

@@ -8,7 +8,7 @@ from guideload.study.description.metadata import StudyMetadata
 
 
 def contact_words(machine: Machine) -> str:
-    """What `contact_lost` means on a machine: where a carriage is preloaded, that one of its rows is open."""
+    """Words for `contact_lost` on a machine: of a preloaded carriage, one row is open."""
     laws = [law for carriage in machine.carriages for law in carriage.laws if law.kind != "linear"]
     preloaded = [law.kind == "preloaded" for law in laws]
     if not any(preloaded):
@@ -17,7 +17,7 @@ def contact_words(machine: Machine) -> str:
 
 
 def title_of(name: str, metadata: StudyMetadata) -> str:
-    """The title of a column: "peak resultant"; that of a column without quantity is its name."""
+    """The title of a column, such as "peak resultant"; a column that is no quantity has its name."""
     stem = name.partition("[")[0]
     if stem == CONTACT:
         return contact_words(metadata.machine)
@@ -25,7 +25,7 @@ def title_of(name: str, metadata: StudyMetadata) -> str:
 
 
 def capitalised(title: str) -> str:
-    """A title at the start of a line."""
+    """A title with a capital first letter."""
     return title[0].upper() + title[1:]
 
 
@@ -36,7 +36,7 @@ def with_unit(name: str, metadata: StudyMetadata) -> str:
 
 
 def with_owner(name: str, metadata: StudyMetadata) -> str:
-    """The title of a column and its carriage: "the peak resultant of 1a", or "... of the machine"."""
+    """The title of a column with its carriage: "the peak resultant of 1a", or "... of the machine"."""
     stem, _, carriage = name.partition("[")
     if stem not in QUANTITIES:
         return name

@@ -1,1 +1,1 @@
-"""How samples are drawn: distributions, sequences of uniform numbers, designs."""
+"""Sampling: distributions, sequences of uniform numbers, designs."""

@@ -26,7 +26,7 @@ class Copula:
     factor: tuple[tuple[float, ...], ...]
 
     def apply(self, uniforms: Array) -> None:
-        """Correlate (dimensions, n) in place; row by row, so that no sum depends on the number of samples."""
+        """Correlate uniforms (dimensions, n) in place; row by row, so that sums do not depend on n."""
         scores = ndtri(uniforms[list(self.columns)])
         for column, row in zip(self.columns, self.factor, strict=True):
             total = np.zeros(uniforms.shape[1])
@@ -40,8 +40,8 @@ class Copula:
 class Design:
     """The uniform numbers of run i.
 
-    With `sensitivity` (Saltelli 2010) there are dimensions + 2 runs for each of `samples`: run i is of the matrix
-    i % (dimensions + 2), 0 for A, 1 for B, 2 + j for A with column j of B, and of its row i // (dimensions + 2).
+    With `sensitivity` (Saltelli 2010) there are dimensions + 2 runs for each of `samples`: run i is row
+    i // (dimensions + 2) of the matrix i % (dimensions + 2): 0 is A, 1 is B, 2 + j is A with column j of B.
     """
 
     sampling: Sampling
@@ -87,7 +87,7 @@ class Design:
 def cholesky(matrix: Sequence[Sequence[float]]) -> tuple[tuple[float, ...], ...] | None:
     """The lower Cholesky factor of a symmetric matrix, or None if the matrix is not positive definite.
 
-    Not LAPACK's: its last bits differ between machines, and these decide every value that is drawn.
+    It does not use LAPACK, the last bits of which differ between computers, and with them all drawn values.
     """
     factor: list[list[float]] = []
     for i, entries in enumerate(matrix):
@@ -102,4 +102,4 @@ def cholesky(matrix: Sequence[Sequence[float]]) -> tuple[tuple[float, ...], ...]
     return tuple(tuple(row) for row in factor)
 
 
-ROUNDING = 1e-12  # a smaller pivot of a correlation matrix (diagonal 1) is rounding of 0
+ROUNDING = 1e-12  # least pivot of a correlation matrix (diagonal 1): smaller ones are rounding

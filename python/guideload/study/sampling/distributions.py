@@ -1,4 +1,4 @@
-"""Distributions: values by inversion, from uniform numbers between 0 and 1."""
+"""Distributions: values by inversion of uniform numbers between 0 and 1."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class Distribution(ABC):
 
     @abstractmethod
     def ppf(self, u: Array) -> Array:
-        """Values from uniform numbers."""
+        """Quantiles at the probabilities u."""
 
     @abstractmethod
     def cdf(self, x: float) -> float:
-        """The inverse of `ppf`."""
+        """Probability of a value up to x."""
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -58,7 +58,7 @@ class Lognormal(Distribution):
     sigma: float
 
     def ppf(self, u: Array) -> Array:
-        # exp2 of SciPy is plain arithmetic; exp of NumPy has other last bits on another processor.
+        # exp2 of SciPy is plain arithmetic; the last bits of NumPy's exp depend on the processor.
         return self.median * np.asarray(exp2((self.sigma / math.log(2.0)) * ndtri(u)))
 
     def cdf(self, x: float) -> float:
@@ -174,8 +174,8 @@ def in_words(distribution: Distribution, scale: float, unit: str) -> str:
 class Marginal:
     """The distribution of one column of values: `scale` times a value of `distribution`, increasing with u.
 
-    form: what the column's values are to the parameters that they set: the "value" itself in SI, a "factor" on
-    each parameter's value in the machine, or a "shift" of it in SI.
+    form: how a value of the column sets its parameters: as their "value" in SI, as a "factor" on the machine's value,
+    or as a "shift" of it in SI.
     """
 
     distribution: Distribution

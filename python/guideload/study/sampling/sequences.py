@@ -44,7 +44,7 @@ class Sobol:
                 engine.reset()
             if engine.num_generated < start:
                 engine.fast_forward(start - engine.num_generated)
-            # SciPy warns if its first call asks for a number of samples that is no power of two: ask for one.
+            # SciPy warns if the first call asks for a number of samples that is no power of two: ask for one.
             first = 1 if start == 0 and stop > 0 else 0
             blocks = [engine.random(count) for count in (first, stop - start - first) if count]
         points = np.concatenate([np.empty((0, self.dimensions)), *blocks])
@@ -55,7 +55,7 @@ class Sobol:
         return {"dimensions": self.dimensions, "seed": self.seed}  # without the engine
 
 
-_ENGINES = threading.Lock()  # an engine has a position in its sequence: one thread at a time
+_ENGINES = threading.Lock()  # an engine has state, its position in the sequence: one thread at a time
 
 
 @dataclass(frozen=True)
@@ -74,15 +74,15 @@ class Random:
         return np.maximum(np.ascontiguousarray(numbers.T), LOWEST)
 
 
-WORDS_PER_COUNT = 4  # words of 64 bits that Philox makes of one value of its counter
+WORDS_PER_COUNT = 4  # words of 64 bits that Philox computes per value of its counter
 
 
 @dataclass(frozen=True)
 class LatinHypercube:
     """One sample in each of `samples` equal strata of every dimension, in random order, at a random place in it.
 
-    The order is a permutation that is computed, not stored: a Feistel network with a key per dimension on pairs of
-    digits, repeated for indices that it maps outside the strata (cycle walking; Black and Rogaway 2002).
+    The order is a permutation that is computed, not stored: a Feistel network on pairs of digits with a key per
+    dimension, applied again to indices that it maps outside the strata (cycle walking; Black and Rogaway 2002).
     """
 
     dimensions: int

@@ -1,1 +1,1 @@
-"""Where samples are stored: in memory, or in a folder that survives a crash."""
+"""Storage of samples: in memory, or in a folder that survives a crash."""

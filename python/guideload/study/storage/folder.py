@@ -1,4 +1,4 @@
-"""The folder of a study: begun, resumed or removed; never mixed with another study, nor with other files."""
+"""The folder of a study: create, resume or remove it without touching other studies or files."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from guideload.study.storage.store import HISTORIES, SAMPLES, FolderStore, Sampl
 
 @contextmanager
 def open_store(metadata: StudyMetadata, folder: Path | None, resume: bool) -> Iterator[SampleStore]:
-    """A store of a study to be added to: in memory, or in a folder that no other process writes meanwhile.
+    """A writable store of a study: in memory, or in a folder that is locked against other processes.
 
-    A folder with a study in it is refused, unless `resume` and the study is the same: then its chunks are checked
-    to their last byte, and damaged ones are removed, to be run again.
+    A folder with a study is refused unless `resume` is true and the study is the same: then all bytes of its chunks are
+    checked, and damaged chunks are removed, so that they are run again.
     """
     if folder is None:
         yield SampleStore(metadata)
@@ -27,7 +27,7 @@ def open_store(metadata: StudyMetadata, folder: Path | None, resume: bool) -> It
         try:
             (folder / SAMPLES).mkdir(parents=True, exist_ok=True)
             held.enter_context(exclusive_lock(folder / SAMPLES))
-            _require_ours(folder, metadata, resume)  # another process may just have begun one
+            _require_ours(folder, metadata, resume)  # another process may have started a study meanwhile
             store = FolderStore(folder, metadata, read_all=True)
             for path in (*store.damaged, *_drafts(folder)):
                 path.unlink(missing_ok=True)
@@ -43,23 +43,19 @@ def _require_ours(folder: Path, metadata: StudyMetadata, resume: bool) -> None:
     if there is not None and resume:
         metadata.require_resumable(folder)
     elif there is not None:
-        raise ArgumentError(
-            f"{folder} holds a study already ({folder / FILE}): resume it, or give another folder"
-        )
+        raise ArgumentError(f"{folder} holds a study ({folder / FILE}): resume it, or give another folder")
     elif not resume and (others := [*chunks_in(folder), *folder.glob(HISTORIES)]):
-        raise ArgumentError(
-            f"{others[0]} is not of this study and would be mixed with it; give another folder"
-        )
+        raise ArgumentError(f"{others[0]} is not of this study; give another folder")
 
 
 def _drafts(folder: Path) -> list[Path]:
-    """What a killed writer may have left; some may not exist."""
+    """Paths of drafts that a killed writer may have left; some may not exist."""
     drafts = (draft_of(folder / name) for name in (FILE, HISTORIES))
     return [*drafts, *(folder / SAMPLES).glob(".*.draft.parquet")]
 
 
 def begun_only(folder: Path) -> bool:
-    """Whether a folder holds no more than a study that ended before its metadata was written."""
+    """Whether a folder holds only a study that ended before its metadata was written."""
     names = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
     return names <= {SAMPLES, draft_of(folder / FILE).name} and not chunks_in(folder)
 
@@ -72,7 +68,7 @@ def files_of(folder: Path) -> list[Path]:
 def remove(folder: Path) -> None:
     """Remove the files of the study in a folder, the metadata last; all other files stay.
 
-    Raises ArgumentError if the metadata is not ours, RunError if another process is writing the study.
+    Raises ArgumentError if guideload did not write the metadata, RunError if another process is writing the study.
     """
     if read_json(folder) is None:
         return

@@ -1,4 +1,4 @@
-"""Sample stores: the finished samples of a study, in memory, or as a Parquet file per chunk, written atomically."""
+"""Sample stores: finished samples of a study, in memory or in a Parquet file per chunk, written atomically."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, RunError
 from guideload.study.description.metadata import StudyMetadata
 
-Range = tuple[int, int]  # samples start..stop-1
+Range = tuple[int, int]  # start, stop: samples start to stop - 1
 
 SAMPLES = "samples"  # the folder of the chunks, beside the metadata
 HISTORIES = "histories.nc"
 NAME = re.compile(r"(?:chunk|part)-(\d{9,})-(\d{9,})\.parquet")  # part: of guideload 0.1.0
 KEY = b"guideload"  # of the metadata in a chunk
-READ_AHEAD = 2**23  # numbers: columns after a requested one are read with it, up to this size
-# What reading a damaged chunk may raise: pyarrow's own errors, and Python's that it passes on.
+READ_AHEAD = 2**23  # numbers that are read at once: a requested column and the columns after it
+# Errors of pyarrow and Python when a damaged chunk is read.
 DAMAGE = (pa.ArrowException, OSError, ValueError, KeyError)
 
 
@@ -50,11 +50,11 @@ class Chunk:
 
 
 class SampleStore:
-    """The samples of a study, column by column; NaN where a sample failed or has not been run. This one: in memory.
+    """The samples of a study by column, in memory; NaN if a sample failed or has not been run.
 
     columns   the names of all columns: parameters, then measures
     runs      samples of the whole study
-    damaged   files that are no complete chunk of the study, and why
+    damaged   reasons by file, for files that are no complete chunk of the study
     """
 
     def __init__(self, metadata: StudyMetadata) -> None:
@@ -66,11 +66,11 @@ class SampleStore:
         self._histories: xr.Dataset | None = None
 
     def ranges(self) -> list[Range]:
-        """The samples that are done, ascending, without overlap."""
+        """Ranges of finished samples, ascending, without overlap."""
         return sorted(self._stored)
 
     def add(self, chunk: Chunk) -> None:
-        """Store a chunk whose samples are not done yet, completely or not at all. Raises RunError."""
+        """Store a chunk of new samples, completely or not at all. Raises RunError."""
         numbers = np.vstack([chunk.values.T, chunk.rows.T])  # a contiguous row per column of the table
         samples = np.arange(chunk.start, chunk.stop)
         reasons = pa.array([chunk.failed.get(sample) for sample in samples.tolist()], pa.string())
@@ -83,11 +83,11 @@ class SampleStore:
         return self._histories
 
     def add_histories(self, data: xr.Dataset) -> None:
-        """Store histories, in place of earlier ones."""
+        """Store histories; they replace earlier ones."""
         self._histories = data
 
     def _save(self, table: pa.Table, samples: Range) -> Any:
-        """What `_load` needs to return the table of these samples."""
+        """Save the table of these samples; returns the entry of `_stored` that `_load` reads."""
         return table
 
     def _load(self, samples: Range, names: Sequence[str] | None = None) -> pa.Table:
@@ -96,11 +96,11 @@ class SampleStore:
 
     @property
     def done(self) -> int:
-        """The number of samples that are done, failed ones included."""
+        """Number of finished samples, failed ones included."""
         return sum(stop - start for start, stop in self.ranges())
 
     def missing(self, chunk: int) -> Iterator[Range]:
-        """The samples that are not done, split at multiples of `chunk`."""
+        """Ranges of samples that are not finished, split at multiples of `chunk`."""
         reached = 0
         for start, stop in [*self.ranges(), (self.runs, self.runs)]:
             while reached < start:
@@ -126,7 +126,7 @@ class SampleStore:
         return self._ahead[name].copy()
 
     def reasons(self) -> dict[int, str]:
-        """Why samples failed, by sample."""
+        """Reasons of failed samples, by index."""
         return {
             samples[0] + i: reasons[i].as_py()
             for samples in self.ranges()
@@ -135,7 +135,7 @@ class SampleStore:
         }
 
     def tables(self) -> Iterator[pa.Table]:
-        """All chunks, ascending: sample, parameters, measures, reason (null where there is a result)."""
+        """All chunks, ascending: sample, parameters, measures, reason (null for a sample with a result)."""
         return (self._load(samples).replace_schema_metadata(None) for samples in self.ranges())
 
     def _schema(self) -> pa.Schema:
@@ -146,9 +146,9 @@ class SampleStore:
 
 
 class FolderStore(SampleStore):
-    """Samples in the folder of a study; only that of `folder.open_store` may be added to.
+    """Samples in the folder of a study; only a store of `folder.open_store` may be written.
 
-    read_all: read each chunk to its end, to find now what a disk has damaged.
+    read_all: read all bytes of each chunk, to find damage by the disk at once.
     """
 
     def __init__(self, folder: Path, metadata: StudyMetadata, *, read_all: bool = False) -> None:
@@ -158,9 +158,7 @@ class FolderStore(SampleStore):
         for (start, stop), path in sorted((_range(path), path) for path in chunks_in(folder)):
             try:
                 if not reached <= start < stop <= self.runs:
-                    raise ValueError(
-                        f"samples {start} to {stop - 1} are in another chunk, or not of this study"
-                    )
+                    raise ValueError(f"samples {start} to {stop - 1} are in another chunk or study")
                 self._stored[start, stop] = path, self._checked(path, (start, stop), read_all)
                 reached = stop
             except DAMAGE as error:
@@ -168,7 +166,7 @@ class FolderStore(SampleStore):
 
     @classmethod
     def open(cls, folder: Path) -> FolderStore:
-        """Those of a finished or interrupted study. Raises ArgumentError if the folder holds none."""
+        """The store of a finished or interrupted study. Raises ArgumentError if the folder holds none."""
         return cls(folder, StudyMetadata.read(folder))
 
     def _checked(self, path: Path, samples: Range, read_all: bool) -> parquet.FileMetaData:
@@ -179,7 +177,9 @@ class FolderStore(SampleStore):
             if identity["fingerprint"] != self.metadata.fingerprint:
                 raise RunError(f"{path} is a chunk of another study; move it elsewhere")
             if of_file.num_rows != samples[1] - samples[0] or tuple(identity["samples"]) != samples:
-                raise ValueError(f"it has {of_file.num_rows} rows and says {identity['samples']}")
+                raise ValueError(
+                    f"it has {of_file.num_rows} rows, but metadata for samples {identity['samples']}"
+                )
             if file.schema_arrow != self._schema():
                 raise ValueError("it has other columns")
             if read_all and not np.array_equal(file.read().column("sample").to_numpy(), np.arange(*samples)):
@@ -218,7 +218,7 @@ class FolderStore(SampleStore):
 
 
 def _netcdf(data: xr.Dataset) -> memoryview:
-    """As a file, with checksums; made in memory, as HDF5 crashes the process when the disk becomes full."""
+    """The dataset as a NetCDF file with checksums; made in memory, as HDF5 crashes the process on a full disk."""
     import h5netcdf
     from xarray.backends import H5NetCDFStore
 
@@ -230,7 +230,7 @@ def _netcdf(data: xr.Dataset) -> memoryview:
 
 
 def chunks_in(folder: Path) -> list[Path]:
-    """All files in the folder of a study that have the name of a chunk."""
+    """All files in the folder of a study with the name of a chunk."""
     return sorted(path for path in (folder / SAMPLES).glob("*.parquet") if NAME.fullmatch(path.name))
 
 

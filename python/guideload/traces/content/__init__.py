@@ -1,1 +1,1 @@
-"""What a table holds: which column is meant, its time stamps, its counters, its samples in SI units."""
+"""From a table to samples: choice of columns, time stamps, unwrapped counters, values in SI units."""

@@ -1,4 +1,4 @@
-"""Which columns of a table are meant: the measured one, its time stamps, and the one it can be compared with."""
+"""Choice of columns: the measured column, its time column, and the column that the measured one is compared with."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class Columns:
     """The columns of a trace.
 
     measured: name of the measured column; kind: one of `headers.KINDS`; scale: factor from its values to SI;
-    time: name of the time column, None where the rate gives the time; partner: name of the column of velocity that
-    belongs to a position, or the reverse, None if there is none; note: how the measured column was chosen, or "".
+    time: name of the time column, None if the sampling rate gives the time; partner: name of the velocity column of the
+    same axis if a position is measured, or the reverse, None if there is none; note: why this measured column, or "".
     """
 
     measured: str
@@ -39,7 +39,7 @@ class Columns:
 
 
 def columns_of(table: Table, options: ReadingOptions) -> Columns:
-    """The columns that the options name, or else those that the headers show. Raises TraceError."""
+    """Columns of the trace: named by the options, else recognised by their headers. Raises TraceError."""
     measured, rate = options.get("column"), options.get("rate")
     for name in (measured, options.get("time")):
         if name is not None and name not in table.columns:
@@ -60,9 +60,9 @@ def columns_of(table: Table, options: ReadingOptions) -> Columns:
 
 
 def _time_column(table: Table, options: ReadingOptions) -> str | None:
-    """The name of the time column; None where the rate is given, or each channel has its own time.
+    """Name of the time column; None if the sampling rate is given, or if each channel has its own time.
 
-    Raises TraceError where there is no time, or more than one.
+    Raises TraceError if there is no time column, or more than one.
     """
     time, rate = options.get("time"), options.get("rate")
     if time is not None:
@@ -77,7 +77,7 @@ def _time_column(table: Table, options: ReadingOptions) -> str | None:
     if not table.named and len(table.names) > 1:
         return "0"
     names = [name for name in table.time_names if name != options.get("column")]
-    if len(names) > 1:  # a date beside a time of day is not needed
+    if len(names) > 1:  # with a time of day, a column of dates is ignored
         names = [name for name in names if not _is_date(table, name)] or names
     if len(names) == 1:
         return names[0]
@@ -87,7 +87,7 @@ def _time_column(table: Table, options: ReadingOptions) -> str | None:
             "choose with time=NAME (--time NAME)"
         )
     first = [name for name in table.names[:1] if table.is_row_number(name)]
-    hint = f"; the first column ({first[0]}) is a mere row number, no time" if first else ""
+    hint = f"; the first column ({first[0]}) holds row numbers, not time" if first else ""
     raise TraceError(
         f"{table.source}: no time column among {listed(table.names)}{hint}; give the samples per second "
         "with rate=1000 (--rate 1000), or name the column with time=NAME (--time NAME)"
@@ -112,10 +112,11 @@ def _is_date(table: Table, name: str) -> bool:
 
 
 def _measured_column(table: Table, time: str | None, options: ReadingOptions) -> tuple[str, str]:
-    """The only column whose header has a fitting unit; if unit or kind is given, else a fitting word; and a note.
+    """Name of the measured column, and a note on its choice.
 
-    Of several, the one that is measured while all others are commands. Raises TraceError with the columns and how to
-    choose where there is no such column.
+    It is the only column whose header has a unit of motion, of the given unit or kind if there is one; with these, also
+    the only column whose name says that kind. Of several columns, it is the measured one if all others are commands.
+    Raises TraceError with the columns and how to choose.
     """
     kind, unit = options.get("kind"), options.get("unit")
     clocks = {time, *table.clocks.values(), *table.time_names}
@@ -132,7 +133,7 @@ def _measured_column(table: Table, time: str | None, options: ReadingOptions) ->
     others = [name for name in names if name not in measured]
     if len(measured) == 1 and all(COMMAND_WORDS.intersection(headers[name].words) for name in others):
         return measured[0], f"column {measured[0]}: measured, {', '.join(others)} not"
-    count = f"{len(names)} columns could be meant" if names else "no header says what its column is"
+    count = f"{len(names)} columns could be meant" if names else "no header gives a unit of motion"
     with_words = [name for name, header in headers.items() if header.word_kind]
     raise TraceError(
         f"{table.source}: {count}: {listed(names or with_words or list(headers))}; "
@@ -148,10 +149,8 @@ def _kind_and_scale(table: Table, name: str, options: ReadingOptions) -> tuple[s
     kind = "counts" if kind is None and header.unit == "counts" else kind
     if kind == "counts":
         if unit is None:
-            raise TraceError(
-                f"{place}: counts need the cart's travel per count: unit='5e-8 m' (--unit '5e-8 m')"
-            )
-        scale = argument(table, "unit", unit, "m")
+            raise TraceError(f"{place}: counts need the travel per count: unit='5e-8 m' (--unit '5e-8 m')")
+        scale = option_in_si(table, "unit", unit, "m")
         if scale == 0.0:
             raise TraceError(f"{place}: unit: expected metres per count, got 0")
         return kind, scale
@@ -178,24 +177,27 @@ def _kind_and_scale(table: Table, name: str, options: ReadingOptions) -> tuple[s
 
 
 def _partner_of(table: Table, name: str) -> str | None:
-    """The column of the velocity of the position `name`, or the reverse: its header has the same words but for that
-    one, and it has the same time stamps.
+    """The velocity column of the same axis as the position column `name`, or the reverse; None if not exactly one.
+
+    The headers have the same words, except that for position or velocity; the columns have the same time stamps.
     """
 
-    def others(column: str, words: set[str]) -> tuple[list[str], str | None]:
-        masked = ["*" if word in words else word for word in table.header(column).words]
-        return masked, table.clocks.get(column)
+    def masked(column: str, words: set[str]) -> tuple[list[str], str | None]:
+        """Words of the header with * for one of `words`, and the time column."""
+        return ["*" if word in words else word for word in table.header(column).words], table.clocks.get(
+            column
+        )
 
-    for own, other in ((POSITION_WORDS, VELOCITY_WORDS), (VELOCITY_WORDS, POSITION_WORDS)):
-        wanted = others(name, own)
-        partners = [partner for partner in table.columns if others(partner, other) == wanted]
+    for words, partner_words in ((POSITION_WORDS, VELOCITY_WORDS), (VELOCITY_WORDS, POSITION_WORDS)):
+        wanted = masked(name, words)
+        partners = [partner for partner in table.columns if masked(partner, partner_words) == wanted]
         if "*" in wanted[0] and len(partners) == 1:
             return partners[0]
     return None
 
 
-def argument(table: Table, name: str, value: float | str, unit: str, sign: str = "") -> float:
-    """An option of the reading in SI, which must be ">" or ">=" 0 according to `sign`. Raises TraceError."""
+def option_in_si(table: Table, name: str, value: float | str, unit: str, sign: str = "") -> float:
+    """Value of a reading option in SI. Raises TraceError if it is not `sign` 0, where sign is ">" or ">="."""
     try:
         number = quantity(value, unit)
     except ValueRefused as error:

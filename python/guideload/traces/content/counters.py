@@ -11,17 +11,18 @@ from guideload.base.errors import TraceError
 
 Counts = NDArray[np.int64]
 
-BITS = (16, 24, 32)  # widths that are looked for, the narrowest that holds all values first
-# Largest step across a wrap, of the counter's range: like the steps elsewhere, at most LIKE_OTHERS times the largest of
-# them, or LIKE_NONE where there is hardly any motion elsewhere; never over a quarter, where the direction is unclear.
-LIKE_OTHERS, LIKE_NONE, NEVER = 4, 1.0 / 64.0, 0.25
+BITS = (16, 24, 32)  # widths that are detected
+# Limit of the step across a wrap: STEP_RATIO times the largest step elsewhere, within these shares of the counter's
+# range. Above a quarter of the range the direction is ambiguous.
+STEP_RATIO, LEAST_LIMIT, MOST_LIMIT = 4, 1.0 / 64.0, 0.25
 
 
 @dataclass(frozen=True)
 class Unwrapped:
-    """counts (n,), continuous and equal to the given ones modulo 2**bits; the first is as given.
+    """Counts without wrap-around.
 
-    bits: 0 if the counter did not wrap; wraps: samples right after it wrapped.
+    counts (n,): equal to the given ones modulo 2**bits, the first unchanged; bits: width of the counter, 0 if it did
+    not wrap; wraps: first sample after each wrap.
     """
 
     counts: Counts
@@ -36,8 +37,8 @@ class Unwrapped:
 def unwrap(counts: NDArray[np.integer], bits: int | None = None) -> Unwrapped:
     """Undo the wrap-around of a counter, signed or unsigned.
 
-    bits: width of the counter, 0 for one that does not wrap; None for the narrowest width whose range holds all
-        values, if each jump over half of it differs from the whole range by no more than a usual step.
+    bits: width of the counter, 0 if it does not wrap; None: the narrowest of `BITS` that holds all values, if each jump
+        over half the range is the whole range within a usual step.
     Raises TraceError if the values do not fit into the given width.
     """
     values = np.asarray(counts, np.int64)
@@ -60,7 +61,7 @@ def unwrap(counts: NDArray[np.integer], bits: int | None = None) -> Unwrapped:
     counts[1:] += (1 << width) * np.cumsum(turns)
     steps = np.abs(np.diff(counts))
     share = float(steps[~across].max(initial=0)) / 2.0**width
-    limit = min(max(LIKE_OTHERS * share, LIKE_NONE), NEVER)
+    limit = min(max(STEP_RATIO * share, LEAST_LIMIT), MOST_LIMIT)
     if not bits and float(steps[across].max()) > limit * 2.0**width:
         return none
     return Unwrapped(counts, width, np.flatnonzero(across) + 1)

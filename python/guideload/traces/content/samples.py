@@ -13,7 +13,7 @@ from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
 from guideload.base.units import factor
 from guideload.smoothing.smoothing import quantum_of
-from guideload.traces.content.columns import Columns, argument
+from guideload.traces.content.columns import Columns, option_in_si
 from guideload.traces.content.counters import unwrap
 from guideload.traces.content.stamps import stamps_of
 from guideload.traces.format.headers import KINDS
@@ -21,17 +21,17 @@ from guideload.traces.format.table import Table
 from guideload.traces.options import ReadingOptions
 
 FEWEST_SAMPLES = 8  # the smoothing takes fourth differences: with fewer, noise and motion look alike
-DECIMALS = 9  # values with more are doubles at full length, whose last digits mean nothing
-FEWEST_CHANGES = 8  # of values, that show a quantum
+DECIMALS = 9  # values with more decimals are doubles at full length, with random last digits
+FEWEST_CHANGES = 8  # changes of value that are needed to find a quantum
 
 
 @dataclass(eq=False)
 class TraceDraft:
     """A trace while it is read: each step of the reading changes it or adds notes.
 
-    table: names the rows of the samples; columns: what was chosen; kind: position, velocity or motor_speed;
-    time (n,) s; value (n,) SI; quantum: of the value, 0 if none is seen; place (n,): number of the sample in the trace,
-    where samples that were left out count; partner (n,) m or m/s: the column to compare with, or None.
+    table: for the row numbers of the samples; columns: the chosen ones; kind: position, velocity or motor_speed;
+    time (n,) s; value (n,) SI; quantum: of the value, 0 if unknown; place (n,): index of the sample before any samples
+    were left out; partner (n,) m or m/s: the column to compare with, or None.
     """
 
     table: Table
@@ -54,7 +54,7 @@ class TraceDraft:
         return KINDS[self.kind]
 
     def keep(self, samples: NDArray[np.intp]) -> None:
-        """Leave out all samples but these."""
+        """Keep these samples and leave out all others."""
         self.table = self.table.part(samples)
         self.time, self.value, self.place = self.time[samples], self.value[samples], self.place[samples]
         self.partner = None if self.partner is None else self.partner[samples]
@@ -67,9 +67,9 @@ class TraceDraft:
 def read_samples(
     table: Table, columns: Columns, options: ReadingOptions, leave_out_empty: bool
 ) -> TraceDraft:
-    """Values and stamps; raises TraceError for cells without a number, unless they are to be left out.
+    """Values and time stamps of the samples. Raises TraceError for empty cells unless `leave_out_empty`.
 
-    Where each channel has its own time, the rows that only fill up the table are no samples.
+    If each channel has its own time, rows that only pad the table are skipped.
     """
     value = table.values(columns.measured)
     time, note = _stamps(table, columns.time, options, value.size)
@@ -108,7 +108,7 @@ def read_samples(
     kind = "position" if columns.kind == "counts" else columns.kind
     given = options.get("quantum")
     if given is not None:
-        quantum = argument(table, "quantum", given, KINDS[kind], ">=")
+        quantum = option_in_si(table, "quantum", given, KINDS[kind], ">=")
     else:
         decimal = abs(columns.scale) * decimal_quantum(value)
         quantum = abs(columns.scale) if is_whole else quantum_of(si, decimal) or decimal
@@ -116,7 +116,7 @@ def read_samples(
 
 
 def quantum_note(draft: TraceDraft, is_given: bool) -> str:
-    """Kind, column and quantum; that of a motor speed in rpm."""
+    """Note on kind, column and quantum; the quantum of a motor speed is in rpm."""
     quantum, unit = draft.quantum, draft.unit
     if draft.kind == "motor_speed":
         quantum, unit = quantum / factor("rpm", "rad/s"), "rpm"
@@ -125,25 +125,24 @@ def quantum_note(draft: TraceDraft, is_given: bool) -> str:
 
 
 def decimal_quantum(values: NDArray[Any]) -> float:
-    """The quantum of values (n,) that are written with few decimals: the greatest that divides all changes.
+    """The quantum of values (n,) that are written with few decimals: the greatest common divisor of changes.
 
-    0 if they have more than DECIMALS decimals, hardly change, or are rounded to digits, more coarsely where they are
-    large. In motion so fast that no single quantum is seen, this still finds it, while `smoothing.quantum_of` needs
-    small changes.
+    0 if the values have more than DECIMALS decimals, hardly change, or are rounded to significant digits. It also works
+    for motion of many quanta per sample, unlike `smoothing.quantum_of`, which needs small changes.
     """
     for decimals in range(DECIMALS + 1):
         scaled = values * 10.0**decimals
         integers = np.round(scaled)
         if np.abs(integers).max() > 2.0**50:
             return 0.0
-        # Doubles next to decimals are off by their own rounding, times the scale.
+        # A double differs from the decimal number by its rounding, here times the scale.
         if np.all(np.abs(scaled - integers) <= 4.0 * np.spacing(np.abs(scaled))):
             return _common_step(integers.astype(np.int64)) / 10.0**decimals
     return 0.0
 
 
 def _common_step(integers: NDArray[np.int64]) -> float:
-    """The greatest number that divides all changes of whole numbers; 0 unless it is the same among small and large."""
+    """Greatest common divisor of the changes; 0 unless small and large integers have the same one."""
     size = np.abs(integers)
     middle = np.median(size)
     changes = [np.diff(half) for half in (integers[size <= middle], integers[size >= middle])]
@@ -161,7 +160,7 @@ def check_length(table: Table, count: int) -> None:
 
 
 def _partner(table: Table, columns: Columns) -> Array:
-    """The partner's values (n,) in SI by its header's unit; without one, by the measured column's own."""
+    """Values (n,) of the partner in SI; without a unit in its header it has that of the measured column."""
     name = str(columns.partner)
     header = table.header(name)
     known = header.kind in ("position", "velocity")
@@ -172,7 +171,7 @@ def _partner(table: Table, columns: Columns) -> Array:
 def _stamps(table: Table, column: str | None, options: ReadingOptions, count: int) -> tuple[Array, str]:
     """Time stamps in s, NaN where there is none, and a note."""
     given = options.get("rate")
-    rate = table.rate if given is None else argument(table, "rate", given, "Hz", ">")
+    rate = table.rate if given is None else option_in_si(table, "rate", given, "Hz", ">")
     if column is not None:
         return stamps_of(table, column, None if given is None else rate, options.get("date_order"))
     assert rate is not None

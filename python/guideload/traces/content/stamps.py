@@ -16,8 +16,8 @@ from guideload.traces.content.counters import unwrap
 from guideload.traces.format.table import Table
 
 DAY = 86_400_000_000_000  # ns
-# Numbers that can only be a date: from, to, seconds per count, name. Seconds, ms, us or ns since 1970 between 2001 and
-# 2100; Windows' FILETIME between 1990 and 2100.
+# Numbers that are dates: lower and upper end, seconds per count, name. Seconds, ms, us or ns since 1970 between 2001
+# and 2100; Windows' FILETIME between 1990 and 2100.
 EPOCHS = (
     (1.0e9, 4.1e9, 1.0, "seconds since 1970"),
     (1.0e12, 4.1e12, 1e-3, "milliseconds since 1970"),
@@ -39,7 +39,7 @@ NOTATIONS = (
 )
 AM_PM = r"\s*[AaPp]\.?[Mm]\.?$"
 ZONE = r"\s*(Z|[+-]\d{2}:?\d{2})$"
-# Digits and parts that ISO 8601 asks for and people leave out.
+# Patterns of incomplete ISO 8601 stamps, and what replaces them.
 MISSING = (
     (r"\.(Z|[+-]|$)", r"\1"),
     (r"-(\d)([- ])", r"-0\1\2"),
@@ -56,7 +56,7 @@ def stamps_of(
     Plain seconds stay as they are; dates, counts and times since an epoch run from the first stamp, since
     doubles could not hold their digits. rate: counts per second (Hz) of a column that counts cycles; date_order:
     one of DATE_ORDERS for dates such as 03/04/2024, None to find it.
-    Raises TraceError for what is no time stamp.
+    Raises TraceError for cells that are not time stamps.
     """
     if table.is_stamped(name):
         return _dated(table, name, date_order)
@@ -75,7 +75,7 @@ def stamps_of(
         raise TraceError(f"{table.source}: column {name}: {error}") from None
     start = abs(float(_first(values)))
     for low, high, step, epoch in EPOCHS:
-        # FILETIME stands under "ms" in exports of TwinCAT Scope.
+        # TwinCAT Scope exports FILETIME with the unit "ms".
         fits = not unit or scale == step or (step == 1e-7 and unit == "ms")
         if low <= start <= high and fits:
             note = f"time from column {name}, {epoch}, from the first"
@@ -86,18 +86,18 @@ def stamps_of(
 
 
 def _scaled(values: NDArray[Any], scale: float) -> Array:
-    """values times scale, as a division where that rounds less: 7 ms is 0.007 s, and so as 7000 us."""
+    """values * scale; below 1 as a division, which rounds less: 7 ms and 7000 us are both 0.007 s."""
     return np.asarray(values / round(1.0 / scale) if scale < 1.0 else values * scale)
 
 
 def _first(values: NDArray[Any]) -> Any:
-    """The first value that is a number, 0 if there is none."""
+    """The first finite value, 0 if there is none."""
     finite = values[np.isfinite(values)]
     return finite[0] if finite.size else 0
 
 
 def _continuous(values: NDArray[Any]) -> tuple[NDArray[Any], str]:
-    """Whole numbers of a clock without the wrap-around of its counter, and a note."""
+    """Values of a clock, unwrapped if they are whole numbers, and a note."""
     is_whole = (values == np.round(values)) & (np.abs(values) <= 2**53)
     if values.dtype.kind == "f" and not np.all(is_whole):
         return values, ""
@@ -176,10 +176,9 @@ def _read_dates(
 
 
 def _twenty_four_hours(text: Any) -> tuple[Any, NDArray[np.int64]]:
-    """Stamps with AM or PM without it, with hours from 0 to 11; and the nanoseconds (n,) that PM adds.
+    """Stamps without their AM or PM, hours from 0 to 11; and the offset (n,) ns of PM.
 
-    Stamps that have neither, or an hour that a clock of twelve hours does not show, stay as they are: they are refused
-    later.
+    Stamps without AM or PM, or with an hour outside 1 to 12, are not changed; the caller refuses them.
     """
     import pyarrow.compute as pc
 
@@ -193,8 +192,9 @@ def _twenty_four_hours(text: Any) -> tuple[Any, NDArray[np.int64]]:
 
 
 def _date_order(table: Table, name: str, text: Any) -> str:
-    """Whether the day or the month comes first in these dates, by days above 12; "" where all rows are of one day,
-    as the order changes nothing then. Raises TraceError where the dates leave it open.
+    """ "dmy" or "mdy", by days above 12; "" if all rows are of one day, where the order has no effect.
+
+    Raises TraceError if the dates are ambiguous.
     """
     import pyarrow.compute as pc
 
@@ -207,8 +207,8 @@ def _date_order(table: Table, name: str, text: Any) -> str:
     if len(dates) == 1:
         return ""
     raise TraceError(
-        f"{table.source}: column {name}: dates such as {dates[0]} leave open which number is the day, and no "
-        "number is above 12; give the order with date_order='mdy' or 'dmy' (--date-order mdy)"
+        f"{table.source}: column {name}: dates such as {dates[0]} are ambiguous: no number is above 12, so "
+        "either may be the day; give the order with date_order='mdy' or 'dmy' (--date-order mdy)"
     )
 
 

@@ -1,1 +1,1 @@
-"""Tables of traces as they are written: file formats, dialects of text tables, headers with units."""
+"""Tables of traces: file formats, dialects of text tables, headers with units."""

@@ -1,6 +1,6 @@
-"""How a text table is written: separator, decimal sign, names, units and where its samples start.
+"""Dialect of a text table: separator, decimal sign, names, units and first row of samples.
 
-Everything here looks at the first lines only and is pure; the values themselves are read by pyarrow.
+The functions here look at the first lines only; pyarrow reads the values.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from dataclasses import dataclass, field, replace
 
 from guideload.traces.format.headers import TIME_WORDS, Header, known_unit
 
-SEPARATORS = (";", "\t", ",", "|", " ")  # in order of preference where two explain the lines equally well
+SEPARATORS = (";", "\t", ",", "|", " ")  # in order of preference for equal scores
 COMMENT = re.compile(r"\s*(?:#|%|//)")
-TAIL = 40  # rows at the end of the opening, which hold samples
+TAIL = 40  # rows at the end of the inspected lines, taken as samples
 EMPTY = frozenset(("", "nan", "na", "n/a", "#n/a", "null", "none", "-nan", "inf", "-inf", "+inf", "<na>"))
 EXPONENT = r"(?:[eE][+-]?\d+)?"
 NUMBER = re.compile(rf"[+-]?(?:\d+[.,]?\d*|[.,]\d+){EXPONENT}|0x[0-9a-fA-F]+|true|false", re.IGNORECASE)
 WITH_COMMA = re.compile(rf"[+-]?(?:\d+,\d*|,\d+){EXPONENT}")
 WITH_POINT = re.compile(rf"[+-]?(?:\d+\.\d*|\.\d+){EXPONENT}")
-# By decimal sign: numbers with digits in groups of three. A decimal sign or two groups show which sign is which.
+# Numbers with digits in groups of three, by decimal sign; a decimal sign or a second group makes them unambiguous.
 GROUPS = {
     ".": re.compile(r"[+-]?\d{1,3}(?:(?:,\d{3})+\.\d*|(?:,\d{3}){2,}|(?:'\d{3})+(?:\.\d*)?)"),
     ",": re.compile(r"[+-]?\d{1,3}(?:(?:\.\d{3})+,\d*|(?:\.\d{3}){2,}|(?:'\d{3})+,\d*)"),
@@ -35,14 +35,14 @@ STAMP = re.compile(
 
 @dataclass(frozen=True)
 class Row:
-    """One row of the opening: the index of its first line, and its cells."""
+    """One row of the inspected lines: index of its first line, and its cells."""
 
     line: int
     cells: tuple[str, ...]
 
     @property
     def width(self) -> int:
-        """Cells up to the last that is not empty."""
+        """Number of cells up to the last one that is not empty."""
         return max((i + 1 for i, cell in enumerate(self.cells) if cell), default=0)
 
     @property
@@ -60,11 +60,11 @@ class Row:
 
 @dataclass(frozen=True)
 class Dialect:
-    """How the samples are written, and what is written above them.
+    """Format of the samples, and the contents of the header.
 
     width: cells in a row; names: one for each column, () for a table without a header; units: one for each column, ""
-    where there is none, or (); first: index of the first line that holds a sample. Of a source with clocks of its own:
-    the time column of each column, by its name, or else the rate in Hz.
+    where there is none, or (); first: index of the first line that holds a sample; clocks: name of the time column by
+    column name, if channels have their own time; rate: Hz, if the source gives it in place of time columns.
     """
 
     separator: str
@@ -80,10 +80,10 @@ class Dialect:
 
 def is_value(cell: str) -> bool:
     """Whether a cell holds a number in either notation, or a date or time stamp."""
-    return bool(NUMBER.fullmatch(cell) or (cell and STAMP.fullmatch(cell)) or grouped(cell))
+    return bool(NUMBER.fullmatch(cell) or (cell and STAMP.fullmatch(cell)) or decimal_by_groups(cell))
 
 
-def grouped(cell: str) -> str:
+def decimal_by_groups(cell: str) -> str:
     """The decimal sign of a number, if its groups of digits show it; "" for any other cell."""
     return next((sign for sign, form in GROUPS.items() if form.fullmatch(cell)), "")
 
@@ -94,7 +94,7 @@ def rows_of(lines: Sequence[str], separator: str) -> list[Row]:
         return [Row(i, tuple(line.split())) for i, line in enumerate(lines)]
     reader = csv.reader([line + "\n" for line in lines], delimiter=separator)
     rows, start = [], 0
-    with suppress(csv.Error):  # a quote that nothing closes: the rest is no table with this separator
+    with suppress(csv.Error):  # an unclosed quote: the rest is no table with this separator
         for cells in reader:
             rows.append(Row(start, tuple(" ".join(cell.split()) for cell in cells)))
             start = reader.line_num
@@ -102,10 +102,10 @@ def rows_of(lines: Sequence[str], separator: str) -> list[Row]:
 
 
 def dialect_of(lines: Sequence[str]) -> Dialect:
-    """The dialect of a table from its first lines (complete lines, up to some hundred: the more, the surer).
+    """The dialect of a table from its first lines, all of them complete.
 
-    The separator is the one with which the last rows are most nearly all numbers and stamps, and the header
-    as wide as they are. The decimal sign is a comma where more numbers have one than have a point.
+    The separator is the one with the largest share of numbers and stamps in the last rows, and with a header as wide as
+    these rows. The decimal sign is a comma if more numbers have a comma than a point.
     """
     plain = [i for i, line in enumerate(lines) if line.strip() and not COMMENT.match(line)]
     scored: list[tuple[tuple[float, ...], str, list[Row], int]] = []
@@ -116,13 +116,14 @@ def dialect_of(lines: Sequence[str]) -> Dialect:
         if not widths:
             continue
         width = max(widths, key=lambda size: (widths[size], size))
-        top = next(i for i, row in enumerate(tail) if row.width == width)  # few rows include the header
+        # The tail of a short table includes the header.
+        top = next(i for i, row in enumerate(tail) if row.width == width)
         cells = [cell for row in tail[top:] for cell in row.cells if cell.lower() not in EMPTY]
         share = round(sum(map(is_value, cells)) / max(len(cells), 1), 1)
         above = [row.width for row in rows if not row.has_numbers]
         score = (not above or width in above, share, width > 1, widths[width] / len(tail), -order)
         scored.append((score, separator, rows, width))
-    if not scored:  # nothing but text: the header alone, or no table at all
+    if not scored:  # only text: a header without samples, or no table
         separator = max(SEPARATORS[:3], key=lines[plain[0]].count) if plain else ","
         names = rows_of([lines[plain[0]]], separator)[0].cells if plain else ()
         return Dialect(separator, ".", len(names), names, (), len(lines))
@@ -133,7 +134,7 @@ def dialect_of(lines: Sequence[str]) -> Dialect:
 def decimal_of(rows: Sequence[Row]) -> str:
     """The decimal sign of the rows' numbers; "" if none of them shows one."""
     cells = [cell for row in rows for cell in row.cells]
-    signs = {grouped(cell) for cell in cells} - {""}
+    signs = {decimal_by_groups(cell) for cell in cells} - {""}
     if len(signs) == 1:
         return signs.pop()
     commas, points = (sum(bool(form.fullmatch(cell)) for cell in cells) for form in (WITH_COMMA, WITH_POINT))
@@ -141,7 +142,7 @@ def decimal_of(rows: Sequence[Row]) -> str:
 
 
 def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: int) -> Dialect:
-    """Names and units from what is written above the first sample."""
+    """The dialect with names and units from the lines above the first sample."""
     start = _first_sample(rows, width)
     top = _top_of_header(rows, start, width)
     head = rows[top:start]
@@ -162,7 +163,7 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
                 notes.append(f"units from row {row.line + 1}")
             else:
                 notes.append(f"row {row.line + 1} above the samples not used")
-    else:  # names may stand in a comment
+    else:  # the names may be in a comment
         comments = [COMMENT.sub("", line, count=1).strip() for line in lines[:first] if COMMENT.match(line)]
         for comment in reversed(comments):
             cells = rows_of([comment], separator)[0].cells
@@ -178,10 +179,10 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
 
 
 def _first_sample(rows: list[Row], width: int) -> int:
-    """Where the samples start: at the first row with numbers, and no text where the columns below hold numbers.
+    """Index of the first sample: the first row with numbers and without text in the numeric columns.
 
-    Or above it, at a row that has some numbers, or nothing, while a row of names is still above that: such a
-    row is a sample that cannot be read, and is refused later with its number.
+    Rows between the names and that row, if they are not only text, are samples that cannot be read: they are included
+    here and refused later with their row numbers.
     """
     tail = [row.cells for row in rows[-TAIL:] if row.has_numbers]
     numeric = [
@@ -193,7 +194,7 @@ def _first_sample(rows: list[Row], width: int) -> int:
         filled = [cell for cell in cells if cell.lower() not in EMPTY]
         return bool(filled) and all(map(is_value, filled))
 
-    # A row above the names may hold numbers as well: text follows it.
+    # A row of numbers above the names is followed by text.
     samples = (
         i
         for i, row in enumerate(rows)
@@ -207,8 +208,8 @@ def _first_sample(rows: list[Row], width: int) -> int:
 
 
 def _top_of_header(rows: list[Row], start: int, width: int) -> int:
-    """The first of the rows right above the samples that are as wide as they are; `start` if there are none."""
-    if width == 1:  # any line is as wide: the names, and the units if there are two
+    """Index of the first header row, directly above the samples and as wide as these; `start` if there is none."""
+    if width == 1:  # any line is as wide: the header is the name, and the unit if the last line is one
         has_units = start > 1 and bool(known_unit(rows[start - 1].cells[0]))
         return max(start - 1 - has_units, 0)
     top = start
@@ -220,8 +221,6 @@ def _top_of_header(rows: list[Row], start: int, width: int) -> int:
 
 
 def _likeness_to_names(row: Row) -> int:
-    """How much a row looks like names: its columns of time, and those with a unit or a word of motion."""
+    """Score of a row as the row of names: 2 per time column, 1 per column with a unit or word of motion."""
     headers = [Header.of(cell) for cell in row.cells]
-    return sum(
-        2 * header.is_time + bool(header.kind or header.word_kind) for header in headers if header.words
-    )
+    return sum(2 * one.is_time + bool(one.kind or one.word_kind) for one in headers if one.words)

@@ -1,4 +1,4 @@
-"""What a column's header says: its words, its unit in the spellings people use, and the kind of column."""
+"""Headers of columns: their words, their unit in common spellings, and the kind of column."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from guideload.base.errors import ValueRefused
 from guideload.base.units import factor
 
-# What a column can be, and its SI unit. Counts become a position.
+# Kinds of columns and their SI units. Counts are converted to a position.
 KINDS = {"position": "m", "counts": "m", "velocity": "m/s", "motor_speed": "rad/s"}
 
-# Spellings that are no unit signs, in lower case.
+# Spellings that `base.units` does not read, in lower case.
 SPELLINGS = {
     spelling: unit
     for unit, spellings in {
@@ -32,7 +32,7 @@ SPELLINGS = {
     }.items()
     for spelling in spellings.split()
 }
-# Unit suffixes of names, as in "v_mm_per_s"; brackets may hold any unit. The longest that fits counts.
+# Unit suffixes of names, as in "v_mm_per_s"; brackets may hold any unit. The longest match is used.
 SUFFIXES = {
     **{f"{length}{sign}": f"{length}/s" for length in ("mm", "m", "rad") for sign in ("_per_s", "_s", "ps")},
     **{
@@ -40,7 +40,7 @@ SUFFIXES = {
         for word in "counts count ticks cnt inc rpm min sec mm um cm ms us ns s m".split()
     },
 }
-# Units that a name may end in without a sign around them: "Position mm", "v in mm/s", "Zeit / ms".
+# Units at the end of a name, without brackets: "Position mm", "v in mm/s", "Zeit / ms".
 TRAILING = re.compile(
     r"(.*?\S)(?:\s*/\s+|\s*,\s*|\s+(?:in\s+)?)(mm/s|m/s|rad/s|mm|[uµμ]m|ms|[uµμ]s|ns|s|m|rpm|U/min|1/min|"
     r"counts|inc|ticks|sec)",
@@ -49,7 +49,7 @@ TRAILING = re.compile(
 TIME_WORDS = set(
     "t time times timestamp timestamps elapsed datetime date zeit zeitstempel uhrzeit datum".split()
 )
-# Words that may stand beside those.
+# Words that may accompany TIME_WORDS in a name.
 TIME_FILLERS = set("stamp rel relative abs absolute system local utc device pc log".split())
 POSITION_WORDS = {"position", "pos"}
 VELOCITY_WORDS = {"velocity", "vel", "velo", "speed", "geschwindigkeit"}
@@ -66,9 +66,9 @@ class Header:
 
     @classmethod
     def of(cls, name: str, unit: str = "") -> Header:
-        """unit: what a row of units under the names says; it overrides a unit in the name.
+        """The header of a column; unit: from a row of units below the names, overrides a unit in the name.
 
-        A "unit" that is only a word for time, as in a row of symbols "t; x", is none: t is the tonne elsewhere.
+        For a time column, a "unit" that is a word for time is ignored: "t" in a row of symbols "t; x" is no tonne.
         """
         base, own_unit = _split(name)
         spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", base)
@@ -93,7 +93,7 @@ class Header:
 
     @property
     def is_time(self) -> bool:
-        """Whether the words mean time and the unit, if there is one, is one of time or counts of a clock."""
+        """Whether the words mean time, and the unit is empty, a unit of time or counts of a clock."""
         words = set(self.words)
         named = words <= TIME_WORDS | TIME_FILLERS and bool(words & TIME_WORDS)
         return named and (self.unit in ("", "counts") or converts(self.unit, "s"))

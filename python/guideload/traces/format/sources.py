@@ -59,7 +59,7 @@ def _file(path: Path) -> Table:
 
 
 def _frame(frame: pandas.DataFrame, source: str, word: str, first: int) -> Table:
-    """Columns of a data frame; an index of stamps, or one with a name, is a column as well."""
+    """Columns of a data frame; an index of time stamps, or with a name, becomes a column."""
     import pandas
 
     index = frame.index
@@ -71,7 +71,7 @@ def _frame(frame: pandas.DataFrame, source: str, word: str, first: int) -> Table
 
 
 def _plain(series: Any) -> Any:
-    """A column as a NumPy array where it holds plain numbers or stamps; with gaps as NaN, in UTC."""
+    """A column as a NumPy array; missing numbers become NaN, and stamps with a zone UTC."""
     import pandas
 
     if isinstance(series.dtype, pandas.DatetimeTZDtype):

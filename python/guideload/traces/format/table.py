@@ -1,4 +1,4 @@
-"""A table of a measured trace: named columns as they stand in the source, and what its rows are called."""
+"""A table of a measured trace: named columns, and the numbers of its rows in the source."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.errors import TraceError, shortened
-from guideload.traces.format.dialect_detection import grouped
+from guideload.traces.format.dialect_detection import decimal_by_groups
 from guideload.traces.format.headers import Header
 
 SHOWN = 10  # rows named in an error; the count says how many there are
@@ -20,12 +20,12 @@ LISTED = 24  # columns named in an error
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Named columns as they stand in the source.
+    """Named columns of a source.
 
-    row_word and numbers: how the source counts its samples: an editor shows the first of a CSV file with a header as
-    row 2, an array has it at index 0. named: False for bare arrays, whose values are SI. units: from a row of units,
-    by column. clocks: the time column of each column that has its own. rate: Hz, of a source that gives it and has no
-    time. decimal: the decimal sign in columns that stayed text.
+    row_word, numbers: name of a row and number of each sample's row in the source: the first sample of a CSV file with
+    a header is in row 2, that of an array at index 0. named: False for bare arrays, whose values are SI. units: by
+    column, from a row of units. clocks: time column by column, if channels have their own time. rate: Hz, if the source
+    gives it in place of time columns. decimal: decimal sign in columns of text.
     """
 
     source: str
@@ -52,11 +52,11 @@ class Table:
         return Header.of(name, self.units.get(name, ""))
 
     def part(self, samples: NDArray[np.intp]) -> Table:
-        """The same source with some of its samples, to name their rows: without the columns."""
+        """The row numbers of some samples, without the columns: to name the rows in messages."""
         return replace(self, columns={}, numbers=np.asarray(self.numbers)[samples])
 
     def rows(self, samples: Iterable[int]) -> str:
-        """The rows of these samples, named as the source counts them: the first ten and the count."""
+        """Text that names the rows of these samples: the first ten numbers, and their count."""
         numbers = [int(self.numbers[int(sample)]) for sample in samples]
         word = self.row_word if self.row_word == "index" or len(numbers) == 1 else f"{self.row_word}s"
         return f"{word} {listed_rows(numbers)}"
@@ -77,7 +77,7 @@ class Table:
         return next((str(cell) for cell in cells if isinstance(cell, str)), "")
 
     def values(self, name: str) -> NDArray[Any]:
-        """A column as float64, or as it is where it holds whole numbers; cells without a number are NaN."""
+        """A column as integers if all its cells are, else as float64 with NaN for cells without a number."""
         column = np.asarray(self.columns[name])
         if column.dtype.kind in "iu":
             return column
@@ -93,7 +93,7 @@ class Table:
     def no_number(self, name: str, bad: NDArray[np.intp], hint: str) -> TraceError:
         """The error for these samples of a column: cells without a finite number.
 
-        hint: what to do, unless the first cell itself shows it.
+        hint: the way out, unless the text of the first cell suggests another.
         """
         cell = np.asarray(self.columns[name])[int(bad[0])]
         text = shortened(str(cell))
@@ -103,7 +103,7 @@ class Table:
             hint = "write numbers with a decimal point"
         elif re.fullmatch(r"[+-]?\d{1,3}([.,']\d{3})+([.,]\d+)?", written):
             sign = "comma" if self.decimal == "," else "point"
-            hint = f"nothing shows whether it is in groups of digits: write numbers with a decimal {sign} and no other"
+            hint = f"it may have groups of digits: write numbers with a decimal {sign} and no other sign"
         return TraceError(
             f"{self.source}: column {name}: expected finite numbers, got none in {self.rows(bad)}: "
             f"the first {held}; {hint}"
@@ -111,11 +111,10 @@ class Table:
 
 
 def _plain(series: Any, decimal: str) -> Any:
-    """A column with text (a series), its numbers rewritten with a decimal point and no other sign.
+    """A column of text (a series), its numbers rewritten with a decimal point and without digit groups.
 
-    Digits in groups of three are joined where one of the cells shows that they are groups: by a decimal sign as well,
-    or by two groups. Otherwise cells with the other sign become empty, as they may be either. Cells that are no text
-    stay as they are.
+    Groups of three digits are joined if one cell is unambiguous, with a decimal sign as well or with two groups; else
+    ambiguous cells become empty. Cells that are not text are not changed.
     """
     is_text = series.map(lambda cell: isinstance(cell, str))
     cells = series[is_text].str.strip()
@@ -123,7 +122,7 @@ def _plain(series: Any, decimal: str) -> Any:
     doubtful = cells.str.contains(f"[{group}']")
     if doubtful.any():
         number = rf"[+-]?\d{{1,3}}([{group}'])\d{{3}}(\1\d{{3}})*(\{decimal}\d*)?"
-        has_groups = any(grouped(cell) == decimal for cell in cells[doubtful])
+        has_groups = any(decimal_by_groups(cell) == decimal for cell in cells[doubtful])
         if has_groups and all(re.fullmatch(number, cell) for cell in cells[doubtful]):
             cells = cells.str.replace(f"[{group}']", "", regex=True)
         else:
@@ -134,16 +133,16 @@ def _plain(series: Any, decimal: str) -> Any:
 
 
 def listed(names: Sequence[str], most: int = LISTED) -> str:
-    """Names of columns as an error gives them."""
+    """Names of columns for a message: the first ones, and their count."""
     return ", ".join(names[:most]) + (f", ... ({len(names)} in all)" if len(names) > most else "")
 
 
 def listed_rows(numbers: Sequence[int]) -> str:
-    """Numbers of rows as an error gives them."""
+    """Numbers of rows for a message."""
     return listed([str(number) for number in numbers], SHOWN)
 
 
 def unique(names: Sequence[str]) -> list[str]:
-    """The names, a later one of the same name with its count: x, x.1, x.2."""
+    """The names, repeated ones with a number: x, x.1, x.2."""
     counts = [names[:i].count(name) for i, name in enumerate(names)]
     return [f"{name}.{count}" if count else name for name, count in zip(names, counts, strict=True)]

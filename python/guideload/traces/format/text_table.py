@@ -14,12 +14,12 @@ from guideload.traces.format.dialect_detection import COMMENT, Dialect, dialect_
 from guideload.traces.format.table import Table, listed_rows, unique
 from guideload.traces.format.twincat_scope import scope_dialect
 
-OPENING = 65536  # characters that show the dialect, and whether it is text at all
-SHOWING = 300  # lines that are enough to show the dialect, unless more stand above the samples
-FEWEST_LINES = 60  # in the opening, which is longer in a file of long lines
-MANY_EMPTY = 0.3  # of the lines: line ends were doubled
-CONTROL = re.compile(r"[\x00-\x08\x0e-\x19\x1b-\x1f]")  # in no text; a last Ctrl-Z (1a) is in some of DOS
-# NUL among all bytes, and among those at even or odd places: from there on it is UTF-16 without a mark.
+OPENING = 65536  # characters from which the dialect is detected, and whether the file is text
+DIALECT_LINES = 300  # lines from which the dialect is detected, unless the header is longer
+FEWEST_LINES = 60  # to detect the dialect: of a file with long lines more than OPENING characters are used
+MANY_EMPTY = 0.3  # share of empty lines from which on line ends are doubled
+CONTROL = re.compile(r"[\x00-\x08\x0e-\x19\x1b-\x1f]")  # in no text; DOS files may end in Ctrl-Z (1a)
+# UTF-16 without a byte order mark: largest share of NUL in all bytes, least share in the even or the odd ones.
 MOST_NULS, NULS_OF_UTF16 = 0.6, 0.4
 NULLS = [
     *("", " ", "  ", "nan", "NaN", "NAN", "-nan", "-NaN", "NA", "<NA>", "n/a", "N/A", "#N/A"),
@@ -35,7 +35,7 @@ def read_text(path: Path) -> Table:
     text = _decoded(path)
     if re.match(r"\s*Name[ :].*\s+File[ :]", text):
         raise TraceError(
-            f"{path.name}: a TwinCAT Scope export with a blank or a colon between its cells, which stand in names "
+            f"{path.name}: a TwinCAT Scope export with a blank or a colon between its cells, which names contain "
             "as well; export it with tab or semicolon"
         )
     size = OPENING
@@ -69,17 +69,17 @@ def read_text(path: Path) -> Table:
 
 
 def _dialect(lines: list[str]) -> Dialect:
-    """The dialect of the first lines; of all, where much stands above the samples."""
-    dialect = dialect_of(lines[:SHOWING])
-    if len(lines) > SHOWING:
+    """The dialect, from the first DIALECT_LINES lines, or from all if the header is longer."""
+    dialect = dialect_of(lines[:DIALECT_LINES])
+    if len(lines) > DIALECT_LINES:
         width = len(rows_of(lines[-1:], dialect.separator)[0].cells)
-        if width != dialect.width or dialect.first >= SHOWING:
+        if width != dialect.width or dialect.first >= DIALECT_LINES:
             dialect = dialect_of(lines)
     return dialect
 
 
 def _decimal(source: str, lines: list[str], body: str, dialect: Dialect) -> str:
-    """The decimal sign. Raises TraceError where the separator may be meant, or groups of digits."""
+    """The decimal sign. Raises TraceError if a comma may be a separator or part of digit groups as well."""
     separator, above, samples = dialect.separator, lines[: dialect.first], lines[dialect.first :]
     if separator != ",":
         # The first lines may hold whole numbers only.
@@ -87,7 +87,7 @@ def _decimal(source: str, lines: list[str], body: str, dialect: Dialect) -> str:
         with_comma = rf"(?:^|{sign})\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*(?:{sign}|$)"
         has_comma = not dialect.decimal and "," in body and re.search(with_comma, body, re.MULTILINE)
         return dialect.decimal or ("," if has_comma else ".")
-    # Each number was cut in two at its decimal comma.
+    # Decimal commas have split each number into two cells.
     if not dialect.names and any(
         row.is_text and 2 * len(row.cells) == dialect.width for row in rows_of(above, ",")
     ):
@@ -100,14 +100,14 @@ def _decimal(source: str, lines: list[str], body: str, dialect: Dialect) -> str:
     cells = [cell for row in rows_of(samples, ",") for cell in row.cells if "," in cell]
     if cells and all(re.fullmatch(r"[+-]?[1-9]\d{0,2},\d{3}", cell) for cell in cells):
         raise TraceError(
-            f'{source}: cells such as "{cells[0]}" may have groups of digits or a decimal comma, and nothing shows '
-            "which; write numbers with a decimal point and no groups, or separate the cells by ; or tab"
+            f'{source}: cells such as "{cells[0]}" may have groups of digits or a decimal comma, which is '
+            "ambiguous; write numbers with a decimal point and no groups, or separate the cells by ; or tab"
         )
     return ","
 
 
 def _decoded(path: Path) -> str:
-    """The text of a file in UTF-8, UTF-16 or Windows' Western encoding. Raises TraceError for what is none."""
+    """The text of a file in UTF-8, UTF-16 or Windows' Western encoding. Raises TraceError if it is no text."""
     content = path.read_bytes()
     if content.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
         raise TraceError(
@@ -132,7 +132,7 @@ def _decoded(path: Path) -> str:
 
 
 def _wide_encoding(content: bytes) -> str:
-    """UTF-16 by its mark, or without one because every other byte of Western text is then NUL; else ""."""
+    """UTF-16, by its byte order mark or because every other byte of Western text is NUL; else ""."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         return "utf-16"
     top = content[:4096]
@@ -159,7 +159,7 @@ def _columns(
         body, numbers, notes = _cleaned(source, body, dialect, first)
         table = _parsed(source, body, dialect, decimal, len(numbers))
     if table is None:
-        raise TraceError(f"{source}: not a readable CSV table: a quote or a line break stands in a sample")
+        raise TraceError(f"{source}: not a readable CSV table: a quote or a line break is inside a sample")
     columns = [_array(column) for column in table.columns]
     filled = len(numbers)
     while filled and all(_is_empty(column[filled - 1]) for column in columns):
@@ -170,7 +170,7 @@ def _columns(
 
 
 def _parsed(source: str, body: str, dialect: Dialect, decimal: str, count: int) -> Any:
-    """The samples as a pyarrow table; None where it has not `count` rows of equally many cells."""
+    """The samples as a pyarrow table; None unless it has `count` rows of equal width."""
     import pyarrow as pa
     from pyarrow import csv
 
@@ -200,7 +200,7 @@ def _cleaned(
 ) -> tuple[str, NDArray[np.int64], list[str]]:
     """The samples with short rows filled up, without empty lines and comments; their row numbers; notes.
 
-    In a table of one column an empty line is an empty cell, unless there are many: line ends that were doubled.
+    In a table of one column an empty line is an empty cell, unless MANY_EMPTY of the lines are empty.
     """
     separator, width = dialect.separator, dialect.width
     samples: dict[int, str] = {}  # by row number
@@ -234,9 +234,7 @@ def _cleaned(
             f"{source}: not a readable CSV table: expected {width} cells in a row, got more in line "
             f"{listed_rows(long)}{hint}"
         )
-    notes = [
-        f"{len(rows)} {word} left out, row {listed_rows(rows)}" for word, rows in left_out.items() if rows
-    ]
+    notes = [f"{len(at)} {word} left out, row {listed_rows(at)}" for word, at in left_out.items() if at]
     return "\n".join(samples.values()) + "\n", np.asarray(list(samples), np.int64), notes
 
 

@@ -1,1 +1,1 @@
-"""Whether samples can be used: clocks, gaps, held values, jumps; and their repair."""
+"""Checks of the samples, and repair of damage: clocks, gaps, held values, jumps."""

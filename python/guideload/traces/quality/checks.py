@@ -1,5 +1,6 @@
-"""What a trace must fulfil before anything is computed from it: order of time, gaps, jumps, agreement of position and
-velocity. Nothing is repaired here (see `repair`); what fails raises TraceError with its rows.
+"""Checks of a trace: increasing time, gaps, jumps, agreement of position and velocity.
+
+A check that fails raises TraceError with the rows; nothing is repaired here (see `repair`).
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from guideload.traces.quality.jumps import speed_jumps, top_speed
 LAG_SHARE, DEVIATIONS = 0.2, 8.0
 ROUNDING = 1.5  # quanta, of the difference of two positions
 NORMAL = 1.4826  # standard deviation over median deviation, of normal noise
-MOVING = 0.1  # of the top speed, from which on the ratio of both speeds is taken
-# Ratios of two speeds in one unit: other units differ by more; rounded positions at slow speed by less.
+MOVING = 0.1  # of the top speed: slower rows do not count in the ratio of both speeds
+# Ratios of two speeds in one unit; speeds in different units differ by more.
 SAME_UNIT = (0.4, 2.5)
 
 
@@ -37,7 +38,7 @@ def check_order(draft: TraceDraft) -> None:
 
 
 def check_gaps(draft: TraceDraft, clock: Clock, kind: str, accept: bool) -> None:
-    """No step in time much longer than the usual one, but at rest in a log on change; accepted gaps become a note."""
+    """Refuse gaps in time, unless at rest in a log on change; accepted gaps become a note."""
     gaps = clock.gaps if kind != "on_change" else clock.gaps[~clock.still]
     if not gaps.size:
         return
@@ -59,7 +60,7 @@ def check_gaps(draft: TraceDraft, clock: Clock, kind: str, accept: bool) -> None
 
 
 def check_jumps(draft: TraceDraft, max_speed: float | None) -> None:
-    """No step that motion cannot make (see `jumps`)."""
+    """Refuse jumps that the axis cannot make (see `jumps`)."""
     time, value, is_position = draft.time, draft.value, draft.is_position
     unit = "m/s" if is_position else draft.unit
     jumps = speed_jumps(time, value, is_position, draft.quantum, max_speed)
@@ -80,17 +81,17 @@ def check_jumps(draft: TraceDraft, max_speed: float | None) -> None:
     )
     raise draft.refusal(
         f"{reason} in {draft.table.rows(samples)}: the first is {first}; cut the "
-        "trace to a part without them, say what the axis can do with max_speed=... (--max-speed), or leave "
-        "wild samples out with repair='outliers' (--repair outliers)",
+        "trace to a part without them, give the greatest speed of the axis with max_speed=... (--max-speed), or leave "
+        "outliers out with repair='outliers' (--repair outliers)",
         draft.columns.measured,
     )
 
 
 def check_partner(draft: TraceDraft) -> None:
-    """Position and velocity of the same axis must show the same motion; a note says whether they were compared.
+    """Refuse position and velocity that contradict each other; a note says whether they were compared.
 
-    In each row the mean speed of the position has to lie within the velocities of the four samples around it,
-    widened by their own range, LAG_SHARE of the top speed, ROUNDING quanta of the position and DEVIATIONS median
+    In each row the mean speed of the position must lie within the velocities of the four samples around it, widened by
+    the range of these velocities, LAG_SHARE of the top speed, ROUNDING quanta of the position and DEVIATIONS median
     deviations.
     """
     if draft.partner is None:
@@ -106,7 +107,7 @@ def check_partner(draft: TraceDraft) -> None:
     middle = 0.5 * (velocity[1:] + velocity[:-1])
     top = float(np.abs(velocity).max())
     moving = np.abs(middle) > MOVING * top
-    # The partner's unit is taken from the column's own; where the two differ by a factor, it is another unit.
+    # A partner without a unit is read in that of the column; a ratio other than 1 shows another unit.
     ratio = float(np.median(mean[moving] / middle[moving])) if np.any(moving) else 0.0
     if not SAME_UNIT[0] < ratio < SAME_UNIT[1]:
         reason = f"their speeds have the ratio {ratio:.3g}"

@@ -1,4 +1,4 @@
-"""The kind of time stamps a trace has: uniform, ticks of a clock, jitter of a PC, or a log that records on change."""
+"""Kinds of time stamps: uniform, ticks of a clock, jitter of a PC, or a log that records on change."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from guideload.smoothing.smoothing import quantum_of
 from guideload.traces.content.samples import TraceDraft
 
 CLOCKS = ("uniform", "ticks", "jitter", "on_change")
-# Of the usual step. A missing row doubles it, and stamps made by a PC jitter: 20 ms after a nominal 13 ms (1.54) has
-# been measured.
+# Limit of a step over the usual one. A missing row doubles the step; the jitter of a PC has reached 1.54 (20 ms in
+# place of 13 ms).
 LONGEST_STEP = 1.75
-UNIFORM = 1e-3  # of a step: at any speed, stamps this good are better than the positions
-TICK_RANGE = 1.5  # ticks: steps of even samples that are rounded to ticks differ by one, and rounding
-MOST_REPEATED = 0.2  # of the rows of a log on change repeat the value of the row before
+UNIFORM = 1e-3  # of a step: smaller errors of the stamps do not matter beside those of the positions
+TICK_RANGE = 1.5  # ticks: steps of uniform samples differ by one tick, and by rounding
+MOST_REPEATED = 0.2  # share of rows in a log on change that repeat the value before
 FIRST_STEP = 1.5  # largest first step of a move, over the next one; a lost row makes it 2
 STILL_QUANTA = 2.5  # largest change at rest: two quanta, and their rounding
-HELD = 100  # rows put back at each end of a standstill: more than the smoothing looks across
+HELD = 100  # rows inserted at each end of a standstill: more than the smoothing spans
 
 
 @dataclass(frozen=True)
 class Clock:
-    """How the samples are stamped.
+    """The time stamps of a trace.
 
-    kind: one of CLOCKS; step: the usual one, s; tick: the clock's own step, s, 0 if none is seen; jitter: rms
-    of the steps about the usual one, relative to it; gaps: samples before which rows are missing; still: for each gap,
+    kind: one of CLOCKS; step: median, s; tick: resolution of the clock, s, 0 if unknown; jitter: rms deviation of the
+    steps from the median, over the median; gaps: samples before which rows are missing; still: for each gap,
     whether the axis stands still across it.
     """
 
@@ -55,12 +55,12 @@ def clock_of(
     quantum: float,
     left_out: NDArray[np.bool_] | None = None,
 ) -> Clock:
-    """The kind of time stamps from their steps, and from the values across long ones.
+    """Classify time stamps by their steps, and by the changes of value across long steps.
 
     time (n,) s, increasing, n >= 2; value (n,), a position or a speed; quantum: of the value, 0 if unknown;
     left_out (n - 1,): steps across which damaged samples were left out: they are ignored. A log on change has long
-    steps only where the axis stands still; and the axis was at rest in the row before already, or hardly any row
-    repeats the value of the row before.
+    steps only at standstill; in addition, the axis was already at rest one row before each of them, or at most
+    MOST_REPEATED of the rows repeat the value before.
     """
     steps = np.diff(time)
     counted = np.ones(steps.size, bool) if left_out is None else ~left_out
@@ -73,7 +73,7 @@ def clock_of(
     # Steps of stamps that were decimals differ by the rounding of doubles.
     rounding = 4.0 * float(np.spacing(np.abs(time[[0, -1]]).max()))
     tick = 0.0 if farthest <= rounding else quantum_of(np.round(normal / rounding) * rounding, rounding)
-    # The sample after a gap may be the first of the next move: no farther than a usual step of that move.
+    # The sample after a gap may be the first of a move: its change is at most FIRST_STEP times the next one.
     change, quiet = np.abs(np.diff(value, prepend=value[0], append=value[-1])), STILL_QUANTA * quantum
     limit = np.maximum(quiet, FIRST_STEP * change[gaps + 1])
     if is_position:
@@ -93,12 +93,12 @@ def clock_of(
 
 
 def apply_clock(draft: TraceDraft, clock: Clock, kind: str, given: str | None) -> None:
-    """Put back the rows that a log on change left out; or the stamps on an even grid, if "uniform" was given."""
+    """Insert the rows that a log on change omits; or put the stamps on a uniform grid, if that is `given`."""
     if kind == "on_change":
         gaps = clock.gaps[clock.still]
-        draft.time, draft.value, count = held(draft.time, draft.value, gaps, clock.step)
+        draft.time, draft.value, count = fill_standstills(draft.time, draft.value, gaps, clock.step)
         draft.notes.append(
-            f"log on change: {count} rows put back where the axis stands still, before {draft.table.rows(gaps)}"
+            f"log on change: {count} rows inserted at standstill, before {draft.table.rows(gaps)}"
         )
     elif given == "uniform":
         gaps = np.union1d(clock.gaps, np.flatnonzero(np.diff(draft.place) > 1) + 1)
@@ -107,9 +107,9 @@ def apply_clock(draft: TraceDraft, clock: Clock, kind: str, given: str | None) -
 
 
 def on_grid(time: Array, gaps: NDArray[np.intp]) -> tuple[Array, float]:
-    """Even stamps in place of these, by least squares, and the rms distance of the given ones, s.
+    """Uniform stamps by least squares, and the rms distance [s] of the given stamps from them.
 
-    Across a gap the number of missing rows is that which fits best.
+    The number of missing rows in a gap is its length over the usual step, rounded.
     """
     steps = np.diff(time)
     usual = float(np.median(steps))
@@ -122,11 +122,13 @@ def on_grid(time: Array, gaps: NDArray[np.intp]) -> tuple[Array, float]:
     return even, float(np.sqrt(np.mean((time - even) ** 2)))
 
 
-def held(time: Array, value: Array, gaps: NDArray[np.intp], step: float) -> tuple[Array, Array, int]:
-    """Time and value with rows put back that a log on change left out, and their number.
+def fill_standstills(
+    time: Array, value: Array, gaps: NDArray[np.intp], step: float
+) -> tuple[Array, Array, int]:
+    """Time and value with the rows that a log on change omits, and the number of these rows.
 
-    Before each of `gaps` the value of the last row is held, at the usual step from the row before the gap and
-    back from the row after it, at most HELD on either side.
+    Before each of `gaps` the last value is repeated at the usual step: forwards from the row before the gap and
+    backwards from the row after it, at most HELD rows on either side.
     """
     added: list[Array] = [np.empty(0)]
     for gap in gaps:

@@ -1,8 +1,7 @@
-"""Sample-and-hold: logs that are faster than their signal, so that each value stands in several rows.
+"""Sample-and-hold: logs that are faster than their signal, so that several rows repeat each value.
 
-The repeats are no samples: taken for some, they would be steps in place of motion, and spoil any estimate of the
-noise. Only the rows in which a value is new are used, with their own stamps. A value may be older than its first
-row by up to one row of the log; nothing in the log shows by how much.
+Repeated rows would turn motion into steps and spoil the estimate of the noise. Only the rows in which a value is new
+are used, with their stamps. A value may be up to one row of the log older than its stamp; the log does not show it.
 """
 
 from __future__ import annotations
@@ -15,66 +14,64 @@ from guideload.traces.content.samples import FEWEST_SAMPLES, TraceDraft
 
 Rows = NDArray[np.intp]
 
-MOTION_QUANTA = 4.0  # larger changes are motion; smaller ones come and go in creep
-FEWEST = 12  # distances between changes, from which on a hold is found
-LEAST_RATIO = 1.8  # rows per value of a hold; with fewer, the rows that are used would look like gaps
-# By quick motion: changes of over MOTION_QUANTA that follow each other make up this share of all changes ...
+MOTION_QUANTA = 4.0  # larger changes are motion; smaller ones also occur in creep
+FEWEST = 12  # distances between changes that are needed to find a hold
+LEAST_RATIO = 1.8  # oversampling ratio of a hold; below it the used rows would look like gaps
+# Quick motion: consecutive changes of over MOTION_QUANTA make up at least this share of the travel ...
 LEAST_TRAVEL = 0.5
-# ... and this share of their distances fits one ratio, within SLACK of it if it is long: logging programs jitter.
+# ... and this share of their distances fits one ratio, within SLACK of a long ratio, as logging programs jitter.
 REGULAR, SLACK = 0.9, 0.15
 # Distances up to LONGEST times the usual one, and half a row, lie within motion; longer ones contain rest.
 LONGEST = 1.6
-# By slow motion: this share of all changes falls on rows of the hold ...
+# Slow motion: at least this share of the distances are multiples of the ratio ...
 IN_STEP = 0.97
-# ... with this many odd multiples of the ratio among their distances; creep at a few steady speeds has fewer.
+# ... with at least this many different odd multiples; creep at a few steady speeds has fewer.
 ODD_MULTIPLES = 4
-# Changes of a hold that was given, over those that it allows: more cannot be damage.
+# Changes of value over those that a given hold allows; damage does not explain more.
 MORE_CHANGES = 1.2
-SHORT = 0.5  # of the ratio: a value that differs from equal ones around it for less is damage
+SHORT = 0.5  # of the ratio: a value between equal ones that lasts for fewer rows is damage
 
 
 def use_new_values(draft: TraceDraft, hold: float | None) -> None:
-    """Leave out the rows that repeat a held value; none where each row has a value of its own.
+    """Leave out the rows that repeat a held value.
 
-    hold: rows per value if given, 1 to use all rows; None to detect it. Raises TraceError for a hold that cannot be.
+    hold: oversampling ratio, 1 to use all rows; None to detect it. Raises TraceError if the values contradict it.
     """
     value, count = draft.value, draft.value.size
     if hold is not None:
         if not 1.0 <= hold <= count / FEWEST_SAMPLES:
             raise draft.refusal(
-                f"hold: expected the number of rows in which each value stands, 1 to "
+                f"hold: expected the number of rows that repeat each value, 1 to "
                 f"{count / FEWEST_SAMPLES:g} for {count} samples, got {hold:g} (--hold)"
             )
         changes = np.count_nonzero(np.diff(value))
         if changes > MORE_CHANGES * count / hold:
             raise draft.refusal(
-                f"hold: values that stand in {hold:g} rows each change at most {count / hold:.0f} times in "
+                f"hold: values that are held for {hold:g} rows change at most {count / hold:.0f} times in "
                 f"{count} samples; these change {changes} times: leave hold out to have it detected, or give 1 "
                 "to use all rows (--hold 1)"
             )
-    ratio = held_ratio(value, draft.place, draft.quantum) if hold is None else hold
+    ratio = oversampling_ratio(value, draft.place, draft.quantum) if hold is None else hold
     if ratio <= 1.0:
         return
-    new, numbers = fresh_rows(value, draft.place, ratio)
+    new, numbers = rows_of_new_values(value, draft.place, ratio)
     draft.notes.append(
-        f"sample-and-hold: each value stands in {ratio:.4g} rows{'' if hold is None else ', as given'}; the "
+        f"sample-and-hold: each value is held for {ratio:.4g} rows{'' if hold is None else ', as given'}; the "
         f"{new.size} rows in which it is new are used (hold=1, --hold 1 uses all)"
     )
     back = np.flatnonzero(np.diff(draft.time) <= 0.0) + 1
     unseen = back[~(np.isin(back, new) & np.isin(back - 1, new))]
     if unseen.size:
-        draft.notes.append(
-            f"time does not grow in {draft.table.rows(unseen)}, among rows that repeat a value"
-        )
+        draft.notes.append(f"time does not grow in {draft.table.rows(unseen)}, where rows repeat a value")
     draft.keep(new)
     draft.place = numbers
 
 
-def held_ratio(value: Array, place: Rows, quantum: float) -> float:
-    """Rows per value of a held signal; 1 for one that is not held, or where nothing shows it.
+def oversampling_ratio(value: Array, place: Rows, quantum: float) -> float:
+    """Oversampling ratio of a held signal, in rows per new value; 1 if no hold is found.
 
-    value (n,); place (n,): its row in the log; quantum: of the value, 0 if unknown. A hold shows in quick motion or,
-    where the ratio is a whole number, in slow motion with all changes in step.
+    value (n,); place (n,): its row in the log; quantum: of the value, 0 if unknown. It is found from quick motion
+    or, if it is a whole number, from slow motion.
     """
     rows = np.flatnonzero(np.diff(value)) + 1
     if rows.size <= FEWEST:
@@ -83,7 +80,7 @@ def held_ratio(value: Array, place: Rows, quantum: float) -> float:
 
 
 def _ratio_of_quick_motion(value: Array, place: Rows, rows: Rows, quantum: float) -> float:
-    """The ratio by the distances of changes of over MOTION_QUANTA that follow each other; 1 if there is none.
+    """Ratio from the distances between consecutive changes of over MOTION_QUANTA; 1 if they have none in common.
 
     While the axis moves, the distance is the same number of rows at any speed, or one of two neighbouring numbers where
     the rates have no whole ratio. In creep with coarse quanta, changes are single quanta; at standstill there are none.
@@ -102,7 +99,7 @@ def _ratio_of_quick_motion(value: Array, place: Rows, rows: Rows, quantum: float
     is_regular = np.mean(np.abs(near - ratio) < max(1.0, SLACK * ratio)) >= REGULAR
     if near.size < FEWEST or not is_regular or ratio < LEAST_RATIO:
         return 1.0
-    if not is_whole:  # closer from longer and longer distances, in which the number of values is then known
+    if not is_whole:  # refined on longer and longer distances, whose number of values is known by then
         for longest in (4.0, 32.0, 256.0):
             part = distances[distances < longest * ratio]
             ratio = float(part.sum() / np.maximum(1.0, np.round(part / ratio)).sum())
@@ -110,7 +107,7 @@ def _ratio_of_quick_motion(value: Array, place: Rows, rows: Rows, quantum: float
 
 
 def _ratio_in_step(distances: Rows) -> float:
-    """The ratio by the distances of changes of any size, whole multiples of it; 1 if there is none.
+    """Greatest common divisor of the distances between changes of any size; 1 if they show no hold.
 
     Creep at a steady speed has one distance, and at any other speed the distances have no common divisor.
     """
@@ -122,12 +119,12 @@ def _ratio_in_step(distances: Rows) -> float:
     return float(ratio) if np.count_nonzero(usual // ratio % 2) >= ODD_MULTIPLES else 1.0
 
 
-def fresh_rows(value: Array, place: Rows, ratio: float) -> tuple[Rows, Rows]:
-    """The samples in which a held value is new, and the number of each among the values of the signal.
+def rows_of_new_values(value: Array, place: Rows, ratio: float) -> tuple[Rows, Rows]:
+    """Samples in which a held value is new, and the index of each among the values of the signal.
 
-    value, place (n,) as above. Where values of the signal are the same, as at standstill, their rows are spread
-    evenly between the changes before and after. Rows that differ from equal ones around them for less than half of the
-    ratio are damage: the first of them is kept, to be found as such.
+    value, place (n,) as in `oversampling_ratio`. Equal values of the signal, as at standstill, get evenly spaced rows
+    between the changes before and after. A value between equal ones that lasts for less than SHORT of the ratio is
+    damage: its first row is kept, so that the checks find it.
     """
     rows = np.flatnonzero(np.diff(value)) + 1
     is_short = np.diff(place[rows]) < SHORT * ratio

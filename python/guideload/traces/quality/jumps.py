@@ -1,12 +1,12 @@
-"""Jumps of a trace that motion cannot make: wild samples, and speeds that drop out for one row.
+"""Jumps of a trace that the axis cannot make: outliers, and speeds that drop to 0 for one row.
 
-What shows: a speed far above all others; a change that leaves the speed before and after it alone and is far
-beyond all other changes; and a 0 between rows of one speed, where the axis never else turns as quickly.
-What does not: in a log so slow that the axis gets to speed within a row (as at 10 Hz), a wild speed below the top
-speed looks like a short move, and a drop-out like a short stop. A table that holds the position as well shows more
-(see `traces.quality.checks`), and so does a limit of the speed.
+Detected: a speed far above all others; an isolated speed whose change is far above all other changes; and a 0 between
+rows of one speed, if the axis nowhere else turns as quickly.
+Not detected: in a log so slow that the axis gets to speed within a row (as at 10 Hz), an outlier below the top speed
+looks like a short move, and a drop-out like a short stop. A limit of the speed finds more, and so does a comparison of
+position and velocity (`traces.quality.checks`).
 
-Speeds u are those of the steps of a position (n - 1,), or the samples of a speed (n,), in SI.
+The speed u is the change of a position over its step (n - 1,), or the sample of a speed (n,), in SI.
 """
 
 from __future__ import annotations
@@ -20,31 +20,31 @@ from guideload.base.arrays import Array, runs_of
 
 Flags = NDArray[np.bool_]
 
-# An isolated speed is this many times as far from the median of its four neighbours as the farthest of them on the same
-# side: a speed that motion reaches is approached by its samples. (Hampel's identifier, with the median deviation in
-# place of the farthest neighbour, would refuse slow and held positions: among rests that deviation is 0.)
+# Distance of an isolated speed from the median of its four neighbours, over that of the farthest neighbour on the same
+# side; in real motion, neighbours approach the speed. (Hampel's identifier, with the median deviation in place of the
+# farthest neighbour, would refuse slow and held positions: at rest that deviation is 0.)
 ISOLATION = 5.0
-QUANTA = 10.0  # smallest jump: slow motion is single quanta among zeros
-# A jump goes beyond the rest of the trace as well: its speed is this many times the top speed ...
+QUANTA = 10.0  # smallest jump; slow motion has single quanta between zeros
+# A jump also exceeds the rest of the trace: its speed is this many times the top speed ...
 SPEED_RATIO = 1.5
-# ... or its change of speed is this many times the largest. One sample of a position makes two wild steps; that of a
-# speed is alone, and the changes of a speed are those of the drive.
+# ... or its change of speed is this many times the largest. (An outlier of a position makes two false speeds, that
+# of a speed one.)
 CHANGE_RATIO = {"position": 20.0, "speed": 3.0}
-# Up to LONGEST_RUN samples of a speed together, over FAR_ABOVE times all others, are wild, up to MOST_WILD of all.
-FAR_ABOVE, LONGEST_RUN, MOST_WILD = 20.0, 5, 0.25
+# Outliers of a speed: runs of up to LONGEST_RUN samples over FAR_ABOVE times all others, at most MOST_OUTLIERS of all.
+FAR_ABOVE, LONGEST_RUN, MOST_OUTLIERS = 20.0, 5, 0.25
 SAME_SPEED = 0.1  # largest range, over the speed, of the four rows around a drop-out
-# The rest of the trace shows that a 0 is a drop-out: nowhere does the speed go and come back by TURN of the speed that
-# is lost, within TURN_ROWS rows either way.
+# A 0 is a drop-out if, in the rest of the trace, the speed nowhere changes and changes back by TURN of the lost speed,
+# within TURN_ROWS rows each.
 TURN, TURN_ROWS = 0.3, 3
 
 
 def speed_jumps(
     time: Array, value: Array, is_position: bool, quantum: float, max_speed: float | None
 ) -> Flags:
-    """Where motion cannot be so: flags of the steps (n - 1,) of a position, of the samples (n,) of a speed.
+    """Flags of impossible speeds: of the steps (n - 1,) of a position, or of the samples (n,) of a speed.
 
-    With `max_speed` [m/s or rad/s], where |u| is above it. Without, where u is isolated and beyond the rest of the
-    trace, in speed or in change of speed; of a speed also drop-outs, and short runs far above all other samples.
+    With `max_speed` [m/s or rad/s]: |u| is above it. Without: u is isolated and exceeds the rest of the trace in speed
+    or in change of speed; for a speed also drop-outs, and short runs far above all other samples.
     """
     speed = np.diff(value) / np.diff(time) if is_position else value
     if max_speed is not None:
@@ -58,8 +58,9 @@ def speed_jumps(
 
 
 def drop_outs(speed: Array, quantum: float) -> Flags:
-    """Samples (n,) that are exactly 0 between two rows of one speed before and two after it: drop-outs, or stops of
-    less than two rows. In creep, of speeds up to QUANTA quanta, a 0 is nothing unusual.
+    """Samples (n,) of 0 between two rows before and two rows after of one speed above QUANTA quanta.
+
+    They are drop-outs, or stops of less than two rows.
     """
     around = np.stack([speed[:-4], speed[1:-3], speed[3:-1], speed[4:]])
     low, high = np.abs(around).min(axis=0), np.abs(around).max(axis=0)
@@ -69,7 +70,7 @@ def drop_outs(speed: Array, quantum: float) -> Flags:
 
 
 def _turns_slowly(speed: Array, zeros: Flags, wild: Flags) -> bool:
-    """Whether the speed, without these samples, nowhere turns as quickly as it would have to at the zeros."""
+    """Whether the rest of the speed nowhere turns as quickly as at the zeros, so that these are drop-outs."""
     if not zeros.any():
         return False
     lost = float(np.abs(speed[np.flatnonzero(zeros) - 1]).min())
@@ -83,9 +84,9 @@ def _turns_slowly(speed: Array, zeros: Flags, wild: Flags) -> bool:
 
 
 def _far_above(speed: Array, quantum: float) -> Flags:
-    """Samples, up to LONGEST_RUN together, over FAR_ABOVE times all others: values of a broken line, as 65535."""
+    """Samples, up to LONGEST_RUN together, over FAR_ABOVE times all others, such as 65535 of a broken line."""
     size = np.abs(speed)
-    candidates = int(MOST_WILD * size.size) + 2
+    candidates = int(MOST_OUTLIERS * size.size) + 2
     top = np.sort(np.partition(size, size.size - candidates)[-candidates:])  # ascending
     leaps = np.flatnonzero(top[1:] > FAR_ABOVE * np.maximum(top[:-1], QUANTA * quantum))
     if leaps.size and top[leaps[0]] > 0.0:
@@ -97,10 +98,10 @@ def _far_above(speed: Array, quantum: float) -> Flags:
 
 
 def _isolated(speed: Array, quantum: float, change_ratio: float, ends: Literal["reflect", "edge"]) -> Flags:
-    """Speeds that are isolated from their neighbours, and beyond all others.
+    """Speeds that are isolated from their neighbours and exceed all others.
 
-    ends: "reflect" compares the first and last with the neighbours that they have, "edge" not at all: a speed may begin
-    or end with a jump, as a log that stops when the drive does.
+    ends: "reflect" compares the first and last speed with their neighbours on one side, "edge" does not compare them: a
+    speed may begin or end with a jump if the log stops with the drive.
     """
     padded = np.pad(speed, 2, mode=ends)
     low, second, third, high = np.sort([padded[i : i + speed.size] for i in (0, 1, 3, 4)], axis=0)
@@ -118,5 +119,5 @@ def _isolated(speed: Array, quantum: float, change_ratio: float, ends: Literal["
 
 
 def top_speed(speed: Array, without: Flags) -> float:
-    """The largest speed where no flag of `without` is set."""
+    """The largest speed among the samples that are not flagged in `without`."""
     return float(np.abs(speed[~without]).max(initial=0.0))

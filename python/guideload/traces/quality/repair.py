@@ -1,7 +1,6 @@
-"""Damage in traces: where it is, and the trace without it. Nothing here is done unless the user chooses it.
+"""Repair of a trace: damaged samples are found and left out, if the user chooses it.
 
-Damaged samples are left out; nothing is filled in. The smoothing works on the true time stamps and needs no rows
-in their place.
+Nothing is filled in: the smoothing takes the time stamps as they are and needs no rows in place of damaged ones.
 """
 
 from __future__ import annotations
@@ -22,12 +21,12 @@ Samples = NDArray[np.intp]
 
 REPAIRS = ("empty", "doubled", "clock", "outliers", "stuck")
 MOST_LEFT_OUT = 0.1  # of the samples; a trace with more damage shows too little
-# Wild stamps are those without which the clock runs evenly: the step across n of them is n + 1 usual ones, within EVEN
-# usual steps; at an end of the trace, the step beside them is at most LONGEST_END usual ones.
+# n stamps are wild if the step across them is n + 1 usual steps, within EVEN usual steps; at an end of the trace, if
+# the step beside them is at most LONGEST_END usual steps.
 EVEN, LONGEST_END = 0.75, 2.5
-# Outliers come back: without the motion, the second jump leaves at most this part of the first.
+# The jump back from an outlier cancels the first jump, less the motion, to within this share of it.
 COMES_BACK = 0.3
-CAUGHT_UP = 0.5  # largest error, over the travel at the speed around it, of the step after a stuck value
+CAUGHT_UP = 0.5  # largest error of the step after a stuck value, over the travel at the speed around it
 
 
 def repairs_of(repair: str | Iterable[str] | None) -> frozenset[str]:
@@ -46,9 +45,8 @@ def repairs_of(repair: str | Iterable[str] | None) -> frozenset[str]:
 def repair(draft: TraceDraft, kinds: frozenset[str], max_speed: float | None) -> None:
     """Leave damaged samples out, with their rows in the notes.
 
-    kinds: those of REPAIRS that were chosen; empty cells are left out before (see `samples.read_samples`). Values that
-    are stuck, and speeds of 0 that may be drop-outs, are noted in any case. Raises TraceError where too much is
-    damaged.
+    kinds: chosen ones of REPAIRS; `samples.read_samples` has left out empty cells already. Stuck values and speeds of 0
+    that may be drop-outs are noted in any case. Raises TraceError if over MOST_LEFT_OUT of the samples are damaged.
     """
     total = int(draft.place[-1]) + 1
     if "doubled" in kinds:
@@ -85,7 +83,7 @@ def repair(draft: TraceDraft, kinds: frozenset[str], max_speed: float | None) ->
 
 
 def _leave_out(draft: TraceDraft, samples: Samples, noun: str, which: str = "") -> None:
-    """Leave these samples out, with a note that calls them `noun` and `which`."""
+    """Leave these samples out, and note their number and rows: "3 outliers left out, rows ..."."""
     if samples.size:
         count = counted(samples.size, noun)
         draft.notes.append(f"repair: {count}{which} left out, {draft.table.rows(samples)}")
@@ -105,20 +103,20 @@ def _note_stops(draft: TraceDraft) -> None:
 
 
 def doubled_samples(time: Array, value: Array) -> Samples:
-    """Samples that repeat an earlier one: stamp and value the same, anywhere before, or the stamp right before."""
+    """Samples with the stamp and value of any earlier sample, or with the stamp of the sample before."""
     order = np.lexsort((np.arange(time.size), value, time))
     is_same = (np.diff(time[order]) == 0.0) & (np.diff(value[order]) == 0.0)
     return np.union1d(order[1:][is_same], np.flatnonzero(np.diff(time) == 0.0) + 1)
 
 
 def repaired_clock(time: Array) -> tuple[Samples, Array, dict[int, float]]:
-    """Stamps (n,) s that go back, by their cause.
+    """Repair time stamps (n,) s that go back.
 
-    A few wild stamps, after which the clock goes on as before, are left out with their samples. Otherwise the clock was
-    set back: all later stamps move on so that the step there is the usual one. Where more than MOST_LEFT_OUT go back,
-    they stay as they are.
+    Wild stamps, after which the clock goes on as before, are left out with their samples. Otherwise the clock was set
+    back: all later stamps are shifted so that the step there is the usual one. If more than MOST_LEFT_OUT of the stamps
+    go back, none is changed.
 
-    Returns the samples to leave out, the stamps (n,) s, and by sample how much it and all later ones moved on [s].
+    Returns the samples to leave out, the stamps (n,) s, and by sample the shift [s] of it and of all later stamps.
     """
     usual = median_step(time)
     backward = np.flatnonzero(np.diff(time) <= 0.0) + 1
@@ -156,9 +154,9 @@ def _wild_stamps(time: Array, back: int, usual: float) -> slice | None:
 def outliers(
     time: Array, value: Array, is_position: bool, quantum: float, max_speed: float | None
 ) -> Samples:
-    """Samples, alone or up to LONGEST_RUN together, that jump away from the motion and back to it.
+    """Runs of up to LONGEST_RUN samples that jump away from the motion and back to it.
 
-    A jump that does not come back is none: see `traces.quality.checks`.
+    A position that does not jump back is no outlier; `traces.quality.checks` refuses it.
     """
     if not is_position:
         return np.flatnonzero(speed_jumps(time, value, False, quantum, max_speed))
@@ -173,7 +171,7 @@ def outliers(
 
 
 def _excursions(time: Array, value: Array, jumps: NDArray[np.intp]) -> Samples:
-    """Samples between a jump and the one that takes it back; jumps are steps, step i ends at sample i + 1."""
+    """Samples between a jump and the jump back; jumps are indices of steps, step i ends at sample i + 1."""
     excursions: list[int] = []
     last = -1  # step of the last excursion
     steps = np.diff(time)
@@ -193,15 +191,15 @@ def _excursions(time: Array, value: Array, jumps: NDArray[np.intp]) -> Samples:
                 last = back
                 break
         else:
-            excursions += ends.get(jump, [])  # of a first or last sample one jump is missing
+            excursions += ends.get(jump, [])  # an outlier at an end of the trace has one jump only
     return np.array(excursions, np.intp)
 
 
 def stuck_samples(time: Array, value: Array, quantum: float) -> Samples:
-    """Samples that repeat the one before while the axis moves on: a step right after them catches up.
+    """Samples that repeat the value before while the axis moves on.
 
-    At least two repeats, between steps of the same direction over MOTION_QUANTA quanta, and a step after them that
-    makes up for the whole time at the speed around it.
+    There are at least two repeats, the steps before and after have one direction and over MOTION_QUANTA quanta, and the
+    first step after the repeats is the travel since the stuck value at the speed around it.
     """
     change = np.diff(value)
     starts, ends = runs_of(change == 0.0)  # of steps without a change
