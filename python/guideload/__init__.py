@@ -9,21 +9,36 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from guideload.audit import Audit
-    from guideload.base.errors import (
-        ArgumentError,
-        ConfigError,
-        GuideloadError,
-        RunError,
-        SceneError,
-        TraceError,
-    )
-    from guideload.machine import Body, Carriage, Drive, Link, Machine, Modes, Rail
-    from guideload.method_comparison import Stability, WorkPrecision, stability, work_precision
-    from guideload.motion import Motion
-    from guideload.simulation import Result, peak_loads, simulate
-    from guideload.study import Study, StudyInterrupted, StudyResult, run_study
-    from guideload.traces import Inspection, Trace, motion_from_trace, read_trace
+    from guideload.audit import Audit as Audit
+    from guideload.base.errors import ArgumentError as ArgumentError
+    from guideload.base.errors import ConfigError as ConfigError
+    from guideload.base.errors import GuideloadError as GuideloadError
+    from guideload.base.errors import RunError as RunError
+    from guideload.base.errors import SceneError as SceneError
+    from guideload.base.errors import TraceError as TraceError
+    from guideload.machine import Body as Body
+    from guideload.machine import Carriage as Carriage
+    from guideload.machine import Drive as Drive
+    from guideload.machine import Link as Link
+    from guideload.machine import Machine as Machine
+    from guideload.machine import Modes as Modes
+    from guideload.machine import Rail as Rail
+    from guideload.method_comparison import Stability as Stability
+    from guideload.method_comparison import WorkPrecision as WorkPrecision
+    from guideload.method_comparison import stability as stability
+    from guideload.method_comparison import work_precision as work_precision
+    from guideload.motion import Motion as Motion
+    from guideload.simulation import Result as Result
+    from guideload.simulation import peak_loads as peak_loads
+    from guideload.simulation import simulate as simulate
+    from guideload.study import Study as Study
+    from guideload.study import StudyInterrupted as StudyInterrupted
+    from guideload.study import StudyResult as StudyResult
+    from guideload.study import run_study as run_study
+    from guideload.traces import Inspection as Inspection
+    from guideload.traces import Trace as Trace
+    from guideload.traces import motion_from_trace as motion_from_trace
+    from guideload.traces import read_trace as read_trace
 
 _HOMES = {
     "audit": ("Audit",),
@@ -37,38 +52,7 @@ _HOMES = {
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
-__all__ = [
-    "ArgumentError",
-    "Audit",
-    "Body",
-    "Carriage",
-    "ConfigError",
-    "Drive",
-    "GuideloadError",
-    "Inspection",
-    "Link",
-    "Machine",
-    "Modes",
-    "Motion",
-    "Rail",
-    "Result",
-    "RunError",
-    "SceneError",
-    "Stability",
-    "Study",
-    "StudyInterrupted",
-    "StudyResult",
-    "Trace",
-    "TraceError",
-    "WorkPrecision",
-    "motion_from_trace",
-    "peak_loads",
-    "read_trace",
-    "run_study",
-    "simulate",
-    "stability",
-    "work_precision",
-]
+__all__ = [*_HOME_OF]
 
 
 def __getattr__(name: str) -> Any:
