@@ -79,6 +79,27 @@ impl LinkBlock {
         }
         worst <= 0.0
     }
+
+    /// Whether the cubics through both ends of a step stay within the edges even if they were three times as wide. A path that leaves
+    /// its cubic by as much as that is wide turns several times in the step, which no error control accepts.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn far_from_edges(&self, h: f64, state: &State, next: &State) -> bool {
+        let (at, end_at) = (self.deflections(state), self.deflections(next));
+        let (moving, end_moving) = (self.rates(state), self.rates(next));
+        let third = h / 3.0;
+        let mut worst = [0.0; LANES];
+        for i in 0..LANES {
+            let (after, before) = (fma(third, moving[i], at[i]), fma(-third, end_moving[i], end_at[i]));
+            let top = larger(larger(after, before), larger(at[i], end_at[i]));
+            let bottom = smaller(smaller(after, before), smaller(at[i], end_at[i]));
+            worst[i] = larger(top - self.high[i], self.low[i] - bottom) + (top - bottom);
+        }
+        let mut far = true;
+        for i in 0..LANES {
+            far &= worst[i] <= self.tolerance[i];
+        }
+        far
+    }
 }
 
 /// The larger of two numbers; one instruction, unlike `f64::max`.

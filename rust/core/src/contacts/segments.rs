@@ -53,8 +53,8 @@ pub(super) struct Segments<'a> {
 }
 
 impl<'a> Segments<'a> {
-    /// The segments at rest. `load_scale`: size of the loads, N.
-    pub(super) fn new(system: &'a System, load_scale: f64) -> Self {
+    /// The segments at rest. `load_scale`: size of the loads, N; `slack`: part of it by which a load may be wrong beyond an edge.
+    pub(super) fn new(system: &'a System, load_scale: f64, slack: f64) -> Self {
         let is_nonlinear = |row: &LinkRow| !row.link.law().is_linear();
         let count = system.rows().iter().filter(|row| is_nonlinear(row)).count();
         let mut links = BoundedVec::filled((0, 0), count);
@@ -70,7 +70,8 @@ impl<'a> Segments<'a> {
             }
             block.reach[lane] = sqrt(row.deflection.iter().map(|x| x * x).sum());
             let edges = law.edges().iter().fold(row.rest.abs(), |most, edge| f64::max(most, edge.abs()));
-            block.tolerance[lane] = EDGE_TOLERANCE * (edges + load_scale / law.nominal());
+            let largest = load_scale / law.nominal();
+            block.tolerance[lane] = f64::max(EDGE_TOLERANCE * (edges + largest), slack * largest);
         }
         let linear = SegmentEquations::of_linear_links(system);
         Self {
@@ -107,6 +108,17 @@ impl<'a> Segments<'a> {
             changes += 1;
         }
         changes
+    }
+
+    /// How much later than in `state` a link is where it counts as past its upper (`up`) or lower edge, s; none if it is there within half
+    /// the tolerance of the edge, or does not move there.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn missed_by(&self, state: &State, (link, up): (usize, bool)) -> Option<f64> {
+        let (block, lane) = (&self.blocks.as_slice()[link / LANES], link % LANES);
+        let tolerance = block.tolerance[lane];
+        let goal = if up { block.high[lane] + tolerance } else { block.low[lane] - tolerance };
+        let (left, moving) = (goal - block.deflections(state)[lane], block.rates(state)[lane]);
+        (left.abs() > 0.5 * tolerance && (moving > 0.0) == up && moving != 0.0).then(|| left / moving)
     }
 
     /// Sets edges and equations to those of the present segments.
@@ -146,6 +158,11 @@ impl<'a> Segments<'a> {
         let mut equations = self.linear;
         for &(index, segment) in self.links.as_slice() {
             let row = &self.system.rows()[index];
+            if !row.link.law().is_piecewise_linear() {
+                // Its elastic load is no part of these equations.
+                equations.add(row, 0.0, 0.0, true);
+                continue;
+            }
             let (load_at_zero, stiffness) = row.link.law().segment(segment as usize);
             // Exactly zero on the segment of rest, so that a body at rest stays at rest to the last bit.
             let excess = if segment as usize == row.link.law().segment_of(row.rest) {
@@ -170,6 +187,16 @@ impl<'a> Segments<'a> {
             clear = clear && block.ends_clear(state, next, margin);
         }
         clear
+    }
+
+    /// Whether every link stays far from its edges within a step of length `h`: see [`LinkBlock::far_from_edges`].
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn far_from_edges(&self, h: f64, state: &State, next: &State) -> bool {
+        let mut far = true;
+        for block in self.blocks.as_slice() {
+            far = far && block.far_from_edges(h, state, next);
+        }
+        far
     }
 
     /// Whether no link passes an edge within a step, judged by the cubics through its ends and a bound on the fourth derivative.

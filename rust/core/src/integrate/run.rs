@@ -4,8 +4,7 @@ use super::control::{Control, Controller, ErrorNorm, scale_of};
 use super::method::{Method, Output, Summary};
 use super::runner::{Recorder, Runner, StepControl};
 use super::switched::{SwitchedEquations, Unswitched};
-use crate::contacts::Contacts;
-use crate::equations::SmoothEquations;
+use crate::contacts::{Contacts, SmoothContacts};
 use crate::error::RunError;
 use crate::excitation::{Excitation, Forcing, ScaledExcitation};
 use crate::numeric::simd::{Kernel, dispatch};
@@ -14,8 +13,8 @@ use crate::system::{ModelLevel, System};
 
 /// Runs a system from static equilibrium through an excitation and hands each instant to `record`.
 ///
-/// Where laws have straight segments (clearance, sides, curves), every step ends at the next contact change, which is located on the exact
-/// solution between two of them.
+/// Every step ends at the next contact change: where all laws have straight segments (clearance, sides, curves) it is located on the
+/// exact solution between two of them, and where some are preloaded on the dense output of the method.
 ///
 /// # Errors
 /// [`RunError`] with time, step and error; what was recorded until then stays in `record`.
@@ -69,7 +68,8 @@ pub(crate) fn run_scaled<M: Method>(
         // Decided at compile time: without this arm the loop of the exact method on smooth laws would be a tenth of the library.
         ModelLevel::SmoothNonlinear if const { M::ERROR_ORDER.is_none() } => unreachable!("refused above"),
         ModelLevel::SmoothNonlinear => {
-            dispatch(RunKernel { setup, equations: Unswitched(&SmoothEquations::new(system)) })
+            let rtol = if let Control::Adaptive { rtol } = control { rtol } else { 0.0 };
+            dispatch(RunKernel { setup, equations: SmoothContacts::new(system, load_scale, rtol) })
         }
     }
 }

@@ -129,16 +129,17 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                 plan.left = 0.0;
                 continue;
             }
-            let change = self.equations.first_change(&ramp, state, next);
+            let change = self.equations.first_change(self.method, self.memory, &ramp, state, next);
             let shorter;
             if let Some(theta) = change {
+                let theta = self.land(&ramp, theta, state, next);
                 shorter = ramp.values(theta);
                 ramp = Ramp { h: theta * plan.h, end: &shorter, spans_interval: false, ..ramp };
-                **next = if theta > 0.0 {
-                    self.method.step(self.equations.equations(), self.memory, &ramp, state).0
-                } else {
-                    **state
-                };
+                if !finite(next) && !self.steps.judge(&ramp, next, &[f64::INFINITY; 12], interval, done)? {
+                    self.summary.rejected += 1;
+                    plan.left = 0.0;
+                    continue;
+                }
                 plan = Plan { left: 1.0, h: ramp.h };
                 last = false;
             }
@@ -177,6 +178,29 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let accepted = self.steps.judge(ramp, next, &error, interval, done)?;
         self.summary.rejected += usize::from(!accepted);
         Ok(accepted)
+    }
+
+    /// Makes the step into `next` again, up to the contact change that was found at the fraction `theta`; the fraction at which it ends.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn land(&mut self, ramp: &Ramp, theta: f64, state: &State, next: &mut State) -> f64 {
+        let mut theta = theta;
+        if theta == 0.0 {
+            *next = *state;
+            return theta;
+        }
+        for again in (0..MAX_LANDINGS).rev() {
+            let end = ramp.values(theta);
+            let part = Ramp { h: theta * ramp.h, end: &end, spans_interval: false, ..*ramp };
+            *next = self.method.step(self.equations.equations(), self.memory, &part, state).0;
+            match self.equations.missed_by(next) {
+                // Not NaN, and not far from what dense output says.
+                Some(later) if again > 0 && later.abs() <= 0.5 * part.h => {
+                    theta = f64::min(theta + later / ramp.h, 1.0);
+                }
+                _ => break,
+            }
+        }
+        theta
     }
 
     /// Dense output of the last step.
@@ -317,6 +341,9 @@ impl Recorder<'_> {
         }
     }
 }
+
+/// Most attempts to end a step at a contact change: Newton's method, which starts with the error of dense output.
+const MAX_LANDINGS: usize = 4;
 
 /// Largest speed of a stable run, as a multiple of what the impulse of the excitation can reach.
 const DIVERGENCE: f64 = 100.0;
