@@ -106,14 +106,16 @@ def _law(rng: np.random.Generator, stiffness: float, load: float) -> tuple[Law, 
         case 0:
             return Law.linear(stiffness), False
         case 1:
-            return Law.sided(stiffness, stiffness * 10 ** rng.uniform(-1.5, 0), 0.0), False
+            return Law.sided(stiffness, stiffness * 10 ** rng.uniform(-3, 0), 0.0), False
         case 2:
             return Law.sided(stiffness, stiffness, travel), bool(rng.integers(2))
         case 3:
-            return Law.sided(stiffness, stiffness * 10 ** rng.uniform(-1, 0), travel), bool(rng.integers(2))
+            other = 0.0 if rng.random() < 0.3 else stiffness * 10 ** rng.uniform(-3, 0)
+            sides = (stiffness, other) if rng.random() < 0.5 else (other, stiffness)
+            return Law.sided(*sides, travel), bool(rng.integers(2))
         case 4:
             deflection = np.cumsum(rng.uniform(0.05, 1, 5)) * travel
-            force = np.cumsum(np.diff(deflection, prepend=0) * stiffness * rng.uniform(0, 1, 5))
+            force = np.cumsum(np.diff(deflection, prepend=0) * stiffness * rng.choice([0, 0.01, 0.3, 1], 5))
             force[-1] += 0.1 * stiffness * travel
             points = np.column_stack((deflection, force))
             return Law.curve(np.vstack((-points[::-1], [[0.0, 0.0]], points))), False

@@ -26,6 +26,13 @@ pub(super) const NO_LINKS: LinkBlock = LinkBlock {
     high: [f64::INFINITY; LANES],
 };
 
+/// Where eight links are, less their deflections at rest, m, and how fast they move, m/s.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LinkMotion {
+    pub at: Lanes,
+    pub moving: Lanes,
+}
+
 impl LinkBlock {
     /// Deflections from rest, m.
     #[cfg_attr(feature = "std", inline(always))]
@@ -80,23 +87,28 @@ impl LinkBlock {
         worst <= 0.0
     }
 
+    /// Deflections and their rates.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn motion(&self, state: &State) -> LinkMotion {
+        LinkMotion { at: self.deflections(state), moving: self.rates(state) }
+    }
+
     /// Whether the cubics through both ends of a step stay within the edges even if they were three times as wide. A path that leaves
     /// its cubic by as much as that is wide turns several times in the step, which no error control accepts.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn far_from_edges(&self, h: f64, state: &State, next: &State) -> bool {
-        let (at, end_at) = (self.deflections(state), self.deflections(next));
-        let (moving, end_moving) = (self.rates(state), self.rates(next));
+    pub(super) fn far_from_edges(&self, h: f64, start: &LinkMotion, end: &LinkMotion) -> bool {
         let third = h / 3.0;
         let mut worst = [0.0; LANES];
         for i in 0..LANES {
-            let (after, before) = (fma(third, moving[i], at[i]), fma(-third, end_moving[i], end_at[i]));
-            let top = larger(larger(after, before), larger(at[i], end_at[i]));
-            let bottom = smaller(smaller(after, before), smaller(at[i], end_at[i]));
-            worst[i] = larger(top - self.high[i], self.low[i] - bottom) + (top - bottom);
+            let (after, before) =
+                (fma(third, start.moving[i], start.at[i]), fma(-third, end.moving[i], end.at[i]));
+            let top = larger(larger(after, before), larger(start.at[i], end.at[i]));
+            let bottom = smaller(smaller(after, before), smaller(start.at[i], end.at[i]));
+            worst[i] = larger(top - self.high[i], self.low[i] - bottom) + (top - bottom) - self.tolerance[i];
         }
         let mut far = true;
-        for i in 0..LANES {
-            far &= worst[i] <= self.tolerance[i];
+        for worst in worst {
+            far &= worst <= 0.0;
         }
         far
     }

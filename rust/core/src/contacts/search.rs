@@ -1,5 +1,6 @@
 //! The search of a step for its first contact change: by halves until the power series converges, then on the path of each link.
 
+use super::block::LinkBlock;
 use super::path::DeflectionPath;
 use super::segments::{Change, Combination, Segments};
 use crate::equations::advance;
@@ -45,7 +46,7 @@ impl Kernel for SearchKernel<'_> {
             let part = Ramp { h, start: &start, end: &end, forcing: ramp.forcing, spans_interval: false };
             if series.parts(part.h) <= 1.0 {
                 let terms = series.terms(equations, &part, &state);
-                if let Some(Change { theta, crossing }) = first_exit(segments, &terms) {
+                if let Some(Change { theta, crossing }) = first_exit(segments.blocks.as_slice(), &terms) {
                     return (Some(Change { theta: fma(theta, to - from, from), crossing }), searched);
                 }
                 for term in &terms[1..] {
@@ -69,9 +70,9 @@ impl Kernel for SearchKernel<'_> {
 
 /// The first change on the path of a state over a part of a step, a polynomial in the fraction of the part.
 #[cfg_attr(feature = "std", inline(always))]
-pub(super) fn first_exit<const N: usize>(segments: &Segments, terms: &[State; N]) -> Option<Change> {
+pub(super) fn first_exit<const N: usize>(blocks: &[LinkBlock], terms: &[State; N]) -> Option<Change> {
     let mut first: Option<Change> = None;
-    for (index, block) in segments.blocks.as_slice().iter().enumerate() {
+    for (index, block) in blocks.iter().enumerate() {
         let mut paths = [[0.0; LANES]; N];
         let mut reached = [0.0; LANES];
         for k in 0..N {

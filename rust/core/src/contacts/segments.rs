@@ -38,7 +38,7 @@ pub(super) struct Combination {
 
 /// The present segments of all nonlinear links.
 #[derive(Debug, Clone)]
-pub(super) struct Segments<'a> {
+pub(super) struct Segments<'a, const CACHED: usize = CACHED_COMBINATIONS> {
     system: &'a System,
     /// Index of each nonlinear link in the system, and its present segment.
     links: BoundedVec<(usize, u8)>,
@@ -46,13 +46,13 @@ pub(super) struct Segments<'a> {
     /// Equations of the linear links alone.
     linear: SegmentEquations,
     pub current: Combination,
-    /// The last combinations of segments.
-    cache: [Option<(BoundedVec<u8>, Combination)>; CACHED_COMBINATIONS],
+    /// The last combinations of straight segments.
+    cache: [Option<(BoundedVec<u8>, Combination)>; CACHED],
     /// Number of combinations made so far; the key of the last one.
     combinations: u32,
 }
 
-impl<'a> Segments<'a> {
+impl<'a, const CACHED: usize> Segments<'a, CACHED> {
     /// The segments at rest. `load_scale`: size of the loads, N; `slack`: part of it by which a load may be wrong beyond an edge.
     pub(super) fn new(system: &'a System, load_scale: f64, slack: f64) -> Self {
         let is_nonlinear = |row: &LinkRow| !row.link.law().is_linear();
@@ -80,7 +80,7 @@ impl<'a> Segments<'a> {
             blocks,
             linear,
             current: Combination { equations: linear, series: PowerSeries::new(&linear), growth_rate: 0.0 },
-            cache: [const { None }; CACHED_COMBINATIONS],
+            cache: [const { None }; CACHED],
             combinations: 0,
         }
     }
@@ -114,6 +114,11 @@ impl<'a> Segments<'a> {
     /// the tolerance of the edge, or does not move there.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn missed_by(&self, state: &State, (link, up): (usize, bool)) -> Option<f64> {
+        let index = self.links.as_slice()[link].0;
+        if !self.system.rows()[index].link.law().is_piecewise_linear() {
+            // The same equations hold on either side.
+            return None;
+        }
         let (block, lane) = (&self.blocks.as_slice()[link / LANES], link % LANES);
         let tolerance = block.tolerance[lane];
         let goal = if up { block.high[lane] + tolerance } else { block.low[lane] - tolerance };
@@ -132,12 +137,16 @@ impl<'a> Segments<'a> {
             block.low[lane] = edge((segment as usize).wrapping_sub(1), f64::NEG_INFINITY);
             block.high[lane] = edge(segment as usize, f64::INFINITY);
         }
+        let rows = self.system.rows();
+        let straight = |&(index, segment): &(usize, u8)| {
+            if rows[index].link.law().is_piecewise_linear() { segment } else { 0 }
+        };
         let same = |segments: &BoundedVec<u8>| {
             segments
                 .as_slice()
                 .iter()
                 .zip(self.links.as_slice())
-                .all(|(known, (_, segment))| known == segment)
+                .all(|(known, link)| *known == straight(link))
         };
         if let Some((_, known)) = self.cache.iter().flatten().find(|(segments, _)| same(segments)) {
             self.current = *known;
@@ -146,10 +155,10 @@ impl<'a> Segments<'a> {
         self.combinations += 1;
         self.current = self.combine(self.combinations);
         let mut segments = BoundedVec::filled(0, self.links.as_slice().len());
-        for (to, (_, from)) in segments.as_mut_slice().iter_mut().zip(self.links.as_slice()) {
-            *to = *from;
+        for (to, from) in segments.as_mut_slice().iter_mut().zip(self.links.as_slice()) {
+            *to = straight(from);
         }
-        self.cache[self.combinations as usize % CACHED_COMBINATIONS] = Some((segments, self.current));
+        self.cache[self.combinations as usize % CACHED] = Some((segments, self.current));
     }
 
     /// The equations of the present segments, under the key `key`.
@@ -187,16 +196,6 @@ impl<'a> Segments<'a> {
             clear = clear && block.ends_clear(state, next, margin);
         }
         clear
-    }
-
-    /// Whether every link stays far from its edges within a step of length `h`: see [`LinkBlock::far_from_edges`].
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn far_from_edges(&self, h: f64, state: &State, next: &State) -> bool {
-        let mut far = true;
-        for block in self.blocks.as_slice() {
-            far = far && block.far_from_edges(h, state, next);
-        }
-        far
     }
 
     /// Whether no link passes an edge within a step, judged by the cubics through its ends and a bound on the fourth derivative.

@@ -4,11 +4,13 @@
 //! dense output is a polynomial, on which the first edge is found with certainty; the step is then made again up to there. So an excursion
 //! beyond an edge is missed only if the dense output does not show it, and that is as accurate as the steps.
 
+use super::block::{LinkBlock, LinkMotion};
 use super::search::first_exit;
 use super::segments::{Change, Segments};
 use crate::equations::SmoothEquations;
+use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
 use crate::numeric::float::add_scaled;
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::{Kernel, LANES, dispatch};
 use crate::system::{State, System};
 
 /// Points that determine the dense output of a step, a polynomial of degree five or less: the ends, and four between them.
@@ -18,11 +20,16 @@ pub(crate) const DENSE_POINTS: usize = 6;
 /// that trembles about an edge by less than the error of the steps would change at each of them.
 const SLACK: f64 = 1e-4;
 
+/// Combinations of segments whose equations are cached. They are cheap to make; those that come again keep the tangents of a method.
+const CACHED_COMBINATIONS: usize = 4;
+
 /// Contacts of one run.
 #[derive(Debug)]
 pub(crate) struct SmoothContacts<'a> {
-    segments: Segments<'a>,
+    segments: Segments<'a, CACHED_COMBINATIONS>,
     equations: SmoothEquations<'a>,
+    /// The links at the start of the step.
+    motions: BoundedVec<LinkMotion, { MAX_LINKS / LANES }>,
     /// The change that ends the present step.
     change: Option<Change>,
     /// Links that have changed their segment so far.
@@ -35,7 +42,9 @@ impl<'a> SmoothContacts<'a> {
         let mut segments = Segments::new(system, load_scale, SLACK * rtol);
         segments.update();
         let equations = SmoothEquations::new(system, segments.current.equations);
-        Self { segments, equations, change: None, changes: 0 }
+        let at_rest = LinkMotion { at: [0.0; LANES], moving: [0.0; LANES] };
+        let motions = BoundedVec::filled(at_rest, segments.blocks.as_slice().len());
+        Self { segments, equations, motions, change: None, changes: 0 }
     }
 
     /// The equations until the next change.
@@ -44,22 +53,28 @@ impl<'a> SmoothContacts<'a> {
         &self.equations
     }
 
-    /// Whether the ends of a step of length `h` show that no link passes an edge.
+    /// Whether the ends of a step of length `h` show that no link passes an edge. The next step starts in `next`, unless a change is found.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn far_from_edges(&self, h: f64, state: &State, next: &State) -> bool {
-        self.segments.far_from_edges(h, state, next)
+    pub(crate) fn far_from_edges(&mut self, h: f64, next: &State) -> bool {
+        let mut far = true;
+        for (block, start) in self.segments.blocks.as_slice().iter().zip(self.motions.as_mut_slice()) {
+            let end = block.motion(next);
+            far &= block.far_from_edges(h, start, &end);
+            *start = end;
+        }
+        far
     }
 
     /// The fraction at which the first link passes an edge in a step through these states at equal distances, if one does.
     #[inline(never)]
     pub(crate) fn first_change(&mut self, path: &[State; DENSE_POINTS]) -> Option<f64> {
-        self.change = dispatch(ChangeKernel { segments: &self.segments, path });
+        self.change = dispatch(ChangeKernel { blocks: self.segments.blocks.as_slice(), path });
         self.change.map(|change| change.theta)
     }
 
     /// How much later than in `state` the link of the change that was found is where it counts as past its edge, s; none if it is there
     /// within the tolerance of the edge.
-    #[inline(never)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn missed_by(&self, state: &State) -> Option<f64> {
         self.segments.missed_by(state, self.change?.crossing?)
     }
@@ -67,17 +82,37 @@ impl<'a> SmoothContacts<'a> {
     /// Takes up the equations after the change that was found; the step ended with it, in `state`.
     #[inline(never)]
     pub(crate) fn cross(&mut self, state: &State) {
-        if let Some(Change { crossing: Some(crossing), .. }) = self.change.take() {
-            self.changes += self.segments.cross(state, crossing);
+        dispatch(CrossKernel { contacts: self, state });
+    }
+}
+
+/// [`SmoothContacts::cross`] as a kernel.
+struct CrossKernel<'a, 'b> {
+    contacts: &'b mut SmoothContacts<'a>,
+    state: &'b State,
+}
+
+impl Kernel for CrossKernel<'_, '_> {
+    type Output = ();
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) {
+        let Self { contacts, state } = self;
+        if let Some(Change { crossing: Some(crossing), .. }) = contacts.change.take() {
+            contacts.changes += contacts.segments.cross(state, crossing);
         }
-        self.segments.update();
-        self.equations.set_linear(&self.segments.current.equations);
+        for (block, motion) in contacts.segments.blocks.as_slice().iter().zip(contacts.motions.as_mut_slice())
+        {
+            *motion = block.motion(state);
+        }
+        contacts.segments.update();
+        contacts.equations.set_linear(&contacts.segments.current.equations);
     }
 }
 
 /// [`SmoothContacts::first_change`] as a kernel.
 struct ChangeKernel<'a> {
-    segments: &'a Segments<'a>,
+    blocks: &'a [LinkBlock],
     path: &'a [State; DENSE_POINTS],
 }
 
@@ -86,7 +121,7 @@ impl Kernel for ChangeKernel<'_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> Option<Change> {
-        first_exit(self.segments, &power_terms(self.path))
+        first_exit(self.blocks, &power_terms(self.path))
     }
 }
 
@@ -98,25 +133,42 @@ fn power_terms(path: &[State; DENSE_POINTS]) -> [State; DENSE_POINTS] {
     for order in 1..DENSE_POINTS {
         for k in (order..DENSE_POINTS).rev() {
             let before = differences[k - 1];
-            for i in 0..12 {
-                differences[k][i] = (differences[k][i] - before[i]) / order as f64;
-            }
+            add_scaled(&mut differences[k], &before, -1.0);
         }
     }
-    // p <- (s - k) p + difference k, with s = LAST * fraction.
+    // p <- (s - k) / (k + 1) p + difference k, with s = LAST * fraction.
     let mut terms = [[0.0; 12]; DENSE_POINTS];
     terms[0] = differences[LAST];
     for k in (0..LAST).rev() {
-        for power in (1..DENSE_POINTS - k).rev() {
-            let lower = terms[power - 1];
-            for i in 0..12 {
-                terms[power][i] *= -(k as f64);
+        let (shift, scale) = (-(k as f64) / (k + 1) as f64, LAST as f64 / (k + 1) as f64);
+        for power in (0..LAST - k).rev() {
+            let lower = terms[power];
+            add_scaled(&mut terms[power + 1], &lower, scale);
+            for entry in &mut terms[power] {
+                *entry *= shift;
             }
-            add_scaled(&mut terms[power], &lower, LAST as f64);
         }
-        for i in 0..12 {
-            terms[0][i] = differences[k][i] - k as f64 * terms[0][i];
-        }
+        add_scaled(&mut terms[0], &differences[k], 1.0);
     }
     terms
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DENSE_POINTS, power_terms};
+
+    /// A polynomial of degree five is found from its values.
+    #[test]
+    fn power_terms_are_those_of_the_polynomial() {
+        let terms = [3.0, -1.0, 4.0, -1.5, 9.0, -2.6];
+        let mut path = [[0.0; 12]; DENSE_POINTS];
+        for (point, state) in path.iter_mut().enumerate() {
+            let theta = point as f64 / 5.0;
+            state[7] = terms.iter().rev().fold(0.0, |sum, term| sum * theta + term);
+        }
+        for (found, expected) in power_terms(&path).iter().zip(terms) {
+            assert!((found[7] - expected).abs() < 1e-12, "{} {expected}", found[7]);
+            assert_eq!(found[0], 0.0);
+        }
+    }
 }

@@ -134,7 +134,7 @@ impl<'a> SwitchedEquations for SmoothContacts<'a> {
         state: &State,
         next: &State,
     ) -> Option<f64> {
-        if self.far_from_edges(ramp.h, state, next) {
+        if self.far_from_edges(ramp.h, next) {
             return None;
         }
         let mut path = [*state; DENSE_POINTS];
@@ -146,6 +146,7 @@ impl<'a> SwitchedEquations for SmoothContacts<'a> {
         SmoothContacts::first_change(self, &path)
     }
 
+    #[cfg_attr(feature = "std", inline(always))]
     fn missed_by(&self, state: &State) -> Option<f64> {
         SmoothContacts::missed_by(self, state)
     }
