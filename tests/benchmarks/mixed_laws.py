@@ -75,7 +75,7 @@ def case(seed: int) -> Case:
     count = int(decades(np.log10(3), np.log10(200)))
     step = decades(-2, 0.7) / frequency
     steps = np.full(count, step)
-    steps[rng.choice(count, count // 30, replace=False)] = 0.0  # two samples at one time: a jump
+    steps[3 * rng.choice(count // 3, count // 30, replace=False)] = 0.0  # two samples at one time: a jump
     time = np.cumsum(steps)
     acceleration = np.zeros((count, 3))
     acceleration[:, 0] = decades(-1, 1) * np.cumsum(rng.standard_normal(count)) / np.sqrt(count)

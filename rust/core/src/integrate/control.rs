@@ -106,9 +106,10 @@ impl ErrorNorm {
 /// tolerance.
 const STEPS_WITHIN_MARGIN: f64 = 50.0;
 
-/// Penalty on the error of a step that has samples inside it, because dense output is less accurate than the end of the step, and such a
-/// step is as long as its tolerance allows.
-const DENSE_OUTPUT_PENALTY: f64 = 10.0;
+/// Penalty on the error of a step without the usual margin. One that has samples inside it: dense output is less accurate than the end of
+/// the step, and such a step is as long as its tolerance allows. One beside the edge of a preloaded law: where a row opens its load is not
+/// analytic, and the higher-order result is hardly better than the other.
+const NO_MARGIN_PENALTY: f64 = 10.0;
 
 /// Largest and smallest change of the step size, and the safety factor (Hairer, Nørsett & Wanner, II.4).
 const MAX_GROWTH: f64 = 5.0;
@@ -154,11 +155,11 @@ impl Controller {
         if rest <= allowed { 1.0 } else { ceil(rest / allowed * (1.0 - 1e-12)) }
     }
 
-    /// Registers the `error` of a step of length `h`, relative to the load scale; true if the step is accepted. `between`: whether it has
-    /// samples inside, which need dense output.
+    /// Registers the `error` of a step of length `h`, relative to the load scale; true if the step is accepted. `no_margin`: whether it
+    /// has samples inside, which need dense output, or lies beside an edge.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn accept(&mut self, h: f64, error: f64, between: bool) -> bool {
-        let error = if between { DENSE_OUTPUT_PENALTY * error } else { error };
+    pub(crate) fn accept(&mut self, h: f64, error: f64, no_margin: bool) -> bool {
+        let error = if no_margin { NO_MARGIN_PENALTY * error } else { error };
         let share = f64::min(1.0, STEPS_WITHIN_MARGIN * h / self.memory);
         let mut error_ratio = error / (self.rtol * share);
         if error == 0.0 {

@@ -29,6 +29,8 @@ pub(super) struct StepControl {
     pub norm: ErrorNorm,
     /// Whether the method has a step error.
     pub has_error: bool,
+    /// Whether the step starts or ends at an edge of a law that is not linear there.
+    pub at_edge: bool,
     /// Bound on the speed `|η'|`: the impulse of the excitation so far, for fixed steps.
     pub reach: f64,
 }
@@ -132,11 +134,10 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             let change = self.equations.first_change(self.method, self.memory, &ramp, state, next);
             let shorter;
             if let Some(theta) = change {
-                let theta = self.land(&ramp, theta, state, next);
+                let (theta, error) = self.land(&ramp, theta, state, next);
                 shorter = ramp.values(theta);
                 ramp = Ramp { h: theta * plan.h, end: &shorter, spans_interval: false, ..ramp };
-                if !finite(next) && !self.steps.judge(&ramp, next, &[f64::INFINITY; 12], interval, done)? {
-                    self.summary.rejected += 1;
+                if !self.accept_landing(&ramp, next, &error, interval, done)? {
                     plan.left = 0.0;
                     continue;
                 }
@@ -151,6 +152,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             if change.is_some() {
                 self.equations.cross(state);
             }
+            self.steps.at_edge = change.is_some() && !C::Equations::LINEAR;
             self.summary.steps += 1;
             done = match (last, change) {
                 (true, _) => length,
@@ -180,18 +182,19 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         Ok(accepted)
     }
 
-    /// Makes the step into `next` again, up to the contact change that was found at the fraction `theta`; the fraction at which it ends.
+    /// Makes the step into `next` again, up to the contact change that was found at the fraction `theta`: the fraction at which it ends,
+    /// and its error.
     #[cfg_attr(feature = "std", inline(always))]
-    fn land(&mut self, ramp: &Ramp, theta: f64, state: &State, next: &mut State) -> f64 {
-        let mut theta = theta;
+    fn land(&mut self, ramp: &Ramp, mut theta: f64, state: &State, next: &mut State) -> (f64, State) {
+        let mut error = [0.0; 12];
         if theta == 0.0 {
             *next = *state;
-            return theta;
+            return (theta, error);
         }
         for again in (0..MAX_LANDINGS).rev() {
             let end = ramp.values(theta);
             let part = Ramp { h: theta * ramp.h, end: &end, spans_interval: false, ..*ramp };
-            *next = self.method.step(self.equations.equations(), self.memory, &part, state).0;
+            (*next, error) = self.method.step(self.equations.equations(), self.memory, &part, state);
             match self.equations.missed_by(next) {
                 // Not NaN, and not far from what dense output says.
                 Some(later) if again > 0 && later.abs() <= 0.5 * part.h => {
@@ -200,7 +203,30 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                 _ => break,
             }
         }
-        theta
+        (theta, error)
+    }
+
+    /// Whether a step up to a contact change is accepted. Linear equations are as accurate there as in the whole step; those of preloaded
+    /// links are not analytic at an edge.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn accept_landing(
+        &mut self,
+        ramp: &Ramp,
+        next: &State,
+        error: &State,
+        interval: Interval,
+        done: f64,
+    ) -> Result<bool, RunError> {
+        if C::Equations::LINEAR || ramp.h <= 2.0 * SHORTEST * interval.length && finite(next) {
+            return Ok(true);
+        }
+        let before = core::mem::replace(&mut self.steps.at_edge, true);
+        let accepted = self.steps.judge(ramp, next, error, interval, done)?;
+        if !accepted {
+            self.steps.at_edge = before;
+            self.summary.rejected += 1;
+        }
+        Ok(accepted)
     }
 
     /// Dense output of the last step.
@@ -267,7 +293,7 @@ impl StepControl {
         let mut bounded = !self.has_error || finite(next);
         if let Some(controller) = &mut self.controller {
             let error = if bounded { self.norm.of(error) } else { f64::INFINITY };
-            if !controller.accept(h, error, interval.until > interval.first + 1) {
+            if !controller.accept(h, error, self.at_edge || interval.until > interval.first + 1) {
                 if h <= 2.0 * SHORTEST * interval.length {
                     return Err(RunError::StepTooSmall { time, step: h, error: controller.error_ratio() });
                 }
