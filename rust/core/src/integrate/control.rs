@@ -178,6 +178,12 @@ impl Controller {
         error_ratio <= 1.0
     }
 
+    /// Whether thousands of steps with such an `error` would not matter.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn is_negligible(&self, error: f64) -> bool {
+        error <= NEGLIGIBLE_ERROR * self.rtol
+    }
+
     /// The step size that the error of a step of length `h` allows.
     #[cfg_attr(feature = "std", inline(always))]
     fn allowed(&self, h: f64, error_ratio: f64) -> f64 {
@@ -191,6 +197,10 @@ impl Controller {
         self.error_ratio
     }
 }
+
+/// Error of the shortest step that is accepted beside an edge, as a part of rtol, although more than the share of its length: a run has
+/// far fewer than ten thousand such steps.
+const NEGLIGIBLE_ERROR: f64 = 1e-4;
 
 /// Error, as a multiple of the tolerance, up to which the step size stays the same: below `SAFETY^5` and `SAFETY^6`.
 const SAME_STEP_RATIO: f64 = 0.5;

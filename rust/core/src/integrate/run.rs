@@ -5,6 +5,7 @@ use super::method::{Method, Output, Summary};
 use super::runner::{Recorder, Runner, StepControl};
 use super::switched::{SwitchedEquations, Unswitched};
 use crate::contacts::{Contacts, SmoothContacts};
+use crate::equations::Equations;
 use crate::error::RunError;
 use crate::excitation::{Excitation, Forcing, ScaledExcitation};
 use crate::numeric::simd::{Kernel, dispatch};
@@ -106,7 +107,9 @@ impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
             _ => None,
         };
         let (norm, has_error) = (ErrorNorm::new(system, load_scale), M::ERROR_ORDER.is_some());
-        let steps = StepControl { control, controller, norm, has_error, at_edge: false, reach: 0.0 };
+        let has_edges = !C::Equations::LINEAR;
+        let steps =
+            StepControl { control, controller, norm, has_error, has_edges, at_edge: false, reach: 0.0 };
         let needs_input = record.needs_input();
         let recorder = Recorder { excitation, output, needs_input, record, recorded: 0 };
         let summary = Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale };

@@ -29,7 +29,9 @@ pub(super) struct StepControl {
     pub norm: ErrorNorm,
     /// Whether the method has a step error.
     pub has_error: bool,
-    /// Whether the step starts or ends at an edge of a law that is not linear there.
+    /// Whether there are edges at which the equations are not analytic.
+    pub has_edges: bool,
+    /// Whether the step starts or ends at one of them.
     pub at_edge: bool,
     /// Bound on the speed `|η'|`: the impulse of the excitation so far, for fixed steps.
     pub reach: f64,
@@ -295,6 +297,10 @@ impl StepControl {
             let error = if bounded { self.norm.of(error) } else { f64::INFINITY };
             if !controller.accept(h, error, self.at_edge || interval.until > interval.first + 1) {
                 if h <= 2.0 * SHORTEST * interval.length {
+                    // Within so short a time from an edge the error falls hardly faster than the step.
+                    if self.has_edges && controller.is_negligible(error) {
+                        return Ok(true);
+                    }
                     return Err(RunError::StepTooSmall { time, step: h, error: controller.error_ratio() });
                 }
                 return Ok(false);
