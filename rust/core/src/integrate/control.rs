@@ -99,12 +99,15 @@ impl ErrorNorm {
     }
 }
 
-/// Steps whose errors the margin of the estimate covers.
+/// Steps whose errors the margin of the estimate covers: where laws are smooth, and where many contact changes lie between them.
 ///
 /// The error of a step lasts as long as the slowest mode rings. The higher-order result is kept (local extrapolation), and its true error
 /// is well below the estimate. That margin pays for so many steps; over a longer memory each step must be more accurate than the
-/// tolerance.
+/// tolerance. Changes of contact take away most of it: the time for which an error lasts is known of the scene at rest alone, and each
+/// change passes it on enlarged. (On 4000 random mixtures of laws rk45 then stays below ten times the tolerance; with 50 seven runs of
+/// 11 000 do not.)
 const STEPS_WITHIN_MARGIN: f64 = 50.0;
+const STEPS_WITHIN_MARGIN_OF_CHANGES: f64 = 10.0;
 
 /// Penalty on the error of a step without the usual margin. One that has samples inside it: dense output is less accurate than the end of
 /// the step, and such a step is as long as its tolerance allows. One beside the edge of a preloaded law: where a row opens its load is not
@@ -120,8 +123,9 @@ const SAFETY: f64 = 0.9;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Controller {
     rtol: f64,
-    /// Time for which an error lasts, s.
+    /// Time for which an error lasts, s, and the steps in it that the margin of the estimate covers.
     memory: f64,
+    steps: f64,
     exponent: f64,
     /// The step that the next one is derived from, s, and its error as a multiple of the tolerance.
     reference_step: f64,
@@ -129,15 +133,24 @@ pub(crate) struct Controller {
 }
 
 impl Controller {
-    /// `order`: that of the error estimate, which falls as `h^(order + 1)`.
-    pub(crate) fn new(rtol: f64, system: &System, excitation: &Excitation, order: u32) -> Self {
+    /// `order`: that of the error estimate, which falls as `h^(order + 1)`; `changes`: whether contacts change between smooth laws.
+    pub(crate) fn new(
+        rtol: f64,
+        system: &System,
+        excitation: &Excitation,
+        order: u32,
+        changes: bool,
+    ) -> Self {
         // From the eigenvalues, not the modal damping ratios: modes that are damped together ring longer than each would alone.
         let slowest = eigenvalues(system).map_or(0.0, |values| {
             values[..2 * system.mode_count()].iter().map(|value| value.re.abs()).fold(f64::INFINITY, f64::min)
         });
+        let memory = f64::min(excitation.duration(), 1.0 / slowest);
+        let steps = if changes { STEPS_WITHIN_MARGIN_OF_CHANGES } else { STEPS_WITHIN_MARGIN };
         Self {
             rtol,
-            memory: f64::min(excitation.duration(), 1.0 / slowest),
+            memory,
+            steps,
             exponent: -1.0 / f64::from(order + 1),
             reference_step: f64::INFINITY,
             error_ratio: 0.0,
@@ -160,7 +173,7 @@ impl Controller {
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn accept(&mut self, h: f64, error: f64, no_margin: bool) -> bool {
         let error = if no_margin { NO_MARGIN_PENALTY * error } else { error };
-        let share = f64::min(1.0, STEPS_WITHIN_MARGIN * h / self.memory);
+        let share = f64::min(1.0, self.steps * h / self.memory);
         let mut error_ratio = error / (self.rtol * share);
         if error == 0.0 {
             error_ratio = 0.0; // however small the share

@@ -100,14 +100,16 @@ impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
     fn run(self) -> Self::Output {
         let Self { setup, mut equations } = self;
         let Setup { system, method, control, excitation, output, record, forcing, load_scale } = setup;
+        let has_edges = !C::Equations::LINEAR;
+        let has_segments =
+            system.links().any(|link| !link.law().is_linear() && link.law().is_piecewise_linear());
         let controller = match (control, M::ERROR_ORDER) {
             (Control::Adaptive { rtol }, Some(order)) => {
-                Some(Controller::new(rtol, system, excitation, order))
+                Some(Controller::new(rtol, system, excitation, order, has_edges && has_segments))
             }
             _ => None,
         };
         let (norm, has_error) = (ErrorNorm::new(system, load_scale), M::ERROR_ORDER.is_some());
-        let has_edges = !C::Equations::LINEAR;
         let steps =
             StepControl { control, controller, norm, has_error, has_edges, at_edge: false, reach: 0.0 };
         let needs_input = record.needs_input();
