@@ -4,13 +4,13 @@
 //! dense output is a polynomial, on which the first edge is found with certainty; the step is then made again up to there. So an excursion
 //! beyond an edge is missed only if the dense output does not show it, and that is as accurate as the steps.
 
-use super::block::{LinkBlock, LinkMotion};
+use super::block::LinkBlock;
 use super::search::first_exit;
 use super::segments::{Change, Segments};
 use crate::equations::SmoothEquations;
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
-use crate::numeric::float::add_scaled;
-use crate::numeric::simd::{Kernel, LANES, dispatch};
+use crate::numeric::float::{add_scaled, fma, sqrt};
+use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
 use crate::system::{State, System};
 
 /// Points that determine the dense output of a step, a polynomial of degree five or less: the ends, and four between them.
@@ -28,8 +28,9 @@ const CACHED_COMBINATIONS: usize = 4;
 pub(crate) struct SmoothContacts<'a> {
     segments: Segments<'a, CACHED_COMBINATIONS>,
     equations: SmoothEquations<'a>,
-    /// The links at the start of the step.
-    motions: BoundedVec<LinkMotion, { MAX_LINKS / LANES }>,
+    /// Deflections at the start of the step, less those at rest, m, and size of the velocities there.
+    starts: BoundedVec<Lanes, { MAX_LINKS / LANES }>,
+    speed: f64,
     /// The change that ends the present step.
     change: Option<Change>,
     /// Links that have changed their segment so far.
@@ -42,9 +43,8 @@ impl<'a> SmoothContacts<'a> {
         let mut segments = Segments::new(system, load_scale, SLACK * rtol);
         segments.update();
         let equations = SmoothEquations::new(system, segments.current.equations);
-        let at_rest = LinkMotion { at: [0.0; LANES], moving: [0.0; LANES] };
-        let motions = BoundedVec::filled(at_rest, segments.blocks.as_slice().len());
-        Self { segments, equations, motions, change: None, changes: 0 }
+        let starts = BoundedVec::filled([0.0; LANES], segments.blocks.as_slice().len());
+        Self { segments, equations, starts, speed: 0.0, change: None, changes: 0 }
     }
 
     /// The equations until the next change.
@@ -55,12 +55,20 @@ impl<'a> SmoothContacts<'a> {
 
     /// Whether the ends of a step of length `h` show that no link passes an edge. The next step starts in `next`, unless a change is found.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn far_from_edges(&mut self, h: f64, next: &State) -> bool {
-        let mut far = true;
-        for (block, start) in self.segments.blocks.as_slice().iter().zip(self.motions.as_mut_slice()) {
-            let end = block.motion(next);
-            far &= block.far_from_edges(h, start, &end);
+    pub(crate) fn far_from_edges(&mut self, h: f64, state: &State, next: &State) -> bool {
+        let (before, mut far) = (self.speed, true);
+        self.speed = speed(next);
+        let travel = h / 3.0 * if before > self.speed { before } else { self.speed };
+        for (block, start) in self.segments.blocks.as_slice().iter().zip(self.starts.as_mut_slice()) {
+            let end = block.deflections(next);
+            far &= block.far_from_edges(travel, start, &end);
             *start = end;
+        }
+        if !far {
+            far = true;
+            for block in self.segments.blocks.as_slice() {
+                far = far && block.cubics_far_from_edges(h, state, next);
+            }
         }
         far
     }
@@ -101,13 +109,25 @@ impl Kernel for CrossKernel<'_, '_> {
         if let Some(Change { crossing: Some(crossing), .. }) = contacts.change.take() {
             contacts.changes += contacts.segments.cross(state, crossing);
         }
-        for (block, motion) in contacts.segments.blocks.as_slice().iter().zip(contacts.motions.as_mut_slice())
-        {
-            *motion = block.motion(state);
+        contacts.speed = speed(state);
+        for (block, start) in contacts.segments.blocks.as_slice().iter().zip(contacts.starts.as_mut_slice()) {
+            *start = block.deflections(state);
         }
         contacts.segments.update();
         contacts.equations.set_linear(&contacts.segments.current.equations);
     }
+}
+
+/// Size of the velocities of a state.
+#[cfg_attr(feature = "std", inline(always))]
+fn speed(state: &State) -> f64 {
+    let mut sums = [0.0; 2];
+    for pair in 3..6 {
+        for i in 0..2 {
+            sums[i] = fma(state[2 * pair + i], state[2 * pair + i], sums[i]);
+        }
+    }
+    sqrt(sums[0] + sums[1])
 }
 
 /// [`SmoothContacts::first_change`] as a kernel.

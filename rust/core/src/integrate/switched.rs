@@ -134,7 +134,7 @@ impl<'a> SwitchedEquations for SmoothContacts<'a> {
         state: &State,
         next: &State,
     ) -> Option<f64> {
-        if self.far_from_edges(ramp.h, next) {
+        if self.far_from_edges(ramp.h, state, next) {
             return None;
         }
         let mut path = [*state; DENSE_POINTS];
