@@ -181,7 +181,8 @@ def main() -> None:
         quantiles = ", ".join(f"{q} %: {np.percentile(ran, q):.2g}" for q in (50, 95, 99, 100))
         print(
             f"{method:9} {all_errors.size} runs, error / rtol {quantiles}; "
-            f"above {USUAL:g}: {np.mean(all_errors > USUAL):.1%} (goal {1 - USUAL_SHARE:.0%}), above {GOAL:g}: {np.sum(ran > GOAL)}, refused: {all_errors.size - ran.size}"
+            f"above {USUAL:g}: {np.mean(all_errors > USUAL):.1%} (goal {1 - USUAL_SHARE:.0%}), "
+            f"above {GOAL:g}: {np.sum(ran > GOAL)}, refused: {all_errors.size - ran.size}"
         )
 
 

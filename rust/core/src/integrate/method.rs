@@ -52,7 +52,7 @@ pub struct Summary {
     pub rejected: usize,
     /// Instants recorded.
     pub recorded: usize,
-    /// Contact changes: times that a link passed to another segment of its law; zero where laws are linear or smooth.
+    /// Contact changes: times that a link passed to another segment of its law; zero where all are linear.
     pub contact_changes: usize,
     /// The load that the tolerance is relative to, N.
     pub load_scale: f64,
