@@ -104,7 +104,7 @@ impl ErrorNorm {
 /// The error of a step lasts as long as the slowest mode rings. The higher-order result is kept (local extrapolation), and its true error
 /// is well below the estimate. That margin pays for so many steps; over a longer memory each step must be more accurate than the
 /// tolerance. Changes of contact take away most of it: the time for which an error lasts is known of the scene at rest alone, and each
-/// change passes it on enlarged. (On 4000 random mixtures of laws rk45 then stays below ten times the tolerance; with 50 seven runs of
+/// change passes it on enlarged. (On 2000 random mixtures of laws rk45 then stays below ten times the tolerance; with 50 seven runs of
 /// 11 000 do not.)
 const STEPS_WITHIN_MARGIN: f64 = 50.0;
 const STEPS_WITHIN_MARGIN_OF_CHANGES: f64 = 10.0;
