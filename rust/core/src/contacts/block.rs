@@ -11,6 +11,8 @@ pub(super) struct LinkBlock {
     pub rate: [Lanes; 6],
     /// Norm of the deflection row: largest deflection for a state of norm one.
     pub reach: Lanes,
+    /// Norm of the rate row: largest rate of deflection for velocities of norm one.
+    pub quickness: Lanes,
     pub tolerance: Lanes,
     /// Edges of the present segments, less the deflection at rest.
     pub low: Lanes,
@@ -21,6 +23,7 @@ pub(super) const NO_LINKS: LinkBlock = LinkBlock {
     deflection: [[0.0; LANES]; 6],
     rate: [[0.0; LANES]; 6],
     reach: [0.0; LANES],
+    quickness: [0.0; LANES],
     tolerance: [0.0; LANES],
     low: [f64::NEG_INFINITY; LANES],
     high: [f64::INFINITY; LANES],
@@ -79,6 +82,46 @@ impl LinkBlock {
         }
         worst <= 0.0
     }
+
+    /// Whether the straight lines between deflections at both ends of a step stay within the edges even if they were three times as wide,
+    /// each end moving on for as much as `travel` per unit of quickness: then [`LinkBlock::cubics_far_from_edges`], too.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn far_from_edges(&self, travel: f64, at: &Lanes, end: &Lanes) -> bool {
+        let mut worst = [0.0; LANES];
+        for i in 0..LANES {
+            let (top, bottom) = (larger(at[i], end[i]), smaller(at[i], end[i]));
+            let beyond = larger(top - self.high[i], self.low[i] - bottom) + (top - bottom);
+            worst[i] = fma(3.0 * travel, self.quickness[i], beyond) - self.tolerance[i];
+        }
+        none_above_zero(&worst)
+    }
+
+    /// Whether the cubics through both ends of a step stay within the edges even if they were three times as wide. A path that leaves
+    /// its cubic by as much as that is wide turns several times in the step, which no error control accepts.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn cubics_far_from_edges(&self, h: f64, state: &State, next: &State) -> bool {
+        let (at, end_at) = (self.deflections(state), self.deflections(next));
+        let (moving, end_moving) = (self.rates(state), self.rates(next));
+        let third = h / 3.0;
+        let mut worst = [0.0; LANES];
+        for i in 0..LANES {
+            let (after, before) = (fma(third, moving[i], at[i]), fma(-third, end_moving[i], end_at[i]));
+            let top = larger(larger(after, before), larger(at[i], end_at[i]));
+            let bottom = smaller(smaller(after, before), smaller(at[i], end_at[i]));
+            worst[i] = larger(top - self.high[i], self.low[i] - bottom) + (top - bottom) - self.tolerance[i];
+        }
+        none_above_zero(&worst)
+    }
+}
+
+/// Whether all are zero or less; NaN is not.
+#[cfg_attr(feature = "std", inline(always))]
+fn none_above_zero(lanes: &Lanes) -> bool {
+    let mut none = true;
+    for lane in lanes {
+        none &= *lane <= 0.0;
+    }
+    none
 }
 
 /// The larger of two numbers; one instruction, unlike `f64::max`.

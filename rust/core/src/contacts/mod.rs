@@ -15,6 +15,9 @@ mod block;
 mod path;
 mod search;
 mod segments;
+mod smooth;
+
+pub(crate) use smooth::{DENSE_POINTS, SmoothContacts};
 
 use segments::{Change, Segments};
 
@@ -45,7 +48,7 @@ impl<'a> Contacts<'a> {
     /// The contacts at rest. `load_scale`: size of the loads, N.
     pub(crate) fn new(system: &'a System, load_scale: f64) -> Self {
         let mut contacts = Self {
-            segments: Segments::new(system, load_scale),
+            segments: Segments::new(system, load_scale, 0.0),
             curvature: f64::INFINITY,
             slopes: [0.0; 9],
             values: [0.0; 9],

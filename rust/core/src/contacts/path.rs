@@ -1,11 +1,10 @@
-//! The time at which a deflection leaves its segment, on its power series.
+//! The time at which a deflection leaves its segment, on a polynomial in time.
 
-use crate::equations::TERMS;
 use crate::numeric::float::fma;
 
-/// A deflection over a step: its power series in the fraction of the step.
-pub(super) struct DeflectionPath {
-    terms: [f64; TERMS + 1],
+/// A deflection over a step: a polynomial in the fraction of the step, of N terms.
+pub(super) struct DeflectionPath<const N: usize> {
+    terms: [f64; N],
     /// Bound on the fourth derivative.
     fourth: f64,
 }
@@ -20,11 +19,11 @@ const MAX_EXAMINED: usize = 1000;
 /// Largest number of steps of the root search; each gains a digit or more.
 const ROOT_STEPS: usize = 60;
 
-impl DeflectionPath {
+impl<const N: usize> DeflectionPath<N> {
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn new(terms: [f64; TERMS + 1]) -> Self {
+    pub(super) fn new(terms: [f64; N]) -> Self {
         let mut fourth = 0.0;
-        for k in 4..=TERMS {
+        for k in 4..N {
             fourth = fma((k * (k - 1) * (k - 2) * (k - 3)) as f64, terms[k].abs(), fourth);
         }
         Self { terms, fourth }

@@ -1,8 +1,9 @@
 //! The search of a step for its first contact change: by halves until the power series converges, then on the path of each link.
 
+use super::block::LinkBlock;
 use super::path::DeflectionPath;
 use super::segments::{Change, Combination, Segments};
-use crate::equations::{TERMS, advance};
+use crate::equations::advance;
 use crate::excitation::Ramp;
 use crate::numeric::float::{add_scaled, fma};
 use crate::numeric::simd::{Kernel, LANES};
@@ -45,7 +46,7 @@ impl Kernel for SearchKernel<'_> {
             let part = Ramp { h, start: &start, end: &end, forcing: ramp.forcing, spans_interval: false };
             if series.parts(part.h) <= 1.0 {
                 let terms = series.terms(equations, &part, &state);
-                if let Some(Change { theta, crossing }) = first_exit(segments, &terms) {
+                if let Some(Change { theta, crossing }) = first_exit(segments.blocks.as_slice(), &terms) {
                     return (Some(Change { theta: fma(theta, to - from, from), crossing }), searched);
                 }
                 for term in &terms[1..] {
@@ -67,14 +68,14 @@ impl Kernel for SearchKernel<'_> {
     }
 }
 
-/// The first change on the power series of a state over a part of a step.
+/// The first change on the path of a state over a part of a step, a polynomial in the fraction of the part.
 #[cfg_attr(feature = "std", inline(always))]
-fn first_exit(segments: &Segments, terms: &[State; TERMS + 1]) -> Option<Change> {
+pub(super) fn first_exit<const N: usize>(blocks: &[LinkBlock], terms: &[State; N]) -> Option<Change> {
     let mut first: Option<Change> = None;
-    for (index, block) in segments.blocks.as_slice().iter().enumerate() {
-        let mut paths = [[0.0; LANES]; TERMS + 1];
+    for (index, block) in blocks.iter().enumerate() {
+        let mut paths = [[0.0; LANES]; N];
         let mut reached = [0.0; LANES];
-        for k in 0..=TERMS {
+        for k in 0..N {
             paths[k] = block.deflections(&terms[k]);
             for i in 0..LANES {
                 reached[i] += if k > 0 { paths[k][i].abs() } else { 0.0 };
@@ -86,8 +87,8 @@ fn first_exit(segments: &Segments, terms: &[State; TERMS + 1]) -> Option<Change>
             if paths[0][lane] + reached[lane] <= high && paths[0][lane] - reached[lane] >= low {
                 continue;
             }
-            let mut path = [0.0; TERMS + 1];
-            for k in 0..=TERMS {
+            let mut path = [0.0; N];
+            for k in 0..N {
                 path[k] = paths[k][lane];
             }
             let limit = if let Some(change) = first { change.theta } else { 1.0 };

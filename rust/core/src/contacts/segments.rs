@@ -38,7 +38,7 @@ pub(super) struct Combination {
 
 /// The present segments of all nonlinear links.
 #[derive(Debug, Clone)]
-pub(super) struct Segments<'a> {
+pub(super) struct Segments<'a, const CACHED: usize = CACHED_COMBINATIONS> {
     system: &'a System,
     /// Index of each nonlinear link in the system, and its present segment.
     links: BoundedVec<(usize, u8)>,
@@ -46,15 +46,15 @@ pub(super) struct Segments<'a> {
     /// Equations of the linear links alone.
     linear: SegmentEquations,
     pub current: Combination,
-    /// The last combinations of segments.
-    cache: [Option<(BoundedVec<u8>, Combination)>; CACHED_COMBINATIONS],
+    /// The last combinations of straight segments.
+    cache: [Option<(BoundedVec<u8>, Combination)>; CACHED],
     /// Number of combinations made so far; the key of the last one.
     combinations: u32,
 }
 
-impl<'a> Segments<'a> {
-    /// The segments at rest. `load_scale`: size of the loads, N.
-    pub(super) fn new(system: &'a System, load_scale: f64) -> Self {
+impl<'a, const CACHED: usize> Segments<'a, CACHED> {
+    /// The segments at rest. `load_scale`: size of the loads, N; `slack`: part of it by which a load may be wrong beyond an edge.
+    pub(super) fn new(system: &'a System, load_scale: f64, slack: f64) -> Self {
         let is_nonlinear = |row: &LinkRow| !row.link.law().is_linear();
         let count = system.rows().iter().filter(|row| is_nonlinear(row)).count();
         let mut links = BoundedVec::filled((0, 0), count);
@@ -69,8 +69,10 @@ impl<'a> Segments<'a> {
                 block.rate[j][lane] = row.rate[j];
             }
             block.reach[lane] = sqrt(row.deflection.iter().map(|x| x * x).sum());
+            block.quickness[lane] = sqrt(row.rate.iter().map(|x| x * x).sum());
             let edges = law.edges().iter().fold(row.rest.abs(), |most, edge| f64::max(most, edge.abs()));
-            block.tolerance[lane] = EDGE_TOLERANCE * (edges + load_scale / law.nominal());
+            let largest = load_scale / law.nominal();
+            block.tolerance[lane] = f64::max(EDGE_TOLERANCE * (edges + largest), slack * largest);
         }
         let linear = SegmentEquations::of_linear_links(system);
         Self {
@@ -79,7 +81,7 @@ impl<'a> Segments<'a> {
             blocks,
             linear,
             current: Combination { equations: linear, series: PowerSeries::new(&linear), growth_rate: 0.0 },
-            cache: [const { None }; CACHED_COMBINATIONS],
+            cache: [const { None }; CACHED],
             combinations: 0,
         }
     }
@@ -109,6 +111,22 @@ impl<'a> Segments<'a> {
         changes
     }
 
+    /// How much later than in `state` a link is where it counts as past its upper (`up`) or lower edge, s; none if it is there within half
+    /// the tolerance of the edge, or does not move there.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn missed_by(&self, state: &State, (link, up): (usize, bool)) -> Option<f64> {
+        let index = self.links.as_slice()[link].0;
+        if !self.system.rows()[index].link.law().is_piecewise_linear() {
+            // The same equations hold on either side.
+            return None;
+        }
+        let (block, lane) = (&self.blocks.as_slice()[link / LANES], link % LANES);
+        let tolerance = block.tolerance[lane];
+        let goal = if up { block.high[lane] + tolerance } else { block.low[lane] - tolerance };
+        let (left, moving) = (goal - block.deflections(state)[lane], block.rates(state)[lane]);
+        (left.abs() > 0.5 * tolerance && (moving > 0.0) == up && moving != 0.0).then(|| left / moving)
+    }
+
     /// Sets edges and equations to those of the present segments.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn update(&mut self) {
@@ -120,12 +138,16 @@ impl<'a> Segments<'a> {
             block.low[lane] = edge((segment as usize).wrapping_sub(1), f64::NEG_INFINITY);
             block.high[lane] = edge(segment as usize, f64::INFINITY);
         }
+        let rows = self.system.rows();
+        let straight = |&(index, segment): &(usize, u8)| {
+            if rows[index].link.law().is_piecewise_linear() { segment } else { 0 }
+        };
         let same = |segments: &BoundedVec<u8>| {
             segments
                 .as_slice()
                 .iter()
                 .zip(self.links.as_slice())
-                .all(|(known, (_, segment))| known == segment)
+                .all(|(known, link)| *known == straight(link))
         };
         if let Some((_, known)) = self.cache.iter().flatten().find(|(segments, _)| same(segments)) {
             self.current = *known;
@@ -134,10 +156,10 @@ impl<'a> Segments<'a> {
         self.combinations += 1;
         self.current = self.combine(self.combinations);
         let mut segments = BoundedVec::filled(0, self.links.as_slice().len());
-        for (to, (_, from)) in segments.as_mut_slice().iter_mut().zip(self.links.as_slice()) {
-            *to = *from;
+        for (to, from) in segments.as_mut_slice().iter_mut().zip(self.links.as_slice()) {
+            *to = straight(from);
         }
-        self.cache[self.combinations as usize % CACHED_COMBINATIONS] = Some((segments, self.current));
+        self.cache[self.combinations as usize % CACHED] = Some((segments, self.current));
     }
 
     /// The equations of the present segments, under the key `key`.
@@ -146,6 +168,11 @@ impl<'a> Segments<'a> {
         let mut equations = self.linear;
         for &(index, segment) in self.links.as_slice() {
             let row = &self.system.rows()[index];
+            if !row.link.law().is_piecewise_linear() {
+                // Its elastic load is no part of these equations.
+                equations.add(row, 0.0, 0.0, true);
+                continue;
+            }
             let (load_at_zero, stiffness) = row.link.law().segment(segment as usize);
             // Exactly zero on the segment of rest, so that a body at rest stays at rest to the last bit.
             let excess = if segment as usize == row.link.law().segment_of(row.rest) {

@@ -16,7 +16,7 @@ mod series;
 mod smooth;
 
 pub(crate) use piecewise::SegmentEquations;
-pub(crate) use propagator::{Propagator, TERMS};
+pub(crate) use propagator::Propagator;
 pub(crate) use series::{PowerSeries, advance};
 pub(crate) use smooth::SmoothEquations;
 

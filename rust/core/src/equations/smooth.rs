@@ -1,4 +1,4 @@
-//! The equations of a scene with smooth laws, which are evaluated at every state.
+//! The equations of a scene with preloaded laws, which are evaluated at every state.
 
 use super::Equations;
 use super::piecewise::SegmentEquations;
@@ -8,14 +8,14 @@ use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
 use crate::system::{Force, LinkRow, NO_FORCE, Square, State, System};
 
-/// Equations with smooth laws. The linear part contains the linear links and all dampers. The other links enter by their loads minus those at
-/// rest, so a body at rest stays at rest to the last bit.
+/// Equations with preloaded links. The linear part contains the links with straight segments, each on its present one, and all dampers.
+/// Preloaded links enter by their loads minus those at rest, so a body at rest stays at rest to the last bit.
 #[derive(Debug)]
 pub(crate) struct SmoothEquations<'a> {
     linear: SegmentEquations,
     /// Links with preloaded balls, the common case, eight at a time.
     balls: BoundedVec<BallLinks, { MAX_LINKS / LANES }>,
-    /// Links with any other nonlinear law.
+    /// Links with other preloaded rolling elements.
     others: BoundedVec<&'a LinkRow>,
 }
 
@@ -95,10 +95,12 @@ impl Kernel for LoadsAtRest<'_> {
 }
 
 impl<'a> SmoothEquations<'a> {
-    pub(crate) fn new(system: &'a System) -> Self {
+    /// The equations of the preloaded links beside a `linear` part.
+    pub(crate) fn new(system: &'a System, linear: SegmentEquations) -> Self {
         let rows = system.rows();
         let is_balls = |row: &&LinkRow| row.link.law().balls().is_some();
-        let is_other = |row: &&LinkRow| !row.link.law().is_linear() && row.link.law().balls().is_none();
+        let is_other =
+            |row: &&LinkRow| !row.link.law().is_piecewise_linear() && row.link.law().balls().is_none();
         let count = rows.iter().filter(is_balls).count();
         let mut balls = BoundedVec::filled(BallLinks::NONE, count.div_ceil(LANES));
         for (i, row) in rows.iter().filter(is_balls).enumerate() {
@@ -113,11 +115,13 @@ impl<'a> SmoothEquations<'a> {
         for (to, row) in others.as_mut_slice().iter_mut().zip(rows.iter().filter(is_other)) {
             *to = row;
         }
-        let mut linear = SegmentEquations::of_linear_links(system);
-        for row in rows.iter().filter(|row| !row.link.law().is_linear()) {
-            linear.add(row, 0.0, 0.0, true);
-        }
         Self { linear, balls, others }
+    }
+
+    /// The same equations with another linear part, whose key they take.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn set_linear(&mut self, linear: &SegmentEquations) {
+        self.linear = *linear;
     }
 }
 
@@ -125,8 +129,9 @@ impl Equations for SmoothEquations<'_> {
     const PIECEWISE: bool = false;
     const LINEAR: bool = false;
 
+    #[cfg_attr(feature = "std", inline(always))]
     fn key(&self) -> u32 {
-        0
+        self.linear.key()
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -158,10 +163,9 @@ impl Equations for SmoothEquations<'_> {
             rate[6 + j] -= pull[j];
         }
         for row in self.others.as_slice() {
-            let (elastic, _) = row.loads(state);
-            let idle = if row.damper_is_idle(state) { row.damping_load(state) } else { 0.0 };
+            let load = row.link.law().force(row.deflection_at(state)) - row.load;
             for j in 0..6 {
-                rate[6 + j] -= row.rate[j] * (elastic - row.load - idle);
+                rate[6 + j] -= row.rate[j] * load;
             }
         }
         rate
@@ -169,7 +173,7 @@ impl Equations for SmoothEquations<'_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn tangent(&self, state: &State) -> (Square, Square) {
-        let (mut stiffness, mut damping) = self.linear.tangent(state);
+        let (mut stiffness, damping) = self.linear.tangent(state);
         for balls in self.balls.as_slice() {
             let tangents = balls.tangents(state);
             for i in 0..LANES {
@@ -185,11 +189,6 @@ impl Equations for SmoothEquations<'_> {
             let tangent = row.link.law().tangent(row.deflection_at(state));
             for j in 0..6 {
                 add_scaled(&mut stiffness[j], &row.rate, tangent * row.deflection[j]);
-            }
-            if row.damper_is_idle(state) {
-                for j in 0..6 {
-                    add_scaled(&mut damping[j], &row.rate, -row.damping[j]);
-                }
             }
         }
         (stiffness, damping)

@@ -52,7 +52,7 @@ pub struct Summary {
     pub rejected: usize,
     /// Instants recorded.
     pub recorded: usize,
-    /// Number of contact changes, at which a link moves to another segment of its law; zero if laws are linear or smooth.
+    /// Number of contact changes, at which a link moves to another segment of its law; zero if all laws are linear.
     pub contact_changes: usize,
     /// The load that the tolerance is relative to, N.
     pub load_scale: f64,

@@ -4,8 +4,8 @@ use super::control::{Control, Controller, ErrorNorm, scale_of};
 use super::method::{Method, Output, Summary};
 use super::runner::{Recorder, Runner, StepControl};
 use super::switched::{SwitchedEquations, Unswitched};
-use crate::contacts::Contacts;
-use crate::equations::SmoothEquations;
+use crate::contacts::{Contacts, SmoothContacts};
+use crate::equations::Equations;
 use crate::error::RunError;
 use crate::excitation::{Excitation, Forcing, ScaledExcitation};
 use crate::numeric::simd::{Kernel, dispatch};
@@ -14,8 +14,8 @@ use crate::system::{ModelLevel, System};
 
 /// Runs a system from static equilibrium through an excitation and hands each instant to `record`.
 ///
-/// With laws of straight segments (clearance, sides, curves), a step ends at the next contact change, which is located on the exact solution
-/// between two contact changes.
+/// A step ends at the next contact change. If all laws have straight segments (clearance, sides, curves), the change is located on the exact
+/// solution between two contact changes; if some links are preloaded, on the dense output of the method.
 ///
 /// # Errors
 /// [`RunError`] with time, step and error. `record` then contains the instants before the error.
@@ -70,7 +70,8 @@ pub(crate) fn run_scaled<M: Method>(
         // library.
         ModelLevel::SmoothNonlinear if const { M::ERROR_ORDER.is_none() } => unreachable!("refused above"),
         ModelLevel::SmoothNonlinear => {
-            dispatch(RunKernel { setup, equations: Unswitched(&SmoothEquations::new(system)) })
+            let rtol = if let Control::Adaptive { rtol } = control { rtol } else { 0.0 };
+            dispatch(RunKernel { setup, equations: SmoothContacts::new(system, load_scale, rtol) })
         }
     }
 }
@@ -100,14 +101,18 @@ impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
     fn run(self) -> Self::Output {
         let Self { setup, mut equations } = self;
         let Setup { system, method, control, excitation, output, record, forcing, load_scale } = setup;
+        let has_edges = !C::Equations::LINEAR;
+        let has_segments =
+            system.links().any(|link| !link.law().is_linear() && link.law().is_piecewise_linear());
         let controller = match (control, M::ERROR_ORDER) {
             (Control::Adaptive { rtol }, Some(order)) => {
-                Some(Controller::new(rtol, system, excitation, order))
+                Some(Controller::new(rtol, system, excitation, order, has_edges && has_segments))
             }
             _ => None,
         };
         let (norm, has_error) = (ErrorNorm::new(system, load_scale), M::ERROR_ORDER.is_some());
-        let steps = StepControl { control, controller, norm, has_error, reach: 0.0 };
+        let steps =
+            StepControl { control, controller, norm, has_error, has_edges, at_edge: false, reach: 0.0 };
         let needs_input = record.needs_input();
         let recorder = Recorder { excitation, output, needs_input, record, recorded: 0 };
         let summary = Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale };

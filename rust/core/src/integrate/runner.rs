@@ -7,6 +7,7 @@ use crate::equations::Equations;
 use crate::error::RunError;
 use crate::excitation::{Excitation, Forcing, Ramp};
 use crate::numeric::float::{ceil, floor, sqrt};
+use crate::numeric::simd::{Kernel, dispatch};
 use crate::output::Record;
 use crate::system::{Input, NO_INPUT, State};
 
@@ -29,6 +30,10 @@ pub(super) struct StepControl {
     pub norm: ErrorNorm,
     /// Whether the method has a step error.
     pub has_error: bool,
+    /// Whether there are edges at which the equations are not analytic.
+    pub has_edges: bool,
+    /// Whether the step starts or ends at one of them.
+    pub at_edge: bool,
     /// Bound on the speed `|η'|`: the impulse of the excitation so far, for fixed steps.
     pub reach: f64,
 }
@@ -129,16 +134,20 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                 plan.left = 0.0;
                 continue;
             }
-            let change = self.equations.first_change(&ramp, state, next);
+            let change = self.equations.first_change(self.method, self.memory, &ramp, state, next);
             let shorter;
             if let Some(theta) = change {
+                let (theta, error) = if C::Equations::LINEAR {
+                    self.land(&ramp, theta, state, next)
+                } else {
+                    self.land_apart(&ramp, theta, state, next)
+                };
                 shorter = ramp.values(theta);
                 ramp = Ramp { h: theta * plan.h, end: &shorter, spans_interval: false, ..ramp };
-                **next = if theta > 0.0 {
-                    self.method.step(self.equations.equations(), self.memory, &ramp, state).0
-                } else {
-                    **state
-                };
+                if !self.accept_landing(&ramp, next, &error, interval, done)? {
+                    plan.left = 0.0;
+                    continue;
+                }
                 plan = Plan { left: 1.0, h: ramp.h };
                 last = false;
             }
@@ -150,6 +159,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             if change.is_some() {
                 self.equations.cross(state);
             }
+            self.steps.at_edge = change.is_some() && !C::Equations::LINEAR;
             self.summary.steps += 1;
             done = match (last, change) {
                 (true, _) => length,
@@ -176,6 +186,59 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         (*next, error) = self.method.step(self.equations.equations(), self.memory, ramp, state);
         let accepted = self.steps.judge(ramp, next, &error, interval, done)?;
         self.summary.rejected += usize::from(!accepted);
+        Ok(accepted)
+    }
+
+    /// Makes the step into `next` again, up to the contact change that was found at the fraction `theta`: the fraction at which it ends,
+    /// and its error.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn land(&mut self, ramp: &Ramp, mut theta: f64, state: &State, next: &mut State) -> (f64, State) {
+        let mut error = [0.0; 12];
+        if theta == 0.0 {
+            *next = *state;
+            return (theta, error);
+        }
+        for again in (0..MAX_LANDINGS).rev() {
+            let end = ramp.values(theta);
+            let part = Ramp { h: theta * ramp.h, end: &end, spans_interval: false, ..*ramp };
+            (*next, error) = self.method.step(self.equations.equations(), self.memory, &part, state);
+            match self.equations.missed_by(next) {
+                // Not NaN, and not far from what dense output says.
+                Some(later) if again > 0 && later.abs() <= 0.5 * part.h => {
+                    theta = f64::min(theta + later / ramp.h, 1.0);
+                }
+                _ => break,
+            }
+        }
+        (theta, error)
+    }
+
+    /// [`Runner::land`] out of line: a second copy of a nonlinear step in the loop makes every step a twentieth slower.
+    #[inline(never)]
+    fn land_apart(&mut self, ramp: &Ramp, theta: f64, state: &State, next: &mut State) -> (f64, State) {
+        dispatch(LandKernel { runner: self, ramp, theta, state, next })
+    }
+
+    /// Whether a step up to a contact change is accepted. Linear equations are as accurate there as in the whole step; those of preloaded
+    /// links are not analytic at an edge.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn accept_landing(
+        &mut self,
+        ramp: &Ramp,
+        next: &State,
+        error: &State,
+        interval: Interval,
+        done: f64,
+    ) -> Result<bool, RunError> {
+        if C::Equations::LINEAR || ramp.h <= 2.0 * SHORTEST * interval.length && finite(next) {
+            return Ok(true);
+        }
+        let before = core::mem::replace(&mut self.steps.at_edge, true);
+        let accepted = self.steps.judge(ramp, next, error, interval, done)?;
+        if !accepted {
+            self.steps.at_edge = before;
+            self.summary.rejected += 1;
+        }
         Ok(accepted)
     }
 
@@ -228,6 +291,24 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     }
 }
 
+/// [`Runner::land`] as a kernel.
+struct LandKernel<'a, 'b, M: Method, C> {
+    runner: &'a mut Runner<'b, M, C>,
+    ramp: &'a Ramp<'a>,
+    theta: f64,
+    state: &'a State,
+    next: &'a mut State,
+}
+
+impl<M: Method, C: SwitchedEquations> Kernel for LandKernel<'_, '_, M, C> {
+    type Output = (f64, State);
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) -> Self::Output {
+        self.runner.land(self.ramp, self.theta, self.state, self.next)
+    }
+}
+
 impl StepControl {
     /// Whether a step to `next` with this estimated error is accepted.
     #[cfg_attr(feature = "std", inline(always))]
@@ -244,8 +325,12 @@ impl StepControl {
         let mut bounded = !self.has_error || finite(next);
         if let Some(controller) = &mut self.controller {
             let error = if bounded { self.norm.of(error) } else { f64::INFINITY };
-            if !controller.accept(h, error, interval.until > interval.first + 1) {
+            if !controller.accept(h, error, self.at_edge || interval.until > interval.first + 1) {
                 if h <= 2.0 * SHORTEST * interval.length {
+                    // Within so short a time from an edge the error falls hardly faster than the step.
+                    if self.has_edges && controller.is_negligible(error) {
+                        return Ok(true);
+                    }
                     return Err(RunError::StepTooSmall { time, step: h, error: controller.error_ratio() });
                 }
                 return Ok(false);
@@ -318,6 +403,9 @@ impl Recorder<'_> {
         }
     }
 }
+
+/// Most attempts to end a step at a contact change: Newton's method, which starts with the error of dense output.
+const MAX_LANDINGS: usize = 4;
 
 /// Largest speed of a stable run over the bound from the impulse of the excitation.
 const DIVERGENCE: f64 = 100.0;

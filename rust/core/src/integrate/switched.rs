@@ -1,8 +1,8 @@
 //! Which equations hold during a run (a switched system).
 
-use crate::contacts::Contacts;
-use crate::equations::Equations;
-use crate::equations::SegmentEquations;
+use super::method::Method;
+use crate::contacts::{Contacts, DENSE_POINTS, SmoothContacts};
+use crate::equations::{Equations, SegmentEquations, SmoothEquations};
 use crate::excitation::Ramp;
 use crate::system::State;
 
@@ -13,8 +13,19 @@ pub(super) trait SwitchedEquations {
     /// The equations that hold now.
     fn equations(&self) -> &Self::Equations;
 
-    /// The fraction of a step from `state` to `next` at which these equations first become invalid, if they do.
-    fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64>;
+    /// The fraction of a step from `state` to `next`, the last step of the `method`, at which these equations first become invalid, if they
+    /// do.
+    fn first_change<M: Method>(
+        &mut self,
+        method: &M,
+        memory: &mut M::Memory,
+        ramp: &Ramp,
+        state: &State,
+        next: &State,
+    ) -> Option<f64>;
+
+    /// Time from `state` to the change that was found, s, if it matters.
+    fn missed_by(&self, state: &State) -> Option<f64>;
 
     /// Switches to the equations after the change that ended the step, in `state`.
     fn cross(&mut self, state: &State);
@@ -38,7 +49,19 @@ impl<E: Equations> SwitchedEquations for Unswitched<'_, E> {
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn first_change(&mut self, _: &Ramp, _: &State, _: &State) -> Option<f64> {
+    fn first_change<M: Method>(
+        &mut self,
+        _: &M,
+        _: &mut M::Memory,
+        _: &Ramp,
+        _: &State,
+        _: &State,
+    ) -> Option<f64> {
+        None
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn missed_by(&self, _: &State) -> Option<f64> {
         None
     }
 
@@ -64,8 +87,21 @@ impl SwitchedEquations for Contacts<'_> {
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64> {
+    fn first_change<M: Method>(
+        &mut self,
+        _: &M,
+        _: &mut M::Memory,
+        ramp: &Ramp,
+        state: &State,
+        next: &State,
+    ) -> Option<f64> {
         Contacts::first_change(self, ramp, state, next)
+    }
+
+    /// Located on the exact solution, to rounding.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn missed_by(&self, _: &State) -> Option<f64> {
+        None
     }
 
     fn cross(&mut self, state: &State) {
@@ -79,5 +115,53 @@ impl SwitchedEquations for Contacts<'_> {
     #[cfg_attr(feature = "std", inline(always))]
     fn searched(&self) -> usize {
         self.searched
+    }
+}
+
+impl<'a> SwitchedEquations for SmoothContacts<'a> {
+    type Equations = SmoothEquations<'a>;
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn equations(&self) -> &SmoothEquations<'a> {
+        SmoothContacts::equations(self)
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn first_change<M: Method>(
+        &mut self,
+        method: &M,
+        memory: &mut M::Memory,
+        ramp: &Ramp,
+        state: &State,
+        next: &State,
+    ) -> Option<f64> {
+        if self.far_from_edges(ramp.h, state, next) {
+            return None;
+        }
+        let mut path = [*state; DENSE_POINTS];
+        path[DENSE_POINTS - 1] = *next;
+        for point in 1..DENSE_POINTS - 1 {
+            let theta = point as f64 / (DENSE_POINTS - 1) as f64;
+            path[point] = method.between(self.equations(), memory, ramp, state, theta);
+        }
+        SmoothContacts::first_change(self, &path)
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn missed_by(&self, state: &State) -> Option<f64> {
+        SmoothContacts::missed_by(self, state)
+    }
+
+    fn cross(&mut self, state: &State) {
+        SmoothContacts::cross(self, state);
+    }
+
+    fn changes(&self) -> usize {
+        self.changes
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn searched(&self) -> usize {
+        0
     }
 }

@@ -3,6 +3,7 @@
 mod common;
 mod contacts;
 mod edges;
+mod mixed;
 
 mod assembly;
 mod batch;

@@ -1,0 +1,194 @@
+//! Contact changes where some laws are smooth: the path of a step is then known from the dense output of the method alone.
+//!
+//! Between two changes every law is smooth, as a link with straight segments follows the line of its segment beyond the edges, too. The
+//! dense output is a polynomial, on which the first edge is found with certainty; the step is then made again up to there. So an excursion
+//! beyond an edge is missed only if the dense output does not show it, and that is as accurate as the steps.
+
+use super::block::LinkBlock;
+use super::search::first_exit;
+use super::segments::{Change, Segments};
+use crate::equations::SmoothEquations;
+use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
+use crate::numeric::float::{add_scaled, fma, sqrt};
+use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
+use crate::system::{State, System};
+
+/// Points that determine the dense output of a step, a polynomial of degree five or less: the ends, and four between them.
+pub(crate) const DENSE_POINTS: usize = 6;
+
+/// Part of the tolerance by which a load may be wrong because its link has passed an edge that does not count as passed yet. A link
+/// that trembles about an edge by less than the error of the steps would change at each of them.
+const SLACK: f64 = 1e-4;
+
+/// Combinations of segments whose equations are cached. They are cheap to make; those that come again keep the tangents of a method.
+const CACHED_COMBINATIONS: usize = 4;
+
+/// Contacts of one run.
+#[derive(Debug)]
+pub(crate) struct SmoothContacts<'a> {
+    segments: Segments<'a, CACHED_COMBINATIONS>,
+    equations: SmoothEquations<'a>,
+    /// Deflections at the start of the step, less those at rest, m, and size of the velocities there.
+    starts: BoundedVec<Lanes, { MAX_LINKS / LANES }>,
+    speed: f64,
+    /// The change that ends the present step.
+    change: Option<Change>,
+    /// Links that have changed their segment so far.
+    pub changes: usize,
+}
+
+impl<'a> SmoothContacts<'a> {
+    /// The contacts at rest. `load_scale`: size of the loads, N; `rtol`: tolerance of the run relative to it.
+    pub(crate) fn new(system: &'a System, load_scale: f64, rtol: f64) -> Self {
+        let mut segments = Segments::new(system, load_scale, SLACK * rtol);
+        segments.update();
+        let equations = SmoothEquations::new(system, segments.current.equations);
+        let starts = BoundedVec::filled([0.0; LANES], segments.blocks.as_slice().len());
+        Self { segments, equations, starts, speed: 0.0, change: None, changes: 0 }
+    }
+
+    /// The equations until the next change.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn equations(&self) -> &SmoothEquations<'a> {
+        &self.equations
+    }
+
+    /// Whether the ends of a step of length `h` show that no link passes an edge. The next step starts in `next`, unless a change is found.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn far_from_edges(&mut self, h: f64, state: &State, next: &State) -> bool {
+        let (before, mut far) = (self.speed, true);
+        self.speed = speed(next);
+        let travel = h / 3.0 * if before > self.speed { before } else { self.speed };
+        for (block, start) in self.segments.blocks.as_slice().iter().zip(self.starts.as_mut_slice()) {
+            let end = block.deflections(next);
+            far &= block.far_from_edges(travel, start, &end);
+            *start = end;
+        }
+        if !far {
+            far = true;
+            for block in self.segments.blocks.as_slice() {
+                far = far && block.cubics_far_from_edges(h, state, next);
+            }
+        }
+        far
+    }
+
+    /// The fraction at which the first link passes an edge in a step through these states at equal distances, if one does.
+    #[inline(never)]
+    pub(crate) fn first_change(&mut self, path: &[State; DENSE_POINTS]) -> Option<f64> {
+        self.change = dispatch(ChangeKernel { blocks: self.segments.blocks.as_slice(), path });
+        self.change.map(|change| change.theta)
+    }
+
+    /// How much later than in `state` the link of the change that was found is where it counts as past its edge, s; none if it is there
+    /// within the tolerance of the edge.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn missed_by(&self, state: &State) -> Option<f64> {
+        self.segments.missed_by(state, self.change?.crossing?)
+    }
+
+    /// Takes up the equations after the change that was found; the step ended with it, in `state`.
+    #[inline(never)]
+    pub(crate) fn cross(&mut self, state: &State) {
+        dispatch(CrossKernel { contacts: self, state });
+    }
+}
+
+/// [`SmoothContacts::cross`] as a kernel.
+struct CrossKernel<'a, 'b> {
+    contacts: &'b mut SmoothContacts<'a>,
+    state: &'b State,
+}
+
+impl Kernel for CrossKernel<'_, '_> {
+    type Output = ();
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) {
+        let Self { contacts, state } = self;
+        if let Some(Change { crossing: Some(crossing), .. }) = contacts.change.take() {
+            contacts.changes += contacts.segments.cross(state, crossing);
+        }
+        contacts.speed = speed(state);
+        for (block, start) in contacts.segments.blocks.as_slice().iter().zip(contacts.starts.as_mut_slice()) {
+            *start = block.deflections(state);
+        }
+        contacts.segments.update();
+        contacts.equations.set_linear(&contacts.segments.current.equations);
+    }
+}
+
+/// Size of the velocities of a state.
+#[cfg_attr(feature = "std", inline(always))]
+fn speed(state: &State) -> f64 {
+    let mut sums = [0.0; 2];
+    for pair in 3..6 {
+        for i in 0..2 {
+            sums[i] = fma(state[2 * pair + i], state[2 * pair + i], sums[i]);
+        }
+    }
+    sqrt(sums[0] + sums[1])
+}
+
+/// [`SmoothContacts::first_change`] as a kernel.
+struct ChangeKernel<'a> {
+    blocks: &'a [LinkBlock],
+    path: &'a [State; DENSE_POINTS],
+}
+
+impl Kernel for ChangeKernel<'_> {
+    type Output = Option<Change>;
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) -> Option<Change> {
+        first_exit(self.blocks, &power_terms(self.path))
+    }
+}
+
+/// Terms of the polynomial in the fraction of a step that takes these values at equal distances: Newton's forward differences, expanded.
+#[cfg_attr(feature = "std", inline(always))]
+fn power_terms(path: &[State; DENSE_POINTS]) -> [State; DENSE_POINTS] {
+    const LAST: usize = DENSE_POINTS - 1;
+    let mut differences = *path;
+    for order in 1..DENSE_POINTS {
+        for k in (order..DENSE_POINTS).rev() {
+            let before = differences[k - 1];
+            add_scaled(&mut differences[k], &before, -1.0);
+        }
+    }
+    // p <- (s - k) / (k + 1) p + difference k, with s = LAST * fraction.
+    let mut terms = [[0.0; 12]; DENSE_POINTS];
+    terms[0] = differences[LAST];
+    for k in (0..LAST).rev() {
+        let (shift, scale) = (-(k as f64) / (k + 1) as f64, LAST as f64 / (k + 1) as f64);
+        for power in (0..LAST - k).rev() {
+            let lower = terms[power];
+            add_scaled(&mut terms[power + 1], &lower, scale);
+            for entry in &mut terms[power] {
+                *entry *= shift;
+            }
+        }
+        add_scaled(&mut terms[0], &differences[k], 1.0);
+    }
+    terms
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DENSE_POINTS, power_terms};
+
+    /// A polynomial of degree five is found from its values.
+    #[test]
+    fn power_terms_are_those_of_the_polynomial() {
+        let terms = [3.0, -1.0, 4.0, -1.5, 9.0, -2.6];
+        let mut path = [[0.0; 12]; DENSE_POINTS];
+        for (point, state) in path.iter_mut().enumerate() {
+            let theta = point as f64 / 5.0;
+            state[7] = terms.iter().rev().fold(0.0, |sum, term| sum * theta + term);
+        }
+        for (found, expected) in power_terms(&path).iter().zip(terms) {
+            assert!((found[7] - expected).abs() < 1e-12, "{} {expected}", found[7]);
+            assert_eq!(found[0], 0.0);
+        }
+    }
+}
