@@ -14,7 +14,7 @@ mod reduce;
 mod requirements;
 mod single;
 mod solver;
-mod statistics;
+mod time_statistics;
 
 pub use change::{Change, Target};
 pub use error::{BatchError, SampleError};
@@ -33,7 +33,7 @@ use lanes::{LaneMemory, Lanes};
 use reduce::Memory;
 use requirements::Requirements;
 use single::RunSettings;
-use statistics::RunningStatistics;
+use time_statistics::RunningStatistics;
 
 /// The motion that all samples follow.
 #[derive(Debug, Clone, Copy)]

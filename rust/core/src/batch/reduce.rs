@@ -2,7 +2,7 @@
 
 use super::load_rows::{BLOCK, LoadRows, StateBlock};
 use super::requirements::{Requirements, Signal};
-use super::statistics::RunningStatistics;
+use super::time_statistics::RunningStatistics;
 use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::numeric::float::{fma, sqrt};

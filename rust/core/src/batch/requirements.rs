@@ -1,7 +1,7 @@
 //! Requirements of the measures of a batch: loads, signals computed from them, and the statistics of each signal.
 
 use super::measure::{Measure, Quantity, Statistic, time_weights, travel_weights};
-use super::statistics::RunningStatistics;
+use super::time_statistics::RunningStatistics;
 use crate::excitation::Excitation;
 use crate::numeric::float::sqrt;
 use crate::numeric::power::Power;

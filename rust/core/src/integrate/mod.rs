@@ -11,8 +11,8 @@ mod named_method;
 mod radau;
 mod rk45;
 mod run;
-mod runner;
 mod step_cache;
+mod step_loop;
 mod switched;
 mod tableau;
 

@@ -2,7 +2,7 @@
 
 use super::control::{Control, Controller, ErrorNorm, scale_of};
 use super::method::{Method, Output, Summary};
-use super::runner::{Recorder, Runner, StepControl};
+use super::step_loop::{Recorder, Runner, StepControl};
 use super::switched::{SwitchedEquations, Unswitched};
 use crate::contacts::{Contacts, SmoothContacts};
 use crate::equations::Equations;

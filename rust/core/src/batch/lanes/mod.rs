@@ -15,8 +15,8 @@ mod loads;
 mod matrix;
 mod modal;
 mod request;
-mod statistics;
 mod step;
+mod time_statistics;
 mod timeline;
 mod undamped;
 mod vector;
@@ -25,7 +25,7 @@ use pulp::{Arch, Scalar, Simd, WithSimd};
 
 use super::instance::{Base, Instance};
 use super::requirements::{Requirements, Signal, SignalRequest};
-use super::statistics::RunningStatistics;
+use super::time_statistics::RunningStatistics;
 use crate::excitation::Excitation;
 use integrate::{LaneIntegrator, Memory};
 use modal::{ModalScenes, ModalSetup};
@@ -114,7 +114,7 @@ impl<'a> Lanes<'a> {
         let lanes = self.count();
         let LaneMemory { modal, memory } = memory;
         let finite = (0..2 * self.request.dofs.len()).all(|i| memory.end.lane(i, lane, lanes).is_finite());
-        let finite = statistics::statistics(requirements, &memory.found, lane, lanes, out) && finite;
+        let finite = time_statistics::statistics(requirements, &memory.found, lane, lanes, out) && finite;
         finite && modal.accurate.lane(0, lane, lanes) > 0.0
     }
 

@@ -6,7 +6,7 @@ use super::aligned_buffer::AlignedBuffer;
 use super::timeline::{BLOCK, Timeline};
 use super::vector::Real;
 use crate::batch::requirements::{Requirements, Signal, SignalRequest};
-use crate::batch::statistics::RunningStatistics;
+use crate::batch::time_statistics::RunningStatistics;
 use crate::numeric::power::Power;
 use crate::numeric::simd;
 
