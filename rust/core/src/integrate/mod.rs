@@ -9,6 +9,7 @@ mod method;
 #[cfg(feature = "std")]
 mod named_method;
 mod radau;
+mod recorder;
 mod rk45;
 mod run;
 mod step_cache;

@@ -2,7 +2,8 @@
 
 use super::control::{Control, Controller, ErrorNorm, scale_of};
 use super::method::{Method, Output, Summary};
-use super::step_loop::{Recorder, Runner, StepControl};
+use super::recorder::Recorder;
+use super::step_loop::{Runner, StepControl};
 use super::switched::{SwitchedEquations, Unswitched};
 use crate::contacts::{Contacts, SmoothContacts};
 use crate::equations::Equations;

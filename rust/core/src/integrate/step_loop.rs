@@ -2,14 +2,14 @@
 
 use super::control::{Control, Controller, ErrorNorm};
 use super::method::{Method, Output, Summary};
+use super::recorder::Recorder;
 use super::switched::SwitchedEquations;
 use crate::equations::Equations;
 use crate::error::RunError;
-use crate::excitation::{Excitation, Forcing, Ramp};
+use crate::excitation::{Forcing, Ramp};
 use crate::numeric::float::{ceil, floor, sqrt};
 use crate::numeric::simd::{Kernel, dispatch};
-use crate::output::Record;
-use crate::system::{Input, NO_INPUT, State};
+use crate::system::State;
 
 /// State of a run in progress.
 pub(super) struct Runner<'a, M: Method, C> {
@@ -36,15 +36,6 @@ pub(super) struct StepControl {
     pub at_edge: bool,
     /// Bound on the speed `|η'|`: the impulse of the excitation so far, for fixed steps.
     pub reach: f64,
-}
-
-/// Passes the instants of a run to its record.
-pub(super) struct Recorder<'a> {
-    pub excitation: &'a Excitation<'a>,
-    pub output: Output<'a>,
-    pub needs_input: bool,
-    pub record: &'a mut dyn Record,
-    pub recorded: usize,
 }
 
 /// One interval of the excitation, or several that lie on one straight line: from sample `first` to sample `until`.
@@ -105,7 +96,8 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         Ok(self.summary)
     }
 
-    /// Steps from the start of an interval, where `state` stands, to its end.
+    /// Steps from the start of an interval, at which `state` is, to its end.
+    // Long: the steps of the loop share the state in registers, and each call is one thing that a step does.
     #[cfg_attr(feature = "std", inline(always))]
     fn step_over<'s>(
         &mut self,
@@ -357,48 +349,6 @@ impl StepControl {
             if wanted > 1.0 {
                 plan.left = f64::min(wanted, f64::max(1.0, floor(rest / length / SHORTEST)));
                 plan.h = rest / plan.left;
-            }
-        }
-    }
-}
-
-impl Recorder<'_> {
-    /// Records the first sample, if samples are recorded.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn first_sample(&mut self, state: &State) {
-        if let Output::Samples = self.output {
-            self.record.instant(self.excitation.time(0), state, &self.excitation.input(0));
-            self.recorded += 1;
-        }
-    }
-
-    /// Records sample `k`.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn sample(&mut self, k: usize, state: &State) {
-        let input: Input;
-        let input = if self.needs_input {
-            input = self.excitation.input(k);
-            &input
-        } else {
-            &NO_INPUT
-        };
-        self.record.instant(self.excitation.time(k), state, input);
-        self.recorded += 1;
-    }
-
-    /// Records an output time.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn time(&mut self, time: f64, state: &State) {
-        self.record.instant(time, state, &self.excitation.input_at(time));
-        self.recorded += 1;
-    }
-
-    /// Records the remaining output times, for instance if the excitation has no duration.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn remaining_times(&mut self, state: &State) {
-        if let Output::Times(times) = self.output {
-            for &time in &times[self.recorded..] {
-                self.time(time, state);
             }
         }
     }

@@ -1,0 +1,57 @@
+//! The recorded instants of a run: samples of the excitation, or output times.
+
+use super::method::Output;
+use crate::excitation::Excitation;
+use crate::output::Record;
+use crate::system::{Input, NO_INPUT, State};
+
+/// Passes the instants of a run to its record.
+pub(super) struct Recorder<'a> {
+    pub(super) excitation: &'a Excitation<'a>,
+    pub(super) output: Output<'a>,
+    pub(super) needs_input: bool,
+    pub(super) record: &'a mut dyn Record,
+    pub(super) recorded: usize,
+}
+
+impl Recorder<'_> {
+    /// Records the first sample, if samples are recorded.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn first_sample(&mut self, state: &State) {
+        if let Output::Samples = self.output {
+            self.record.instant(self.excitation.time(0), state, &self.excitation.input(0));
+            self.recorded += 1;
+        }
+    }
+
+    /// Records sample `k`.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn sample(&mut self, k: usize, state: &State) {
+        let input: Input;
+        let input = if self.needs_input {
+            input = self.excitation.input(k);
+            &input
+        } else {
+            &NO_INPUT
+        };
+        self.record.instant(self.excitation.time(k), state, input);
+        self.recorded += 1;
+    }
+
+    /// Records an output time.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn time(&mut self, time: f64, state: &State) {
+        self.record.instant(time, state, &self.excitation.input_at(time));
+        self.recorded += 1;
+    }
+
+    /// Records the remaining output times, for instance if the excitation has no duration.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn remaining_times(&mut self, state: &State) {
+        if let Output::Times(times) = self.output {
+            for &time in &times[self.recorded..] {
+                self.time(time, state);
+            }
+        }
+    }
+}
