@@ -8,7 +8,7 @@ before it in its model, in the order curve, stiffness, preload, clearance, rolli
 from __future__ import annotations
 
 from functools import partial
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar, get_args
 
 import numpy as np
 from pydantic import (
@@ -30,6 +30,8 @@ from guideload.base.errors import ValueRefused
 Value = TypeVar("Value")
 CurvePoints = tuple[tuple[float, float], ...]  # deflection [m], force [N]
 ModelLevel = Literal["linear", "piecewise linear", "smooth nonlinear"]
+LEVELS: tuple[ModelLevel, ...] = get_args(ModelLevel)
+LEVEL_OF_KIND = {"linear": 0, "sided": 1, "curve": 1, "preloaded": 2}  # indices into LEVELS
 # Exponent n of F ~ deflection^n of one row: Hertz point contact; line contact by the rolling bearing standards.
 EXPONENT = {"ball": 3.0 / 2.0, "roller": 10.0 / 9.0}
 NO_EXACT = "preloaded contacts have no exact solution"

@@ -24,7 +24,7 @@ from guideload.base.config import ConfigModel
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused, shown
 from guideload.base.toml import located, read_toml
 from guideload.machine.components import Body, Carriage, Drive, Gravity, Link, Name, Rail
-from guideload.machine.laws import ModelLevel
+from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
 from guideload.machine.links import ENDS, LinkTable, read_only, table_of
 
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
@@ -156,10 +156,7 @@ class Machine(ConfigModel):
     @property
     def model_level(self) -> ModelLevel:
         """The lowest model level that covers the laws of all links."""
-        kinds = {law.kind for law in self._links.laws}
-        if "preloaded" in kinds:
-            return "smooth nonlinear"
-        return "linear" if kinds <= {"linear"} else "piecewise linear"
+        return LEVELS[max((LEVEL_OF_KIND[law.kind] for law in self._links.laws), default=0)]
 
     def link_table(self) -> LinkTable:
         """All links of the machine; computed once."""

@@ -131,7 +131,10 @@ impl Law {
 
     /// Whether it consists of straight segments: every law but a preloaded one.
     pub fn is_piecewise_linear(&self) -> bool {
-        !matches!(self.0, Kind::Preloaded(_))
+        match self.0 {
+            Kind::Linear(_) | Kind::Sided(_) | Kind::Curve(_) => true,
+            Kind::Preloaded(_) => false,
+        }
     }
 
     /// Nominal stiffness, N/m: k; of a sided law the larger side; of a preloaded one k₀; of a curve its largest slope.
