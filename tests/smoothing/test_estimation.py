@@ -156,7 +156,12 @@ def test_a_log_with_long_gaps_is_smoothed(quantum):
     [
         (TIME[:7], SINE[:7], (), "at least 8 samples, got 7"),
         (np.where(TIME == 5.0, 3.0, TIME), SINE, (), r"time\[5\]: expected more than 4.0 s, got 3.0"),
-        (TIME, np.where(TIME == 7.0, np.nan, SINE), (), r"value\[7\]: .* finite number, got nan \(1 such\)"),
+        (
+            TIME,
+            np.where(TIME == 7.0, np.nan, SINE),
+            (),
+            r"value\[7\]: .* finite number, got nan \(1 not finite\)",
+        ),
         (TIME, SINE[:-1], (), "one value per stamp"),
         (TIME, SINE, ("acceleration",), "kind: expected one of position, velocity"),
         *((TIME, SINE, ("position", q), "quantum: expected 0") for q in (-1e-6, np.nan, np.inf, 1e-300)),
