@@ -8,12 +8,14 @@ ROOT = Path(__file__).resolve().parents[1]
 # A package imports only from those that stand before it.
 PYTHON = (
     "base",
+    "catalogue",
     "machine",
     "motion",
     "smoothing",
     "traces",
     "audit",
     "simulation",
+    "life",
     "method_comparison",
     "study",
     "reports",

@@ -13,9 +13,16 @@ if TYPE_CHECKING:
     from guideload.base.errors import ArgumentError as ArgumentError
     from guideload.base.errors import ConfigError as ConfigError
     from guideload.base.errors import GuideloadError as GuideloadError
+    from guideload.base.errors import LifeError as LifeError
     from guideload.base.errors import RunError as RunError
     from guideload.base.errors import SceneError as SceneError
     from guideload.base.errors import TraceError as TraceError
+    from guideload.catalogue import Catalogue as Catalogue
+    from guideload.catalogue import LifeConditions as LifeConditions
+    from guideload.catalogue import Product as Product
+    from guideload.catalogue import Rating as Rating
+    from guideload.life import Life as Life
+    from guideload.life import life_of as life_of
     from guideload.machine import Body as Body
     from guideload.machine import Carriage as Carriage
     from guideload.machine import Drive as Drive
@@ -42,7 +49,17 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "audit": ("Audit",),
-    "base.errors": ("ArgumentError", "ConfigError", "GuideloadError", "RunError", "SceneError", "TraceError"),
+    "base.errors": (
+        "ArgumentError",
+        "ConfigError",
+        "GuideloadError",
+        "LifeError",
+        "RunError",
+        "SceneError",
+        "TraceError",
+    ),
+    "catalogue": ("Catalogue", "LifeConditions", "Product", "Rating"),
+    "life": ("Life", "life_of"),
     "machine": ("Body", "Carriage", "Drive", "Link", "Machine", "Modes", "Rail"),
     "method_comparison": ("Stability", "WorkPrecision", "stability", "work_precision"),
     "motion": ("Motion",),

@@ -26,6 +26,10 @@ class RunError(GuideloadError):
     """A run failed; the message names time and step, and a way out."""
 
 
+class LifeError(GuideloadError):
+    """Life or static safety cannot be computed: a product lacks a value, or the motion has no speed."""
+
+
 class WriteError(RunError, OSError):
     """A file cannot be written; `filename` and `strerror` say which one and why."""
 

@@ -70,7 +70,9 @@ DIMENSIONS = {
 COMMON = {unit: (unit, Fraction(1)) for unit in DIMENSIONS} | {
     "mm": ("m", Fraction(1, 1000)),
     "um": ("m", Fraction(1, 10**6)),
+    "km": ("m", Fraction(1000)),
     "kN": ("N", Fraction(1000)),
+    "kN m": ("N m", Fraction(1000)),
     "N/um": ("N/m", Fraction(10**6)),
     "N/mm": ("N/m", Fraction(1000)),
     "kN/mm": ("N/m", Fraction(10**6)),

@@ -13,7 +13,14 @@ from typing import Any
 
 import click
 
-from guideload.base.errors import ArgumentError, ConfigError, GuideloadError, SceneError, TraceError
+from guideload.base.errors import (
+    ArgumentError,
+    ConfigError,
+    GuideloadError,
+    LifeError,
+    SceneError,
+    TraceError,
+)
 from guideload.cli.encoder import encoder
 from guideload.cli.exit_codes import InputError
 from guideload.cli.machine import check, init, modes
@@ -32,7 +39,7 @@ class Commands(click.Group):
         atexit.register(gc.freeze)  # saves the search for garbage in all modules at exit, 0.25 s
         try:
             return super().invoke(ctx)
-        except (ArgumentError, ConfigError, SceneError, TraceError) as error:
+        except (ArgumentError, ConfigError, LifeError, SceneError, TraceError) as error:
             raise InputError(str(error)) from error
         except BrokenPipeError:  # the reader, such as `head`, closed the pipe: click exits without a message
             raise

@@ -156,6 +156,13 @@ class Carriage(ElasticModel):
     damping_y: Damping = Field(description='damping of the whole carriage along y, e.g. "100 kN s/m"')
     damping_z: Damping = Field(description='damping of the whole carriage along z, e.g. "100 kN s/m"')
     damping_in_contact: DampingInContact = False
+    product: Name | None = Field(
+        default=None,
+        description="a product of the catalogue; it gives length and stiffness if they are left out",
+    )
+    preload_class: Name | None = Field(
+        default=None, description='preload class of the product, e.g. "ZA"; needed if the product has several'
+    )
 
     @property
     def laws(self) -> tuple[Law, Law]:

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches
 from functools import cached_property
 from os import PathLike
+from pathlib import Path
 from typing import Any, Literal, cast, get_args
 
 import numpy as np
@@ -23,9 +24,12 @@ from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused, shown
 from guideload.base.toml import located, read_toml
+from guideload.catalogue.conditions import LifeConditions
+from guideload.catalogue.product import Product
 from guideload.machine.components import Body, Carriage, Drive, Gravity, Link, Name, Rail
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
 from guideload.machine.links import ENDS, LinkTable, read_only, table_of
+from guideload.machine.products import filled, product_problems, with_catalogue
 
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 DOFS: tuple[Dof, ...] = get_args(Dof)
@@ -50,13 +54,22 @@ class Machine(ConfigModel):
     rails: tuple[Rail, ...] = Field(default=(), description="one [[rails]] table per rail")
     carriages: tuple[Carriage, ...] = Field(default=(), description="one [[carriages]] table per carriage")
     links: tuple[Link, ...] = Field(default=(), description="one [[links]] table for each extra link")
+    catalogue: Name | None = Field(
+        default=None, description='a catalogue file, relative to the machine file, e.g. "catalogue.toml"'
+    )
+    products: tuple[Product, ...] = Field(
+        default=(), description="one [[products]] table for each product that is not in a catalogue file"
+    )
+    life: LifeConditions = Field(
+        default=LifeConditions(), description="the table [life]: how life and static safety are judged"
+    )
 
     @classmethod
     def from_toml(cls, file: str | PathLike[str]) -> Machine:
         """The machine described in a TOML file. Raises ConfigError naming file, row, key and value."""
         values, places = read_toml(file)
         try:
-            return cls(**values)
+            return cls(**with_catalogue(values, Path(file)))
         except ConfigError as error:
             raise located(error, str(file), places) from None
 
@@ -79,10 +92,17 @@ class Machine(ConfigModel):
             InitErrorDetails(type="value_error", loc=path, input=refused.value, ctx={"error": refused})
             for path, refused in _name_conflicts(values)
         ]
+        without_product = {
+            item["loc"][:2] for item in problems if item["loc"][2:] in (("product",), ("preload_class",))
+        }
         try:
-            machine = handler(values)
+            machine = handler(filled(values))
         except ValidationError as error:
-            problems += cast(list[InitErrorDetails], error.errors(include_url=False))
+            found = cast(list[InitErrorDetails], error.errors(include_url=False))
+            # An unknown product would have given the keys that are missing.
+            problems += [
+                item for item in found if item["type"] != "missing" or item["loc"][:2] not in without_product
+            ]
         if problems:
             raise ValidationError.from_exception_data(cls.__name__, problems)
         return machine
@@ -99,6 +119,14 @@ class Machine(ConfigModel):
         """Index of each carriage's rail, shape (carriage,)."""
         index = {rail.name: i for i, rail in enumerate(self.rails)}
         return read_only(np.array([index[carriage.rail] for carriage in self.carriages], dtype=np.intp))
+
+    @cached_property
+    def product_of_carriage(self) -> tuple[Product | None, ...]:
+        """The product that each carriage names, or None."""
+        products = {product.name: product for product in self.products}
+        return tuple(
+            None if carriage.product is None else products[carriage.product] for carriage in self.carriages
+        )
 
     @cached_property
     def links_of_carriages(self) -> tuple[NDArray[np.int64], ...]:
@@ -183,6 +211,7 @@ def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
     """Problems of unchecked values: duplicate names, unknown rails, neither carriages nor links."""
     if not isinstance(values, dict):
         return
+    yield from product_problems(values)
     rails, carriages, links = (_names(values, key, "name") for key in ("rails", "carriages", "links"))
     if not values.get("carriages") and not values.get("links"):
         yield ("carriages",), ValueRefused("at least one [[carriages]] or [[links]] table", [])

@@ -113,10 +113,7 @@ def _by_samples(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBan
     estimates = _histories(run.solution, loads)
     squares = [np.zeros_like(estimate) for estimate in estimates]
     peaks = np.full((count, loads.shape[1]), np.nan)
-    for i, deviation in enumerate(_deviations(run.motion.time, uncertainty, count)):
-        acceleration = run.motion.acceleration.copy()
-        acceleration[:, 0] += deviation
-        solution = run.solution_under(acceleration)
+    for i, solution in enumerate(_drawn_solutions(run, uncertainty, count)):
         histories = _histories(solution, run.carriage_loads(solution=solution))
         for square, history, estimate in zip(squares, histories, estimates, strict=True):
             square += (history - estimate) ** 2
@@ -130,6 +127,21 @@ def _by_samples(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBan
     )
     lower, upper = np.maximum(mean - half, 0.0), mean + half
     return CredibleBands(acceleration, of_loads, resultants, links, lower, upper, method, count)
+
+
+def drawn_loads(run: Run, count: int) -> Iterator[Array]:
+    """Loads (time, carriage, 6) [N, N m] under drawn motions, one motion at a time; none without uncertainty."""
+    if run.motion.uncertainty is not None:
+        for solution in _drawn_solutions(run, run.motion.uncertainty, count):
+            yield run.carriage_loads(solution=solution)
+
+
+def _drawn_solutions(run: Run, uncertainty: Uncertainty, count: int) -> Iterator[Solution]:
+    """The solutions under drawn motions: the estimated acceleration plus a drawn deviation."""
+    for deviation in _deviations(run.motion.time, uncertainty, count):
+        acceleration = run.motion.acceleration.copy()
+        acceleration[:, 0] += deviation
+        yield run.solution_under(acceleration)
 
 
 def _histories(solution: Solution, loads: Array) -> tuple[Array, Array, Array, Array]:

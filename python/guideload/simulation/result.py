@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ from guideload.base.quantities import Quantities
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.simulation import result_files
-from guideload.simulation.bands import bands_of, with_bands
+from guideload.simulation.bands import bands_of, drawn_loads, with_bands
 from guideload.simulation.peaks import peak_columns
 from guideload.simulation.run import Run
 from guideload.simulation.run_quantities import quantities_of
@@ -85,6 +86,13 @@ class Result:
     def carriage_loads(self) -> Array:
         """(time, carriage, 6) force [N] and moment about the carriage centre [N m]."""
         return np.concatenate([self._estimate["force"], self._estimate["moment"]], axis=2)
+
+    def drawn_loads(self, count: int) -> Iterator[Array]:
+        """Loads (time, carriage, 6) [N, N m] under `count` motions drawn from the uncertainty of the trace.
+
+        None without uncertainty, and none for a result that was read from a file.
+        """
+        return drawn_loads(self._run, count) if "_run" in self.__dict__ else iter(())
 
     @cached_property
     def modes(self) -> Modes:

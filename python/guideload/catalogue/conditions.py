@@ -1,0 +1,64 @@
+"""The table [life] of a machine file: how life and static safety are judged."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Annotated, Literal, get_args
+
+from pydantic import Field, PlainValidator
+
+from guideload.base.config import ConfigModel, number
+from guideload.base.errors import ValueRefused
+
+RuleName = Literal["sum", "thk", "hiwin", "hiwin_mg", "iko", "rexroth", "thomson"]
+RULES: tuple[RuleName, ...] = get_args(RuleName)
+Application = Literal["normal", "vibration and shock", "strong shock"]
+# Guidance for the static safety by application (ISO 14728-2 and the makers' tables).
+LEAST_SAFETY: dict[Application, float] = {"normal": 1.0, "vibration and shock": 2.0, "strong shock": 3.0}
+
+Factor = Annotated[float, PlainValidator(partial(number, unit="1", above=0.0))]
+
+
+def _probability(value: object) -> float:
+    result = number(value, "1", above=0.0)
+    if result >= 1.0:
+        raise ValueRefused("a probability below 1", value, "0.9 is the reliability of the rating")
+    return result
+
+
+class LifeConditions(ConfigModel):
+    """How life and static safety are judged."""
+
+    rule: RuleName = Field(default="sum", description="rule of the equivalent load; sum is on the safe side")
+    reliability: Annotated[float, PlainValidator(_probability)] = Field(
+        default=0.9, description="probability that the life is reached"
+    )
+    hardness_factor: Factor = Field(default=1.0, description="f_H, 1 for raceways of 58 to 64 HRC")
+    temperature_factor: Factor = Field(default=1.0, description="f_T, 1 up to 100 C")
+    contact_factor: Factor | None = Field(
+        default=None,
+        description="f_C of carriages side by side on a rail; by default 1, 0.81, 0.72, 0.66, 0.61 for 1 to 5",
+    )
+    load_factor: Factor = Field(
+        default=1.0, description="f_W; 1, because simulated loads contain the dynamics already"
+    )
+    application: Application = Field(
+        default="normal", description="kind of use, which sets the least static safety: 1, 2 or 3"
+    )
+    life: Annotated[float, PlainValidator(partial(number, unit="m", above=0.0))] | None = Field(
+        default=None, description='life to be reached, e.g. "20000 km"'
+    )
+    safety: Factor | None = Field(
+        default=None, description="static safety to be reached, instead of that of the use"
+    )
+    cycles_per_hour: Factor | None = Field(
+        default=None, description="repetitions of the motion per hour; by default it repeats without a pause"
+    )
+    hours_per_year: Factor | None = Field(
+        default=None, description="operating hours, e.g. 4000 for two shifts"
+    )
+
+    @property
+    def least_safety(self) -> float:
+        """The static safety to be reached."""
+        return LEAST_SAFETY[self.application] if self.safety is None else self.safety

@@ -1,0 +1,209 @@
+"""The equivalent load of a carriage: one number for its force and moment, by the rule of a maker.
+
+All rules have one form. With c = (Fy, Fz, Mx, My, Mz), each component weighted by its sign, a rule adds the weighted
+magnitudes in two groups A and B, and P = max(A, B) + minor min(A, B); minor is 1 for a plain sum. So a rule is data,
+and P is linear in time wherever the loads are and no component, and not A - B, changes its sign.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from guideload.base.arrays import Array
+from guideload.catalogue.conditions import RuleName
+from guideload.catalogue.product import Moments, Product
+from guideload.life.arrangement import Arrangement
+
+COMPONENTS = ("Fy", "Fz", "Mx", "My", "Mz")  # columns 1 to 5 of a load
+AXES = ("roll", "yaw", "pitch")  # Mx, My, Mz
+OPENING = 2.8  # effective load by Rexroth and SKF: load over preload above which a preload has no effect
+OPENING_THOMSON = 3.0
+
+
+class Rule(NamedTuple):
+    """A rule of the equivalent load.
+
+    minor           factor on the smaller group
+    rated           the moments that it counts are over the "static" or the "dynamic" rated moments
+    always_moments  whether moments count also if several carriages, not side by side, run on the rail
+    side_moments    moments in the group of the side load
+    source, note    where it is from; what to know about it
+    """
+
+    minor: float
+    rated: str
+    always_moments: bool
+    side_moments: tuple[str, ...]
+    source: str
+    note: str
+
+
+RULES: dict[RuleName, Rule] = {
+    "sum": Rule(
+        1.0,
+        "static",
+        True,
+        (),
+        "Rollon",
+        "P = |Fy| + |Fz| + C0 (|Mx|/M0x + |My|/M0y + |Mz|/M0z), on the safe side",
+    ),
+    "thk": Rule(
+        1.0,
+        "static",
+        False,
+        (),
+        "THK, general catalogue",
+        "P = |Fy| + |Fz|; a single carriage on its rail, or carriages side by side: + C0/M0 |M| of each axis",
+    ),
+    "hiwin": Rule(
+        1.0,
+        "static",
+        False,
+        (),
+        "HIWIN, series HG EG WE QH QE QW RG QR",
+        "P = |Fy| + |Fz|; moments of a single carriage, or of carriages side by side, are added as by the rule thk",
+    ),
+    "hiwin_mg": Rule(
+        0.5,
+        "static",
+        False,
+        (),
+        "HIWIN, series MG",
+        "P = the larger of |Fy| and |Fz|, and half of the smaller; moments as by the rule thk",
+    ),
+    "iko": Rule(
+        0.6,
+        "static",
+        True,
+        ("yaw",),
+        "IKO, general catalogue",
+        "Fr = k_r |Fy| + C0/T0 |Mx| + C0/Tx |Mz|, Fa = k_a |Fz| + C0/Ty |My|, P = the larger + 0.6 the smaller",
+    ),
+    "rexroth": Rule(
+        1.0,
+        "dynamic",
+        True,
+        (),
+        "Bosch Rexroth; not compared with a primary source",
+        "P = |Fy| + |Fz| + C (|Mx|/Mt + |My|/ML + |Mz|/ML); "
+        "below 2.8 times the preload F_pr: F_pr (P/(2.8 F_pr) + 1)^1.5",
+    ),
+    "thomson": Rule(
+        1.0,
+        "dynamic",
+        False,
+        (),
+        "Thomson",
+        "P = |Fy| + |Fz|; single carriage: + C/M |M| of each axis; below 3 times the preload F_p: F_p + 2/3 P",
+    ),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class EquivalentLoad:
+    """The rule of the equivalent load of one carriage.
+
+    weights   (2, 5, 2) of the groups A and B, of the components Fy, Fz, Mx, My, Mz, for positive and negative
+              values [1, 1, 1/m, 1/m, 1/m]
+    minor     factor on the smaller group
+    missing   moments that the rule counts, but for which the product has no rated moment
+    preload   N, that raises small loads; 0: none
+    thomson   whether the preload acts by Thomson's formula, and not by that of Rexroth and SKF
+    """
+
+    weights: Array
+    minor: float
+    missing: tuple[str, ...] = ()
+    preload: float = 0.0
+    thomson: bool = False
+
+    @property
+    def opening(self) -> float:
+        """Load [N] below which the preload acts."""
+        return self.preload * (OPENING_THOMSON if self.thomson else OPENING)
+
+    def groups(self, loads: Array) -> tuple[Array, Array]:
+        """A and B [N] of loads (..., 6): force [N] and moment [N m]."""
+        parts = np.stack([np.maximum(loads[..., 1:], 0.0), np.maximum(-loads[..., 1:], 0.0)], axis=-1)
+        first, second = (np.einsum("...cs,cs->...", parts, weights) for weights in self.weights)
+        return first, second
+
+    def without_preload(self, loads: Array) -> Array:
+        """P [N] of loads (..., 6), without the effect of the preload."""
+        return self.combined(*self.groups(loads))
+
+    def combined(self, first: Array, second: Array) -> Array:
+        """P [N] of the groups A and B, without the effect of the preload."""
+        return np.asarray(np.maximum(first, second) + self.minor * np.minimum(first, second))
+
+    def with_preload(self, load: Array) -> Array:
+        """The effective load [N] of a load [N]: small loads add to the preload, large ones replace it."""
+        if not self.preload:
+            return load
+        if self.thomson:
+            raised = self.preload + 2.0 / 3.0 * load
+        else:
+            raised = self.preload * (load / self.opening + 1.0) ** 1.5
+        return np.where(load < self.opening, raised, load)
+
+    def __call__(self, loads: Array) -> Array:
+        """P [N] of loads (..., 6): force [N] and moment about the carriage centre [N m]."""
+        return self.with_preload(self.without_preload(loads))
+
+    def shares(self, loads: Array, parts: Array) -> Array:
+        """P [N] of one load (6,) split into the shares of its parts (k, 6), whose sum is the load.
+
+        P without preload is linear in the load as long as no sign changes, so the shares add up to it.
+        """
+        signs: NDArray[np.intp] = (loads[1:] < 0.0).astype(np.intp)
+        slopes = [
+            np.where(signs, -1.0, 1.0) * weights[np.arange(len(COMPONENTS)), signs]
+            for weights in self.weights
+        ]
+        first, second = self.groups(loads)
+        larger, smaller = slopes if first >= second else slopes[::-1]
+        return np.asarray(parts[:, 1:] @ (larger + self.minor * smaller))
+
+
+def dynamic_load(
+    rule: RuleName, product: Product, arrangement: Arrangement, preload: float = 0.0
+) -> EquivalentLoad:
+    """The equivalent load for the life.
+
+    preload: N, of the carriage; only the rules rexroth and thomson count it.
+    """
+    chosen = RULES[rule]
+    rating = None if product.dynamic is None else product.dynamic.value
+    if chosen.rated == "static":
+        weights, missing = _weights(chosen, product, arrangement, product.static, product.static_moments)
+    else:
+        weights, missing = _weights(chosen, product, arrangement, rating, product.dynamic_moments)
+    counted = preload if rule in ("rexroth", "thomson") else 0.0
+    return EquivalentLoad(weights, chosen.minor, missing, counted, rule == "thomson")
+
+
+def static_load(rule: RuleName, product: Product, arrangement: Arrangement) -> EquivalentLoad:
+    """The equivalent load for the static safety (ISO 14728-2): a plain sum, moments over static moments."""
+    weights, missing = _weights(RULES[rule], product, arrangement, product.static, product.static_moments)
+    return EquivalentLoad(weights, 1.0, missing)
+
+
+def _weights(
+    rule: Rule, product: Product, arrangement: Arrangement, rating: float | None, moments: Moments
+) -> tuple[Array, tuple[str, ...]]:
+    weights = np.zeros((2, len(COMPONENTS), 2))
+    weights[0, 0] = product.lift_factor, 1.0
+    weights[1, 1] = product.side_factor
+    missing: list[str] = []
+    if rule.always_moments or arrangement.alone or arrangement.side_by_side > 1:
+        for component, axis in enumerate(AXES, start=2):
+            rated = getattr(moments, axis)
+            if rated is None or rating is None:
+                missing.append(axis)
+            else:
+                weights[int(axis in rule.side_moments), component] = rating / rated
+    return weights, tuple(missing)

@@ -1,0 +1,167 @@
+"""Life, static safety and their causes, of every carriage, rail and the machine, under the loads of a result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from guideload.base.errors import LifeError
+from guideload.base.number_text import joined
+from guideload.catalogue.conditions import LifeConditions
+from guideload.life.arrangement import arrangements
+from guideload.life.bands import LifeBand, life_bands
+from guideload.life.by_place import RailDamage, rail_damage
+from guideload.life.carriage_life import CarriageLife, carriage_life
+from guideload.life.causes import phase_shares
+from guideload.life.limits import limit_notes
+from guideload.life.rating_life import system_life
+from guideload.life.record import Record
+from guideload.simulation.result import Result
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SECONDS_PER_HOUR = 3600.0
+
+
+@dataclass(frozen=True, eq=False)
+class Life:
+    """Life and static safety under the loads of one record, which repeats.
+
+    carriages        life of each carriage that names a product with ratings
+    rails            m, life of all carriages of a rail together, by rail
+    machine          m, life of all carriages together
+    distance         m, travel in the record
+    duration         s, of one repetition: of the record, or as `cycles_per_hour` says
+    phases           share of the damage by phase of the cycle
+    places           damage along each rail; none if the position of the cart is unknown
+    conditions       how it is judged
+    notes            limits of the formulas that are passed, and what was left out
+    record           the result, and the loads in parts
+    """
+
+    carriages: tuple[CarriageLife, ...]
+    rails: dict[str, float]
+    machine: float
+    distance: float
+    duration: float
+    phases: dict[str, float]
+    places: tuple[RailDamage, ...]
+    conditions: LifeConditions
+    notes: tuple[str, ...]
+    record: Record
+
+    @property
+    def shortest(self) -> CarriageLife:
+        """The carriage with the shortest life."""
+        return min(self.carriages, key=lambda one: one.life)
+
+    @property
+    def weakest(self) -> CarriageLife:
+        """The carriage with the smallest static safety."""
+        return min(self.carriages, key=lambda one: one.static.safety)
+
+    def hours(self, life: float) -> float:
+        """Hours of operation in which the machine travels `life` [m]."""
+        return life / self.distance * self.duration / SECONDS_PER_HOUR
+
+    def years(self, life: float) -> float:
+        """Years in which the machine travels `life` [m]; nan without `hours_per_year`."""
+        yearly = self.conditions.hours_per_year
+        return float("nan") if yearly is None else self.hours(life) / yearly
+
+    @property
+    def holds(self) -> bool:
+        """Whether the machine reaches the life, and every carriage the static safety, that are asked for."""
+        wanted = self.conditions.life or 0.0
+        return self.machine >= wanted and self.weakest.static.safety >= self.conditions.least_safety
+
+    @cached_property
+    def band(self) -> LifeBand | None:
+        """95 % credible band of the lives from the uncertainty of the trace; None if it has none.
+
+        It simulates drawn motions, so it takes longer than everything else.
+        """
+        return life_bands(self.record, self.carriages, self.conditions)
+
+    def table(self) -> pd.DataFrame:
+        """A row per carriage; names of columns end in the unit."""
+        import pandas as pd
+
+        rows = [
+            {
+                "rail": one.rail,
+                "product": one.product.name,
+                "mean_load_N": one.mean_load,
+                "life_km": 1e-3 * one.life,
+                "life_hours": self.hours(one.life),
+                "static_safety": one.static.safety,
+                "peak_equivalent_load_N": one.static.peak,
+                "time_of_peak_s": one.worst.time,
+                "load_factor_life": one.factor_life,
+                "load_factor_safety": one.factor_safety,
+                **{f"{cause.replace(' ', '_')}_N": share for cause, share in one.worst.shares.items()},
+            }
+            for one in self.carriages
+        ]
+        return pd.DataFrame(rows, index=pd.Index([one.name for one in self.carriages], name="carriage"))
+
+
+def life_of(result: Result, conditions: LifeConditions | None = None) -> Life:
+    """Life and static safety of the carriages of a result whose products have ratings.
+
+    conditions: default those of the machine, the table [life] of its file. The record is one cycle, which repeats.
+    Raises LifeError if no carriage has a product with dynamic and static rating, if the velocity of the cart is unknown
+    or always zero, or if the product lacks a rated moment that the rule counts.
+    """
+    machine = result.machine
+    conditions = conditions or machine.life
+    products, places = machine.product_of_carriage, arrangements(machine)
+    rated = [i for i, one in enumerate(products) if one is not None and one.dynamic and one.static]
+    if not rated:
+        raise LifeError(
+            f"{machine.name}: no carriage has a product with dynamic and static rating; name a catalogue file by "
+            'catalogue = "..." and at each carriage product = "..."'
+        )
+    record = Record.of(result)
+    carriages = tuple(carriage_life(record, i, places[i], conditions) for i in rated)
+    damage = np.stack([one.damage for one in carriages])
+    by_rail: dict[str, list[CarriageLife]] = {}
+    for one in carriages:
+        by_rail.setdefault(one.rail, []).append(one)
+    duration = float(np.ptp(record.travel.time))
+    if conditions.cycles_per_hour is not None:
+        duration = SECONDS_PER_HOUR / conditions.cycles_per_hour
+    left_out = [machine.carriages[i].name for i in range(len(products)) if i not in rated]
+    notes = [f"without ratings, and left out: carriage {joined(left_out)}"] if left_out else []
+    return Life(
+        carriages=carriages,
+        rails={rail: system_life([one.life for one in group]) for rail, group in by_rail.items()},
+        machine=system_life([one.life for one in carriages]),
+        distance=carriages[0].distance,
+        duration=duration,
+        phases=phase_shares(record.phase, damage),
+        places=tuple(_places(result, by_rail)),
+        conditions=conditions,
+        notes=(*notes, *limit_notes(record, carriages, conditions)),
+        record=record,
+    )
+
+
+def _places(result: Result, by_rail: dict[str, list[CarriageLife]]) -> list[RailDamage]:
+    data = result.quantities
+    if "cart_position" not in data:
+        return []
+    cart = data["cart_position"][:, 0]
+    centers = result.machine.carriage_centers[:, 0]
+    return [
+        rail_damage(
+            rail,
+            np.stack([cart + centers[one.index] for one in group]),
+            np.stack([one.damage for one in group]),
+        )
+        for rail, group in by_rail.items()
+    ]

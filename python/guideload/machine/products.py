@@ -1,0 +1,104 @@
+"""Carriages that name a product: the keys that the product gives, and the products of a catalogue file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused
+from guideload.catalogue.catalogue import Catalogue
+from guideload.catalogue.product import Product, product_by_name
+
+LAW_KEYS = ("stiffness", "curve")  # a carriage that has one of them has its own law along this axis
+
+
+def with_catalogue(values: dict[str, Any], file: Path) -> dict[str, Any]:
+    """The values of a machine file with the products that its carriages name, from the catalogue that it names.
+
+    Raises ConfigError for a catalogue that does not exist or is invalid; the key path is that of the machine file.
+    """
+    name = values.get("catalogue")
+    if not isinstance(name, str):
+        return values
+    path = file.parent / name
+    if not path.is_file():
+        hint = f"there is no {path}; the name is relative to the machine file"
+        raise ConfigError([Problem(("catalogue",), name, "a catalogue file", hint, None, f'"{name}"')])
+    tables = values.get("carriages", ())
+    wanted = {table.get("product") for table in tables if isinstance(table, dict)}
+    own = tuple(values.get("products", ()))
+    names = {table.get("name") for table in own if isinstance(table, dict)}
+    found = [p for p in Catalogue.from_toml(path).products if p.name in wanted and p.name not in names]
+    return {**values, "products": (*own, *found)}
+
+
+def filled(values: Any) -> Any:
+    """Unchecked values of a machine whose carriages have the keys of their products, unless they have their own.
+
+    A product gives length, and the elastic law along each axis for which the carriage has neither stiffness nor curve.
+    """
+    products = _products(values)
+    if not products:
+        return values
+    carriages = []
+    for table in values["carriages"]:
+        product = products.get(table.get("product")) if isinstance(table, dict) else None
+        carriages.append(table if product is None else _with_product(table, product))
+    return {**values, "carriages": carriages}
+
+
+def _with_product(table: dict[str, Any], product: Product) -> dict[str, Any]:
+    given = {key: value for key, value in table.items() if value is not None}
+    added: dict[str, Any] = {}
+    if product.model_length is not None:
+        added["length"] = product.model_length
+    try:
+        laws = product.law_keys(given.get("preload_class"))
+    except ValueRefused:  # an unknown preload class: `product_problems` tells it
+        laws = {}
+    for axis, keys in laws.items():
+        if not any(f"{key}_{axis}" in given for key in LAW_KEYS):
+            added |= keys
+    return {**table, **{key: value for key, value in added.items() if key not in given}}
+
+
+def product_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRefused]]:
+    """Problems of unchecked carriages: products and preload classes that are unknown."""
+    tables, products = values.get("carriages", ()), _products(values)
+    for i, table in enumerate(tables if isinstance(tables, list | tuple) else ()):
+        name, chosen = (_key(table, key) for key in ("product", "preload_class"))
+        if name is None:
+            if chosen is not None:
+                yield (
+                    ("carriages", i, "preload_class"),
+                    ValueRefused("no preload_class without product", chosen),
+                )
+            continue
+        try:
+            where = values.get("catalogue") or "[[products]]; name a catalogue file by the key catalogue"
+            product = product_by_name(products, str(name), str(where))
+        except ValueRefused as refused:
+            yield ("carriages", i, "product"), refused
+            continue
+        try:
+            product.class_named(chosen)
+        except ValueRefused as refused:
+            yield ("carriages", i, "preload_class"), refused
+
+
+def _key(table: Any, key: str) -> Any:
+    return table.get(key) if isinstance(table, dict) else getattr(table, key, None)
+
+
+def _products(values: Any) -> Mapping[str, Product]:
+    """The valid products of unchecked values, by name."""
+    tables = values.get("products", ()) if isinstance(values, dict) else ()
+    products = {}
+    for table in tables if isinstance(tables, list | tuple) else ():
+        try:
+            product = table if isinstance(table, Product) else Product(**table)
+        except (ConfigError, TypeError):
+            continue  # the field `products` tells its problems
+        products[product.name] = product
+    return products
