@@ -7,6 +7,7 @@ from functools import partial
 from typing import Annotated
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field, PlainValidator
 
 from guideload.base.arrays import Array
@@ -41,7 +42,7 @@ class Rating(ConfigModel):
         description='exponent of the life, 3 for balls, "10/3" for rollers; by default from the type'
     )
 
-    def life(self, mean_load: Array) -> Array:
+    def life(self, mean_load: ArrayLike) -> Array:
         """Travel [m] that 90 % of the carriages reach under a mean load [N]; infinite without load."""
         with np.errstate(divide="ignore"):
             return np.asarray(self.base * (self.value / np.asarray(mean_load)) ** self.exponent)

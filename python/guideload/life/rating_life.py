@@ -22,7 +22,7 @@ def rating_life(
     rated = Rating(
         value=effective_rating(rating, conditions, contact_factor), base=rating.base, exponent=rating.exponent
     )
-    return reliability_factor(conditions.reliability) * float(rated.life(np.float64(mean_load)))
+    return reliability_factor(conditions.reliability) * float(rated.life(mean_load))
 
 
 def system_life(lives: ArrayLike) -> float:

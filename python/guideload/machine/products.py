@@ -43,7 +43,7 @@ def filled(values: Any) -> Any:
         return values
     carriages = []
     for table in values["carriages"]:
-        product = products.get(table.get("product")) if isinstance(table, dict) else None
+        product = products.get(str(table.get("product"))) if isinstance(table, dict) else None
         carriages.append(table if product is None else _with_product(table, product))
     return {**values, "carriages": carriages}
 
