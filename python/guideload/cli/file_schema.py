@@ -1,4 +1,4 @@
-"""The JSON schema of machine and study files, from their pydantic models."""
+"""The JSON schema of machine, study and catalogue files, from their pydantic models."""
 
 from __future__ import annotations
 
@@ -47,11 +47,13 @@ class FileSchema(GenerateJsonSchema):
         return {"type": "integer" if bounds else ["number", "string", "array"], **bounds}
 
 
-def file_schema(kind: Literal["machine", "study"]) -> dict[str, Any]:
-    """The schema of a machine or study file. A description ends with the SI unit of the value, as [N/m]."""
+def file_schema(kind: Literal["machine", "study", "catalogue"]) -> dict[str, Any]:
+    """The schema of a machine, study or catalogue file. A description ends with the SI unit of the value, as [N/m]."""
     model: type[BaseModel]
     if kind == "machine":
         from guideload.machine.machine import Machine as model
+    elif kind == "catalogue":
+        from guideload.catalogue.catalogue import Catalogue as model
     else:
         from guideload.study.description.options import StudyFile as model
     schema = model.model_json_schema(schema_generator=FileSchema)

@@ -17,27 +17,35 @@ from guideload.cli.terminal import output_encoding, print_text
 @click.command()
 @click.argument("path", type=options.InputFile, required=False)
 @click.option(
-    "--study", is_flag=True, help="Write a study.toml, for a study of machine.toml with varied parameters."
+    "--study",
+    "kind",
+    flag_value="study",
+    help="Write a study.toml, for a study of machine.toml with varied parameters.",
 )
-def init(path: Path | None, study: bool) -> None:
-    """Write a commented machine.toml, or study.toml, to fill in."""
-    name = "study.toml" if study else "machine.toml"
+@click.option(
+    "--catalogue", "kind", flag_value="catalogue", help="Write a catalogue.toml with example carriages."
+)
+def init(path: Path | None, kind: str | None) -> None:
+    """Write a commented machine.toml, study.toml or catalogue.toml to fill in."""
+    name = f"{kind or 'machine'}.toml"
     path = path or Path(name)
     template = (EXAMPLES / name).read_text(encoding="utf-8")
-    if study:  # the example names the packaged machine and trace
+    if kind == "study":  # the example names the packaged machine and trace
         template = template.replace('"manipulator.toml"', '"machine.toml"')
         template = template.replace('"manipulator.csv"', '"trace.csv"')
     try:
         with path.open("x", encoding="utf-8", newline="\n") as file:
             file.write(template)
     except FileExistsError:
-        option = " --study" if study else ""
+        option = f" --{kind}" if kind else ""
         raise InputError(
             f"{path} exists and is not replaced; give another name: guideload init NAME.toml{option}"
         ) from None
     except OSError as error:
         raise unwritable(path, error) from None
-    if study:
+    if kind == "catalogue":
+        print_text(f"Wrote {path}. Add your carriages, then: guideload catalogue check {path}")
+    elif kind == "study":
         inputs = "put machine.toml (from `guideload init`) and trace.csv, a measured motion, into its folder"
         print_text(f"Wrote {path}. Fill it in and {inputs}, then: guideload study {path} -o out/")
     else:

@@ -21,8 +21,10 @@ from guideload.base.errors import (
     SceneError,
     TraceError,
 )
+from guideload.cli.catalogue import catalogue
 from guideload.cli.encoder import encoder
 from guideload.cli.exit_codes import InputError
+from guideload.cli.life import life
 from guideload.cli.machine import check, init, modes
 from guideload.cli.method_comparison import chart, stability
 from guideload.cli.run import demo, run
@@ -59,5 +61,5 @@ def main() -> None:
     """
 
 
-for command in (demo, init, check, modes, encoder, run, study, chart, stability, schema):
+for command in (demo, init, check, modes, encoder, run, life, study, chart, stability, catalogue, schema):
     main.add_command(command)

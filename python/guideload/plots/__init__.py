@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from guideload.plots.drivers import scatter, tornado
+from guideload.plots.life import rail_damage
 from guideload.plots.loads import load_y, load_z, moments, motor_speed, paper_figures, resultant
 from guideload.plots.machine import equivalent_box, modes, scene
 from guideload.plots.saving import save
@@ -35,6 +36,7 @@ __all__ = [
     "moments",
     "motor_speed",
     "paper_figures",
+    "rail_damage",
     "resultant",
     "save",
     "save_all",

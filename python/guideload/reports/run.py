@@ -14,6 +14,7 @@ from guideload.audit.audit import LABEL
 from guideload.base.number_text import load_in_table
 from guideload.machine.machine import DOFS
 from guideload.reports.elements import WIDTH, dofs_line, new_table, remark, section, to_text
+from guideload.reports.life import life_section
 from guideload.reports.machine import modes_table, nominal_lines, weight_lines
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ def result_report(result: Result, encoding: str = "utf-8") -> str:
             *answer(result),
             dofs_line(machine),
             *_peaks_section(result),
+            *life_section(result),
             *reactions_section(result),
             *section("Natural modes"),
             modes_table(machine, result.modes),

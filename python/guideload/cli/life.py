@@ -1,0 +1,59 @@
+"""The command `guideload life`: life and static safety under a measured motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from guideload.catalogue.conditions import RULES
+from guideload.cli import options
+from guideload.cli.inputs import read_machine, read_motion
+from guideload.cli.outputs import picture_draft
+from guideload.cli.terminal import output_encoding, print_text, status
+
+CONDITIONS = ("rule", "reliability", "life", "safety")
+
+
+@click.command()
+@options.machine_argument
+@options.trace_argument
+@click.option(
+    "--rule", type=click.Choice(RULES), help="Rule of the equivalent load, instead of the machine file's."
+)
+@click.option("--reliability", type=options.POSITIVE, help="Probability that the life is reached, e.g. 0.95.")
+@click.option("--life", help='Life to be reached, e.g. "20000 km".')
+@click.option("--safety", type=options.POSITIVE, help="Static safety to be reached, e.g. 3.")
+@click.option("--no-bands", is_flag=True, help="Leave out the credible bands, which take longest.")
+@options.picture_option
+@options.overwrite_picture_option
+@options.trace_options
+def life(
+    machine_file: Path, trace_file: Path, no_bands: bool, output: Path | None, overwrite: bool, **given: Any
+) -> None:
+    """Show life and static safety of the carriages under a measured motion, and their causes.
+
+    The carriages name products of a catalogue. The picture shows the damage along the rails.
+    """
+    from guideload.life.life import life_of
+    from guideload.reports.life import life_report
+    from guideload.simulation.simulation import simulate
+
+    changes = {key: given.pop(key) for key in CONDITIONS}
+    changes = {key: value for key, value in changes.items() if value is not None}
+    with picture_draft(output, overwrite, machine_file, trace_file) as draft:
+        with status("reading"):
+            machine = read_machine(machine_file)
+            conditions = machine.life.model_copy(update=changes)
+            motion = read_motion(trace_file, machine, **given)
+        with status("computing loads and life"):
+            found = life_of(simulate(machine, motion), conditions)
+            text = life_report(found, band=not no_bands, encoding=output_encoding())
+        if draft is not None:
+            from guideload import plots
+
+            plots.save(plots.rail_damage(found), draft)
+    print_text(text)
+    if output is not None:
+        print_text(f"Wrote {output}.")
