@@ -14,6 +14,7 @@ PYTHON = (
     "traces",
     "audit",
     "simulation",
+    "drive",
     "method_comparison",
     "study",
     "reports",

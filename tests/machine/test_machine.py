@@ -13,8 +13,9 @@ from machines import CENTER, INERTIA, body, carriage, machine
 import guideload
 from guideload.base.errors import ConfigError
 from guideload.base.toml import tomllib
+from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import Sides
-from guideload.machine.machine import DOFS, Body, Carriage, Drive, Link, Machine, Rail
+from guideload.machine.machine import DOFS, Body, Carriage, Link, Machine, Rail
 from guideload.machine.modes import Modes
 
 EXAMPLES = Path(guideload.__file__).parent / "examples"
@@ -136,7 +137,9 @@ def test_cart_speed_per_motor_speed(drive: dict[str, Any], speed: float) -> None
 
 def test_a_drive_has_one_output() -> None:
     for drive in ({}, {"gear_ratio": 2}, {"screw_lead": 1, "pinion_diameter": 1}):
-        with pytest.raises(ConfigError, match="exactly one of pinion_diameter and screw_lead"):
+        with pytest.raises(
+            ConfigError, match="exactly one of pinion_diameter, pulley_diameter, screw_lead, linear_motor"
+        ):
             Drive(**drive)
 
 
@@ -211,7 +214,7 @@ def test_the_template_is_a_machine_and_explains_every_key() -> None:
     template = Machine.from_toml(file)
     assert len(template.carriages) == 4
     text = file.read_text(encoding="utf-8")
-    for part in (Machine, Body, Drive, Rail, Carriage, Sides, Link):
+    for part in (Machine, Body, Drive, Friction, Rail, Carriage, Sides, Link):
         for key in part.model_fields:
             assert key in text, f"{part.__name__}.{key} is not in the template"
 

@@ -17,7 +17,6 @@ from pydantic import (
     StrictStr,
     ValidationInfo,
     field_validator,
-    model_validator,
 )
 
 from guideload._core import Law
@@ -188,6 +187,15 @@ class Carriage(ElasticModel):
         return self._law("_y"), self._law("_z")
 
 
+def unit_vector(direction: Vector, example: str) -> Vector:
+    """The direction with length 1. Raises ValueRefused with the example for a zero vector."""
+    length = math.hypot(*direction)
+    if length == 0.0:
+        raise ValueRefused("a direction other than zero", direction, example)
+    x, y, z = direction
+    return x / length, y / length, z / length
+
+
 class Link(ElasticModel):
     """An extra link between body and carriage frame, such as an elastic rack: spring and damper in parallel."""
 
@@ -207,46 +215,9 @@ class Link(ElasticModel):
     @field_validator("direction")
     @classmethod
     def _unit(cls, direction: Vector) -> Vector:
-        length = math.hypot(*direction)
-        if length == 0.0:
-            raise ValueRefused(
-                "a direction other than zero", direction, "e.g. [1, 0, 0] for a link along the rails"
-            )
-        x, y, z = direction
-        return x / length, y / length, z / length
+        return unit_vector(direction, "e.g. [1, 0, 0] for a link along the rails")
 
     @property
     def law(self) -> Law:
         """The elastic law along its direction."""
         return self._law()
-
-
-class Drive(ConfigModel):
-    """The drive from the motor to the cart: a gear, then a pinion on a rack or a screw."""
-
-    gear_ratio: Ratio = Field(
-        default=1.0,
-        description="motor turns per turn of pinion or screw; negative if the cart runs backwards",
-    )
-    pinion_diameter: PositiveLength | None = Field(
-        default=None, description='pitch diameter, e.g. "127.3 mm"'
-    )
-    screw_lead: PositiveLength | None = Field(
-        default=None, description='travel per turn of the screw, e.g. "20 mm"'
-    )
-
-    @model_validator(mode="after")
-    def _one_output(self) -> Drive:
-        if (self.pinion_diameter is None) == (self.screw_lead is None):
-            raise ValueRefused(
-                "exactly one of pinion_diameter and screw_lead", self.model_dump(exclude_unset=True)
-            )
-        return self
-
-    @property
-    def speed_per_motor_speed(self) -> float:
-        """Speed of the cart per speed of the motor [m/rad]."""
-        if self.pinion_diameter is not None:
-            return 0.5 * self.pinion_diameter / self.gear_ratio
-        assert self.screw_lead is not None
-        return self.screw_lead / (2.0 * math.pi) / self.gear_ratio

@@ -23,7 +23,8 @@ from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel
 from guideload.base.errors import MOST_PROBLEMS, ConfigError, KeyPath, ValueRefused, shown
 from guideload.base.toml import located, read_toml
-from guideload.machine.components import Body, Carriage, Drive, Gravity, Link, Name, Rail
+from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail
+from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
 from guideload.machine.links import ENDS, LinkTable, read_only, table_of
 
@@ -45,7 +46,10 @@ class Machine(ConfigModel):
     )
     body: Body = Field(description="the table [body]: mass, center_of_mass, inertia")
     drive: Drive | None = Field(
-        default=None, description="the table [drive]; needed for a trace of the motor only"
+        default=None, description="the table [drive]; needed for a trace of the motor, and for torques"
+    )
+    friction: Friction | None = Field(
+        default=None, description="the table [friction] of the guides; it adds to the drive's force"
     )
     rails: tuple[Rail, ...] = Field(default=(), description="one [[rails]] table per rail")
     carriages: tuple[Carriage, ...] = Field(default=(), description="one [[carriages]] table per carriage")
