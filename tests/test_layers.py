@@ -16,6 +16,7 @@ PYTHON = (
     "audit",
     "simulation",
     "life",
+    "drive",
     "method_comparison",
     "study",
     "reports",

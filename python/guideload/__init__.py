@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from guideload.machine import Body as Body
     from guideload.machine import Carriage as Carriage
     from guideload.machine import Drive as Drive
+    from guideload.machine import Friction as Friction
     from guideload.machine import Link as Link
     from guideload.machine import Machine as Machine
     from guideload.machine import Modes as Modes
@@ -60,7 +61,7 @@ _HOMES = {
     ),
     "catalogue": ("Catalogue", "LifeConditions", "Product", "Rating"),
     "life": ("Life", "life_of"),
-    "machine": ("Body", "Carriage", "Drive", "Link", "Machine", "Modes", "Rail"),
+    "machine": ("Body", "Carriage", "Drive", "Friction", "Link", "Machine", "Modes", "Rail"),
     "method_comparison": ("Stability", "WorkPrecision", "stability", "work_precision"),
     "motion": ("Motion",),
     "simulation": ("Result", "peak_loads", "simulate"),

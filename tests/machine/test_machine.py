@@ -13,8 +13,9 @@ from machines import CENTER, INERTIA, body, carriage, machine
 import guideload
 from guideload.base.errors import ConfigError
 from guideload.base.toml import tomllib
+from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import Sides
-from guideload.machine.machine import DOFS, Body, Carriage, Drive, Link, Machine, Rail
+from guideload.machine.machine import DOFS, Body, Carriage, Link, Machine, Rail
 from guideload.machine.modes import Modes
 
 EXAMPLES = Path(guideload.__file__).parent / "examples"
@@ -136,7 +137,7 @@ def test_cart_speed_per_motor_speed(drive: dict[str, Any], speed: float) -> None
 
 def test_a_drive_has_one_output() -> None:
     for drive in ({}, {"gear_ratio": 2}, {"screw_lead": 1, "pinion_diameter": 1}):
-        with pytest.raises(ConfigError, match="exactly one of pinion_diameter and screw_lead"):
+        with pytest.raises(ConfigError, match="exactly one of pinion_diameter, pulley_d"):
             Drive(**drive)
 
 
@@ -211,21 +212,38 @@ def test_the_template_is_a_machine_and_explains_every_key() -> None:
     template = Machine.from_toml(file)
     assert len(template.carriages) == 4
     text = file.read_text(encoding="utf-8")
-    for part in (Machine, Body, Drive, Rail, Carriage, Sides, Link):
+    for part in (Machine, Body, Drive, Friction, Rail, Carriage, Sides, Link):
         for key in part.model_fields:
             assert key in text, f"{part.__name__}.{key} is not in the template"
 
 
-def test_the_commented_lines_of_the_template_work_too(tmp_path: Path) -> None:
+COMMENTED_KEY = re.compile(
+    r"^# (\w+ = [\[\d\"].*|\[\w+\].*)$", re.MULTILINE
+)  # a table, or a key with its value
+
+
+@pytest.mark.parametrize("output", ["pinion_diameter", "screw_lead"])
+def test_the_commented_lines_of_the_template_work_too(tmp_path: Path, output: str) -> None:
     text = (EXAMPLES / "machine.toml").read_text(encoding="utf-8")
     link = text[text.index("# [[links]]") :].replace("\n# ", "\n").removeprefix("# ")
-    text = text[: text.index("# Extra links")].replace("pinion_diameter =", "#")
+    text = COMMENTED_KEY.sub(r"\1", text[: text.index("# Extra links")])
+    other = {
+        "pinion_diameter": ("screw_lead",),
+        "screw_lead": ("pinion_diameter", "pressure", "helix", "push"),
+    }
+    for key in other[output]:
+        text = text.replace(f"\n{key}", f"\n# {key}")
     file = tmp_path / "machine.toml"
-    file.write_text(text.replace("# screw_lead", "screw_lead") + link, encoding="utf-8")
+    file.write_text(text + link, encoding="utf-8")
     built = Machine.from_toml(file)
     assert built.link_table().names[-1] == "rack"
+    assert built.friction is not None and built.friction.seal == 12.0
     assert built.drive is not None
-    assert built.drive.screw_lead == 0.02
+    assert built.drive.rated_torque == 12.0
+    if output == "screw_lead":
+        assert built.drive.screw_lead == 0.02
+    else:
+        assert built.drive.push_direction == (0.0, 1.0, 0.0)
 
 
 def test_the_blocks_of_the_template_are_laws_of_its_carriages() -> None:

@@ -1,7 +1,8 @@
 """The machine: a rigid body on carriages, its drive, the elastic laws of its links, its natural modes."""
 
-from guideload.machine.components import Body, Carriage, Drive, Link, Rail
+from guideload.machine.components import Body, Carriage, Link, Rail
+from guideload.machine.drive import Drive, Friction
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 
-__all__ = ["Body", "Carriage", "Drive", "Link", "Machine", "Modes", "Rail"]
+__all__ = ["Body", "Carriage", "Drive", "Friction", "Link", "Machine", "Modes", "Rail"]

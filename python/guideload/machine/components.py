@@ -11,19 +11,30 @@ from typing import Annotated, Literal, cast
 
 import numpy as np
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     Field,
-    PlainValidator,
     StrictStr,
     ValidationInfo,
     field_validator,
-    model_validator,
 )
 
 from guideload._core import Law
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, entries, number
+from guideload.base.config import ConfigModel, entries, in_range
 from guideload.base.errors import ValueRefused
+from guideload.base.ranges import (
+    ACCELERATION,
+    DAMPING,
+    DIRECTION,
+    INERTIA,
+    LENGTH,
+    MASS,
+    POSITION,
+    RATIO,
+    SMALLEST_MOMENT,
+)
+from guideload.base.visible_text import HIDDEN, escaped
 from guideload.machine.laws import (
     Clearance,
     Curve,
@@ -38,15 +49,25 @@ from guideload.machine.laws import (
     stiffness_field,
 )
 
-Name = Annotated[StrictStr, Field(min_length=1)]
-Length = Annotated[float, PlainValidator(partial(number, unit="m"))]
-PositiveLength = Annotated[float, PlainValidator(partial(number, unit="m", above=0.0))]
-Mass = Annotated[float, PlainValidator(partial(number, unit="kg", above=0.0))]
-Inertia = Annotated[float, PlainValidator(partial(number, unit="kg m^2"))]
-Damping = Annotated[float, PlainValidator(partial(number, unit="N s/m", least=0.0))]
-Acceleration = Annotated[float, PlainValidator(partial(number, unit="m/s^2"))]
-Plain = Annotated[float, PlainValidator(partial(number, unit="1"))]
-Ratio = Annotated[float, PlainValidator(partial(number, unit="1", nonzero=True))]
+
+def _printable(name: str) -> str:
+    """`name`, in which nothing steers a terminal or reorders text. Raises ValueRefused."""
+    found = HIDDEN.search(name)
+    if found is not None:
+        which = f"{escaped(found[0])} is character {found.start() + 1}"
+        raise ValueRefused("a name without control characters and marks of writing direction", name, which)
+    return name
+
+
+Name = Annotated[StrictStr, Field(min_length=1), AfterValidator(_printable)]
+Length = Annotated[float, in_range(POSITION)]
+PositiveLength = Annotated[float, in_range(LENGTH, above=0.0)]
+Mass = Annotated[float, in_range(MASS, above=0.0)]
+Inertia = Annotated[float, in_range(INERTIA)]
+Damping = Annotated[float, in_range(DAMPING, least=0.0)]
+Acceleration = Annotated[float, in_range(ACCELERATION)]
+Plain = Annotated[float, in_range(DIRECTION)]
+Ratio = Annotated[float, in_range(RATIO, nonzero=True)]
 
 _XYZ = BeforeValidator(partial(entries, names=("x", "y", "z")))
 _YZ = BeforeValidator(partial(entries, names=("y", "z")))
@@ -118,6 +139,9 @@ def _require_physical(central: Array, rows: Tensor, scale: float) -> None:
         raise ValueRefused(
             "a positive definite tensor", rows, f"its {found}: the smallest is not above 0; {way_out}"
         )
+    if small < SMALLEST_MOMENT:
+        least = f"principal moments of at least {SMALLEST_MOMENT:g} kg m^2"
+        raise ValueRefused(least, rows, f"its {found}; {way_out}")
     excess = large - (small + middle)
     if excess > PRINTED_DIGITS * scale:
         raise ValueRefused(
@@ -170,6 +194,15 @@ class Carriage(ElasticModel):
         return self._law("_y"), self._law("_z")
 
 
+def unit_vector(direction: Vector, example: str) -> Vector:
+    """The direction with length 1. Raises ValueRefused with the example for a zero vector."""
+    length = math.hypot(*direction)
+    if length == 0.0:
+        raise ValueRefused("a direction other than zero", direction, example)
+    x, y, z = direction
+    return x / length, y / length, z / length
+
+
 class Link(ElasticModel):
     """An extra link between body and carriage frame, such as an elastic rack: spring and damper in parallel."""
 
@@ -189,46 +222,9 @@ class Link(ElasticModel):
     @field_validator("direction")
     @classmethod
     def _unit(cls, direction: Vector) -> Vector:
-        length = math.hypot(*direction)
-        if length == 0.0:
-            raise ValueRefused(
-                "a direction other than zero", direction, "e.g. [1, 0, 0] for a link along the rails"
-            )
-        x, y, z = direction
-        return x / length, y / length, z / length
+        return unit_vector(direction, "e.g. [1, 0, 0] for a link along the rails")
 
     @property
     def law(self) -> Law:
         """The elastic law along its direction."""
         return self._law()
-
-
-class Drive(ConfigModel):
-    """The drive from the motor to the cart: a gear, then a pinion on a rack or a screw."""
-
-    gear_ratio: Ratio = Field(
-        default=1.0,
-        description="motor turns per turn of pinion or screw; negative if the cart runs backwards",
-    )
-    pinion_diameter: PositiveLength | None = Field(
-        default=None, description='pitch diameter, e.g. "127.3 mm"'
-    )
-    screw_lead: PositiveLength | None = Field(
-        default=None, description='travel per turn of the screw, e.g. "20 mm"'
-    )
-
-    @model_validator(mode="after")
-    def _one_output(self) -> Drive:
-        if (self.pinion_diameter is None) == (self.screw_lead is None):
-            raise ValueRefused(
-                "exactly one of pinion_diameter and screw_lead", self.model_dump(exclude_unset=True)
-            )
-        return self
-
-    @property
-    def speed_per_motor_speed(self) -> float:
-        """Speed of the cart per speed of the motor [m/rad]."""
-        if self.pinion_diameter is not None:
-            return 0.5 * self.pinion_diameter / self.gear_ratio
-        assert self.screw_lead is not None
-        return self.screw_lead / (2.0 * math.pi) / self.gear_ratio

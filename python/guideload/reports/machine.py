@@ -50,7 +50,7 @@ def machine_report(machine: Machine, encoding: str = "utf-8") -> str:
         f"centre of mass {_millimetres(body.center_of_mass)} from L",
         f"principal moments of inertia about it {', '.join(f'{j:.4g}' for j in principal)} kg m2",
     ]
-    if machine.drive is not None:
+    if machine.drive is not None and not machine.drive.linear_motor:
         per_turn = 2e3 * np.pi * machine.drive.speed_per_motor_speed
         parts.append(f"drive: the cart moves {per_turn:.4g} mm per turn of the motor")
     count = f"{len(machine.link_table().names)} links"

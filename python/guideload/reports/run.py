@@ -13,6 +13,7 @@ from rich.text import Text
 from guideload.audit.audit import LABEL
 from guideload.base.number_text import load_in_table
 from guideload.machine.machine import DOFS
+from guideload.reports.drive import drive_parts
 from guideload.reports.elements import WIDTH, dofs_line, new_table, remark, section, to_text
 from guideload.reports.life import life_section
 from guideload.reports.machine import modes_table, nominal_lines, weight_lines
@@ -143,10 +144,7 @@ def audit_lines(result: Result) -> list[str]:
 
 
 def reactions_section(result: Result) -> list[RenderableType]:
-    """Largest drive force, reactions of the other held dofs, loads of extra links.
-
-    The table has a row, as a body that is free along x needs an extra link.
-    """
+    """Force and torque of the drive, reactions of the other held dofs, loads of extra links."""
     data, machine = result.quantities, result.machine
     time = data["time"]
     table = new_table("", "largest", "at\ns", "static", texts=("",))
@@ -158,13 +156,12 @@ def reactions_section(result: Result) -> list[RenderableType]:
         )
 
     reactions, static = data.by_label("reaction"), data.by_label("static_reaction")
-    for dof in (dof for dof in DOFS if dof not in machine.free):
-        title = "drive force, held x" if dof == "x" else f"reaction at L, held {dof}"
-        add(title, reactions[dof], static[dof], "N m" if dof.startswith("r") else "N")
+    for dof in (dof for dof in DOFS[1:] if dof not in machine.free):
+        add(f"reaction at L, held {dof}", reactions[dof], static[dof], "N m" if dof.startswith("r") else "N")
     loads, static = data.by_label("link_load"), data.by_label("static_link_load")
     for link in machine.links:
         add(f"link {link.name}", loads[link.name], static[link.name], "N")
-    return [*section("Drive and held dofs"), table]
+    return [*section("Drive and held dofs"), *drive_parts(result), *([table] if table.row_count else [])]
 
 
 def motion_lines(motion: Motion) -> list[str]:

@@ -11,6 +11,7 @@ from guideload.base.arrays import Array, median_step
 from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.simulation.drive_force import with_rack_push
 from guideload.simulation.peaks import Peaks
 from guideload.simulation.result import Result
 from guideload.simulation.run import Run
@@ -29,6 +30,8 @@ def simulate(
     times: ArrayLike | None = None,
 ) -> Result:
     """The load of every carriage of a machine under a motion. The run starts in static equilibrium.
+
+    If the drive has a pressure angle, the push of its rack acts too: see `guideload.simulation.drive_force`.
 
     method  exact (matrix exponential between samples and contact changes: no step error; not for preloaded
             contacts), rk45 (Dormand-Prince 5(4)), implicit (Radau IIA of order 9), or auto: the cheapest method that
@@ -57,9 +60,9 @@ def peak_loads(
     """
     run = _run(machine, motion, method, rtol, step, None)
     extremes = machine.scene.peaks(
-        motion.time,
-        motion.acceleration,
-        motion.wrench,
+        run.motion.time,
+        run.motion.acceleration,
+        run.motion.wrench,
         method=run.method,
         rtol=rtol,
         step=step,
@@ -69,13 +72,24 @@ def peak_loads(
     return Peaks(tuple(carriage.name for carriage in machine.carriages), *extremes)
 
 
+def with_forces_of_drive(
+    machine: Machine, motion: Motion, method: Method = "auto", rtol: float = 1e-6
+) -> Motion:
+    """The motion with the forces of the drive on the body: the push of a rack, if the drive has a pressure angle.
+
+    `simulate` and `peak_loads` add them themselves. Errors as for `simulate`.
+    """
+    return _run(machine, motion, method, rtol, None, None).motion
+
+
 def _run(
     machine: Machine, motion: Motion, method: str, rtol: float, step: float | None, times: ArrayLike | None
 ) -> Run:
-    """A run with its method chosen, not solved yet."""
+    """A run with its method chosen, with the push of a rack, not solved yet."""
     _require_types(machine, motion, rtol, step)
     chosen, reason = _method_and_reason(machine, motion, method, step)
-    return Run(machine, motion, chosen, reason, rtol, step, None if times is None else _instants(times))
+    run = Run(machine, motion, chosen, reason, rtol, step, None if times is None else _instants(times))
+    return with_rack_push(run)
 
 
 def _require_types(machine: object, motion: object, rtol: object, step: object) -> None:

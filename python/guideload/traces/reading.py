@@ -30,7 +30,7 @@ from guideload.traces.quality.repair import repair, repairs_of
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from guideload.machine.components import Drive
+    from guideload.machine.drive import Drive
     from guideload.traces.format.sources import TableLike
     from guideload.traces.format.table import Table
 

@@ -14,6 +14,7 @@ from guideload.base.errors import ABSENT, ConfigError, Problem
 from guideload.base.toml import located
 from guideload.machine.machine import Machine
 from guideload.motion.motion import HISTORIES, Motion
+from guideload.simulation.simulation import with_forces_of_drive
 from guideload.study.description.cases import cases_of
 from guideload.study.description.correlation import copula_of
 from guideload.study.description.factors import factors_of
@@ -90,7 +91,9 @@ class Study(StudyOptions):
     @cached_property
     def _plan(self) -> Plan:
         self._require_one_source()
-        parameters = Parameters(self.machine, self.motion)
+        # The push of a rack is that of the machine as given: in a batch, all samples share one motion.
+        motion = with_forces_of_drive(self.machine, self.motion, self.method, self.rtol)
+        parameters = Parameters(self.machine, motion)
         design = cases = None
         if self.cases is not None:
             factors, cases = cases_of(self.cases, parameters)
@@ -106,18 +109,18 @@ class Study(StudyOptions):
         histories = tuple(range(min(histories, runs))) if isinstance(histories, int) else histories
         if histories and histories[-1] >= runs:
             raise refused_at(("histories",), f"indices below {runs}, the number of runs", histories[-1])
-        measures, columns = measures_of(self.machine, self.motion, self.quantities, self.statistics)
+        measures, columns = measures_of(self.machine, motion, self.quantities, self.statistics)
         if self.life is not None and not any(load == "load" for load, _, _ in measures):
-            no_velocity = self.motion.velocity is None
+            no_velocity = motion.velocity is None
             hint = "the motion has no velocity" if no_velocity else 'add "load" to quantities'
             raise refused_at(("life",), "a mean load to count the life from", self.life.model_dump(), hint)
         changes = parameters.changes((factor.form, factor.targets) for factor in factors)
         metadata = StudyMetadata(
             **{key: getattr(self, key) for key in ("machine", "method", "rtol", "exponent", "life")},
-            motion=self.motion.source,
-            motion_digest=digest(*(getattr(self.motion, name) for name in ("time", *HISTORIES))),
-            duration=float(self.motion.time[-1] - self.motion.time[0]),
-            instants=int(self.motion.time.size),
+            motion=motion.source,
+            motion_digest=digest(*(getattr(motion, name) for name in ("time", *HISTORIES))),
+            duration=float(motion.time[-1] - motion.time[0]),
+            instants=int(motion.time.size),
             sampling="cases" if design is None else design.sampling,
             seed=None if design is None else design.seed,
             runs=runs,
@@ -129,7 +132,7 @@ class Study(StudyOptions):
             limits=limits_of(self.limits, measures, self.life),
         )
         metadata = with_fingerprint(metadata, design, factors, changes, digest(cases))
-        return Plan(metadata, self.motion, factors, changes, design, cases, histories)
+        return Plan(metadata, motion, factors, changes, design, cases, histories)
 
     def _require_one_source(self) -> None:
         """Raise ConfigError unless there are either given cases, or varied parameters and samples."""

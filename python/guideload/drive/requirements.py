@@ -1,0 +1,171 @@
+"""What a motion asks of its drive: force and power at the cart, torque and speed of the motor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import cast
+
+import numpy as np
+
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError
+from guideload.machine.drive import Drive
+from guideload.machine.machine import Machine
+from guideload.motion.motion import Motion
+from guideload.simulation.drive_force import friction_force, require_held_x
+from guideload.simulation.result import Result
+from guideload.simulation.simulation import Method, peak_loads
+
+RESULTANT = 6  # column of `Peaks`
+RACK = "pressure_angle", "helix_angle", "push_direction"
+
+
+@dataclass(frozen=True, eq=False)
+class Motor:
+    """Torque and speed of the motor at the instants of a result.
+
+    speed           (time,) rad/s
+    torque          (time,) N m: (F lever) / efficiency if power flows to the cart, times efficiency if it flows back;
+                    plus motor inertia times angular acceleration
+    largest_torque  (time,) N m, of the torque curve at this speed; nan beyond its last speed; None without a curve
+    rated_torque    N m, or None
+    """
+
+    speed: Array
+    torque: Array
+    largest_torque: Array | None
+    rated_torque: float | None
+    time: Array
+
+    @property
+    def rms_torque(self) -> float:
+        """Root of the mean square over time [N m]."""
+        return rms(self.time, self.torque)
+
+    @property
+    def use(self) -> Array | None:
+        """|torque| over the largest torque at its speed (time,); inf beyond the last speed of the curve."""
+        if self.largest_torque is None:
+            return None
+        beyond = np.isnan(self.largest_torque)
+        used = np.abs(self.torque) / np.where(beyond | (self.largest_torque == 0.0), 1.0, self.largest_torque)
+        return np.where(beyond | ((self.largest_torque == 0.0) & (self.torque != 0.0)), np.inf, used)
+
+
+@dataclass(frozen=True, eq=False)
+class DriveRequirements:
+    """Force of the drive on the cart along x at the instants of a result.
+
+    time      (time,) s
+    velocity  (time,) m/s of the cart, or None
+    reaction  (time,) N without friction: inertia, gravity along x, process forces, vibration
+    friction  (time,) N, share that overcomes the friction of the guides; 0 at standstill
+    motor     torque and speed of the motor; None for a linear motor, without [drive] or without velocity
+    machine   the machine
+    """
+
+    time: Array
+    velocity: Array | None
+    reaction: Array
+    friction: Array
+    motor: Motor | None
+    machine: Machine
+
+    @property
+    def force(self) -> Array:
+        """Force of the drive on the cart (time,) [N]."""
+        return self.reaction + self.friction
+
+    @property
+    def peak_force(self) -> float:
+        """Largest magnitude of the force [N]."""
+        return float(np.abs(self.force).max())
+
+    @property
+    def rms_force(self) -> float:
+        """Root of the mean square of the force over time [N]."""
+        return rms(self.time, self.force)
+
+    @property
+    def holding_force(self) -> float:
+        """Force [N] that holds the cart at rest: against gravity along x, without friction."""
+        return float(self.machine.scene.static_reaction()[0])
+
+    @cached_property
+    def power(self) -> Array | None:
+        """Power at the cart (time,) [W]; negative where the cart feeds the drive; None without velocity."""
+        return None if self.velocity is None else self.force * self.velocity
+
+    @property
+    def push(self) -> Array:
+        """Force (time,) [N] with which the rack pushes the body away; zeros without a pressure angle."""
+        drive = self.machine.drive
+        return np.abs(self.force) * (0.0 if drive is None else drive.push_per_force)
+
+
+def drive_requirements(result: Result) -> DriveRequirements:
+    """What the motion of a result asks of the drive of its machine.
+
+    Raises ArgumentError if x is free, if there is friction but no velocity, and if the result reports no instant.
+    """
+    machine, data = result.machine, result.quantities
+    require_held_x(machine)
+    if not data["time"].size:
+        raise ArgumentError("times: the result reports no instant, so the drive has no peak force")
+    velocity = data["cart_velocity"] if "cart_velocity" in data else None
+    reaction = data.by_label("reaction")["x"]
+    friction = friction_force(machine, result.carriage_loads, velocity)
+    motor = None
+    if machine.drive is not None and not machine.drive.linear_motor and velocity is not None:
+        acceleration = data["cart_acceleration"][:, 0]
+        motor = _motor(machine.drive, data["time"], velocity[:, 0], acceleration, reaction + friction)
+    along_x = None if velocity is None else velocity[:, 0]
+    return DriveRequirements(data["time"], along_x, reaction, friction, motor, machine)
+
+
+def _motor(drive: Drive, time: Array, velocity: Array, acceleration: Array, force: Array) -> Motor:
+    lever = drive.speed_per_motor_speed
+    speed = velocity / lever
+    # With power towards the cart the gear takes its share from the motor; with power back, from the cart. At standstill
+    # the force counts without loss.
+    power = force * velocity
+    loss = np.where(power > 0.0, 1.0 / drive.efficiency, np.where(power < 0.0, drive.efficiency, 1.0))
+    torque = force * lever * loss + drive.motor_inertia * acceleration / lever
+    largest = None
+    if drive.torque_curve is not None:
+        speeds, torques = np.array(drive.torque_curve).T
+        largest = np.interp(np.abs(speed), speeds, torques, right=np.nan)
+    return Motor(speed, torque, largest, drive.rated_torque, time)
+
+
+def share_of_push(result: Result, needed: DriveRequirements) -> Array:
+    """Share (carriage,) of the push of the rack in the peak resultants: 1 - peak without the push / peak.
+
+    The same motion is run without the push. Raises ArgumentError if the result reports other instants than the samples.
+    """
+    drive, data = result.machine.drive, result.quantities
+    peaks = result.peak_columns["peak_resultant_N"]
+    if drive is None or drive.push_direction is None:
+        return np.zeros_like(peaks)
+    if needed.velocity is None:
+        raise ArgumentError("times: the share of the push needs the loads at the samples; leave times out")
+    wrench = data["wrench"].copy()
+    wrench[:, :3] -= needed.push[:, None] * np.array(drive.push_direction)
+    motion = Motion(data["time"], data["cart_acceleration"], wrench=wrench)
+    kept = {key: getattr(drive, key) for key in type(drive).model_fields if key not in RACK}
+    machine = result.machine.model_copy(update={"drive": Drive(**kept)})
+    method, attributes = cast("Method", result.method), data.attrs
+    step = float(attributes["step_s"]) if "step_s" in attributes else None
+    without = peak_loads(machine, motion, method, rtol=float(attributes["rtol"]), step=step)
+    return np.asarray(1.0 - without.largest[:, RESULTANT] / peaks)
+
+
+def rms(time: Array, values: Array) -> float:
+    """Root of the mean square over time of values that are linear between the instants."""
+    steps = np.diff(time)
+    duration = float(steps.sum())
+    if duration == 0.0:
+        return float(np.sqrt(np.mean(values**2)))
+    left, right = values[:-1], values[1:]
+    return float(np.sqrt(steps @ (left * left + left * right + right * right) / (3.0 * duration)))

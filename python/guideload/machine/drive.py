@@ -1,0 +1,154 @@
+"""The drive of the cart: motor, gear, pinion, screw, belt or linear motor; and the friction that it overcomes."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import Annotated
+
+from pydantic import BeforeValidator, Field, field_validator, model_validator
+
+from guideload.base.config import ConfigModel, entries, in_range
+from guideload.base.errors import ArgumentError, ValueRefused
+from guideload.base.ranges import (
+    ANGLE,
+    ANGULAR_SPEED,
+    DAMPING,
+    EFFICIENCY,
+    FORCE,
+    FRICTION,
+    INERTIA,
+    LENGTH,
+    MOMENT,
+    RATIO,
+)
+from guideload.machine.components import Vector, unit_vector
+
+PositiveLength = Annotated[float, in_range(LENGTH, above=0.0)]
+Ratio = Annotated[float, in_range(RATIO, nonzero=True)]
+Efficiency = Annotated[float, in_range(EFFICIENCY, above=0.0)]
+Angle = Annotated[float, in_range(ANGLE, least=0.0)]
+Torque = Annotated[float, in_range(MOMENT, above=0.0)]
+CurvePoint = Annotated[
+    tuple[
+        Annotated[float, in_range(ANGULAR_SPEED, least=0.0)], Annotated[float, in_range(MOMENT, least=0.0)]
+    ],
+    BeforeValidator(partial(entries, names=("speed", "torque"))),
+]
+OUTPUTS = ("pinion_diameter", "pulley_diameter", "screw_lead", "linear_motor")
+
+
+class Drive(ConfigModel):
+    """The drive from the motor to the cart: a gear, then a pinion on a rack, a belt or a screw; or a linear motor."""
+
+    gear_ratio: Ratio = Field(
+        default=1.0,
+        description="motor turns per turn of pinion, pulley or screw; negative if the cart runs backwards",
+    )
+    pinion_diameter: PositiveLength | None = Field(
+        default=None, description='pitch diameter of the pinion on a rack, e.g. "127.3 mm"'
+    )
+    pulley_diameter: PositiveLength | None = Field(
+        default=None, description='pitch diameter of the pulley of a belt, e.g. "60 mm"'
+    )
+    screw_lead: PositiveLength | None = Field(
+        default=None, description='travel per turn of the screw, e.g. "20 mm"'
+    )
+    linear_motor: bool = Field(default=False, description="true: the motor pushes the cart without a gear")
+    efficiency: Efficiency = Field(
+        default=1.0, description="of gear and pinion, belt or screw together, e.g. 0.95; above 0, at most 1"
+    )
+    motor_inertia: Annotated[float, in_range(INERTIA, least=0.0)] = Field(
+        default=0.0, description='of rotor, coupling and gear at the shaft of the motor, e.g. "0.004 kg m^2"'
+    )
+    torque_curve: Annotated[tuple[CurvePoint, ...], Field(min_length=2)] | None = Field(
+        default=None,
+        description='largest torque of the motor by its speed, e.g. [["0 rpm", "40 N m"], ["3000 rpm", "25 N m"]]',
+    )
+    rated_torque: Torque | None = Field(
+        default=None, description="continuous torque of the motor, which the rms torque is compared with"
+    )
+    pressure_angle: Angle | None = Field(
+        default=None,
+        description='of the teeth of the rack, e.g. "20 deg": the rack then pushes the body away; needs push_direction',
+    )
+    helix_angle: Angle = Field(default=0.0, description='of the teeth of the rack, e.g. "19.5 deg"')
+    push_direction: Vector | None = Field(
+        default=None,
+        description="vector across the rails from the rack to the pinion's axis, e.g. [0, 1, 0]",
+    )
+
+    @field_validator("push_direction")
+    @classmethod
+    def _across(cls, direction: Vector | None) -> Vector | None:
+        if direction is None:
+            return None
+        if direction[0] != 0.0:
+            raise ValueRefused("a direction across the rails: its x is 0", direction)
+        return unit_vector(direction, "e.g. [0, 1, 0] for a rack below the pinion")
+
+    @field_validator("torque_curve")
+    @classmethod
+    def _ascending(cls, curve: tuple[CurvePoint, ...] | None) -> tuple[CurvePoint, ...] | None:
+        speeds = [speed for speed, _ in curve or ()]
+        if any(right <= left for left, right in zip(speeds, speeds[1:], strict=False)):
+            raise ValueRefused("points with ascending speed", curve)
+        return curve
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Drive:
+        given = self.model_dump(exclude_unset=True)
+        if sum(bool(getattr(self, key)) for key in OUTPUTS) != 1:
+            raise ValueRefused(f"exactly one of {', '.join(OUTPUTS)}", given)
+        if self.linear_motor:
+            rotary = [
+                key for key in ("gear_ratio", "motor_inertia", "torque_curve", "rated_torque") if key in given
+            ]
+            if rotary:
+                raise ValueRefused(
+                    f"no {rotary[0]} beside linear_motor", given, "a linear motor does not turn"
+                )
+        if (self.pressure_angle is None) != (self.push_direction is None):
+            raise ValueRefused("both pressure_angle and push_direction, or neither", given)
+        if self.pressure_angle is not None and self.pinion_diameter is None:
+            raise ValueRefused(
+                "pinion_diameter beside pressure_angle", given, "only a pinion is pushed off its rack"
+            )
+        if self.helix_angle and self.pressure_angle is None:
+            raise ValueRefused("pressure_angle beside helix_angle", given)
+        return self
+
+    @property
+    def speed_per_motor_speed(self) -> float:
+        """Speed of the cart per speed of the motor [m/rad]. Raises ArgumentError for a linear motor."""
+        if self.linear_motor:
+            raise ArgumentError(
+                "drive: a linear motor does not turn, so there is no motor speed; give the speed or position of the "
+                "cart, or pinion_diameter, pulley_diameter or screw_lead"
+            )
+        diameter = self.pinion_diameter or self.pulley_diameter
+        if diameter is not None:
+            return 0.5 * diameter / self.gear_ratio
+        assert self.screw_lead is not None
+        return self.screw_lead / (2.0 * math.pi) / self.gear_ratio
+
+    @property
+    def push_per_force(self) -> float:
+        """Force with which the rack pushes the pinion away, per tangential force: tan(alpha) / cos(beta)."""
+        return (
+            0.0 if self.pressure_angle is None else math.tan(self.pressure_angle) / math.cos(self.helix_angle)
+        )
+
+
+class Friction(ConfigModel):
+    """Friction of the guides along the travel, opposite to the velocity: mu sum(|Fy| + |Fz|) + n F_seal + c |v|."""
+
+    coefficient: Annotated[float, in_range(FRICTION, least=0.0)] = Field(
+        default=0.0, description="mu of the loaded carriages without seals, e.g. 0.003"
+    )
+    seal: Annotated[float, in_range(FORCE, least=0.0)] = Field(
+        default=0.0, description='friction of the seals of one carriage, e.g. "12 N"'
+    )
+    viscous: Annotated[float, in_range(DAMPING, least=0.0)] = Field(
+        default=0.0, description='c of all carriages together, e.g. "15 N s/m"'
+    )

@@ -1,0 +1,93 @@
+"""The part of a run's report on the drive: force, power, torque, push of the rack."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.console import RenderableType
+from rich.text import Text
+
+from guideload.base.number_text import load_in_table, percent
+from guideload.drive.requirements import DriveRequirements, Motor, drive_requirements, share_of_push
+from guideload.reports.elements import new_table, remark
+
+if TYPE_CHECKING:
+    from guideload.simulation.result import Result
+
+RPM = 60.0 / (2.0 * np.pi)  # per rad/s
+
+
+def drive_parts(result: Result) -> list[RenderableType]:
+    """A table of force, power and torque, and what they mean; empty if x is free."""
+    if "x" in result.machine.free:
+        return []
+    needed = drive_requirements(result)
+    return [_table(needed), *remark(*_sentences(result, needed))]
+
+
+def _table(needed: DriveRequirements) -> RenderableType:
+    table = new_table("", "peak", "at\ns", "rms", texts=("",))
+
+    def add(title: str, history: np.ndarray, mean: str, unit: str) -> None:
+        at = int(np.abs(history).argmax())
+        table.add_row(Text(title), load_in_table(float(history[at])), f"{needed.time[at]:.3f}", mean, unit)
+
+    add("drive force", needed.force, load_in_table(needed.rms_force), "N")
+    if needed.friction.any():
+        add("  of it friction", needed.friction, "", "N")
+    if needed.power is not None:
+        add("power at the cart", needed.power, "", "W")
+    motor = needed.motor
+    if motor is not None:
+        at = int(np.abs(motor.torque).argmax())
+        torques = f"{motor.torque[at]:.3g}", f"{needed.time[at]:.3f}", f"{motor.rms_torque:.3g}"
+        table.add_row("motor torque", *torques, "N m")
+        fastest = int(np.abs(motor.speed).argmax())
+        table.add_row(
+            "motor speed", f"{RPM * motor.speed[fastest]:.0f}", f"{needed.time[fastest]:.3f}", "", "rpm"
+        )
+    if needed.push.any():
+        add("push of the rack", needed.push, "", "N")
+    return table
+
+
+def _sentences(result: Result, needed: DriveRequirements) -> Iterator[str]:
+    if needed.holding_force:
+        yield f"The drive holds the cart at rest with {load_in_table(needed.holding_force)} N, without friction."
+    if needed.motor is not None:
+        yield from _motor_sentences(needed.motor)
+    if needed.push.any() and needed.velocity is not None:
+        shares = share_of_push(result, needed)
+        names = (carriage.name for carriage in result.machine.carriages)
+        listed = ", ".join(f"{name} {signed(share)}" for name, share in zip(names, shares, strict=True))
+        yield (
+            "The rack pushes the body away with F tan(pressure angle) / cos(helix angle), whatever the direction of F. "
+            f"Share of this push in the peak resultant: {listed}."
+        )
+
+
+def _motor_sentences(motor: Motor) -> Iterator[str]:
+    use = motor.use
+    if use is not None:
+        at = int(use.argmax())
+        place = f"at {motor.time[at]:.3f} s and {RPM * abs(motor.speed[at]):.0f} rpm"
+        if np.isinf(use[at]):
+            yield f"Note: the motor is too slow: {place} its torque curve has no torque. Take a faster motor or gear."
+        elif use[at] > 1.0:
+            yield (
+                f"Note: the motor is too weak: {place} the motion needs {percent(use[at])} of its largest torque. "
+                "Take a larger motor, another gear ratio or less acceleration."
+            )
+        else:
+            yield f"The motion needs at most {percent(use[at])} of the motor's largest torque, {place}."
+    if motor.rated_torque is not None:
+        share = motor.rms_torque / motor.rated_torque
+        lead = "Note: the motor overheats: the" if share > 1.0 else "The"
+        yield f"{lead} rms torque is {percent(share)} of the rated torque."
+
+
+def signed(share: float) -> str:
+    """A share as percentage with its sign: `+12 %`, `-3.1 %`."""
+    return f"{'-' if share < 0 else '+'}{percent(abs(share))}"

@@ -1,0 +1,81 @@
+"""Force of the drive on the cart: reaction of the held x plus friction of the guides; and the push of a rack."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError, RunError
+
+if TYPE_CHECKING:
+    from guideload.machine.machine import Machine
+    from guideload.motion.motion import Motion
+    from guideload.simulation.run import Run
+
+# The push changes the drive force only through the vibration that it excites: each iteration divides the change by
+# some hundred. Beyond this relative change of the largest push it is far below the tolerance of any run.
+SETTLED = 1e-10
+MOST_ITERATIONS = 50
+
+
+def require_held_x(machine: Machine) -> None:
+    """Raise ArgumentError if x is free: the force of the drive is then that of a link."""
+    if "x" in machine.free:
+        raise ArgumentError(
+            "free: the force of the drive is the reaction of x, but x is free; hold x, or use the load of its link"
+        )
+
+
+def friction_force(machine: Machine, loads: Array, velocity: Array | None) -> Array:
+    """Force [N] (time,) along x with which the drive overcomes the friction of the guides; 0 at standstill.
+
+    loads: (time, carriage, 6) of the carriages. velocity: (time, 3) m/s of the cart.
+    Raises ArgumentError if there is friction but no velocity, which decides its sign.
+    """
+    friction = machine.friction
+    if friction is None:
+        return np.zeros(loads.shape[0])
+    if velocity is None:
+        raise ArgumentError(
+            "velocity: friction needs the velocity of the cart, which this motion does not have"
+        )
+    normal = np.abs(loads[:, :, 1:3]).sum(axis=(1, 2))
+    speed = velocity[:, 0]
+    dry = friction.coefficient * normal + friction.seal * loads.shape[1]
+    return np.asarray(np.sign(speed) * dry + friction.viscous * speed)
+
+
+def with_rack_push(run: Run) -> Run:
+    """The run with the force with which a rack pushes the pinion away, |F| tan(alpha) / cos(beta), acting at L.
+
+    F is the force of the drive, whose direction does not matter. The push moves the body, which changes F: the two are
+    iterated until they agree. Without a pressure angle the same run. Raises ArgumentError if x is free, RunError if the
+    iteration does not settle.
+    """
+    drive = run.machine.drive
+    if drive is None or drive.push_direction is None:
+        return run
+    require_held_x(run.machine)
+    direction, motion = np.array(drive.push_direction), run.motion
+    at_samples, push = replace(run, times=None), np.zeros(motion.time.size)
+    for _ in range(MOST_ITERATIONS):
+        force = at_samples.solution.reaction()[:, 0]
+        force += friction_force(run.machine, at_samples.carriage_loads(), motion.velocity)
+        before, push = push, drive.push_per_force * np.abs(force)
+        at_samples = replace(at_samples, motion=_pushed(motion, push, direction))
+        if np.abs(push - before).max() <= SETTLED * np.abs(push).max():
+            return replace(run, motion=at_samples.motion)
+    raise RunError(
+        f"drive: the push of the rack did not settle in {MOST_ITERATIONS} iterations: the push of the rack and the "
+        "force of the drive amplify each other; check pressure_angle, push_direction and the damping of the carriages"
+    )
+
+
+def _pushed(motion: Motion, push: Array, direction: Array) -> Motion:
+    """A motion with the push (time,) [N] along a direction at L added to its process forces."""
+    wrench = np.zeros((push.size, 6)) if motion.wrench is None else motion.wrench.copy()
+    wrench[:, :3] += push[:, None] * direction
+    return replace(motion, wrench=wrench, notes=(*motion.notes, "with the push of the rack at L"))

@@ -1,0 +1,222 @@
+"""Force and torque of the drive: printed examples, power balance, the push of a rack."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from machines import link
+from moves import BRISK
+from reference import cart, cart_clear, preloaded
+
+from guideload import (
+    ArgumentError,
+    Body,
+    Carriage,
+    ConfigError,
+    Drive,
+    Friction,
+    Machine,
+    Motion,
+    Rail,
+    peak_loads,
+    run_study,
+    simulate,
+)
+from guideload.drive import DriveRequirements, drive_requirements
+from guideload.drive.requirements import rms, share_of_push
+from guideload.reports.run import result_report
+from guideload.study import Study
+
+G = 9.80665
+RACK = {
+    "gear_ratio": 10.0,
+    "pinion_diameter": 0.1,
+    "pressure_angle": "20 deg",
+    "push_direction": (0.0, 1.0, 0.0),
+}
+
+
+def motion(sign: float = 1.0) -> Motion:
+    """A brisk move, with velocity."""
+    time = BRISK.times(1e3)
+    place, speed, acceleration = (sign * history for history in BRISK.motion(time))
+    return Motion.along_x(time, acceleration, velocity=speed, position=place)
+
+
+def slide(mass: float, friction: Friction, gravity: tuple[float, float, float] = (0.0, -G, 0.0)) -> Machine:
+    """A point-like mass in the middle of four stiff carriages."""
+    rails = [Rail(name=name, position=(0.0, z)) for name, z in (("l", -0.2), ("r", 0.2))]
+    values = {"length": 0.05, "stiffness_y": 1e9, "stiffness_z": 1e9, "damping_y": 1e5, "damping_z": 1e5}
+    carriages = [
+        Carriage(name=f"{rail.name}{i}", rail=rail.name, x=x, **values)
+        for rail in rails
+        for i, x in enumerate((-0.3, 0.3))
+    ]
+    body = Body(mass=mass, center_of_mass=(0, 0, 0), inertia=np.diag([1.0, 1.0, 1.0]) * mass * 0.01)
+    return Machine(body=body, rails=rails, carriages=carriages, friction=friction, gravity=gravity)
+
+
+def constant(acceleration: float, speed: float) -> Motion:
+    """0.01 s of a constant acceleration that begins at a speed."""
+    time = np.linspace(0.0, 0.01, 11)
+    return Motion.along_x(time, np.full(11, acceleration), velocity=speed + acceleration * time)
+
+
+def at_start(machine: Machine, move: Motion) -> float:
+    """The force of the drive at the first instant, before the body vibrates."""
+    return float(drive_requirements(simulate(machine, move)).force[0])
+
+
+def test_printed_forces_of_a_horizontal_table() -> None:
+    """THK: 80 kg, mu 0.003, 15 N of seals, 6.67 m/s2: 550, 17, -516 N when it starts, moves evenly, stops."""
+    table = slide(80.0, Friction(coefficient=0.003, seal=15.0 / 4))
+    forces = [at_start(table, constant(a, 1.0)) for a in (6.67, 0.0, -6.67)]
+    assert forces == pytest.approx([550.0, 17.0, -516.0], abs=1.0)
+
+
+def test_printed_forces_of_a_vertical_table() -> None:
+    """THK: 50 kg, 20 N of friction, 1.5 m/s2, g 9.8; up 585, 510, 435 N, down 395, 470, 545 N."""
+    table = slide(50.0, Friction(seal=5.0), gravity=(-9.8, 0.0, 0.0))
+    up = [at_start(table, constant(a, 1.0)) for a in (1.5, 0.0, -1.5)]
+    down = [at_start(table, constant(a, -1.0)) for a in (-1.5, 0.0, 1.5)]
+    assert up == pytest.approx([585.0, 510.0, 435.0], abs=1e-6)
+    assert down == pytest.approx([395.0, 470.0, 545.0], abs=1e-6)
+    assert drive_requirements(simulate(table, constant(0.0, 0.0))).holding_force == pytest.approx(490.0)
+
+
+def geared(**changes: object) -> DriveRequirements:
+    drive = Drive(**({"gear_ratio": 10.0, "pinion_diameter": 0.1} | changes))
+    machine = cart().model_copy(
+        update={"drive": drive, "friction": Friction(coefficient=0.004, seal=8.0, viscous=20.0)}
+    )
+    return drive_requirements(simulate(machine, motion()))
+
+
+@pytest.mark.parametrize("output", [{"pinion_diameter": 0.1}, {"pinion_diameter": None, "pulley_diameter": 0.08},
+                                    {"pinion_diameter": None, "screw_lead": 0.02}, {"gear_ratio": -3.0}])  # fmt: skip
+def test_a_gear_without_loss_keeps_the_power(output: dict[str, float]) -> None:
+    """Power of the motor = power at the cart; with an efficiency the difference is the loss in either direction."""
+    needed = geared(**output)
+    assert needed.motor is not None and needed.power is not None
+    assert np.allclose(
+        needed.motor.torque * needed.motor.speed, needed.power, atol=1e-9 * np.abs(needed.power).max()
+    )
+    lossy = geared(**output, efficiency=0.8)
+    assert lossy.motor is not None
+    power = lossy.motor.torque * lossy.motor.speed
+    assert np.allclose(power, np.where(needed.power > 0, needed.power / 0.8, 0.8 * needed.power), atol=1e-6)
+    assert (power >= needed.power - 1e-6).all()
+
+
+def test_inertia_of_the_motor_takes_torque_by_its_acceleration() -> None:
+    plain, heavy = geared(), geared(motor_inertia=0.01)
+    assert plain.motor is not None and heavy.motor is not None
+    expected = 0.01 * motion().acceleration[:, 0] * 10.0 / 0.05
+    assert np.allclose(heavy.motor.torque - plain.motor.torque, expected, atol=1e-9)
+
+
+def test_use_of_the_torque_curve() -> None:
+    """The curve is linear between its points; beyond the last there is no torque."""
+    curve = [(0.0, 40.0), (200.0, 40.0), (400.0, 20.0)]
+    motor = geared(torque_curve=curve).motor
+    assert motor is not None and motor.use is not None and motor.largest_torque is not None
+    fast = int(np.abs(motor.speed).argmax())
+    assert motor.largest_torque[fast] == pytest.approx(40.0 - (abs(motor.speed[fast]) - 200.0) / 10.0)
+    short = geared(torque_curve=[(0.0, 40.0), (100.0, 40.0)]).motor
+    assert short is not None and short.use is not None and np.isinf(short.use.max())
+
+
+def test_rms_is_that_of_straight_lines() -> None:
+    """Of t from 0 to 2, rms = 2/sqrt(3), on any stamps; a jump counts no time."""
+    for time in ([0.0, 2.0], [0.0, 0.3, 0.3, 1.9, 2.0]):
+        assert rms(np.array(time), np.array(time)) == pytest.approx(2.0 / np.sqrt(3.0), rel=1e-14)
+
+
+@pytest.mark.parametrize("build", [cart, cart_clear, preloaded])
+def test_push_of_the_rack_belongs_to_the_force(build: object) -> None:
+    """The result is that of the push as a process force at L, and the push follows from the force of that result."""
+    machine = build().model_copy(
+        update={"drive": Drive(**RACK, helix_angle="15 deg"), "friction": Friction(seal=20.0)}
+    )  # type: ignore[operator]
+    result = simulate(machine, motion(), rtol=1e-9)
+    needed = drive_requirements(result)
+    expected = np.abs(needed.force) * np.tan(np.radians(20.0)) / np.cos(np.radians(15.0))
+    assert needed.push == pytest.approx(expected, rel=1e-12)
+    bare = machine.model_copy(update={"drive": None})
+    force = np.zeros((expected.size, 3))
+    force[:, 1] = expected
+    by_hand = simulate(bare, motion().with_force((0, 0, 0), force), rtol=1e-9)
+    scale = np.abs(by_hand.quantities["force"]).max()
+    assert np.abs(result.quantities["force"] - by_hand.quantities["force"]).max() <= 1e-8 * scale
+    peaks = peak_loads(machine, motion(), rtol=1e-9)
+    assert peaks.largest[:, 6] == pytest.approx(result.peak_columns["peak_resultant_N"], rel=1e-12)
+
+
+def test_push_does_not_depend_on_the_direction_of_travel() -> None:
+    """A table that is symmetric in x is pushed alike when it moves forwards and backwards."""
+    machine = slide(80.0, Friction()).model_copy(update={"drive": Drive(**RACK)})
+    there, back = (drive_requirements(simulate(machine, motion(sign))) for sign in (1.0, -1.0))
+    assert there.push.max() > 80.0
+    assert back.push == pytest.approx(there.push, rel=1e-9, abs=1e-9)
+
+
+def test_share_of_the_push_in_the_peaks() -> None:
+    """It is found from the result alone, and agrees with two runs."""
+    machine = cart().model_copy(update={"drive": Drive(**RACK)})
+    result = simulate(machine, motion())
+    without = simulate(cart(), motion()).peak_columns["peak_resultant_N"]
+    share = share_of_push(result, drive_requirements(result))
+    assert share == pytest.approx(1.0 - without / result.peak_columns["peak_resultant_N"], abs=1e-9)
+    assert np.abs(share).max() > 0.01
+    assert "Share of this push" in " ".join(result_report(result).split())
+
+
+def test_a_study_has_the_push(tmp_path: Path) -> None:
+    """A study whose parameter does not vary has the peaks of the single run."""
+    machine = cart().model_copy(update={"drive": Drive(**RACK)})
+    cases = pd.DataFrame({"body.mass": [machine.body.mass]})
+    study = Study(machine=machine, motion=motion(), cases=cases, quantities=["resultant"], statistics=["max"])
+    names = [f"max_resultant_N[{carriage.name}]" for carriage in machine.carriages]
+    table = run_study(study, tmp_path / "study").table(names)
+    expected = simulate(machine, motion()).peak_columns["peak_resultant_N"]
+    assert table[names].to_numpy()[0] == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"pinion_diameter": 0.1, "screw_lead": 0.02}, "exactly one of pinion_diameter"),
+        ({}, "exactly one of pinion_diameter"),
+        ({"linear_motor": True, "gear_ratio": 2.0}, "no gear_ratio beside linear_motor"),
+        ({"pinion_diameter": 0.1, "pressure_angle": "20 deg"}, "both pressure_angle and push_direction"),
+        (
+            {"screw_lead": 0.1, "pressure_angle": "20 deg", "push_direction": (0, 1, 0)},
+            "pinion_diameter beside",
+        ),
+        ({"pinion_diameter": 0.1, "helix_angle": "20 deg"}, "pressure_angle beside helix_angle"),
+        (RACK | {"push_direction": (1.0, 1.0, 0.0)}, "across the rails"),
+        (RACK | {"pressure_angle": "89 deg"}, "an angle"),
+        ({"pinion_diameter": 0.1, "efficiency": 1.2}, "an efficiency"),
+        ({"pinion_diameter": 0.1, "efficiency": 0.0}, "> 0"),
+        ({"pinion_diameter": 0.1, "torque_curve": [("100 rpm", 3.0), ("0 rpm", 3.0)]}, "ascending speed"),
+    ],
+)
+def test_impossible_drives_are_refused(values: dict[str, object], words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        Drive(**values)
+
+
+def test_what_cannot_be_known_is_refused() -> None:
+    free = cart().with_free(("x", "y", "z", "rx", "ry", "rz"))
+    still = replace(motion(), velocity=None)
+    with pytest.raises(ArgumentError, match="velocity: friction needs"):
+        drive_requirements(simulate(cart().model_copy(update={"friction": Friction(seal=2.0)}), still))
+    with pytest.raises(ArgumentError, match="a linear motor does not turn"):
+        _ = Drive(linear_motor=True).speed_per_motor_speed
+    held = free.model_copy(update={"links": (link("rack", stiffness=1e8),), "drive": Drive(**RACK)})
+    with pytest.raises(ArgumentError, match="x is free"):
+        simulate(held, motion())
