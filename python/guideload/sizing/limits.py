@@ -1,0 +1,171 @@
+"""How far a machine may go until a requirement is no longer met: faster, heavier, or with more overhang."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+import numpy as np
+from scipy.optimize import brentq
+
+from guideload.base.errors import ArgumentError, RunError
+from guideload.catalogue.conditions import LifeConditions
+from guideload.life.life import life_of
+from guideload.machine.components import Body
+from guideload.machine.machine import Machine
+from guideload.motion.motion import Motion
+from guideload.simulation.simulation import simulate
+from guideload.sizing.requirements import Margins, margins_of
+
+Quantity = Literal["pace", "payload", "overhang"]
+# Relative accuracy of the largest value: catalogues are no better than some percent.
+ACCURACY = 1e-4
+# Where the search ends: 64 times the pace, a thousand times the mass, a thousand times the size of the machine.
+MOST_DOUBLINGS = {"pace": 6, "payload": 10, "overhang": 10}
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The largest value of a quantity at which all requirements are met.
+
+    quantity  pace: factor on the speed of the whole motion (acceleration grows with its square, jerk with its cube);
+              payload: kg, added at a point; overhang: m, shift of the body's centre of mass along a direction
+    value     its largest value; inf if the search ends before anything fails
+    margins   at this value
+    """
+
+    quantity: Quantity
+    value: float
+    margins: Margins
+
+
+def largest(
+    machine: Machine,
+    motion: Motion,
+    quantity: Quantity,
+    *,
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    direction: tuple[float, float, float] = (1.0, 0.0, 0.0),
+    conditions: LifeConditions | None = None,
+) -> Limit:
+    """The largest pace, payload or overhang at which the machine meets its requirements.
+
+    A bracketed root, with an exact run at each try.
+
+    at          m from L, the place of the payload
+    direction   of the overhang
+    conditions  requirements; default: the table [life] of the machine
+
+    Raises ArgumentError for an unknown quantity or a zero direction, RunError if the machine does not meet its
+    requirements even without payload or overhang, or at a 64th of the pace. Errors as for `simulate` and `life_of`.
+    """
+    if quantity not in get_args(Quantity):
+        raise ArgumentError(f"quantity: expected one of {', '.join(get_args(Quantity))}, got {quantity!r}")
+    vary, unit = _variation(machine, motion, quantity, np.array(at), np.array(direction))
+
+    def margins(value: float) -> Margins:
+        changed, moved = vary(value)
+        return margins_of(life_of(simulate(changed, moved), conditions or machine.life))
+
+    low, high = _bracket(margins, unit, quantity)
+    if math.isinf(high):
+        return Limit(quantity, math.inf, margins(low))
+    value = float(
+        brentq(lambda value: margins(value).smallest - 1.0, low, high, rtol=ACCURACY, xtol=ACCURACY * high)
+    )
+    value = value if margins(value).hold else value - 2.0 * ACCURACY * high
+    return Limit(quantity, value, margins(value))
+
+
+def _bracket(margins: Callable[[float], Margins], unit: float, quantity: Quantity) -> tuple[float, float]:
+    """A value that holds and a larger one that does not, or inf; `unit`: the first value tried."""
+    if margins(unit).hold:
+        low = unit
+        for _ in range(MOST_DOUBLINGS[quantity]):
+            if not margins(2.0 * low).hold:
+                return low, 2.0 * low
+            low *= 2.0
+        return low, math.inf
+    high = unit
+    if quantity == "pace":
+        for _ in range(MOST_DOUBLINGS[quantity]):
+            if margins(0.5 * high).hold:
+                return 0.5 * high, high
+            high *= 0.5
+    elif margins(0.0).hold:
+        return 0.0, high
+    found = margins(high if quantity == "pace" else 0.0)
+    where = f"at {high:g} of the pace" if quantity == "pace" else f"without {quantity}"
+    raise RunError(
+        f"{quantity}: {found.first_to_fail} is not reached even {where} ({found.smallest:.3g} of what is wanted); "
+        "take a larger product, or lower the requirement"
+    )
+
+
+def _variation(
+    machine: Machine, motion: Motion, quantity: Quantity, at: np.ndarray, direction: np.ndarray
+) -> tuple[Callable[[float], tuple[Machine, Motion]], float]:
+    """Machine and motion by the value of the quantity, and a first value to try."""
+    body = machine.body
+    if quantity == "pace":
+        return lambda factor: (machine, at_pace(motion, factor)), 1.0
+    if quantity == "payload":
+        return lambda mass: (
+            machine.model_copy(update={"body": with_payload(body, mass, at)}),
+            motion,
+        ), body.mass
+    length = float(np.linalg.norm(direction))
+    if length == 0.0:
+        raise ArgumentError("direction: expected a vector other than zero")
+    center, along = np.array(body.center_of_mass), direction / length
+    size = float(np.abs(machine.link_table().points).max())
+
+    def shifted(distance: float) -> tuple[Machine, Motion]:
+        values = {"center_of_mass": tuple((center + distance * along).tolist())}
+        values |= {
+            "inertia": tuple(map(tuple, body.central_inertia().tolist())),
+            "inertia_about": "center_of_mass",
+        }
+        return machine.model_copy(update={"body": body.model_copy(update=values)}), motion
+
+    return shifted, size or 1.0
+
+
+def at_pace(motion: Motion, factor: float) -> Motion:
+    """The same travel at another pace: time / factor, speed x factor, acceleration x factor^2; forces as they are."""
+    return replace(
+        motion,
+        time=motion.time[0] + (motion.time - motion.time[0]) / factor,
+        acceleration=motion.acceleration * factor**2,
+        velocity=None if motion.velocity is None else motion.velocity * factor,
+        motor_speed=None if motion.motor_speed is None else motion.motor_speed * factor,
+        bandwidth=motion.bandwidth * factor,
+        uncertainty=None,
+    )
+
+
+def with_payload(body: Body, mass: float, at: np.ndarray) -> Body:
+    """The body with a point mass [kg] at a place (3,) [m] from L (Steiner)."""
+    if mass == 0.0:
+        return body
+    before = np.array(body.center_of_mass)
+    total = body.mass + mass
+    center = (body.mass * before + mass * at) / total
+    arm = at - before
+    reduced = body.mass * mass / total
+    inertia = body.central_inertia() + reduced * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return _with_center(body, total, center, inertia)
+
+
+def _with_center(body: Body, mass: float, center: np.ndarray, inertia: np.ndarray) -> Body:
+    """The body with another mass, centre of mass (3,) [m] and inertia (3, 3) [kg m2] about it."""
+    return body.model_copy(
+        update={
+            "mass": mass,
+            "center_of_mass": center.tolist(),
+            "inertia_about": "center_of_mass",
+            "inertia": inertia.tolist(),
+        }
+    )

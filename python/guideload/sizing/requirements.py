@@ -1,0 +1,54 @@
+"""What a product must fulfil, and by how much it does: life, static safety, speed, acceleration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from guideload.catalogue.conditions import LifeConditions
+from guideload.life.life import Life
+
+
+@dataclass(frozen=True)
+class Margins:
+    """Figure over requirement of each criterion; at least 1 holds. Criteria without requirement are missing.
+
+    ratios  by criterion: "life" (of the machine), "static safety" (of the weakest carriage), "speed", "acceleration"
+            (limit of the product over the largest of the motion)
+    """
+
+    ratios: dict[str, float]
+
+    @property
+    def first_to_fail(self) -> str:
+        """The criterion with the smallest margin."""
+        return min(self.ratios, key=lambda name: self.ratios[name])
+
+    @property
+    def smallest(self) -> float:
+        """The smallest margin."""
+        return min(self.ratios.values())
+
+    @property
+    def hold(self) -> bool:
+        """Whether every requirement is met."""
+        return self.smallest >= 1.0
+
+
+def margins_of(life: Life) -> Margins:
+    """The margins of a life against its conditions and the limits of the products."""
+    conditions: LifeConditions = life.conditions
+    ratios = {"static safety": life.weakest.static.safety / conditions.least_safety}
+    if conditions.life is not None:
+        ratios["life"] = life.machine / conditions.life
+    travel = life.record.travel
+    for name, key, history in (
+        ("speed", "max_speed", travel.velocity),
+        ("acceleration", "max_acceleration", travel.acceleration),
+    ):
+        limits = [limit for one in life.carriages if (limit := getattr(one.product, key)) is not None]
+        reached = float(np.abs(history).max())
+        if limits and reached > 0.0:
+            ratios[name] = min(limits) / reached
+    return Margins(ratios)

@@ -1,0 +1,185 @@
+"""Which product of a catalogue holds: the machine is run with every candidate in place of its carriages' products."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from guideload.base.errors import ArgumentError, GuideloadError
+from guideload.catalogue.catalogue import Catalogue
+from guideload.catalogue.conditions import LifeConditions
+from guideload.catalogue.product import Product
+from guideload.drive.requirements import drive_requirements
+from guideload.life.life import Life, life_of
+from guideload.machine.machine import Machine
+from guideload.machine.modes import Modes
+from guideload.motion.motion import Motion
+from guideload.simulation.result import Result
+from guideload.simulation.simulation import simulate
+from guideload.sizing.requirements import Margins, margins_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+LAW_KEYS = ("stiffness", "curve", "preload", "clearance")
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A product in one preload class on all carriages of the machine, and what comes of it.
+
+    product, preload_class  None if the product has no elastic law: the machine keeps its own
+    result, life            of the run; None if it failed
+    margins                 figure over requirement; None if the run failed
+    drive_force             N, largest of the drive, with friction; nan if x is free
+    first_mode              Hz, lowest natural frequency
+    reason                  why the run failed; empty if it did not
+    """
+
+    product: Product
+    preload_class: str | None
+    result: Result | None = None
+    life: Life | None = None
+    margins: Margins | None = None
+    drive_force: float = math.nan
+    first_mode: float = math.nan
+    reason: str = ""
+
+    @property
+    def name(self) -> str:
+        """Product and preload class."""
+        return (
+            self.product.name if self.preload_class is None else f"{self.product.name} {self.preload_class}"
+        )
+
+    @property
+    def holds(self) -> bool:
+        """Whether it was run and meets every requirement."""
+        return self.margins is not None and self.margins.hold
+
+    @property
+    def size(self) -> float:
+        """What candidates are ranked by: the dynamic load rating for 100 km of travel [N]."""
+        rating = self.product.dynamic
+        return math.inf if rating is None else rating.value * (rating.base / 1e5) ** (1.0 / rating.exponent)
+
+
+@dataclass(frozen=True, eq=False)
+class Sizing:
+    """All candidates, from the smallest to the largest load rating; failed ones last.
+
+    conditions  the requirements
+    """
+
+    candidates: tuple[Candidate, ...]
+    conditions: LifeConditions
+
+    @property
+    def smallest(self) -> Candidate | None:
+        """The smallest candidate that holds; None if none does."""
+        return next((one for one in self.candidates if one.holds), None)
+
+    def table(self) -> pd.DataFrame:
+        """A row per candidate; names of columns end in the unit."""
+        import pandas as pd
+
+        rows = [
+            {
+                "holds": one.holds,
+                "life_km": math.nan if one.life is None else 1e-3 * one.life.machine,
+                "static_safety": math.nan if one.life is None else one.life.weakest.static.safety,
+                "margin": math.nan if one.margins is None else one.margins.smallest,
+                "fails_first": "" if one.margins is None else one.margins.first_to_fail,
+                "drive_force_N": one.drive_force,
+                "first_mode_Hz": one.first_mode,
+                "reason": one.reason,
+            }
+            for one in self.candidates
+        ]
+        return pd.DataFrame(rows, index=pd.Index([one.name for one in self.candidates], name="product"))
+
+
+def size(
+    machine: Machine,
+    motion: Motion,
+    catalogue: Catalogue,
+    *,
+    products: Iterable[str] | None = None,
+    conditions: LifeConditions | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Sizing:
+    """Run the machine with every product and preload class of a catalogue on its carriages, and rank them.
+
+    products    names of those to try; default: all
+    conditions  requirements; default: the table [life] of the machine
+    progress    called with the number of finished candidates and of all
+
+    A product gives its ratings, and, if its record has them, stiffness, preload and length; otherwise the machine's own
+    stay. Damping is scaled with the square root of the stiffness, so that the damping ratios stay. The mass stays.
+    Raises ArgumentError for an unknown product, and for a machine without carriages.
+    """
+    if not machine.carriages:
+        raise ArgumentError("machine: it has no carriages to size")
+    conditions = conditions or machine.life
+    known = {product.name: product for product in catalogue.products}
+    chosen = list(known) if products is None else list(products)
+    for name in chosen:
+        if name not in known:
+            raise ArgumentError(f"products: {name!r} is not in the catalogue, which has {', '.join(known)}")
+    trials = [
+        (known[name], kind) for name in chosen for kind in (known[name].preload_classes or {None: None})
+    ]
+    candidates = []
+    for done, (product, preload_class) in enumerate(trials, 1):
+        candidates.append(_tried(machine, motion, product, preload_class, conditions))
+        if progress is not None:
+            progress(done, len(trials))
+    ranked = sorted(candidates, key=lambda one: (one.margins is None, one.size, one.name))
+    return Sizing(tuple(ranked), conditions)
+
+
+def _classes(product: Product) -> list[str | None]:
+    """The preload classes of a product; None for one that has no elastic law."""
+    return [*product.preload_classes] or [None]
+
+
+def _tried(
+    machine: Machine, motion: Motion, product: Product, preload_class: str | None, conditions: LifeConditions
+) -> Candidate:
+    """The candidate, run; its reason if the run is refused."""
+    try:
+        equipped = with_product(machine, product, preload_class)
+        result = simulate(equipped, motion)
+        life = life_of(result, conditions)
+        force = math.nan if "x" in machine.free else drive_requirements(result).peak_force
+        first = float(Modes.of(equipped).frequency.min(initial=math.inf))
+    except GuideloadError as error:
+        return Candidate(product, preload_class, reason=str(error))
+    return Candidate(product, preload_class, result, life, margins_of(life), force, first)
+
+
+def with_product(machine: Machine, product: Product, preload_class: str | None) -> Machine:
+    """The machine with a product on every carriage, which keeps its place and its damping ratio."""
+    laws = product.law_keys(preload_class)
+    carriages = []
+    for carriage in machine.carriages:
+        keys = {key: getattr(carriage, key) for key in type(carriage).model_fields}
+        keys |= {"product": product.name, "preload_class": preload_class}
+        if product.model_length is not None:
+            keys["length"] = product.model_length
+        if laws:
+            before = [law.stiffness for law in carriage.laws]
+            keys |= {f"{key}_{axis}": None for key in LAW_KEYS for axis in "yz"} | {"rolling": None}
+            keys |= {"clearance_y": 0.0, "clearance_z": 0.0, "damping_in_contact": False}
+            keys |= laws["y"] | laws["z"]
+            new = type(carriage)(**keys)
+            for axis, old, law in zip("yz", before, new.laws, strict=True):
+                keys[f"damping_{axis}"] = getattr(carriage, f"damping_{axis}") * math.sqrt(
+                    law.stiffness / old
+                )
+        carriages.append(keys)
+    return machine.model_copy(
+        update={"carriages": tuple(carriages), "products": (product,), "catalogue": None}
+    )
