@@ -26,7 +26,7 @@ def catalogue_report(catalogue: Catalogue, encoding: str = "utf-8") -> str:
             *numbers,
             "" if product.static is None else _kilo(product.static),
             product.type,
-            Text(", ".join(product.preload_classes)),
+            Text(", ".join(one.name for one in product.preload_classes)),
             Text(product.maker),
         )
     notes = [f"Note: {'; '.join(catalogue.remarks())}."] if any(catalogue.remarks()) else []
@@ -57,4 +57,4 @@ def _words(value: object) -> str:
         return ", ".join(f"{key} {_words(each)}" for key, each in value.items())
     if isinstance(value, float):
         return f"{value:.6g}"
-    return ", ".join(map(_words, value)) if isinstance(value, tuple) else str(value)
+    return "; ".join(map(_words, value)) if isinstance(value, tuple) else str(value)

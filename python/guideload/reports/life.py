@@ -88,7 +88,8 @@ def _answer(life: Life, band: LifeBand | None) -> str:
         f"With a probability of {100 * conditions.reliability:g} % all carriages last {kilometres(life.machine)} km"
         f"{asked}, {time}{ends}. Carriage {shortest.name} alone: {kilometres(shortest.life)} km. The smallest static "
         f"safety is {weakest.static.safety:.2f}, on carriage {weakest.name} at {weakest.worst.time:.3f} s, "
-        f"{weakest.worst.phase} (least for this use, {conditions.application}: {conditions.least_safety:g}). {fulfilled}"
+        f"{weakest.worst.phase} (least for this use, {conditions.application}: {conditions.least_safety:g}). "
+        f"{fulfilled}"
     )
 
 
