@@ -91,6 +91,7 @@ class PreloadClass(ConfigModel):
     no load it is. A curve is the whole law; a preload beside it is used for life and friction only.
     """
 
+    name: Text = Field(description='a name that is unique in the product, e.g. "ZA"')
     stiffness: Annotated[float | Directions, BeforeValidator(_stiffness)] | None = Field(
         default=None, description='stiffness, e.g. "539 N/um", or { press = ..., lift = ..., side = ... }'
     )
@@ -145,8 +146,8 @@ class Product(ConfigModel):
     side_factor: Plain = Field(
         default=1.0, description="factor on side loads in the equivalent load (k_a of IKO, Y of THK)"
     )
-    preload_classes: dict[str, PreloadClass] = Field(
-        default={}, description='elastic law by preload class, e.g. { ZA = { stiffness = "539 N/um" } }'
+    preload_classes: tuple[PreloadClass, ...] = Field(
+        default=(), description='elastic laws, e.g. [{ name = "ZA", stiffness = "539 N/um" }]'
     )
     row_spacing: Length | None = Field(default=None, description="distance of the rows across the rail")
     row_length: Length | None = Field(default=None, description="length of the loaded rows along the rail")
@@ -178,6 +179,14 @@ class Product(ConfigModel):
             return {**values, "dynamic": {**rating, "exponent": exponent}}
         return values
 
+    @field_validator("preload_classes")
+    @classmethod
+    def _unique(cls, classes: tuple[PreloadClass, ...]) -> tuple[PreloadClass, ...]:
+        names = [one.name for one in classes]
+        if len(set(names)) < len(names):
+            raise ValueRefused("a unique name of each preload class", names)
+        return classes
+
     @field_validator("unverified")
     @classmethod
     def _known_keys(cls, keys: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
@@ -188,12 +197,15 @@ class Product(ConfigModel):
 
     def class_named(self, name: str | None) -> PreloadClass | None:
         """The preload class of this name, or the only one; None if there is none. Raises ValueRefused."""
-        if name is None and len(self.preload_classes) <= 1:
-            return next(iter(self.preload_classes.values()), None)
-        if name not in self.preload_classes:
-            known = ", ".join(self.preload_classes) or "none"
-            raise ValueRefused(f"a preload class of {self.name} ({known})", name, "see its record")
-        return self.preload_classes[name]
+        classes = {one.name: one for one in self.preload_classes}
+        if name is None and len(classes) <= 1:
+            return next(iter(classes.values()), None)
+        if name not in classes:
+            known = ", ".join(classes) or "it has none"
+            raise ValueRefused(
+                f"a preload class of {self.name} ({known})", name, 'add the key "preload_class"'
+            )
+        return classes[name]
 
     def law_keys(self, preload_class: str | None) -> dict[str, dict[str, Any]]:
         """Keys of a carriage with the elastic laws along y (lift positive) and z, by axis; empty without a class."""

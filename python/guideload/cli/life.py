@@ -7,12 +7,12 @@ from typing import Any
 
 import click
 
-from guideload.catalogue.conditions import RULES
 from guideload.cli import options
 from guideload.cli.inputs import read_machine, read_motion
 from guideload.cli.outputs import picture_draft
 from guideload.cli.terminal import output_encoding, print_text, status
 
+RULES = ("sum", "thk", "hiwin", "hiwin_mg", "iko", "rexroth", "thomson")
 CONDITIONS = ("rule", "reliability", "life", "safety")
 
 

@@ -195,7 +195,7 @@ class ElasticModel(ConfigModel):
     @field_validator("rolling", check_fields=False)
     @classmethod
     def _with_preload(cls, value: str | None, info: ValidationInfo) -> str | None:
-        keys = [key for key in ("preload", "preload_y", "preload_z") if key in cls.model_fields]
+        keys = [key for key in cls.model_fields if key in ("preload", "preload_y", "preload_z")]
         if value is None and any(info.data.get(key) is not None for key in keys):
             raise PydanticKnownError("missing")
         return _refuse_without(value, info, keys, "no rolling without a preload")

@@ -33,7 +33,7 @@ def rail_damage(life: Life, ax: Axes | None = None) -> Axes:
             ax.axvspan(start, end, color=color, alpha=0.08, linewidth=0)
         ax.set_ylim(bottom=0.0)
         ax.set(
-            xlabel="x of the rail, from L at the start of the record [m]",
+            xlabel="x from L at the start of the record [m]",
             ylabel="damage per metre in 1000 km [1/m]",
         )
         ax.set_title("Fatigue damage along the rails", parse_math=False)

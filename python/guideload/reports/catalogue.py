@@ -18,21 +18,19 @@ def catalogue_report(catalogue: Catalogue, encoding: str = "utf-8") -> str:
     )
     for product in catalogue.products:
         rating = product.dynamic
-        numbers = (
-            ("", "", "")
-            if rating is None
-            else (_kilo(rating.value), _kilo(rating.base), f"{rating.exponent:.3g}")
-        )
+        numbers = ["", "", ""]
+        if rating is not None:
+            numbers = [_kilo(rating.value), _kilo(rating.base), f"{rating.exponent:.3g}"]
         table.add_row(
             Text(product.name),
             *numbers,
             "" if product.static is None else _kilo(product.static),
             product.type,
-            Text(", ".join(product.preload_classes)),
+            Text(", ".join(one.name for one in product.preload_classes)),
             Text(product.maker),
         )
-    remarks = [f"Note: {remark_}." for remark_ in catalogue.remarks()]
-    return to_text([counted(len(catalogue.products), "product"), table, *remark(*remarks)], encoding=encoding)
+    notes = [f"Note: {'; '.join(catalogue.remarks())}."] if any(catalogue.remarks()) else []
+    return to_text([counted(len(catalogue.products), "product"), table, *remark(*notes)], encoding=encoding)
 
 
 def product_report(product: Product, encoding: str = "utf-8") -> str:
@@ -59,4 +57,4 @@ def _words(value: object) -> str:
         return ", ".join(f"{key} {_words(each)}" for key, each in value.items())
     if isinstance(value, float):
         return f"{value:.6g}"
-    return ", ".join(map(_words, value)) if isinstance(value, tuple) else str(value)
+    return "; ".join(map(_words, value)) if isinstance(value, tuple) else str(value)

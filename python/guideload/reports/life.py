@@ -10,9 +10,9 @@ from rich.text import Text
 
 from guideload.base.errors import LifeError
 from guideload.base.number_text import joined, load_in_table
-from guideload.life.causes import CAUSES
 from guideload.life.equivalent_load import RULES
 from guideload.life.life import life_of
+from guideload.life.load_parts import CAUSES
 from guideload.reports.elements import new_table, remark, section, to_text
 
 if TYPE_CHECKING:
@@ -81,16 +81,15 @@ def _answer(life: Life, band: LifeBand | None) -> str:
         if band is None
         else f", 95 % credible band {' to '.join(kilometres(end) for end in band.machine)} km"
     )
-    time = f"{hours:,.0f} h".replace(",", " ") + (
-        "" if conditions.hours_per_year is None else f" or {years:.3g} years"
-    )
+    time = f"{hours:.0f} h" + ("" if conditions.hours_per_year is None else f" or {years:.3g} years")
     asked = "" if conditions.life is None else f" (wanted: {kilometres(conditions.life)} km)"
     fulfilled = "Both are reached." if life.holds else "THIS IS NOT REACHED."
     return (
         f"With a probability of {100 * conditions.reliability:g} % all carriages last {kilometres(life.machine)} km"
         f"{asked}, {time}{ends}. Carriage {shortest.name} alone: {kilometres(shortest.life)} km. The smallest static "
-        f"safety is {weakest.static.safety:.2f}, on carriage {weakest.name} at {weakest.worst.time:.3f} s while "
-        f"{weakest.worst.phase} (least for this use, {conditions.application}: {conditions.least_safety:g}). {fulfilled}"
+        f"safety is {weakest.static.safety:.2f}, on carriage {weakest.name} at {weakest.worst.time:.3f} s, "
+        f"{weakest.worst.phase} (least for this use, {conditions.application}: {conditions.least_safety:g}). "
+        f"{fulfilled}"
     )
 
 
@@ -99,9 +98,9 @@ def _notes(life: Life) -> list[str]:
 
 
 def kilometres(metres: float) -> str:
-    """A life in km without its unit, three digits or all before the decimal point: `12 800`, `437`."""
+    """A life in km without its unit, three digits or all before the decimal point: `12805`, `43.7`."""
     value = 1e-3 * metres
-    return f"{value:.3g}" if value < 100 else f"{value:,.0f}".replace(",", " ")
+    return f"{value:.3g}" if value < 100 else f"{value:.0f}"
 
 
 def life_table(life: Life, band: LifeBand | None) -> Table:
@@ -134,7 +133,7 @@ def _causes_table(life: Life) -> Table:
     headings = (
         f"{cause}\nN".replace(" ", "\n") if cause == "process force" else f"{cause}\nN" for cause in CAUSES
     )
-    table = new_table("carriage", "P0\nN", "at\ns", *headings, "noise\nN", texts=("while",))
+    table = new_table("", "P0\nN", "at\ns", *headings, "noise\nN", texts=("while",))
     for one in life.carriages:
         worst = one.worst
         noise = "" if worst.noise != worst.noise else load_in_table(worst.noise)
@@ -176,8 +175,8 @@ def _formulas(life: Life) -> list[str]:
         f"{conditions.hardness_factor:g}, f_T = {conditions.temperature_factor:g}, f_C = {factors}, f_W = "
         f"{conditions.load_factor:g}; {one.product.name}: C = {1e-3 * one.rating.value:g} kN for "
         f"{kilometres(one.rating.base)} km ({one.product.maker}, {one.product.edition}).",
-        "a1 = (ln R / ln 0.9)^(1/1.5). Rails and machine: L = (sum L_i^-1.5)^(-1/1.5), Weibull distributions of the slope "
-        "1.5 that a1 has.",
+        "a1 = (ln R / ln 0.9)^(1/1.5). Rails and machine: L = (sum L_i^-1.5)^(-1/1.5), Weibull distributions of "
+        "the slope 1.5 that a1 has.",
         f"One record is {life.record.travel.time[-1] - life.record.travel.time[0]:.4g} s and {life.distance:.4g} m of "
         f"travel; it repeats every {life.duration:.4g} s.",
     ]
