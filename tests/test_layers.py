@@ -17,6 +17,7 @@ PYTHON = (
     "simulation",
     "life",
     "drive",
+    "sizing",
     "method_comparison",
     "study",
     "reports",

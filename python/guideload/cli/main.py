@@ -29,6 +29,7 @@ from guideload.cli.machine import check, init, modes
 from guideload.cli.method_comparison import chart, stability
 from guideload.cli.run import demo, run
 from guideload.cli.schema import schema
+from guideload.cli.sizing import limit, size
 from guideload.cli.study import study
 
 
@@ -61,5 +62,20 @@ def main() -> None:
     """
 
 
-for command in (demo, init, check, modes, encoder, run, life, study, chart, stability, catalogue, schema):
+for command in (
+    demo,
+    init,
+    check,
+    modes,
+    encoder,
+    run,
+    life,
+    size,
+    limit,
+    study,
+    chart,
+    stability,
+    catalogue,
+    schema,
+):
     main.add_command(command)

@@ -123,12 +123,8 @@ def _variation(
     size = float(np.abs(machine.link_table().points).max())
 
     def shifted(distance: float) -> tuple[Machine, Motion]:
-        values = {"center_of_mass": tuple((center + distance * along).tolist())}
-        values |= {
-            "inertia": tuple(map(tuple, body.central_inertia().tolist())),
-            "inertia_about": "center_of_mass",
-        }
-        return machine.model_copy(update={"body": body.model_copy(update=values)}), motion
+        moved = _with_center(body, body.mass, center + distance * along, body.central_inertia())
+        return machine.model_copy(update={"body": moved}), motion
 
     return shifted, size or 1.0
 

@@ -128,9 +128,7 @@ def size(
     for name in chosen:
         if name not in known:
             raise ArgumentError(f"products: {name!r} is not in the catalogue, which has {', '.join(known)}")
-    trials = [
-        (known[name], kind) for name in chosen for kind in (known[name].preload_classes or {None: None})
-    ]
+    trials = [(known[name], kind) for name in chosen for kind in _classes(known[name])]
     candidates = []
     for done, (product, preload_class) in enumerate(trials, 1):
         candidates.append(_tried(machine, motion, product, preload_class, conditions))
@@ -142,7 +140,7 @@ def size(
 
 def _classes(product: Product) -> list[str | None]:
     """The preload classes of a product; None for one that has no elastic law."""
-    return [*product.preload_classes] or [None]
+    return [kind.name for kind in product.preload_classes] or [None]
 
 
 def _tried(

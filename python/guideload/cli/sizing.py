@@ -1,0 +1,115 @@
+"""The commands `guideload size` and `guideload limit`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from guideload.cli import options
+from guideload.cli.inputs import read_machine, read_motion
+from guideload.cli.terminal import output_encoding, print_text, status
+
+if TYPE_CHECKING:
+    from guideload.catalogue.conditions import LifeConditions
+    from guideload.machine.machine import Machine
+
+life_option = click.option("--life", help='Life to be reached, e.g. "20000 km".')
+safety_option = click.option("--safety", type=options.POSITIVE, help="Static safety to be reached, e.g. 3.")
+
+
+class Vector(click.ParamType[tuple[float, ...]]):
+    """Three numbers, separated by commas."""
+
+    name = "x,y,z"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[float, ...]:
+        if isinstance(value, tuple):
+            return value
+        try:
+            numbers = tuple(float(part) for part in str(value).split(","))
+        except ValueError:
+            numbers = ()
+        if len(numbers) != 3:
+            self.fail(f"expected three numbers such as 0,0.3,0, got {value!r}", param, ctx)
+        return numbers
+
+
+@click.command()
+@options.machine_argument
+@options.trace_argument
+@click.option("--from", "catalogue_file", type=options.InputFile, required=True, help="Catalogue file.")
+@click.option("--product", "products", multiple=True, help="A product to try; several times for several.")
+@life_option
+@safety_option
+@options.trace_options
+def size(
+    machine_file: Path,
+    trace_file: Path,
+    catalogue_file: Path,
+    products: tuple[str, ...],
+    life: str | None,
+    safety: float | None,
+    **reading: Any,
+) -> None:
+    """Find the smallest product of a catalogue whose carriages last, and are safe, under a measured motion."""
+    from guideload.catalogue.catalogue import Catalogue
+    from guideload.reports.sizing import sizing_report
+    from guideload.sizing.size import size as find
+
+    with status("reading"):
+        machine = read_machine(machine_file)
+        motion = read_motion(trace_file, machine, **reading)
+        catalogue = Catalogue.from_toml(catalogue_file)
+    with status("running every candidate"):
+        conditions = _conditions(machine, life, safety)
+        found = find(machine, motion, catalogue, products=products or None, conditions=conditions)
+    print_text(sizing_report(machine, found, encoding=output_encoding()))
+
+
+@click.command()
+@options.machine_argument
+@options.trace_argument
+@click.option(
+    "--of",
+    "quantity",
+    type=click.Choice(["pace", "payload", "overhang"]),
+    default="pace",
+    show_default=True,
+    help="What grows until a requirement fails: pace of the motion, payload [kg], shift of the centre of mass [m].",
+)
+@click.option("--at", type=Vector(), default=(0.0, 0.0, 0.0), help="Place of the payload from L, in m.")
+@click.option("--direction", type=Vector(), default=(1.0, 0.0, 0.0), help="Direction of the overhang.")
+@life_option
+@safety_option
+@options.trace_options
+def limit(
+    machine_file: Path,
+    trace_file: Path,
+    quantity: Any,
+    at: tuple[float, float, float],
+    direction: tuple[float, float, float],
+    life: str | None,
+    safety: float | None,
+    **reading: Any,
+) -> None:
+    """Find how fast, how heavy or how far out a machine may work until life or static safety fails."""
+    from guideload.reports.sizing import limit_report
+    from guideload.sizing.limits import largest
+
+    with status("reading"):
+        machine = read_machine(machine_file)
+        motion = read_motion(trace_file, machine, **reading)
+    with status("searching the limit"):
+        conditions = _conditions(machine, life, safety)
+        found = largest(machine, motion, quantity, at=at, direction=direction, conditions=conditions)
+    print_text(limit_report(machine, found, conditions, encoding=output_encoding()))
+
+
+def _conditions(machine: Machine, life: str | None, safety: float | None) -> LifeConditions:
+    """The requirements of the machine, or those of the command line."""
+    given = {"life": life, "safety": safety}
+    return machine.life.model_copy(update={key: value for key, value in given.items() if value is not None})

@@ -1,0 +1,179 @@
+"""Sizing agrees with single runs, ranks by rating, and finds limits at which exactly one more step fails."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import guideload, refused
+from moves import GENTLE
+from reference import cart
+
+from guideload import (
+    ArgumentError,
+    Catalogue,
+    LifeConditions,
+    Machine,
+    Motion,
+    Product,
+    RunError,
+    life_of,
+    simulate,
+)
+from guideload.machine.modes import Modes
+from guideload.sizing import largest, size
+from guideload.sizing.limits import at_pace, with_payload
+from guideload.sizing.requirements import margins_of
+from guideload.sizing.size import with_product
+
+TIME = GENTLE.times(500.0)
+PLACE, SPEED, ACCELERATION = GENTLE.motion(TIME)
+MOTION = Motion.along_x(TIME, ACCELERATION, velocity=SPEED, position=PLACE)
+WANTED = LifeConditions(life=2e6, safety=3.0)
+MOMENTS = {"roll": 500.0, "pitch": 400.0, "yaw": 400.0}
+
+
+def product(name: str, rating: float, **keys: object) -> Product:
+    values = {"name": name, "maker": "made up", "edition": "1", "type": "ball", "static": 1.5 * rating}
+    values |= {"dynamic": {"value": rating, "base": 1e5}, "static_moments": MOMENTS}
+    return Product(**(values | keys))
+
+
+def classes(*stiffness: float) -> list[dict[str, object]]:
+    return [{"name": f"Z{i}", "stiffness": k} for i, k in enumerate(stiffness)]
+
+
+CATALOGUE = Catalogue(
+    products=[
+        product("large", 4e4, preload_classes=classes(3e8, 6e8)),
+        product("small", 1e4, preload_classes=classes(1e8)),
+        product("middle", 2e4),
+        product("unrated", 9e4, dynamic=None),
+        product("middle of 50 km", 2e4 * 2 ** (1 / 3), dynamic={"value": 2e4 * 2 ** (1 / 3), "base": 5e4}),
+    ]
+)
+
+
+@pytest.fixture(scope="module")
+def sized() -> object:
+    return size(cart(), MOTION, CATALOGUE, conditions=WANTED)
+
+
+def test_every_candidate_is_a_run_of_its_own(sized: object) -> None:
+    """Life, safety and first mode are those of a machine with this product."""
+    for one in sized.candidates[:-1]:  # type: ignore[attr-defined]
+        machine = with_product(cart(), one.product, one.preload_class)
+        life = life_of(simulate(machine, MOTION), WANTED)
+        assert one.life.machine == life.machine
+        assert one.life.weakest.static.safety == life.weakest.static.safety
+        assert one.first_mode == Modes.of(machine).frequency.min()
+        assert one.holds == (life.machine >= 2e6 and life.weakest.static.safety >= 3.0)
+
+
+def test_ranked_by_the_rating_for_one_distance(sized: object) -> None:
+    """A rating counts for the same travel; what cannot be run is last and says why."""
+    names = [one.name for one in sized.candidates]  # type: ignore[attr-defined]
+    assert names == ["small Z0", "middle", "middle of 50 km", "large Z0", "large Z1", "unrated"]
+    same = sized.candidates[1:3]  # type: ignore[attr-defined]
+    assert same[0].life.machine == pytest.approx(same[1].life.machine, rel=1e-12)
+    assert "rating" in sized.candidates[-1].reason  # type: ignore[attr-defined]
+    first = sized.smallest  # type: ignore[attr-defined]
+    assert first.holds and not any(one.holds for one in sized.candidates if one.size < first.size)  # type: ignore[attr-defined]
+    assert list(sized.table().index) == names  # type: ignore[attr-defined]
+
+
+def test_a_product_without_law_keeps_that_of_the_machine() -> None:
+    machine = with_product(cart(), CATALOGUE["middle"], None)
+    assert np.array_equal(Modes.of(machine).frequency, Modes.of(cart()).frequency)
+
+
+def test_damping_ratios_stay() -> None:
+    """Four times the stiffness along y and z: twice the frequencies, the same damping ratios."""
+    before = Modes.of(cart())
+    stiffness = 4.0 * cart().carriages[0].laws[0].stiffness
+    stiff = product("stiff", 1e4, preload_classes=classes(stiffness))
+    after = Modes.of(with_product(cart(), stiff, "Z0"))
+    assert after.frequency == pytest.approx(2.0 * before.frequency, rel=1e-12)
+    assert after.damping_ratio == pytest.approx(before.damping_ratio, rel=1e-9)
+
+
+@pytest.mark.parametrize("quantity", ["pace", "payload", "overhang"])
+def test_limits_are_where_a_requirement_fails(quantity: str) -> None:
+    """At the limit all requirements are met; a thousandth beyond it the named one is not."""
+    machine = with_product(cart(), CATALOGUE["large"], "Z0")
+    limit = largest(machine, MOTION, quantity, conditions=WANTED, at=(0.3, 0.2, 0.1), direction=(0, 0, 1))  # type: ignore[arg-type]
+    assert limit.margins.hold and limit.margins.smallest == pytest.approx(1.0, abs=2e-3)
+    beyond = {
+        "pace": lambda: (machine, at_pace(MOTION, 1.001 * limit.value)),
+        "payload": lambda: (changed(machine, 1.001 * limit.value, (0.3, 0.2, 0.1)), MOTION),
+        "overhang": lambda: (shifted(machine, 1.001 * limit.value), MOTION),
+    }[quantity]()
+    margins = margins_of(life_of(simulate(*beyond), WANTED))
+    assert not margins.hold and margins.first_to_fail == limit.margins.first_to_fail
+
+
+def changed(machine: Machine, mass: float, at: tuple[float, float, float]) -> Machine:
+    return machine.model_copy(update={"body": with_payload(machine.body, mass, np.array(at))})
+
+
+def shifted(machine: Machine, distance: float) -> Machine:
+    body = machine.body
+    center = (body.center_of_mass[0], body.center_of_mass[1], body.center_of_mass[2] + distance)
+    return machine.model_copy(update={"body": body.model_copy(update={"center_of_mass": center})})
+
+
+def test_pace_keeps_the_travel() -> None:
+    """Speed and acceleration are derivatives of the same travel in another time."""
+    fast = at_pace(MOTION, 2.0)
+    assert fast.velocity is not None and fast.position is not None
+    assert np.ptp(fast.time) == pytest.approx(0.5 * np.ptp(MOTION.time))
+    travel = np.sum(0.5 * (fast.velocity[1:, 0] + fast.velocity[:-1, 0]) * np.diff(fast.time))
+    assert travel == pytest.approx(np.sum(0.5 * (SPEED[1:] + SPEED[:-1]) * np.diff(TIME)), abs=1e-9)
+    gain = np.cumsum(0.5 * (fast.acceleration[1:, 0] + fast.acceleration[:-1, 0]) * np.diff(fast.time))
+    assert np.abs(gain - fast.velocity[1:, 0]).max() < 1e-3
+
+
+def test_a_payload_is_a_point_mass() -> None:
+    """Mass, first moment and inertia about L add up."""
+    body, at = cart().body, np.array([0.3, -0.2, 0.5])
+    loaded = with_payload(body, 70.0, at)
+    assert loaded.mass == body.mass + 70.0
+    moment = body.mass * np.array(body.center_of_mass) + 70.0 * at
+    assert loaded.mass * np.array(loaded.center_of_mass) == pytest.approx(moment, rel=1e-13)
+
+    def about_reference(one: object) -> np.ndarray:
+        r = np.array(one.center_of_mass)  # type: ignore[attr-defined]
+        return one.central_inertia() + one.mass * (r @ r * np.eye(3) - np.outer(r, r))  # type: ignore[attr-defined, no-any-return]
+
+    expected = about_reference(body) + 70.0 * (at @ at * np.eye(3) - np.outer(at, at))
+    assert about_reference(loaded) == pytest.approx(expected, rel=1e-12)
+
+
+def test_what_cannot_be_sized_is_refused() -> None:
+    with pytest.raises(ArgumentError, match="'huge' is not in the catalogue"):
+        size(cart(), MOTION, CATALOGUE, products=["huge"])
+    machine = with_product(cart(), CATALOGUE["small"], "Z0")
+    with pytest.raises(RunError, match="is not reached even without payload"):
+        largest(machine, MOTION, "payload", conditions=LifeConditions(life=1e12))
+    with pytest.raises(ArgumentError, match="direction"):
+        largest(machine, MOTION, "overhang", direction=(0, 0, 0))
+    with pytest.raises(ArgumentError, match="quantity"):
+        largest(machine, MOTION, "speed")  # type: ignore[arg-type]
+    endless = largest(machine, replace(MOTION), "pace", conditions=LifeConditions(safety=1e-9))
+    assert math.isinf(endless.value)
+
+
+def test_commands(tmp_path: Path) -> None:
+    """`size` marks the smallest product that holds, `limit` gives the pace."""
+    from guideload.cli.inputs import EXAMPLES
+
+    machine, trace, catalogue = (
+        EXAMPLES / name for name in ("manipulator.toml", "manipulator.csv", "catalogue.toml")
+    )
+    text = guideload("size", machine, trace, "--from", catalogue, "--life", "5000 km", "--safety", 3).stdout
+    assert "* HGH25CA Z0" in text and "- BM W 20-B" in text
+    assert "products: 'x'" in refused("size", machine, trace, "--from", catalogue, "--product", "x")
+    assert "product" in refused("limit", machine, trace)
