@@ -52,7 +52,12 @@ CATALOGUE = Catalogue(
         product("small", 1e4, preload_classes=classes(1e8)),
         product("middle", 2e4),
         product("unrated", 9e4, dynamic=None),
-        product("middle of 50 km", 2e4 * 2 ** (1 / 3), dynamic={"value": 2e4 * 2 ** (1 / 3), "base": 5e4}),
+        product(
+            "middle of 50 km",
+            2e4 * 2 ** (1 / 3),
+            static=3e4,
+            dynamic={"value": 2e4 * 2 ** (1 / 3), "base": 5e4},
+        ),
     ]
 )
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 DEFINITIONS = (
     "Ranked by the dynamic load rating for 100 km. Life: of all carriages together; S0: static safety of the weakest "
     "carriage; margin: smallest ratio of figure to requirement; the criterion that has it fails first. The product "
-    "gives ratings and, if its record has them, stiffness, preload and length; damping is scaled so that damping ratios "
-    "stay, and the mass stays."
+    "gives ratings and, if its record has them, stiffness, preload and length; damping is scaled so that damping "
+    "ratios stay, and the mass stays."
 )
 UNITS = {"pace": "of the given pace", "payload": "kg more", "overhang": "m more"}
 
