@@ -22,6 +22,7 @@ from guideload.base.errors import (
     TraceError,
 )
 from guideload.cli.catalogue import catalogue
+from guideload.cli.compare import compare
 from guideload.cli.encoder import encoder
 from guideload.cli.exit_codes import InputError
 from guideload.cli.life import life
@@ -72,6 +73,7 @@ for command in (
     life,
     size,
     limit,
+    compare,
     study,
     chart,
     stability,

@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from guideload.plots.compare import comparison
 from guideload.plots.drivers import scatter, tornado
 from guideload.plots.life import rail_damage
 from guideload.plots.loads import load_y, load_z, moments, motor_speed, paper_figures, resultant
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "band",
+    "comparison",
     "distributions",
     "encoder",
     "equivalent_box",

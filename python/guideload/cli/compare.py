@@ -1,0 +1,56 @@
+"""The command `guideload compare`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from guideload.cli import options
+from guideload.cli.inputs import read_machine, read_motion
+from guideload.cli.outputs import picture_draft
+from guideload.cli.terminal import output_encoding, print_text, status
+
+
+@click.command()
+@click.argument("files", nargs=-1, metavar="MACHINE.TOML... TRACE...", type=options.InputFile)
+@options.picture_option
+@options.overwrite_picture_option
+@options.trace_options
+def compare(files: tuple[Path, ...], output: Path | None, overwrite: bool, **reading: Any) -> None:
+    """Compare machines under a motion, or a machine under several motions.
+
+    Files that end in .toml are machines, all others traces; every machine runs under every trace.
+    """
+    from guideload.reports.compare import comparison_report
+    from guideload.simulation.simulation import simulate
+
+    machines = [file for file in files if file.suffix.lower() == ".toml"]
+    traces = [file for file in files if file not in machines]
+    if not machines or not traces or len(machines) * len(traces) < 2:
+        raise click.UsageError("expected machine files (.toml) and traces, together at least two runs")
+    with picture_draft(output, overwrite, *files) as draft:
+        results = {}
+        for machine_file in machines:
+            with status(f"running {machine_file}"):
+                machine = read_machine(machine_file)
+                for trace_file in traces:
+                    title = _title(machine_file, trace_file, len(machines) > 1, len(traces) > 1)
+                    results[title] = simulate(machine, read_motion(trace_file, machine, **reading))
+        if len(results) < len(machines) * len(traces):
+            raise click.UsageError(
+                "two files have the same name: rename one, so that the runs can be told apart"
+            )
+        text = comparison_report(results, encoding=output_encoding())
+        if draft is not None:
+            from guideload import plots
+
+            plots.save(plots.comparison(results)[0], draft)
+    print_text(text)
+    if output is not None:
+        print_text(f"Wrote {output}.")
+
+
+def _title(machine: Path, trace: Path, machines: bool, traces: bool) -> str:
+    return " ".join([machine.stem] * machines + [trace.stem] * traces)

@@ -1,0 +1,37 @@
+"""The picture of a comparison: the resultant of the most loaded carriage of each run, and all peaks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from guideload.plots.style import carriage_look, legend_beside, look, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from guideload.simulation.result import Result
+
+
+def comparison(results: Mapping[str, Result]) -> tuple[Axes, Axes]:
+    """Above, the resultant of each run's most loaded carriage over time; below, the peaks of all carriages."""
+    with look():
+        figure = new_figure(10.0, 6.8)
+        above, below = figure.subplots(2, 1)
+        width = 0.8 / len(results)
+        for i, (title, result) in enumerate(results.items()):
+            data, style = result.quantities, carriage_look(i)
+            peaks = result.peak_columns["peak_resultant_N"]
+            at = int(peaks.argmax())
+            above.plot(data["time"], data["resultant"][:, at], color=style.color, ls=style.dash)
+            places = np.arange(peaks.size) + (i - 0.5 * (len(results) - 1)) * width
+            below.bar(places, peaks, width, color=style.color, label="_")
+            below.containers[-1].set_label(f"{title}, largest on {result.machine.carriages[at].name}")
+        names = [carriage.name for carriage in next(iter(results.values())).machine.carriages]
+        below.set_xticks(np.arange(len(names)), names, parse_math=False)
+        above.set(ylabel="resultant [N]", xlabel="time [s]", title="Most loaded carriage of each run")
+        below.set(ylabel="peak resultant [N]", xlabel="carriage", title="Peaks")
+        legend_beside(below)
+    return above, below

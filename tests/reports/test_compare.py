@@ -1,0 +1,52 @@
+"""The comparison of runs: what differs, and figures that are those of the single runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from command_line import MACHINE, TRACE, guideload, refused
+from machines import carriage, machine
+from reference import example
+
+from guideload import simulate
+from guideload.reports.compare import comparison_report, differences
+
+
+def test_differences_are_matched_by_name() -> None:
+    """Only what differs is listed; a carriage that moved in the list is the same carriage."""
+    one, two = carriage("a", x=-0.5), carriage("b", x=0.5)
+    left = machine(one, two)
+    right = machine(two, one.model_copy(update={"length": 0.7}))
+    assert list(differences(left, right)) == [("carriages[a].length", (0.6, 0.7))]
+    assert list(differences(left, left)) == []
+    fewer = machine(one)
+    assert ("carriages[b].x", (0.5, None)) in list(differences(left, fewer))
+
+
+def test_figures_are_those_of_the_runs() -> None:
+    """The peaks in the table are those of the results, and the change is against the first row."""
+    given, motion = example()
+    heavy = given.model_copy(update={"body": given.body.model_copy(update={"mass": 1.1 * given.body.mass})})
+    results = {"given": simulate(given, motion), "heavy": simulate(heavy, motion)}
+    text = comparison_report(results)
+    first, second = (float(one.peak_columns["peak_resultant_N"].max()) for one in results.values())
+    assert f"{first:.4g}" in text and f"{second:.4g} ({100 * (second / first - 1):+.1f} %)" in text
+    assert "body.mass" in text
+    for result in results.values():
+        assert all(f"{peak:.0f}" in text for peak in result.peak_columns["peak_resultant_N"])
+    same = comparison_report({"a": results["given"], "b": results["given"]})
+    assert "The machines are the same" in same and "(+0.0 %)" in same
+
+
+def test_the_command(tmp_path: Path) -> None:
+    other = tmp_path / "other.toml"
+    other.write_text(
+        Path(MACHINE).read_text(encoding="utf-8").replace('mass = "1250 kg"', 'mass = "1300 kg"'), "utf-8"
+    )
+    picture = tmp_path / "c.png"
+    text = guideload("compare", MACHINE, other, TRACE, "-o", picture).stdout
+    assert "body.mass" in text and "1300" in text and picture.stat().st_size > 10_000
+    assert "at least two runs" in refused("compare", MACHINE, TRACE)
+    copy = tmp_path / Path(MACHINE).name
+    copy.write_bytes(Path(MACHINE).read_bytes())
+    assert "the same name" in refused("compare", MACHINE, copy, TRACE)
