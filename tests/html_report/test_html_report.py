@@ -124,6 +124,7 @@ def test_names_are_text() -> None:
         carriage("b", x=0.5),
         name=HOSTILE,
         links=[link(HOSTILE + "l", stiffness=1e8)],
+        free=("x", "y", "z", "ry", "rz"),
     )
     page = html_report.run_page(simulate(hostile, motion))
     found = Elements(page).found
