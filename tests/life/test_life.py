@@ -117,6 +117,20 @@ def test_loads_of_the_rows_are_those_of_the_law() -> None:
         assert loaded - other == pytest.approx(law.force(deflection), rel=1e-9, abs=1e-6)
 
 
+def test_rows_of_a_preloaded_carriage_carry_the_preload_at_rest() -> None:
+    """Heavier than the preload: the unloaded row opens; lighter: both rows carry, and differ by the load."""
+    for preload, opens in ((8e3, False), (500.0, True)):
+        classes = [{"name": "A", "stiffness": 4e8, "preload": preload}]
+        product = Product(**{**PRODUCT, "preload_classes": classes})
+        keys = {"preload_y": preload, "rolling": "ball"}
+        carriages = [one.model_copy(update=keys) for one in cart().carriages]
+        built = cart().model_copy(update={"products": [product], "carriages": carriages})
+        for one in life_of(simulate(built, moved(GENTLE, 200.0))).carriages:
+            assert one.rows is not None
+            largest, smallest = one.rows
+            assert largest > preload > smallest and (smallest == 0.0) == opens
+
+
 def test_carriages_side_by_side_share_the_contact_factor() -> None:
     near = [
         carriage(name, x=x, product="20") for name, x in (("a", 0.0), ("b", 0.105), ("c", 0.5), ("d", 0.605))

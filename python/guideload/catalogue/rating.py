@@ -14,7 +14,7 @@ from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel, not_required, number
 from guideload.base.errors import ValueRefused
 
-EXPONENT = {"ball": 3.0, "roller": 10.0 / 3.0}  # ISO 14728-1
+LIFE_EXPONENT = {"ball": 3.0, "roller": 10.0 / 3.0}  # ISO 14728-1
 WEIBULL_SLOPE = 1.5  # of rolling fatigue, behind the reliability factors of ISO 14728-1
 
 
