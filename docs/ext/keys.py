@@ -1,4 +1,4 @@
-"""The directive `keys`: the keys of machine or study files, from the schema that checks them."""
+"""The directive `keys`: the keys of machine, study or catalogue files, from the schema that checks them."""
 
 from __future__ import annotations
 

@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 from pydantic import Field, PlainValidator
 
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, number
+from guideload.base.config import ConfigModel, not_required, number
 from guideload.base.errors import ValueRefused
 
-EXPONENT = {"ball": 3.0, "roller": 10.0 / 3.0}  # ISO 14728-1
+LIFE_EXPONENT = {"ball": 3.0, "roller": 10.0 / 3.0}  # ISO 14728-1
 WEIBULL_SLOPE = 1.5  # of rolling fatigue, behind the reliability factors of ISO 14728-1
 
 
@@ -31,6 +31,8 @@ class Rating(ConfigModel):
 
     The life under the mean load P is base (value/P)^exponent.
     """
+
+    model_config = not_required("exponent")
 
     value: Annotated[float, PlainValidator(partial(number, unit="N", above=0.0))] = Field(
         description='dynamic load rating C, e.g. "34.9 kN"'

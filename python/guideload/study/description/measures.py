@@ -19,6 +19,7 @@ from pydantic import Field, PlainValidator
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel, number
 from guideload.base.errors import ConfigError, Problem, ValueRefused
+from guideload.catalogue.rating import Rating
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.study.description.refusals import problem_at, refused_at
@@ -43,6 +44,10 @@ class Life(ConfigModel):
     base: Annotated[float, PlainValidator(partial(number, unit="m", above=0.0))] = Field(
         description='travel to which the rating refers, "50 km" or "100 km", from the catalogue'
     )
+
+    def with_exponent(self, exponent: float) -> Rating:
+        """The whole rating; the exponent is that of the mean load."""
+        return Rating(value=self.rating, base=self.base, exponent=exponent)
 
 
 @dataclass(frozen=True)
