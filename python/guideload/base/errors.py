@@ -99,7 +99,7 @@ def shown(value: object) -> str:
     return shortened(json.dumps(value, ensure_ascii=False, default=str))
 
 
-def shortened(text: str) -> str:
-    """`text` on one line of at most 80 characters."""
+def shortened(text: str, most: int = 80) -> str:
+    """`text` on one line of at most 80 characters, or of `most`."""
     line = " ".join(text.split())
-    return line if len(line) <= 80 else f"{line[:77]}..."
+    return line if len(line) <= most else f"{line[: most - 3]}..."

@@ -18,7 +18,7 @@ from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, GuideloadError, shown
 from guideload.machine.machine import Machine
 from guideload.simulation.simulation import Method
-from guideload.study.description.measures import Life, Measure
+from guideload.study.description.measures import UNITS, Life, Measure, column_of
 from guideload.traces.format.table import listed
 
 FILE = "study.json"
@@ -116,9 +116,25 @@ class StudyMetadata(BaseModel, frozen=True):
                 "Read it with that version, give another folder, or replace it (--overwrite)"
             )
         try:
-            return cls.model_validate(values)
+            metadata = cls.model_validate(values)
+            metadata._require_complete_columns()
+            return metadata
         except (ValidationError, GuideloadError) as error:
             raise ArgumentError(f"{path}: expected the metadata of a study, got {error}") from error
+
+    def _require_complete_columns(self) -> None:
+        """Raise ArgumentError unless each measure is there for all carriages, and the columns have its names."""
+        labels = {"drive": [""]}
+        usual = [f"[{name}]" for name in self.carriages]
+        kinds = {(load, statistic) for load, _, statistic in self.measures}
+        names = {
+            (load, i, statistic): f"{column_of(load, statistic)}{label}"
+            for load, statistic in kinds
+            if load in UNITS
+            for i, label in enumerate(labels.get(load, usual))
+        }
+        if set(self.measures) != names.keys() or [names[one] for one in self.measures] != list(self.columns):
+            raise ArgumentError("measures that do not belong to its columns")
 
     def require_resumable(self, folder: Path) -> None:
         """Raise ArgumentError with the differences if the folder holds another study, or one with more runs."""
@@ -147,7 +163,7 @@ def read_json(folder: Path) -> dict[str, Any] | None:
         values = json.loads(path.read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError):
         return None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ArgumentError(f"{path}: expected the metadata of a study, got {error}") from None
     if not isinstance(values, dict) or values.get("content") != CONTENT:
         raise ArgumentError(f"{path}: expected the metadata of a study that guideload wrote")
