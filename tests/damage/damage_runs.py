@@ -1,9 +1,9 @@
-"""Reads damaged files by the thousand: `python tests/damage/damage_runs.py --seed 1 --count 2000 [--only npz,loads.nc]`.
+"""Reads damaged files by the thousand: `python tests/damage/damage_runs.py --seed 1 --count 2000 [--only npz,npy]`.
 
-Each file must end in a finite result, or in a GuideloadError whose message begins with the name of the file; within LIMIT
-seconds, without a warning and without the end of the process. Files are read in a process of their own, because damage
-may crash or stall the libraries below; it is started again after each such case. `--case N` of one format reads one file
-here, with its traceback.
+Each file must end in a finite result, or in a GuideloadError whose message begins with the name of the file; within
+LIMIT seconds, without a warning and without the end of the process. Files are read in a process of their own, because
+damage may crash or stall the libraries below; it is started again after each such case. `--case N` of one format reads
+one file here, with its traceback.
 """
 
 from __future__ import annotations
@@ -199,7 +199,9 @@ def main() -> None:
         valid_files(folder)
         if asked.case is not None:
             warnings.simplefilter("error")
-            reader_of(names[0])(folder, names[0], np.random.default_rng((zlib.crc32(names[0].encode()), asked.case)))
+            reader_of(names[0])(
+                folder, names[0], np.random.default_rng((zlib.crc32(names[0].encode()), asked.case))
+            )
             return
         failed = 0
         print(f"{'format':<16}{'tried':>7}{'valid':>7}{'refused':>9}{'failed':>8}   slowest")
@@ -216,7 +218,8 @@ def main() -> None:
             failed += sum(wrong.values())
             print(
                 f"{name:<16}{asked.count:>7}{counts['valid']:>7}{counts['refused']:>9}{sum(wrong.values()):>8}"
-                f"   {slowest:.1f} s", flush=True
+                f"   {slowest:.1f} s",
+                flush=True,
             )
             for found, count in sorted(wrong.items(), key=lambda item: -item[1])[:25]:
                 print(f"    {count:>5} x {found}   (--only {name} --case {first[found]})", flush=True)

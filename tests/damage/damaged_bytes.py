@@ -16,9 +16,43 @@ EXTREME_BYTES = [
 EXTREME_CELLS = [
     *("", " ", "nan", "-inf", "inf", "1e308", "-1e308", "1e400", "5e-324", "1e-300", "-0", "0", "7" * 400),
     *("x", "True", "0x10", "1,2", "1.2.3", "1'000", "1e", "--1", "1_000", "9223372036854775807", "-1e20"),
-    *("2024-01-31 10:00:00", "31.12.9999 23:59:59", "0001-01-01 00:00:00", "25:61:61", "#N/A", "1e25", "1e17"),
-    *('"', '""', '"1', '1"', "'", "\x00", "\x1b[2J", "\u0663", "é", "\ufeff", "\u2028", ";", "\t", "x [nan]", "t [1/0]"),
-    *("A1" * 66000, '"' + "1" * 131072 + '"', '"' + ",;\t" * 50000 + '"', "{0}", "%s", "#", "//", "Name", "EOF"),
+    *(
+        "2024-01-31 10:00:00",
+        "31.12.9999 23:59:59",
+        "0001-01-01 00:00:00",
+        "25:61:61",
+        "#N/A",
+        "1e25",
+        "1e17",
+    ),
+    *(
+        '"',
+        '""',
+        '"1',
+        '1"',
+        "'",
+        "\x00",
+        "\x1b[2J",
+        "\u0663",
+        "é",
+        "\ufeff",
+        "\u2028",
+        ";",
+        "\t",
+        "x [nan]",
+        "t [1/0]",
+    ),
+    *(
+        "A1" * 66000,
+        '"' + "1" * 131072 + '"',
+        '"' + ",;\t" * 50000 + '"',
+        "{0}",
+        "%s",
+        "#",
+        "//",
+        "Name",
+        "EOF",
+    ),
 ]
 
 
@@ -94,14 +128,30 @@ def _extreme(content: bytes, rng: Generator) -> bytes:
     return content[:start] + value + content[start + len(value) :]
 
 
-KINDS = [_cut, _head_lost, _flipped, _flipped, _filled, _random, _swapped, _doubled, _left_out, _extreme, _extreme]
+KINDS = [
+    _cut,
+    _head_lost,
+    _flipped,
+    _flipped,
+    _filled,
+    _random,
+    _swapped,
+    _doubled,
+    _left_out,
+    _extreme,
+    _extreme,
+]
 
 
 def _cell(content: bytes, rng: Generator) -> bytes:
     cells = list(re.finditer(rb"[^,;\t|\r\n]+", content))
     if not cells:
         return content
-    cell = cells[int(rng.integers(len(cells)))] if rng.random() < 0.7 else cells[int(rng.integers(min(8, len(cells))))]
+    cell = (
+        cells[int(rng.integers(len(cells)))]
+        if rng.random() < 0.7
+        else cells[int(rng.integers(min(8, len(cells))))]
+    )
     text = EXTREME_CELLS[int(rng.integers(len(EXTREME_CELLS)))].encode()
     return content[: cell.start()] + text + content[cell.end() :]
 
@@ -109,7 +159,9 @@ def _cell(content: bytes, rng: Generator) -> bytes:
 def _column(content: bytes, rng: Generator) -> bytes:
     """A whole column replaced, multiplied or shifted into an extreme range."""
     lines = content.split(b"\n")
-    sign = next((one for one in (b"\t", b";", b",", b"|", b" ") if one in lines[-2 if len(lines) > 1 else 0]), b",")
+    sign = next(
+        (one for one in (b"\t", b";", b",", b"|", b" ") if one in lines[-2 if len(lines) > 1 else 0]), b","
+    )
     column, exponent = int(rng.integers(3)), int(rng.choice([-320, -300, -160, -30, 15, 30, 160, 300, 306]))
     text = EXTREME_CELLS[int(rng.integers(len(EXTREME_CELLS)))].encode() if rng.random() < 0.3 else None
     for i, line in enumerate(lines):
@@ -123,7 +175,18 @@ def _column(content: bytes, rng: Generator) -> bytes:
 def _line(content: bytes, rng: Generator) -> bytes:
     lines = content.split(b"\n")
     at = int(rng.integers(len(lines))) if rng.random() < 0.7 else 0
-    extra = (b"", b'"', b",,,,,,", b"# note", b"x\xff\xfe", lines[at], lines[-1], lines[at] * 3, b"\x00" * 9, b"1 2 3")
+    extra = (
+        b"",
+        b'"',
+        b",,,,,,",
+        b"# note",
+        b"x\xff\xfe",
+        lines[at],
+        lines[-1],
+        lines[at] * 3,
+        b"\x00" * 9,
+        b"1 2 3",
+    )
     action = int(rng.integers(3))
     chosen = extra[int(rng.integers(len(extra)))]
     lines[at : at + (action < 2)] = [chosen] if action else []

@@ -41,10 +41,13 @@ def texts() -> dict[str, bytes]:
         "german": table("Zeit [s];Weg [m];v [m/s]", [f"{t};{x};{v}".replace(".", ",") for t, x, v in rows]),
         "units": table("t\tposition\tload\ns\tmm\tN", [f"{t}\t{1e3 * x:.3f}\t1" for t, x, _ in rows]),
         "blanks": table("# t_s x_m", [f"{t}  {x}" for t, x, _ in rows]),
-        "dates": table('time,"x, y [mm]"', [f"{d},{1e3 * x:.3f}" for d, (_, x, _) in zip(dates, rows, strict=True)]),
+        "dates": table(
+            'time,"x, y [mm]"', [f"{d},{1e3 * x:.3f}" for d, (_, x, _) in zip(dates, rows, strict=True)]
+        ),
         "bare": table("0.0,0.0", [f"{t},{x}" for t, x, _ in rows[1:]]),
         "counts": table("t_ms,enc_counts", [f"{10 * i},{c}" for i, c in enumerate(counts)]),
-        "scope": SCOPE_HEAD.encode() + table("0\t0.0\t0.0", [f"{1e3 * t:g}\t{x}\t{v}" for t, x, v in rows[1:]]),
+        "scope": SCOPE_HEAD.encode()
+        + table("0\t0.0\t0.0", [f"{1e3 * t:g}\t{x}\t{v}" for t, x, v in rows[1:]]),
     }
 
 
@@ -84,7 +87,9 @@ def npz(rng: Generator) -> bytes:
         stored = zipfile.ZIP_STORED if rng.random() < 0.5 else zipfile.ZIP_DEFLATED
         return damaged(zipped(members, stored), rng)
     name = list(members)[int(rng.integers(2))]
-    members[name] = _damaged_header(members[name], rng) if way < 0.8 else saved(unsuitable(rng), allow_pickle=True)
+    members[name] = (
+        _damaged_header(members[name], rng) if way < 0.8 else saved(unsuitable(rng), allow_pickle=True)
+    )
     if rng.random() < 0.1:
         members["x_m.npy"] = saved(np.zeros(200_000))  # a small zip bomb
     return zipped(members)
@@ -102,10 +107,22 @@ def npy(rng: Generator) -> bytes:
 def _damaged_header(content: bytes, rng: Generator) -> bytes:
     """A `.npy` file whose header lies, with its length right; or with damaged bytes."""
     changes = (
-        *((b"(64,", one) for one in (b"(-64,", b"(10**9,", b"(1000000000000000000,", b"(0,", b"(True,", b"('a',", b"(63,")),
-        *((b"(64, 2)", one) for one in (b"()", b"(64,2,0)", b"(128,)", b"(2, 64)", b"64", b"(99999999999, 99999999999)")),
-        *((b"'<f8'", one) for one in (b"'>f8'", b"'<c16'", b"'|O'", b"'<M8[us]'", b"'<U2'", b"'|V8'", b"'<f4'", b"'|b1'")),
-        *((b"'<f8'", one) for one in (b"[('a','<f4'),('b','<f4')]", b"'zzz'", b"None", b"'<i8'", b"('<f8',(9,))", b"'|S0'")),
+        *(
+            (b"(64,", one)
+            for one in (b"(-64,", b"(10**9,", b"(1000000000000000000,", b"(0,", b"(True,", b"('a',", b"(63,")
+        ),
+        *(
+            (b"(64, 2)", one)
+            for one in (b"()", b"(64,2,0)", b"(128,)", b"(2, 64)", b"64", b"(99999999999, 99999999999)")
+        ),
+        *(
+            (b"'<f8'", one)
+            for one in (b"'>f8'", b"'<c16'", b"'|O'", b"'<M8[us]'", b"'<U2'", b"'|V8'", b"'<f4'", b"'|b1'")
+        ),
+        *(
+            (b"'<f8'", one)
+            for one in (b"[('a','<f4'),('b','<f4')]", b"'zzz'", b"None", b"'<i8'", b"('<f8',(9,))", b"'|S0'")
+        ),
         *((b"False", one) for one in (b"True", b"1", b"__import__('os')", b"(" * 90, b"'")),
         *((b"{", one) for one in (b"[", b"{'more': 1, ", b"", b"{" * 300)),
         (b"'descr'", b"'dscr'"),
@@ -126,10 +143,22 @@ def unsuitable(rng: Generator) -> np.ndarray:
     """An array with a type, shape, layout or values that no trace has; some are valid nevertheless."""
     base = np.column_stack([TIME, PLACE])
     makers = (
-        *(lambda kind=kind: base.astype(kind) for kind in ("c16", "f2", "f4", ">f8", "g", "G", "U9", "S9", "?", "i1")),
-        *(lambda kind=kind: (base * 1e6).astype(kind) for kind in ("M8[s]", "m8[us]", ">i8", "u8", "O", "M8[as]", "M8[Y]")),
-        *(lambda shape=shape: base.reshape(shape) for shape in ((2, 64), (128,), (64, 2, 1), (1, 128), (128, 1))),
-        *(lambda shape=shape: np.zeros(shape) for shape in ((), (0,), (0, 2), (64, 0), (1, 1), (7, 2), (64, 1))),
+        *(
+            lambda kind=kind: base.astype(kind)
+            for kind in ("c16", "f2", "f4", ">f8", "g", "G", "U9", "S9", "?", "i1")
+        ),
+        *(
+            lambda kind=kind: (base * 1e6).astype(kind)
+            for kind in ("M8[s]", "m8[us]", ">i8", "u8", "O", "M8[as]", "M8[Y]")
+        ),
+        *(
+            lambda shape=shape: base.reshape(shape)
+            for shape in ((2, 64), (128,), (64, 2, 1), (1, 128), (128, 1))
+        ),
+        *(
+            lambda shape=shape: np.zeros(shape)
+            for shape in ((), (0,), (0, 2), (64, 0), (1, 1), (7, 2), (64, 1))
+        ),
         lambda: np.asfortranarray(base),
         lambda: np.rec.fromarrays(base.T, names="t_s,x_m"),
         lambda: np.rec.fromarrays([TIME, base], names="t_s,x_m"),
@@ -163,9 +192,15 @@ def frame(rng: Generator) -> bytes:
         name = ("t_s", "x_m", "v_m_s")[int(rng.integers(3))]
         columns[name] = _odd_column(rng)
     if way > 0.9:
-        texts = (b"{", b"[]", b"{}", b'{"index_columns": ["x"], "columns": []}', b'{"index_columns": [{}], "columns": [1]}',
-                 b'{"index_columns": [{"kind": "range", "name": null, "start": 0, "stop": 9, "step": 0}], "columns": []}',
-                 b'{"index_columns":["t_s"],"columns":[{"name":"t_s","field_name":"t_s","pandas_type":"x","numpy_type":"O","metadata":null}],"column_indexes":[]}')
+        texts = (
+            b"{",
+            b"[]",
+            b"{}",
+            b'{"index_columns": ["x"], "columns": []}',
+            b'{"index_columns": [{}], "columns": [1]}',
+            b'{"index_columns": [{"kind": "range", "name": null, "start": 0, "stop": 9, "step": 0}], "columns": []}',
+            b'{"index_columns":["t_s"],"columns":[{"name":"t_s","field_name":"t_s","pandas_type":"x","numpy_type":"O","metadata":null}],"column_indexes":[]}',
+        )
         metadata[b"pandas"] = texts[int(rng.integers(len(texts)))]
     table = pa.table(columns).replace_schema_metadata(metadata)
     buffer = io.BytesIO()
@@ -222,7 +257,9 @@ def study_folder(folder: Path) -> None:
     """A finished study of 40 samples in two chunks, with histories."""
     motion = Motion.along_x(TIME, np.gradient(SPEED, TIME), source="made")
     vary = [{"path": "body.mass", "distribution": "uniform", "plus_minus": "10 %"}]
-    run_study(Study(machine=_example(), motion=motion, samples=40, seed=1, histories=2, vary=vary), folder, chunk=20)
+    run_study(
+        Study(machine=_example(), motion=motion, samples=40, seed=1, histories=2, vary=vary), folder, chunk=20
+    )
 
 
 def nested(depth: int) -> bytes:

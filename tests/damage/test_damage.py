@@ -1,4 +1,4 @@
-"""Damaged files: each is read or refused by its name, in bounded time, without a warning; nothing in them is executed."""
+"""Damaged files: each is read or refused by its name, in bounded time, without a warning; nothing is executed."""
 
 from __future__ import annotations
 
@@ -39,7 +39,9 @@ def test_damaged_files_are_read_or_refused_by_their_name(valid: Path) -> None:
     assert {case: how for case, how in found.items() if how not in ("valid", "refused")} == {}
     read = {name for (name, _), how in found.items() if how == "valid"}
     refused = {name for (name, _), how in found.items() if how == "refused"}
-    assert len(read) > len(FORMATS) / 2 and len(refused) > len(FORMATS) / 2  # the damage is neither mild nor total
+    assert (
+        len(read) > len(FORMATS) / 2 and len(refused) > len(FORMATS) / 2
+    )  # the damage is neither mild nor total
 
 
 def test_valid_files_are_read(valid: Path, tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """Checksum of netCDF files, verified before HDF5 reads them: HDF5 may stall or crash on a damaged file.
 
-It follows the end of the HDF5 file, which the superblock states. Other programs ignore it, and it is dropped when one of
-them changes the file.
+It follows the end of the HDF5 file, which the superblock states. Other programs ignore it, and it is dropped when one
+of them changes the file.
 """
 
 from __future__ import annotations

@@ -138,7 +138,7 @@ def _check(data: xr.Dataset, machine: Machine) -> None:
     for name, dims in REQUIRED.items():
         if set(data[name].dims) != set(dims):
             raise ValueError(f"{name} with the dimensions {', '.join(map(str, data[name].dims))}")
-    for name, variable in data.variables.items():
+    for name, variable in {str(name): each for name, each in data.variables.items()}.items():
         if variable.dtype.kind in "fiu" and not np.all(np.abs(variable.values) < LARGEST):
             raise ValueError(f"{name} with numbers that are not finite or too large")
         if name in data.dims and variable.dtype.kind not in "fiuOUT":
@@ -148,7 +148,9 @@ def _check(data: xr.Dataset, machine: Machine) -> None:
         "axis": list(AXES),
     }.items():
         if data[label].values.tolist() != expected:
-            raise ValueError(f"the {label} labels {shown(data[label].values.tolist())}, not {shown(expected)}")
+            raise ValueError(
+                f"the {label} labels {shown(data[label].values.tolist())}, not {shown(expected)}"
+            )
     if np.any(np.diff(data["time"].values) < 0.0):
         raise ValueError("times that go back")
 

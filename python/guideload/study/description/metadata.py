@@ -10,7 +10,7 @@ import json
 from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import BaseModel, Field, ValidationError
 
@@ -18,7 +18,7 @@ from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, GuideloadError, shown
 from guideload.machine.machine import Machine
 from guideload.simulation.simulation import Method
-from guideload.study.description.measures import UNITS, Life, Measure, column_of
+from guideload.study.description.measures import Life, Measure, Recorded, column_of
 from guideload.traces.format.table import listed
 
 FILE = "study.json"
@@ -130,7 +130,7 @@ class StudyMetadata(BaseModel, frozen=True):
         names = {
             (load, i, statistic): f"{column_of(load, statistic)}{label}"
             for load, statistic in kinds
-            if load in UNITS
+            if load in get_args(Recorded)
             for i, label in enumerate(labels.get(load, usual))
         }
         if set(self.measures) != names.keys() or [names[one] for one in self.measures] != list(self.columns):

@@ -213,7 +213,12 @@ class FolderStore(SampleStore):
                 return None
             check_hdf5(path)
             return xr.load_dataset(path, engine="h5netcdf")
-        except (OSError, ValueError, KeyError, RuntimeError):  # damaged: they are computed again when the study is resumed
+        except (
+            OSError,
+            ValueError,
+            KeyError,
+            RuntimeError,
+        ):  # damaged: they are computed again when the study is resumed
             return None
 
     def add_histories(self, data: xr.Dataset) -> None:

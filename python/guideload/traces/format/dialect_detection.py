@@ -82,7 +82,9 @@ class Dialect:
 
 def is_value(cell: str) -> bool:
     """Whether a cell holds a number in either notation, or a date or time stamp."""
-    return len(cell) <= LONGEST_VALUE and bool(NUMBER.fullmatch(cell) or (cell and STAMP.fullmatch(cell)) or decimal_by_groups(cell))
+    return len(cell) <= LONGEST_VALUE and bool(
+        NUMBER.fullmatch(cell) or (cell and STAMP.fullmatch(cell)) or decimal_by_groups(cell)
+    )
 
 
 def decimal_by_groups(cell: str) -> str:

@@ -86,7 +86,9 @@ class Table:
         if column.dtype.kind in "iu":
             return column
         if column.dtype.kind == "f":
-            with np.errstate(over="ignore"):  # of long doubles: infinite, and refused like other infinite cells
+            with np.errstate(
+                over="ignore"
+            ):  # of long doubles: infinite, and refused like other infinite cells
                 return column.astype(float, copy=False)
         if column.dtype.kind in "cmMV":  # complex numbers, times and records are no numbers
             return np.full(column.shape[0], np.nan)
@@ -94,7 +96,9 @@ class Table:
 
         series = pandas.Series(self.columns[name])
         if series.dtype == object or series.dtype == "str":
-            is_cell = series.map(lambda cell: isinstance(cell, str | Real | Decimal))  # no list, no complex number
+            is_cell = series.map(
+                lambda cell: isinstance(cell, str | Real | Decimal)
+            )  # no list, no complex number
             series = _plain(series.where(is_cell, None), self.decimal)
         return np.asarray(pandas.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan))
 
@@ -157,7 +161,9 @@ def _plain(series: Any, decimal: str) -> Any:
 
 def listed(names: Sequence[str], most: int = LISTED) -> str:
     """Names of columns for a message: the first ones, and their count."""
-    return ", ".join(map(shortened, names[:most])) + (f", ... ({len(names)} in all)" if len(names) > most else "")
+    return ", ".join(map(shortened, names[:most])) + (
+        f", ... ({len(names)} in all)" if len(names) > most else ""
+    )
 
 
 def listed_rows(numbers: Sequence[int]) -> str:

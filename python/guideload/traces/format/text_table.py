@@ -47,7 +47,8 @@ def read_text(path: Path) -> Table:
     dialect = scope_dialect(lines) or _dialect(lines)
     if dialect.width > MOST_COLUMNS:
         raise TraceError(
-            f"{path.name}: not a readable CSV table: expected at most {MOST_COLUMNS} cells in a row, got {dialect.width}"
+            f"{path.name}: not a readable CSV table: expected at most {MOST_COLUMNS} cells in a row, "
+            f"got {dialect.width}"
         )
     body = "".join(BREAK.split(text, dialect.first)[dialect.first :]) if dialect.first else text
     decimal = _decimal(path.name, lines, body, dialect)
