@@ -32,7 +32,7 @@ REQUIRED = {
     "static_force": ("carriage", "axis"),
     "static_moment": ("carriage", "axis"),
 }
-LARGEST = 1e60  # far above any load; the audit's products of five numbers fit into a double
+LARGEST = 1e30  # far above any load; the audit's products of five numbers fit into a double
 
 
 def write_netcdf(data: Quantities, path: str | PathLike[str]) -> None:
@@ -160,7 +160,7 @@ def _data(path: Path) -> xr.Dataset:
         import xarray as xr
 
         check_hdf5(path)
-        return xr.load_dataset(path, engine="h5netcdf")
+        return xr.load_dataset(path, engine="h5netcdf", phony_dims="access")
     if path.suffix == ".parquet":
         from pyarrow import parquet
 

@@ -212,7 +212,7 @@ class FolderStore(SampleStore):
             if not path.exists():
                 return None
             check_hdf5(path)
-            return xr.load_dataset(path, engine="h5netcdf")
+            return xr.load_dataset(path, engine="h5netcdf", phony_dims="access")
         except (
             OSError,
             ValueError,
