@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from guideload.base.visible_text import visible
@@ -37,6 +37,18 @@ class WriteError(RunError, OSError):
 
     def __str__(self) -> str:
         return visible(f"{self.filename}: cannot be written: {self.strerror}")
+
+
+class PictureError(RunError):
+    """Some pictures could not be drawn; numbers and the other pictures are not affected. `failed`: error by name."""
+
+    def __init__(self, failed: Mapping[str, Exception]) -> None:
+        super().__init__(failed)
+        self.failed = dict(failed)
+
+    def __str__(self) -> str:
+        reasons = (f"{name} ({type(error).__name__}: {error})" for name, error in self.failed.items())
+        return visible(f"not drawn: {'; '.join(reasons)}. The numbers are not affected")
 
 
 class ArgumentError(RunError, ValueError):

@@ -39,7 +39,11 @@ class Range:
     @property
     def words(self) -> str:
         """The range in words, without the unit: "a mass from 1e-06 to 1e+09"."""
-        return f"{self.name} from {self.least:g} to {self.most:g}" if self.least else f"{self.name} up to {self.most:g}"
+        return (
+            f"{self.name} from {self.least:g} to {self.most:g}"
+            if self.least
+            else f"{self.name} up to {self.most:g}"
+        )
 
 
 MASS = Range("a mass", "kg", 1e-6, 1e9, "from a micromechanical stage to more than the largest ship")
@@ -47,11 +51,13 @@ INERTIA = Range("a moment of inertia", "kg m^2", 0.0, 1e17, "largest mass at the
 SMALLEST_MOMENT = 1e-24  # kg m^2: smallest mass at the smallest length; products of inertia may be smaller
 POSITION = Range("a position", "m", 0.0, 1e4, "ten kilometres from L")
 LENGTH = Range("a length", "m", 1e-9, 1e4, "from a nanometre to ten kilometres")
-ACCELERATION = Range("an acceleration", "m/s^2", 0.0, 1e8, "ten million g: more than a projectile in its barrel")
+ACCELERATION = Range(
+    "an acceleration", "m/s^2", 0.0, 1e8, "ten million g: more than a projectile in its barrel"
+)
 STIFFNESS = Range("a stiffness", "N/m", 1e-3, 1e15, "1 N on 1 km, to a million times a rail's 1 kN/um")
 DAMPING = Range("a damping", "N s/m", 0.0, 1e12, "a million times the damper of a bridge")
 CLEARANCE = Range("a clearance", "m", 1e-12, 10.0, "from a hundredth of an atom to ten metres")
-DEFLECTION = Range("a deflection", "m", 1e-12, 10.0, "as for a clearance")
+DEFLECTION = Range("a deflection", "m", 1e-12, 1e3, "from a hundredth of an atom to a kilometre")
 FORCE = Range("a force", "N", 0.0, 1e12, "a hundred thousand times the load of the largest carriage")
 PRELOAD = Range("a preload", "N", 1e-9, 1e9, "from the weight of a dust grain to a hundred thousand tonnes")
 RATIO = Range("a ratio", "1", 1e-6, 1e6, "a million turns per turn")

@@ -159,7 +159,9 @@ def _registry() -> pint.UnitRegistry[Any]:
 def _parsed(unit: str) -> pint.Unit:
     plain = _plain(unit)
     if len(plain) > LONGEST or not UNIT.fullmatch(plain):
-        raise ValueRefused("a unit", unit, f'"{shortened(unit)}" is no unit; write it like N/um, N s/m or kg m^2')
+        raise ValueRefused(
+            "a unit", unit, f'"{shortened(unit)}" is no unit; write it like N/um, N s/m or kg m^2'
+        )
     from pint import UndefinedUnitError
 
     try:

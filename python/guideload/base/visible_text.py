@@ -7,7 +7,9 @@ import re
 # Control characters (C0, DEL, C1: among them ESC, NUL and the ends of rows), the two line separators, marks and
 # controls of writing direction, which reorder the text around them, and lone surrogates: the bytes of file names that
 # are no UTF-8.
-HIDDEN = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+HIDDEN = re.compile(
+    "[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]"
+)
 
 
 def visible(text: str) -> str:
