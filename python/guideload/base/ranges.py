@@ -64,6 +64,7 @@ RATIO = Range("a ratio", "1", 1e-6, 1e6, "a million turns per turn")
 DIRECTION = Range("a component of a direction", "1", 0.0, 1e9, "vectors in any unit, as from CAD")
 MOMENT = Range("a moment", "N m", 0.0, 1e16, "largest force at the largest position")
 SPEED = Range("a speed", "m/s", 0.0, 1e8, "a third of the speed of light")
+TRAVEL = Range("a position of the cart", "m", 0.0, 1e7, "a quarter of the earth's circumference")
 TIME = Range("a time", "s", 0.0, 1e11, "three thousand years, so stamps since 1970 in seconds are inside")
 ANGULAR_SPEED = Range("an angular speed", "rad/s", 0.0, 1e9, "a thousand times the fastest turbine")
 
@@ -71,4 +72,4 @@ OF_MACHINES = (
     MASS, INERTIA, POSITION, LENGTH, ACCELERATION, STIFFNESS, DAMPING, CLEARANCE, DEFLECTION, FORCE, PRELOAD, RATIO,
     DIRECTION,
 )  # fmt: skip
-OF_MOTIONS = (TIME, ACCELERATION, SPEED, ANGULAR_SPEED, POSITION, FORCE, MOMENT)
+OF_MOTIONS = (TIME, ACCELERATION, SPEED, TRAVEL, ANGULAR_SPEED, FORCE, MOMENT)

@@ -22,7 +22,9 @@ def save(ax: Axes, path: str | Path) -> Path:
     figure = ax.figure
     while isinstance(figure, SubFigure):
         figure = figure.figure
-    with warnings.catch_warnings():  # a character that the font lacks, as in a Chinese name, is drawn as a box
+    with (
+        warnings.catch_warnings()
+    ):  # a character that the font lacks, as in a Chinese name, is drawn as a box
         warnings.filterwarnings("ignore", r"Glyph .* missing from font")
         figure.savefig(path, dpi=DOTS_PER_INCH)
     return Path(path)

@@ -84,9 +84,9 @@ class Quantity:
 
 
 def column_of(load: str, statistic: str) -> str:
-    """The name of a recorded column, without the carriage."""
+    """The name of a recorded column, without the carriage. Raises KeyError for one that is never recorded."""
     if load in ("load", "contact"):
-        return {"load": "mean_load_N", "contact": CONTACT}[load]
+        return {("load", "mean"): "mean_load_N", ("contact", "lost"): CONTACT}[load, statistic]
     return f"{statistic}_{load}_{'s' if statistic.startswith('time') else UNITS[load]}"
 
 
