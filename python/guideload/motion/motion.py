@@ -210,13 +210,12 @@ def _history(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
 def _require_in_range(name: str, history: Array) -> None:
     """Raise TraceError if a history that has a range has a value outside it."""
     within = RANGES.get(name)
-    outside = np.argwhere(np.abs(history) > within.most) if within is not None else ()
-    if within is not None and len(outside):
-        at = tuple(outside[0].tolist())
-        hint = "no machine has this value: is the unit right?"
-        raise TraceError(
-            f"{name}[{', '.join(map(str, at))}]: expected {within.words} {within.unit}, got {history[at]:g}; {hint}"
-        )
+    if within is None or not np.any(outside := np.abs(history) > within.most):
+        return
+    at = np.argwhere(outside)[0].tolist()
+    hint = "no machine has this value: is the unit right?"
+    found = f"expected {within.words} {within.unit}, got {history[outside][0]:g}"
+    raise TraceError(f"{name}[{', '.join(map(str, at))}]: {found}; {hint}")
 
 
 def _samples(name: str, values: ArrayLike, count: int) -> Array:
