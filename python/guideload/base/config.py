@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from difflib import SequenceMatcher, get_close_matches
+from functools import partial
 from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, PlainValidator, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from guideload.base.errors import ABSENT, ConfigError, KeyPath, Problem, ValueRefused, shown
+from guideload.base.errors import (
+    ABSENT,
+    MOST_PROBLEMS,
+    ConfigError,
+    KeyPath,
+    Problem,
+    ValueRefused,
+    shown,
+)
+from guideload.base.ranges import Range
 from guideload.base.units import quantity
 
 if TYPE_CHECKING:
@@ -27,13 +38,30 @@ class ConfigModel(BaseModel):
         try:
             super().__init__(**values)
         except ValidationError as error:
-            problems = [_problem(item, type(self)) for item in error.errors(include_url=False)]
-            raise ConfigError(problems) from None
+            items = error.errors(include_url=False)
+            problems = [_problem(item, type(self)) for item in items[:MOST_PROBLEMS]]
+            raise ConfigError(problems, others=len(items) - len(problems)) from None
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """A copy with the values of `update`; it is checked, and its cached properties are computed anew."""
         values = {key: getattr(self, key) for key in type(self).model_fields}
         return type(self)(**{**values, **(update or {})})
+
+    def __getstate__(self) -> dict[Any, Any]:
+        """The fields without the cached properties, which a copy computes anew: some cannot be copied."""
+        state = super().__getstate__()
+        state["__dict__"] = {key: state["__dict__"][key] for key in type(self).model_fields}
+        return state
+
+    def __deepcopy__(self, memo: dict[int, Any] | None = None) -> Self:
+        copied = type(self).__new__(type(self))
+        copied.__setstate__(deepcopy(self.__getstate__(), memo))
+        return copied
+
+    def __copy__(self) -> Self:
+        copied = type(self).__new__(type(self))
+        copied.__setstate__(self.__getstate__())
+        return copied
 
     # Pydantic's mark (as on RootModel) of an __init__ that only wraps: nested models are then validated without it,
     # so that the ConfigError of the outermost model has the problems of all.
@@ -41,9 +69,17 @@ class ConfigModel(BaseModel):
 
 
 def number(
-    value: object, unit: str, above: float | None = None, least: float | None = None, nonzero: bool = False
+    value: object,
+    unit: str,
+    above: float | None = None,
+    least: float | None = None,
+    nonzero: bool = False,
+    within: Range | None = None,
 ) -> float:
-    """`value` in the SI unit `unit`. Raises ValueRefused unless > `above`, >= `least` and, if `nonzero`, not 0."""
+    """`value` in the SI unit `unit`.
+
+    Raises ValueRefused unless > `above`, >= `least`, if `nonzero` not 0, and in the range `within`.
+    """
     result = quantity(value, unit)
     shown_unit = "" if unit == "1" else f" {unit}"
     if above is not None and not result > above:
@@ -52,7 +88,14 @@ def number(
         raise ValueRefused(f">= {least:g}{shown_unit}", value)
     if nonzero and result == 0.0:
         raise ValueRefused(f"a value other than 0{shown_unit}", value)
+    if within is not None:
+        within.require(result, value)
     return result
+
+
+def in_range(within: Range, **checks: Any) -> PlainValidator:
+    """The validator of a number in a range; checks: above, least, nonzero of `number`."""
+    return PlainValidator(partial(number, unit=within.unit, within=within, **checks))
 
 
 def entries(value: object, names: tuple[str, ...]) -> object:
@@ -84,7 +127,7 @@ def _problem(item: ErrorDetails, model: type[BaseModel]) -> Problem:
     path, holder, field = _field(model, path)
     expected = EXPECTED.get(kind, item["msg"])
     hint = (field.description if field else None) or ""
-    written = shown(value)
+    written = None
     refused = context.get("error")
     if isinstance(refused, ValueRefused):
         expected, hint = refused.expected, refused.hint or hint
@@ -100,9 +143,9 @@ def _problem(item: ErrorDetails, model: type[BaseModel]) -> Problem:
     elif kind == "union_tag_invalid":
         value, tags = value[path[-1]], context["expected_tags"].replace("'", "")
         near = _nearest(str(value), tags.split(", "))
-        expected, written = "one of " + ", ".join(f'"{tag}"' for tag in tags.split(", ")), shown(value)
+        expected = "one of " + ", ".join(f'"{tag}"' for tag in tags.split(", "))
         hint = f"did you mean {' or '.join(near)}?" if near else hint
-    return Problem(path, value, expected, hint, None, written)
+    return Problem(path, value, expected, hint, None, shown(value) if written is None else written)
 
 
 def _nearest(word: str, known: list[str]) -> list[str]:

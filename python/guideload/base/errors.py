@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+
+from guideload.base.visible_text import visible
 
 KeyPath = tuple[str | int, ...]  # keys and indices that lead to a value: ("carriages", 2, "stiffness_y")
 ABSENT = "nothing"  # text of a missing value
+MOST_PROBLEMS = 20  # that one ConfigError describes; the others are counted
 
 
 class GuideloadError(Exception):
-    """Base of all errors of guideload."""
+    """Base of all errors of guideload. Control characters in its text are shown as escapes."""
+
+    def __str__(self) -> str:
+        return visible(super().__str__())
 
 
 class TraceError(GuideloadError):
@@ -30,7 +36,19 @@ class WriteError(RunError, OSError):
     """A file cannot be written; `filename` and `strerror` say which one and why."""
 
     def __str__(self) -> str:
-        return f"{self.filename}: cannot be written: {self.strerror}"
+        return visible(f"{self.filename}: cannot be written: {self.strerror}")
+
+
+class PictureError(RunError):
+    """Some pictures could not be drawn; numbers and the other pictures are not affected. `failed`: error by name."""
+
+    def __init__(self, failed: Mapping[str, Exception]) -> None:
+        super().__init__(failed)
+        self.failed = dict(failed)
+
+    def __str__(self) -> str:
+        reasons = (f"{name} ({type(error).__name__}: {error})" for name, error in self.failed.items())
+        return visible(f"not drawn: {'; '.join(reasons)}. The numbers are not affected")
 
 
 class ArgumentError(RunError, ValueError):
@@ -50,7 +68,8 @@ class ValueRefused(GuideloadError, ValueError):
         self.hint = hint
 
     def __str__(self) -> str:
-        return f"expected {self.expected}, got {shown(self.value)}" + (f"; {self.hint}" if self.hint else "")
+        hint = f"; {self.hint}" if self.hint else ""
+        return visible(f"expected {self.expected}, got {shown(self.value)}{hint}")
 
 
 @dataclass(frozen=True)
@@ -77,11 +96,17 @@ class Problem:
 
 
 class ConfigError(GuideloadError):
-    """A machine or study is invalid. `problems` has all problems; `key`, `value` and `row` belong to the first."""
+    """A machine or study is invalid; `key`, `value` and `row` belong to the first problem.
 
-    def __init__(self, problems: Iterable[Problem], file: str | None = None) -> None:
-        self.problems = tuple(problems)
-        super().__init__(self.problems, file)  # all arguments: pickling needs them
+    problems  at most MOST_PROBLEMS of them
+    others    number of further problems
+    """
+
+    def __init__(self, problems: Iterable[Problem], file: str | None = None, others: int = 0) -> None:
+        problems = tuple(problems)
+        self.problems = problems[:MOST_PROBLEMS]
+        self.others = others + len(problems) - len(self.problems)
+        super().__init__(self.problems, file, self.others)  # all arguments: pickling needs them
         first = self.problems[0]
         self.file = file
         self.key = first.key
@@ -89,17 +114,24 @@ class ConfigError(GuideloadError):
         self.row = first.row
 
     def __str__(self) -> str:
-        return "\n".join(problem.text(self.file) for problem in self.problems)
+        lines = [problem.text(self.file) for problem in self.problems]
+        if self.others:
+            lines.append(f"and {self.others} more problem{'s' if self.others > 1 else ''}")
+        return visible("\n".join(lines))
 
 
 def shown(value: object) -> str:
     """`value` as text of at most 80 characters, in the notation of TOML."""
     if value is None:
         return "None"
-    return shortened(json.dumps(value, ensure_ascii=False, default=str))
+    try:
+        text = json.dumps(value, ensure_ascii=False, default=str)
+    except (TypeError, ValueError, RecursionError):  # nested too deep, a key of another type, too many digits
+        text = f"a value of type {type(value).__name__}"
+    return shortened(text)
 
 
 def shortened(text: str, most: int = 80) -> str:
-    """`text` on one line of at most 80 characters, or of `most`."""
-    line = " ".join(text.split())
+    """`text` on one line of at most `most` characters; control characters are shown as escapes."""
+    line = visible(" ".join(text.split()))
     return line if len(line) <= most else f"{line[: most - 3]}..."

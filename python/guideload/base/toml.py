@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+from bisect import bisect
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
@@ -15,6 +16,12 @@ if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
+
+
+# A machine file nests 4 levels, and its longest key has 20 characters. Parsers in Python recurse into each level, and
+# read digits without end in quadratic time.
+DEEPEST = 20  # levels of tables and lists in each other, and parts of a key with dots
+LONGEST = 1000  # characters of a key or value without quotes
 
 
 @dataclass(frozen=True)
@@ -42,10 +49,16 @@ def read_toml(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, 
         row = content.count(b"\n", 0, error.start) + 1
         written = f"the byte 0x{content[error.start]:02x}"
         raise refusal("text in UTF-8", "save the file as UTF-8", row, written) from None
+    scanner = _Scanner(text)
+    if excess := scanner.excess():
+        row, expected, written = excess
+        raise refusal(expected, "", row, written)
     try:
-        return tomllib.loads(text), _Scanner(text).places
-    except tomllib.TOMLDecodeError as error:
-        lines = text.splitlines() or [""]
+        values = tomllib.loads(text)
+        scanner.scan()
+        return values, scanner.places
+    except ValueError as error:  # TOMLDecodeError, or one of Python's own
+        lines = text.removesuffix("\n").split("\n")
         at = re.search(r" \(at (?:line (\d+).*|end of document)\)", str(error))
         row = int(at[1]) if at and at[1] else len(lines)
         reason = str(error)[: at.start()] if at else str(error)
@@ -65,12 +78,14 @@ def located(error: ConfigError, file: str, places: dict[KeyPath, Place]) -> Conf
             written = (places[path].text if exact else "") or problem.written
             problem = replace(problem, row=places[path].row, written=written)
         problems.append(problem)
-    return ConfigError(sorted(problems, key=lambda problem: problem.row or 0), file)
+    return ConfigError(sorted(problems, key=lambda problem: problem.row or 0), file, error.others)
 
 
+# A string that does not end reaches to the end of its row or, with three quotes, of the text: so each character is
+# looked at once, in any text.
 TOKEN = re.compile(
     r"""(?P<blank>[ \t\r\n]+|\#[^\n]*)
-    |(?P<string>\"{3}(?:\\.|[^\\])*?\"{3,5}|'{3}.*?'{3,5}|"(?:\\.|[^"\\])*"|'[^']*')
+    |(?P<string>\"{3}(?:\\.|[^\\])*?(?:\"{3,5}|\Z)|'{3}.*?(?:'{3,5}|\Z)|"(?:\\.|[^"\\\n])*"?|'[^'\n]*'?)
     |(?P<mark>[\[\]{}=,.])
     |(?P<bare>[^\s\[\]{}=,."'\#]+)""",
     re.VERBOSE | re.DOTALL,
@@ -83,8 +98,31 @@ class _Scanner:
     def __init__(self, text: str) -> None:
         self.text = text
         self.tokens = [match for match in TOKEN.finditer(text) if match.lastgroup != "blank"]
+        self.row_ends = [match.start() for match in re.finditer("\n", text)]
         self.at = 0
         self.places: dict[KeyPath, Place] = {}
+
+    def excess(self) -> tuple[int, str, str] | None:
+        """Row, expected and found, where a text that need not be valid is nested too deep or too long; or None."""
+        depth = dots = 0
+        for token in self.tokens:
+            mark = token[0] if token.lastgroup == "mark" else ""
+            depth = max(0, depth + (mark in ("[", "{")) - (mark in ("]", "}")))
+            dots = dots + 1 if mark == "." else 0 if mark else dots
+            if depth > DEEPEST or dots >= DEEPEST:
+                what = "keys with at most that many parts"
+                return (
+                    self._row(token),
+                    f"tables and lists in at most {DEEPEST} levels, and {what}",
+                    "a deeper level",
+                )
+            if token.lastgroup == "bare" and token.end() - token.start() > LONGEST:
+                expected = f"keys and values without quotes of at most {LONGEST} characters"
+                return self._row(token), expected, shortened(token[0])
+        return None
+
+    def scan(self) -> None:
+        """Collect the places; the text must be valid."""
         table: KeyPath = ()
         last_entry: dict[KeyPath, int] = {}  # index of the last entry of each array of tables
         while self.at < len(self.tokens):
@@ -153,4 +191,4 @@ class _Scanner:
         return self.at < len(self.tokens) and self.tokens[self.at][0] == mark
 
     def _row(self, token: re.Match[str]) -> int:
-        return self.text.count("\n", 0, token.start()) + 1
+        return bisect(self.row_ends, token.start()) + 1

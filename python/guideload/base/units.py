@@ -15,7 +15,7 @@ from functools import lru_cache
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from guideload.base.errors import ValueRefused
+from guideload.base.errors import ValueRefused, shortened
 
 if TYPE_CHECKING:
     import pint
@@ -80,6 +80,7 @@ COMMON = {unit: (unit, Fraction(1)) for unit in DIMENSIONS} | {
     "rpm": ("rad/s", Fraction("6.28318530717958647693") / 60),
 }
 
+LONGEST = 100  # characters of a value or unit: pint recurses into each factor of a unit
 # Exponents of at most three digits: no double needs more, and fractions of a million digits take minutes.
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)(?![\d.,])\s*(.*?)\s*", re.DOTALL)
 _NAME = r"[A-Za-zµμ°][A-Za-zµμ_]*(?:_0)?(?:\^-?\d{1,2})?"
@@ -94,6 +95,8 @@ def quantity(value: object, unit: str) -> float:
     """
     expected = _name(unit)
     if isinstance(value, str):
+        if len(value) > LONGEST:
+            raise ValueRefused(expected, value, f"a number and its unit in at most {LONGEST} characters")
         match = NUMBER.fullmatch(value)
         if match is None:
             raise ValueRefused(
@@ -155,8 +158,10 @@ def _registry() -> pint.UnitRegistry[Any]:
 
 def _parsed(unit: str) -> pint.Unit:
     plain = _plain(unit)
-    if not UNIT.fullmatch(plain):
-        raise ValueRefused("a unit", unit, f'"{unit}" is no unit; write it like N/um, N s/m or kg m^2')
+    if len(plain) > LONGEST or not UNIT.fullmatch(plain):
+        raise ValueRefused(
+            "a unit", unit, f'"{shortened(unit)}" is no unit; write it like N/um, N s/m or kg m^2'
+        )
     from pint import UndefinedUnitError
 
     try:

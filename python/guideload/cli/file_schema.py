@@ -42,6 +42,9 @@ class FileSchema(GenerateJsonSchema):
     def function_plain_schema(self, schema: Any) -> JsonSchemaValue:
         checks = getattr(schema["function"]["function"], "keywords", {})  # arguments of a partial
         bounds = {word: checks[key] for key, word in BOUNDS.items() if checks.get(key) is not None}
+        if (within := checks.get("within")) is not None:
+            least = within.least if "exclusiveMinimum" in bounds else -within.most
+            bounds = {"minimum": least, "maximum": within.most} | bounds
         if "unit" in checks:
             return {"type": ["number", "string"], "x-unit": checks["unit"], **bounds}
         return {"type": "integer" if bounds else ["number", "string", "array"], **bounds}

@@ -14,6 +14,7 @@ from typing import Any
 import click
 
 from guideload.base.errors import ArgumentError, ConfigError, GuideloadError, SceneError, TraceError
+from guideload.base.visible_text import visible
 from guideload.cli.encoder import encoder
 from guideload.cli.exit_codes import InputError
 from guideload.cli.machine import check, init, modes
@@ -34,10 +35,14 @@ class Commands(click.Group):
             return super().invoke(ctx)
         except (ArgumentError, ConfigError, SceneError, TraceError) as error:
             raise InputError(str(error)) from error
+        except click.ClickException as error:
+            # click declares the message final, and shows it as it is
+            object.__setattr__(error, "message", visible(error.message))
+            raise
         except BrokenPipeError:  # the reader, such as `head`, closed the pipe: click exits without a message
             raise
         except (GuideloadError, OSError) as error:
-            raise click.ClickException(str(error)) from error
+            raise click.ClickException(visible(str(error))) from error
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.commands)

@@ -11,9 +11,9 @@ from typing import Annotated, Literal, cast
 
 import numpy as np
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     Field,
-    PlainValidator,
     StrictStr,
     ValidationInfo,
     field_validator,
@@ -22,8 +22,20 @@ from pydantic import (
 
 from guideload._core import Law
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, entries, number
+from guideload.base.config import ConfigModel, entries, in_range
 from guideload.base.errors import ValueRefused
+from guideload.base.ranges import (
+    ACCELERATION,
+    DAMPING,
+    DIRECTION,
+    INERTIA,
+    LENGTH,
+    MASS,
+    POSITION,
+    RATIO,
+    SMALLEST_MOMENT,
+)
+from guideload.base.visible_text import HIDDEN, escaped
 from guideload.machine.laws import (
     Clearance,
     Curve,
@@ -38,15 +50,25 @@ from guideload.machine.laws import (
     stiffness_field,
 )
 
-Name = Annotated[StrictStr, Field(min_length=1)]
-Length = Annotated[float, PlainValidator(partial(number, unit="m"))]
-PositiveLength = Annotated[float, PlainValidator(partial(number, unit="m", above=0.0))]
-Mass = Annotated[float, PlainValidator(partial(number, unit="kg", above=0.0))]
-Inertia = Annotated[float, PlainValidator(partial(number, unit="kg m^2"))]
-Damping = Annotated[float, PlainValidator(partial(number, unit="N s/m", least=0.0))]
-Acceleration = Annotated[float, PlainValidator(partial(number, unit="m/s^2"))]
-Plain = Annotated[float, PlainValidator(partial(number, unit="1"))]
-Ratio = Annotated[float, PlainValidator(partial(number, unit="1", nonzero=True))]
+
+def _printable(name: str) -> str:
+    """`name`, in which nothing steers a terminal or reorders text. Raises ValueRefused."""
+    found = HIDDEN.search(name)
+    if found is not None:
+        which = f"{escaped(found[0])} is character {found.start() + 1}"
+        raise ValueRefused("a name without control characters and marks of writing direction", name, which)
+    return name
+
+
+Name = Annotated[StrictStr, Field(min_length=1), AfterValidator(_printable)]
+Length = Annotated[float, in_range(POSITION)]
+PositiveLength = Annotated[float, in_range(LENGTH, above=0.0)]
+Mass = Annotated[float, in_range(MASS, above=0.0)]
+Inertia = Annotated[float, in_range(INERTIA)]
+Damping = Annotated[float, in_range(DAMPING, least=0.0)]
+Acceleration = Annotated[float, in_range(ACCELERATION)]
+Plain = Annotated[float, in_range(DIRECTION)]
+Ratio = Annotated[float, in_range(RATIO, nonzero=True)]
 
 _XYZ = BeforeValidator(partial(entries, names=("x", "y", "z")))
 _YZ = BeforeValidator(partial(entries, names=("y", "z")))
@@ -118,6 +140,9 @@ def _require_physical(central: Array, rows: Tensor, scale: float) -> None:
         raise ValueRefused(
             "a positive definite tensor", rows, f"its {found}: the smallest is not above 0; {way_out}"
         )
+    if small < SMALLEST_MOMENT:
+        least = f"principal moments of at least {SMALLEST_MOMENT:g} kg m^2"
+        raise ValueRefused(least, rows, f"its {found}; {way_out}")
     excess = large - (small + middle)
     if excess > PRINTED_DIGITS * scale:
         raise ValueRefused(

@@ -15,7 +15,6 @@ from pydantic import (
     AfterValidator,
     BeforeValidator,
     Field,
-    PlainValidator,
     StrictBool,
     ValidationInfo,
     field_validator,
@@ -24,8 +23,9 @@ from pydantic import (
 from pydantic_core import PydanticKnownError
 
 from guideload._core import Law
-from guideload.base.config import ConfigModel, entries, number
+from guideload.base.config import ConfigModel, entries, in_range, number
 from guideload.base.errors import ValueRefused
+from guideload.base.ranges import CLEARANCE, DEFLECTION, FORCE, PRELOAD, STIFFNESS
 
 Value = TypeVar("Value")
 CurvePoints = tuple[tuple[float, float], ...]  # deflection [m], force [N]
@@ -53,10 +53,10 @@ EXCLUDED: dict[str, dict[str, str]] = {  # {key: {key that excludes it: way out}
 class Sides(ConfigModel):
     """A stiffness for positive and another one for negative deflections."""
 
-    positive: Annotated[float, PlainValidator(partial(number, unit="N/m", least=0.0))] = Field(
+    positive: Annotated[float, in_range(STIFFNESS, least=0.0)] = Field(
         description='stiffness when the body moves in the positive direction, e.g. "300 N/um"'
     )
-    negative: Annotated[float, PlainValidator(partial(number, unit="N/m", least=0.0))] = Field(
+    negative: Annotated[float, in_range(STIFFNESS, least=0.0)] = Field(
         description='stiffness when the body moves in the negative direction, e.g. "500 N/um"'
     )
 
@@ -71,7 +71,7 @@ def _stiffness(value: object) -> float | Sides:
     """A stiffness [N/m], or one for each side. Raises ValueRefused, or ValidationError for `Sides`."""
     if isinstance(value, dict | Sides):
         return Sides.model_validate(value)
-    return number(value, "N/m", above=0.0)
+    return number(value, "N/m", above=0.0, within=STIFFNESS)
 
 
 # ---- curve
@@ -104,6 +104,11 @@ def _through_zero(points: CurvePoints) -> CurvePoints:
     if abs(at_zero) > ROUNDING * np.abs(force).max():
         hint = f"its force at 0 m is {at_zero:g} N: count deflections from no load"
         raise refusal("a curve through [0, 0]", hint)
+    slope = np.diff(force) / np.diff(deflection)
+    if slope.max() > STIFFNESS.most:
+        i = int(slope.argmax())
+        hint = f"from [{i}] to [{i + 1}] it is {slope[i]:g} N/m: draw the points apart"
+        raise refusal(f"a slope up to {STIFFNESS.most:g} N/m", hint)
     if force[0] == force[-1]:
         raise refusal("forces that rise somewhere", "this curve never resists")
     return points
@@ -118,15 +123,15 @@ def _as_list(value: object) -> object:
 
 CurvePoint = Annotated[
     tuple[
-        Annotated[float, PlainValidator(partial(number, unit="m"))],
-        Annotated[float, PlainValidator(partial(number, unit="N"))],
+        Annotated[float, in_range(DEFLECTION)],
+        Annotated[float, in_range(FORCE)],
     ],
     BeforeValidator(partial(entries, names=("deflection", "force"))),
 ]
 Curve = Annotated[tuple[CurvePoint, ...], BeforeValidator(_as_list), AfterValidator(_through_zero)]
 Stiffness = Annotated[float | Sides, BeforeValidator(_stiffness)] | None
-Preload = Annotated[float, PlainValidator(partial(number, unit="N", above=0.0))] | None
-Clearance = Annotated[float, PlainValidator(partial(number, unit="m", least=0.0))]
+Preload = Annotated[float, in_range(PRELOAD, above=0.0)] | None
+Clearance = Annotated[float, in_range(CLEARANCE, least=0.0)]
 Rolling = Annotated[
     Literal["ball", "roller"] | None,
     Field(validate_default=True, description='rolling element of a preloaded contact: "ball" or "roller"'),

@@ -21,7 +21,7 @@ from pydantic_core import InitErrorDetails
 from guideload._core import Law, Scene
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel
-from guideload.base.errors import ConfigError, KeyPath, ValueRefused, shown
+from guideload.base.errors import MOST_PROBLEMS, ConfigError, KeyPath, ValueRefused, shown
 from guideload.base.toml import located, read_toml
 from guideload.machine.components import Body, Carriage, Drive, Gravity, Link, Name, Rail
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
@@ -103,24 +103,22 @@ class Machine(ConfigModel):
     @cached_property
     def links_of_carriages(self) -> tuple[NDArray[np.int64], ...]:
         """For each carriage, the indices of its links in the link table."""
-        owner = self.link_table().carriage
-        return tuple(
-            read_only(np.flatnonzero(owner == i).astype(np.int64)) for i in range(len(self.carriages))
-        )
+        return tuple(map(read_only, _places(self.link_table().carriage, len(self.carriages))))
 
     @cached_property
     def links_of_rails(self) -> tuple[NDArray[np.int64], ...]:
         """For each rail, the indices of the links of its carriages in the link table."""
         table = self.link_table()
         rail = np.append(self.rail_of_carriage, -1)[table.carriage]  # -1 for extra links
-        return tuple(read_only(np.flatnonzero(rail == i).astype(np.int64)) for i in range(len(self.rails)))
+        return tuple(map(read_only, _places(rail, len(self.rails))))
 
     @cached_property
     def rail_centers(self) -> Array:
         """Mean of the carriage centres on each rail, from L, (rail, 3) [m]; 0 for a rail without carriages."""
         centers = np.zeros((len(self.rails), 3))
-        for i in set(self.rail_of_carriage.tolist()):
-            centers[i] = self.carriage_centers[self.rail_of_carriage == i].mean(axis=0)
+        for center, on_it in zip(centers, _places(self.rail_of_carriage, len(self.rails)), strict=True):
+            if on_it.size:
+                center[:] = self.carriage_centers[on_it].mean(axis=0)
         return read_only(centers)
 
     @cached_property
@@ -172,11 +170,11 @@ class Machine(ConfigModel):
             return NotImplemented
         return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)
 
-    def __getstate__(self) -> dict[Any, Any]:
-        """The fields without the cached properties, which are computed anew."""
-        state = super().__getstate__()
-        state["__dict__"] = {key: state["__dict__"][key] for key in type(self).model_fields}
-        return state
+
+def _places(owner: NDArray[np.intp], count: int) -> list[NDArray[np.int64]]:
+    """For each of `count` owners, the ascending indices of its entries in `owner`; -1 is no owner."""
+    order = np.argsort(owner, kind="stable")
+    return np.split(order, np.searchsorted(owner[order], np.arange(count + 1)))[1:-1]
 
 
 def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
@@ -186,12 +184,13 @@ def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
     rails, carriages, links = (_names(values, key, "name") for key in ("rails", "carriages", "links"))
     if not values.get("carriages") and not values.get("links"):
         yield ("carriages",), ValueRefused("at least one [[carriages]] or [[links]] table", [])
-    for i, rail in _names(values, "carriages", "rail"):
-        known = sorted({name for _, name in rails})
-        if rail not in known:
-            near = get_close_matches(rail, known, n=1)
-            hint = f'did you mean "{near[0]}"?' if near else "add a [[rails]] table with that name"
-            yield ("carriages", i, "rail"), ValueRefused(f"a rail's name ({shown(known)})", rail, hint)
+    known = {name for _, name in rails}
+    expected = f"a rail's name ({shown(sorted(known))})"
+    unknown = ((i, rail) for i, rail in _names(values, "carriages", "rail") if rail not in known)
+    for number, (i, rail) in enumerate(unknown):
+        near = get_close_matches(rail, sorted(known), n=1) if number < MOST_PROBLEMS else []
+        hint = f'did you mean "{near[0]}"?' if near else "add a [[rails]] table with that name"
+        yield ("carriages", i, "rail"), ValueRefused(expected, rail, hint)
     for key, named in (("rails", rails), ("carriages", carriages), ("links", links)):
         first: dict[str, int] = {}
         for i, name in named:

@@ -10,16 +10,19 @@ import json
 from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, Field, NonNegativeInt, ValidationError, model_validator
 
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, GuideloadError, shown
 from guideload.machine.machine import Machine
 from guideload.simulation.simulation import Method
-from guideload.study.description.measures import Life, Measure, Recorded, column_of
+from guideload.study.description.measures import Life, Measure, columns_of
 from guideload.traces.format.table import listed
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 FILE = "study.json"
 CONTENT = "samples of a guideload study"
@@ -74,7 +77,7 @@ class StudyMetadata(BaseModel, frozen=True):
     rtol: float = 1e-6
     sampling: str
     seed: int | None = None
-    runs: int
+    runs: NonNegativeInt
     sensitivity: bool
     parameters: tuple[ParameterMetadata, ...]
     correlations: dict[str, float] = {}
@@ -83,6 +86,20 @@ class StudyMetadata(BaseModel, frozen=True):
     exponent: float
     limits: dict[str, float]
     life: Life | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        """Check what a damaged file breaks: columns must be those of the measures, which all carriages must have."""
+        try:
+            columns = columns_of(self.measures, self.carriages)
+        except (KeyError, IndexError):  # of an unknown load or carriage
+            columns = ()
+        kinds = {(load, statistic) for load, _, statistic in self.measures}
+        places = {load: range(1 if load == "drive" else len(self.carriages)) for load, _ in kinds}
+        complete = {(load, i, statistic) for load, statistic in kinds for i in places[load]}
+        if self.columns != columns or len(columns) != len(complete) or set(self.measures) != complete:
+            raise ValueError("measures that do not belong to its columns")
+        return self
 
     @property
     def chosen(self) -> bool:
@@ -116,25 +133,9 @@ class StudyMetadata(BaseModel, frozen=True):
                 "Read it with that version, give another folder, or replace it (--overwrite)"
             )
         try:
-            metadata = cls.model_validate(values)
-            metadata._require_complete_columns()
-            return metadata
+            return cls.model_validate(values)
         except (ValidationError, GuideloadError) as error:
             raise ArgumentError(f"{path}: expected the metadata of a study, got {error}") from error
-
-    def _require_complete_columns(self) -> None:
-        """Raise ArgumentError unless each measure is there for all carriages, and the columns have its names."""
-        labels = {"drive": [""]}
-        usual = [f"[{name}]" for name in self.carriages]
-        kinds = {(load, statistic) for load, _, statistic in self.measures}
-        names = {
-            (load, i, statistic): f"{column_of(load, statistic)}{label}"
-            for load, statistic in kinds
-            if load in get_args(Recorded)
-            for i, label in enumerate(labels.get(load, usual))
-        }
-        if set(self.measures) != names.keys() or [names[one] for one in self.measures] != list(self.columns):
-            raise ArgumentError("measures that do not belong to its columns")
 
     def require_resumable(self, folder: Path) -> None:
         """Raise ArgumentError with the differences if the folder holds another study, or one with more runs."""
@@ -164,7 +165,8 @@ def read_json(folder: Path) -> dict[str, Any] | None:
     except (FileNotFoundError, NotADirectoryError):
         return None
     except (ValueError, RecursionError) as error:
-        raise ArgumentError(f"{path}: expected the metadata of a study, got {error}") from None
+        hint = "it is damaged: give another folder, or remove it and run the study anew"
+        raise ArgumentError(f"{path}: expected the metadata of a study, got {error}; {hint}") from None
     if not isinstance(values, dict) or values.get("content") != CONTENT:
         raise ArgumentError(f"{path}: expected the metadata of a study that guideload wrote")
     return values

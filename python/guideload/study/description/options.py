@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 import secrets
 from collections.abc import Sequence
 from dataclasses import replace
@@ -46,7 +48,9 @@ def _indices(value: object) -> int | tuple[int, ...]:
 def _exponent(value: object) -> float:
     """A number, or a fraction as text: "10/3"."""
     try:
-        return number(float(Fraction(value)) if isinstance(value, str) else value, "1", above=0.0)
+        if isinstance(value, str) and re.fullmatch(r"[\d./]{1,20}", value):
+            value = float(Fraction(value))
+        return number(value, "1", above=0.0)
     except (ValueError, ZeroDivisionError):
         raise ValueRefused("an exponent > 0", value, '3 for balls, "10/3" for rollers') from None
 
@@ -125,7 +129,7 @@ class StudyFile(StudyOptions):
         problems = [
             problem_at(place, ValueRefused("a file that exists", name, f"there is no {folder / name}"))
             for place, name in files.items()
-            if name is not None and not (folder / name).exists()
+            if name is not None and not os.path.exists(folder / name)  # of a name no system takes: False
         ]
         if problems:
             raise ConfigError(problems)
@@ -144,13 +148,13 @@ def read_study(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath,
             replace(one, expected=one.expected.replace("`guideload init`", "`guideload init --study`"))
             for one in error.problems
         ]
-        raise ConfigError(problems, error.file) from None
+        raise ConfigError(problems, error.file, error.others) from None
 
 
 def with_hint_on_place(error: ConfigError) -> ConfigError:
     """The same error, with a hint if a key of the whole study is inside a table."""
     hint = "it is a key of the whole study: put it above the first [table]"
-    return ConfigError(
+    problems = (
         replace(problem, hint=hint)
         if len(problem.path) > 1
         and problem.path[-1] in TOP_KEYS
@@ -158,3 +162,4 @@ def with_hint_on_place(error: ConfigError) -> ConfigError:
         else problem
         for problem in error.problems
     )
+    return ConfigError(problems, error.file, error.others)

@@ -14,6 +14,19 @@ from functools import cached_property
 from typing import NamedTuple
 
 from guideload.base.errors import ValueRefused
+from guideload.base.ranges import (
+    ACCELERATION,
+    CLEARANCE,
+    DAMPING,
+    INERTIA,
+    LENGTH,
+    MASS,
+    POSITION,
+    PRELOAD,
+    RATIO,
+    STIFFNESS,
+    Range,
+)
 from guideload.machine.components import Carriage, Link
 from guideload.machine.laws import Sides
 from guideload.machine.links import ENDS
@@ -25,6 +38,7 @@ Target = tuple[str, int, int | str]  # a number in the core's scene, see `_core.
 Targets = Sequence[tuple[Target, float]]  # with their factors
 # Target, constant, and (column, factor) of each term.
 Change = tuple[Target, float, tuple[tuple[int, float], ...]]
+RANGES = {one.unit: one for one in (MASS, INERTIA, ACCELERATION, STIFFNESS, DAMPING, PRELOAD, RATIO)}
 AXES = ("x", "y", "z")
 NEAR = 3  # nearest names that an error lists
 
@@ -36,6 +50,7 @@ class Parameter:
     path    its full name: "carriages[1a].stiffness_y"
     value   nominal value in SI `unit`
     floor   "> 0", ">= 0" or "" for any number
+    within  its range, as in a machine file
     sets    targets to which it adds, with factors: half of a carriage's stiffness at each end
     owners  names of the parts that it belongs to, by kind: {"carriage": "1a", "rail": "1"}
     """
@@ -46,17 +61,21 @@ class Parameter:
     floor: str
     sets: tuple[tuple[Target, float], ...]
     owners: dict[str, str]
+    within: Range
 
     def require(self, low: float, high: float, form: Form = "value") -> None:
-        """Raise ValueRefused if values of this form from `low` to `high` go below the floor."""
+        """Raise ValueRefused if values of this form from `low` to `high` leave the range or go below the floor."""
         factor = self.value if form == "factor" else 1.0
         shift = self.value if form == "shift" else 0.0
         low, high = sorted((factor * low + shift, factor * high + shift))
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        reach = f"values from {low:.4g} to {high:.4g}{unit}"
         if (self.floor == "> 0" and not low > 0.0) or (self.floor == ">= 0" and not low >= 0.0):
-            unit = "" if self.unit == "1" else f" {self.unit}"
-            reach = f"values from {low:.4g} to {high:.4g}{unit}"
             way_out = 'narrow the distribution, cut it with at_least, or take "lognormal"'
             raise ValueRefused(f"{self.path} {self.floor}{unit}", reach, way_out)
+        least = self.within.least if self.floor == "> 0" else -self.within.most
+        if not (least <= low and high <= self.within.most):
+            raise ValueRefused(f"{self.path}: {self.within.words}{unit}", reach, "narrow the distribution")
 
 
 # ---- the numbers that can vary
@@ -142,6 +161,13 @@ def _of_spring(
     yield Row(f"damping{suffix}", "N s/m", ">= 0", damping, damper)
 
 
+def _range_of(row: Row) -> Range:
+    """The range of a parameter: by its unit and, for lengths, by its key."""
+    if row.unit != "m":
+        return RANGES[row.unit]
+    return CLEARANCE if row.key.startswith("clearance") else LENGTH if row.key == "length" else POSITION
+
+
 # ---- the parameters of one machine
 
 
@@ -173,7 +199,9 @@ class Parameters:
         self.of_part[kind, name] = {
             row.key: row.need
             if row.value is None
-            else Parameter(part + row.key, row.unit, row.value, row.floor, tuple(row.sets), owners)
+            else Parameter(
+                part + row.key, row.unit, row.value, row.floor, tuple(row.sets), owners, _range_of(row)
+            )
             for row in rows
         }
 

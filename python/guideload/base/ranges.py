@@ -1,0 +1,75 @@
+"""Ranges of quantities: so wide that every real thing is inside, and what makes arithmetic fail is outside."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from guideload.base.errors import ValueRefused
+
+UNITS_HINT = "no machine has this value: is the unit right? A number without a unit is in"
+
+
+@dataclass(frozen=True)
+class Range:
+    """Magnitudes that a quantity can have; 0 is not refused here.
+
+    name    "a mass"
+    least   smallest magnitude other than 0, in SI `unit`; 0 if there is none
+    most    largest magnitude
+    reason  for the documentation
+    """
+
+    name: str
+    unit: str
+    least: float
+    most: float
+    reason: str
+
+    def holds(self, value: float) -> bool:
+        """Whether a value is inside, or 0."""
+        return value == 0.0 or self.least <= abs(value) <= self.most
+
+    def require(self, value: float, written: object) -> None:
+        """Raise ValueRefused unless `value`, in SI, is inside. written: as the user gave it."""
+        if not self.holds(value):
+            unit = "" if self.unit == "1" else f" {self.unit}"
+            hint = f"{UNITS_HINT} {self.unit}" if unit else "no machine has this value"
+            raise ValueRefused(f"{self.words}{unit}", written, hint)
+
+    @property
+    def words(self) -> str:
+        """The range in words, without the unit: "a mass from 1e-06 to 1e+09"."""
+        return (
+            f"{self.name} from {self.least:g} to {self.most:g}"
+            if self.least
+            else f"{self.name} up to {self.most:g}"
+        )
+
+
+MASS = Range("a mass", "kg", 1e-6, 1e9, "from a micromechanical stage to more than the largest ship")
+INERTIA = Range("a moment of inertia", "kg m^2", 0.0, 1e17, "largest mass at the largest position")
+SMALLEST_MOMENT = 1e-24  # kg m^2: smallest mass at the smallest length; products of inertia may be smaller
+POSITION = Range("a position", "m", 0.0, 1e4, "ten kilometres from L")
+LENGTH = Range("a length", "m", 1e-9, 1e4, "from a nanometre to ten kilometres")
+ACCELERATION = Range(
+    "an acceleration", "m/s^2", 0.0, 1e8, "ten million g: more than a projectile in its barrel"
+)
+STIFFNESS = Range("a stiffness", "N/m", 1e-3, 1e15, "1 N on 1 km, to a million times a rail's 1 kN/um")
+DAMPING = Range("a damping", "N s/m", 0.0, 1e12, "a million times the damper of a bridge")
+CLEARANCE = Range("a clearance", "m", 1e-12, 10.0, "from a hundredth of an atom to ten metres")
+DEFLECTION = Range("a deflection", "m", 1e-12, 1e3, "from a hundredth of an atom to a kilometre")
+FORCE = Range("a force", "N", 0.0, 1e12, "a hundred thousand times the load of the largest carriage")
+PRELOAD = Range("a preload", "N", 1e-9, 1e9, "from the weight of a dust grain to a hundred thousand tonnes")
+RATIO = Range("a ratio", "1", 1e-6, 1e6, "a million turns per turn")
+DIRECTION = Range("a component of a direction", "1", 0.0, 1e9, "vectors in any unit, as from CAD")
+MOMENT = Range("a moment", "N m", 0.0, 1e16, "largest force at the largest position")
+SPEED = Range("a speed", "m/s", 0.0, 1e8, "a third of the speed of light")
+TRAVEL = Range("a position of the cart", "m", 0.0, 1e7, "a quarter of the earth's circumference")
+TIME = Range("a time", "s", 0.0, 1e11, "three thousand years, so stamps since 1970 in seconds are inside")
+ANGULAR_SPEED = Range("an angular speed", "rad/s", 0.0, 1e9, "a thousand times the fastest turbine")
+
+OF_MACHINES = (
+    MASS, INERTIA, POSITION, LENGTH, ACCELERATION, STIFFNESS, DAMPING, CLEARANCE, DEFLECTION, FORCE, PRELOAD, RATIO,
+    DIRECTION,
+)  # fmt: skip
+OF_MOTIONS = (TIME, ACCELERATION, SPEED, TRAVEL, ANGULAR_SPEED, FORCE, MOMENT)
