@@ -20,6 +20,7 @@ from guideload.cli.machine import check, init, modes
 from guideload.cli.method_comparison import chart, stability
 from guideload.cli.run import demo, run
 from guideload.cli.schema import schema
+from guideload.cli.signals import orderly_end
 from guideload.cli.study import study
 
 
@@ -31,7 +32,8 @@ class Commands(click.Group):
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         atexit.register(gc.freeze)  # saves the search for garbage in all modules at exit, 0.25 s
         try:
-            return super().invoke(ctx)
+            with orderly_end():
+                return super().invoke(ctx)
         except (ArgumentError, ConfigError, SceneError, TraceError) as error:
             raise InputError(str(error)) from error
         except BrokenPipeError:  # the reader, such as `head`, closed the pipe: click exits without a message

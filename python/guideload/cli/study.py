@@ -120,7 +120,8 @@ def _require_folder(output: Path, resume: bool, overwrite: bool, inputs: tuple[P
             f"{output} holds a study: --resume resumes it, --overwrite replaces it; or give another folder"
         )
     if overwrite:
-        remove(output)
+        remove(output)  # refused while another process runs it
+        outputs.remove_own_files(output)  # the report must not stand beside samples of another study
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -154,7 +155,7 @@ def _write(result: StudyResult, output: Path, pictures: bool) -> None:
     from guideload.reports.study import study_report
 
     try:
-        with outputs.atomic_output(output) as folder:
+        with outputs.atomic_output(output, {"": {*outputs.STUDY}}, overwrite=True) as folder:
             with status("writing the summary"):
                 result.to_json(folder / "summary.json")
                 (folder / "report.txt").write_text(study_report(result), encoding="utf-8")
