@@ -1,8 +1,8 @@
 """Memory stays flat however long the program runs: `python tests/soak.py [--minutes 60]`.
 
-Repeats everything in one process: read and smooth a trace, simulate with each method, peaks, bands, report, result files,
-a study in a folder. Prints resident memory over time. Exit code 1 if it grows, between the second and the last quarter
-of the time, by more than BOUND.
+Repeats everything in one process: reading, smoothing, simulation with each method, peaks, report, result files, a study
+in memory and in a folder. Prints resident memory over time. Exit code 1 if its median in the last quarter of the time
+exceeds that in the second quarter by more than BOUND.
 """
 
 from __future__ import annotations
@@ -39,7 +39,11 @@ def once(folder: Path, seed: int) -> None:
         peak_loads(machine, motion, method=method, rtol=1e-4)
     result = simulate(machine, motion)
     result_report(result)
-    for write, ending in ((result.to_netcdf, ".nc"), (result.to_parquet, ".parquet"), (result.to_csv, ".csv")):
+    for write, ending in (
+        (result.to_netcdf, ".nc"),
+        (result.to_parquet, ".parquet"),
+        (result.to_csv, ".csv"),
+    ):
         write(folder / f"loads{ending}")
         Result.load(folder / f"loads{ending}")
     study = Study.from_toml(EXAMPLES / "study.toml", samples=200, seed=seed)

@@ -74,6 +74,9 @@ def study(
 
             print_text(study_report(result, encoding=output_encoding()))
             print_text(f"Wrote {output}.")
+    except SystemExit:  # a signal
+        click.echo(f"Terminated. To resume: {again}" if may_resume else "Terminated.", err=True)
+        raise
     except KeyboardInterrupt:  # before the first sample, or during the report
         interrupted = f"Interrupted. To resume: {again}" if may_resume else "Interrupted."
     if interrupted:
