@@ -137,7 +137,7 @@ def is_draft(path: Path) -> bool:
     """Whether a path may be used as draft folder: one that a writer made, empty, or gone."""
     try:
         return not path.is_symlink() and (not (there := os.listdir(path)) or LOCK in there)
-    except OSError as error:
+    except (FileNotFoundError, NotADirectoryError) as error:
         return error.errno == errno.ENOENT
 
 
