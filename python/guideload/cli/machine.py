@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 from typing import Any
 
 import click
 
+from guideload.base.atomic import atomic_write
 from guideload.cli import options
 from guideload.cli.exit_codes import InputError
 from guideload.cli.inputs import EXAMPLES, read_machine, read_motion
@@ -28,15 +30,15 @@ def init(path: Path | None, study: bool) -> None:
         template = template.replace('"manipulator.toml"', '"machine.toml"')
         template = template.replace('"manipulator.csv"', '"trace.csv"')
     try:
-        with path.open("x", encoding="utf-8", newline="\n") as file:
-            file.write(template)
-    except FileExistsError:
+        with atomic_write(path, replace=False) as draft:
+            draft.write_bytes(template.encode())
+    except OSError as error:
+        if error.errno != errno.EEXIST:
+            raise unwritable(path, error) from None
         option = " --study" if study else ""
         raise InputError(
             f"{path} exists and is not replaced; give another name: guideload init NAME.toml{option}"
         ) from None
-    except OSError as error:
-        raise unwritable(path, error) from None
     if study:
         inputs = "put machine.toml (from `guideload init`) and trace.csv, a measured motion, into its folder"
         print_text(f"Wrote {path}. Fill it in and {inputs}, then: guideload study {path} -o out/")

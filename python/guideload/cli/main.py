@@ -21,6 +21,7 @@ from guideload.cli.machine import check, init, modes
 from guideload.cli.method_comparison import chart, stability
 from guideload.cli.run import demo, run
 from guideload.cli.schema import schema
+from guideload.cli.signals import orderly_end
 from guideload.cli.study import study
 
 
@@ -32,7 +33,8 @@ class Commands(click.Group):
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         atexit.register(gc.freeze)  # saves the search for garbage in all modules at exit, 0.25 s
         try:
-            return super().invoke(ctx)
+            with orderly_end():
+                return super().invoke(ctx)
         except (ArgumentError, ConfigError, SceneError, TraceError) as error:
             raise InputError(str(error)) from error
         except click.ClickException as error:

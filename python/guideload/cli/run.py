@@ -14,7 +14,7 @@ from guideload.base.errors import PictureError
 from guideload.cli import options
 from guideload.cli.exit_codes import exit_if, picture_failure
 from guideload.cli.inputs import EXAMPLES, read_machine, read_motion
-from guideload.cli.outputs import FORMATS, PICTURES, atomic_output, require_free, write_errors, write_manifest
+from guideload.cli.outputs import FORMATS, PICTURES, atomic_output, write_errors, write_manifest
 from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
@@ -51,9 +51,8 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
     from guideload.simulation.simulation import simulate
 
     names = _output_names("netcdf", not no_pictures)
-    require_free(output, {"guides": names, "paper": names}, overwrite)
     results, failures = {}, []
-    with atomic_output(output) as folder:
+    with atomic_output(output, {"guides": names, "paper": names}, overwrite) as folder:
         with status("reading the example"):
             machine = read_machine(EXAMPLES / "manipulator.toml")
             motion = read_motion(EXAMPLES / "manipulator.csv", machine)
@@ -110,8 +109,7 @@ def run(
     if step is not None and method in ("auto", "exact"):
         raise click.UsageError(f"--step needs --method rk45 or implicit; {method} has no fixed step")
     names = _output_names(file_format, not no_pictures)
-    require_free(output, {"": names}, overwrite, inputs=(machine_file, trace_file))
-    with atomic_output(output) as folder:
+    with atomic_output(output, {"": names}, overwrite, inputs=(machine_file, trace_file)) as folder:
         with status("reading"):
             machine = read_machine(machine_file, free)
             motion = read_motion(trace_file, machine, **reading)

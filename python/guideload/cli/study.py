@@ -76,6 +76,9 @@ def study(
 
             print_text(study_report(result, encoding=output_encoding()))
             print_text(f"Wrote {output}.")
+    except SystemExit:  # a signal
+        click.echo(f"Terminated. To resume: {again}" if may_resume else "Terminated.", err=True)
+        raise
     except KeyboardInterrupt:  # before the first sample, or during the report
         interrupted = f"Interrupted. To resume: {again}" if may_resume else "Interrupted."
     if interrupted:
@@ -123,7 +126,8 @@ def _require_folder(output: Path, resume: bool, overwrite: bool, inputs: tuple[P
             f"{output} holds a study: --resume resumes it, --overwrite replaces it; or give another folder"
         )
     if overwrite:
-        remove(output)
+        remove(output)  # refused while another process runs it
+        outputs.remove_own_files(output)  # the report must not stand beside samples of another study
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -158,7 +162,7 @@ def _write(result: StudyResult, output: Path, pictures: bool) -> PictureError | 
 
     failure = None
     try:
-        with outputs.atomic_output(output) as folder:
+        with outputs.atomic_output(output, {"": {*outputs.STUDY}}, overwrite=True) as folder:
             with status("writing the summary"):
                 result.to_json(folder / "summary.json")
                 (folder / "report.txt").write_text(study_report(result), encoding="utf-8")

@@ -99,9 +99,13 @@ def write_csv(data: Quantities, path: str | PathLike[str]) -> None:
     """Write histories as columns, and all other quantities as JSON in a second file."""
     from pyarrow import csv
 
-    with atomic_write(_ending(path, ".csv")) as draft, atomic_write(Path(path).with_suffix(".json")) as rest:
+    second = Path(path).with_suffix(".json")
+    with atomic_write(second) as rest, atomic_write(_ending(path, ".csv")) as draft:
         csv.write_csv(_columns(data), draft)
         rest.write_text(json.dumps(_rest(data), indent=1), encoding="utf-8")
+        second.unlink(
+            missing_ok=True
+        )  # so that a kill never leaves the new file of one with the old one of the other
 
 
 def _ending(path: str | PathLike[str], ending: str) -> Path:
