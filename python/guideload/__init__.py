@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from guideload.audit import Audit as Audit
     from guideload.base.errors import ArgumentError as ArgumentError
     from guideload.base.errors import ConfigError as ConfigError
+    from guideload.base.errors import DoubtfulResult as DoubtfulResult
     from guideload.base.errors import GuideloadError as GuideloadError
     from guideload.base.errors import RunError as RunError
     from guideload.base.errors import SceneError as SceneError
@@ -42,7 +43,15 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "audit": ("Audit",),
-    "base.errors": ("ArgumentError", "ConfigError", "GuideloadError", "RunError", "SceneError", "TraceError"),
+    "base.errors": (
+        "ArgumentError",
+        "ConfigError",
+        "DoubtfulResult",
+        "GuideloadError",
+        "RunError",
+        "SceneError",
+        "TraceError",
+    ),
     "machine": ("Body", "Carriage", "Drive", "Link", "Machine", "Modes", "Rail"),
     "method_comparison": ("Stability", "WorkPrecision", "stability", "work_precision"),
     "motion": ("Motion",),

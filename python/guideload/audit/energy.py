@@ -81,7 +81,7 @@ def _link_forces(histories: Histories) -> tuple[Array, Array, Array]:
         damping = (rows.T * links.damping) @ rows
         elastic_rate = histories.velocity @ histories.stiffness
         return histories.velocity @ damping, histories.acceleration @ damping, elastic_rate
-    active = _active_damping(histories)
+    active = active_damping(histories)
     tangent = np.empty_like(histories.deflection)
     for i, law in enumerate(links.laws):
         tangent[:, i] = law.tangent(np.ascontiguousarray(histories.deflection[:, i]))
@@ -89,7 +89,7 @@ def _link_forces(histories: Histories) -> tuple[Array, Array, Array]:
     return (active * rate) @ rows, (active * second) @ rows, (tangent * rate) @ rows
 
 
-def _active_damping(histories: Histories) -> Array:
+def active_damping(histories: Histories) -> Array:
     """Damping of every link at its deflection, (time, link) [N s/m]."""
     links = histories.links
     active = np.broadcast_to(links.damping, histories.deflection.shape).copy()
@@ -103,7 +103,7 @@ def _contact_error(histories: Histories, steps: Array) -> float:
     if not histories.links.damping_in_contact.any():
         return 0.0
     fastest = _ends((histories.velocity @ histories.rows.T) ** 2).max(axis=0)
-    return 0.5 * float(steps @ (np.abs(np.diff(_active_damping(histories), axis=0)) * fastest).sum(axis=1))
+    return 0.5 * float(steps @ (np.abs(np.diff(active_damping(histories), axis=0)) * fastest).sum(axis=1))
 
 
 def _elastic_energy(histories: Histories) -> Array:
