@@ -134,7 +134,8 @@ def _contradiction(histories: Histories, look: SecondLook) -> str:
     else:
         way_out = f"Use a smaller rtol or method {look.method}."
         if (look.sensitivity or 0.0) > AMPLIFIED * look.perturbation:
-            amplified = f"a motion times 1 + {look.perturbation:.0e} changes loads by {percent(look.sensitivity or 0.0)}"
+            share = percent(look.sensitivity or 0.0)
+            amplified = f"a motion times 1 + {look.perturbation:.0e} changes loads by {share}"
             way_out = f"Contacts amplify errors: {amplified}. {way_out}"
     explained = look.explained * float(attributes["load_scale_N"])
     return (
@@ -153,7 +154,7 @@ def _explained(histories: Histories, energy: Energy) -> bool:
     path = float(steps @ (rate[1:] + rate[:-1]).sum(axis=1)) / 2.0
     error = explained_error(histories.data.attrs) * float(histories.data.attrs["load_scale_N"])
     return (
-        energy.residual <= ESTIMATE * energy.resolution
+        energy.residual <= ESTIMATE * energy.resolution + energy.crossed
         or energy.residual * energy.exchanged <= error * path
         or float(steps.max(initial=0.0)) * fastest_rate(histories) > RESOLVED
     )
