@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from guideload.audit import Audit as Audit
     from guideload.base.errors import ArgumentError as ArgumentError
     from guideload.base.errors import ConfigError as ConfigError
+    from guideload.base.errors import DoubtfulResult as DoubtfulResult
     from guideload.base.errors import GuideloadError as GuideloadError
     from guideload.base.errors import PictureError as PictureError
     from guideload.base.errors import RunError as RunError
@@ -46,6 +47,7 @@ _HOMES = {
     "base.errors": (
         "ArgumentError",
         "ConfigError",
+        "DoubtfulResult",
         "GuideloadError",
         "PictureError",
         "RunError",

@@ -32,6 +32,10 @@ class RunError(GuideloadError):
     """A run failed; the message names time and step, and a way out."""
 
 
+class DoubtfulResult(RunError):
+    """A result that was asked for with strict=True contradicts itself or cannot be predicted; see `Audit.doubts`."""
+
+
 class WriteError(RunError, OSError):
     """A file cannot be written; `filename` and `strerror` say which one and why."""
 

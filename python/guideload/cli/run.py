@@ -88,6 +88,7 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
 )
 @options.no_pictures_option
 @options.overwrite_option
+@click.option("--strict", is_flag=True, help="Fail, and write nothing, if the audit doubts the result.")
 @options.trace_options
 @no_garbage_collection()
 def run(
@@ -101,6 +102,7 @@ def run(
     file_format: str,
     no_pictures: bool,
     overwrite: bool,
+    strict: bool,
     **reading: Any,
 ) -> None:
     """Compute the load of every carriage under a measured motion."""
@@ -114,7 +116,7 @@ def run(
             machine = read_machine(machine_file, free)
             motion = read_motion(trace_file, machine, **reading)
         with status("computing the loads"):
-            result = simulate(machine, motion, method=method, rtol=rtol, step=step)
+            result = simulate(machine, motion, method=method, rtol=rtol, step=step, strict=strict)
         text, failure = _write(result, folder, file_format, not no_pictures, output)
     if (encoding := output_encoding()).lower() != "utf-8":  # the encoding of the file; others lack characters
         from guideload.reports.run import result_report
