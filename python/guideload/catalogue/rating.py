@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 from functools import partial
 from typing import Annotated
@@ -21,7 +22,9 @@ WEIBULL_SLOPE = 1.5  # of rolling fatigue, behind the reliability factors of ISO
 def exponent_of(value: object) -> float:
     """A number, or a fraction as text: "10/3"."""
     try:
-        return number(float(Fraction(value)) if isinstance(value, str) else value, "1", above=0.0)
+        if isinstance(value, str) and re.fullmatch(r"[\d./]{1,20}", value):
+            value = float(Fraction(value))
+        return number(value, "1", above=0.0)
     except (ValueError, ZeroDivisionError):
         raise ValueRefused("an exponent > 0", value, '3 for balls, "10/3" for rollers') from None
 

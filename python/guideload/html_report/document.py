@@ -146,11 +146,11 @@ def picture(ax: Axes, caption: str) -> str:
     """A picture as SVG in the document, with its caption."""
     from matplotlib import rc_context
 
-    from guideload.plots.saving import figure_of
+    from guideload.plots.saving import figure_of, quiet_glyphs
 
     buffer = io.StringIO()
     # Letters as outlines: the reader's computer may lack the font. A fixed salt gives the same file for the same input.
-    with rc_context({"svg.fonttype": "path", "svg.hashsalt": caption}):
+    with rc_context({"svg.fonttype": "path", "svg.hashsalt": caption}), quiet_glyphs():
         figure_of(ax).savefig(buffer, format="svg", metadata={"Date": None})
     drawing = buffer.getvalue()
     drawing = drawing[drawing.index("<svg") :]

@@ -92,7 +92,7 @@ pub use output::{
 // Errors.
 #[cfg(feature = "std")]
 pub use batch::{BatchError, SampleError};
-pub use error::{ExcitationError, RunError, SceneError};
+pub use error::{ExcitationError, OtherMethod, RunError, SceneError};
 
 /// The Rust of the README, run as a test.
 #[cfg(doctest)]

@@ -6,6 +6,8 @@ mod batch;
 mod convert;
 mod law;
 mod links;
+#[cfg(all(target_os = "linux", target_env = "gnu", target_arch = "x86_64"))]
+mod old_glibc;
 mod scene;
 mod smoother;
 mod solution;
