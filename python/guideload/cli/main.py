@@ -15,7 +15,7 @@ import click
 
 from guideload.base.errors import ArgumentError, ConfigError, GuideloadError, SceneError, TraceError
 from guideload.cli.encoder import encoder
-from guideload.cli.exit_codes import InputError
+from guideload.cli.exit_codes import CommandInterrupted, InputError
 from guideload.cli.machine import check, init, modes
 from guideload.cli.method_comparison import chart, stability
 from guideload.cli.run import demo, run
@@ -34,6 +34,10 @@ class Commands(click.Group):
             return super().invoke(ctx)
         except (ArgumentError, ConfigError, SceneError, TraceError) as error:
             raise InputError(str(error)) from error
+        except KeyboardInterrupt:
+            raise CommandInterrupted from None
+        except MemoryError as error:
+            raise click.ClickException(f"not enough memory: {error}") from error
         except BrokenPipeError:  # the reader, such as `head`, closed the pipe: click exits without a message
             raise
         except (GuideloadError, OSError) as error:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from guideload.cli import outputs
-from guideload.cli.exit_codes import InputError
+from guideload.cli.exit_codes import INTERRUPTED, InputError
 from guideload.cli.options import InputFile, folder_option, no_pictures_option
 from guideload.cli.terminal import output_encoding, print_text, status
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from guideload.study.execution import Progress
     from guideload.study.results.result import StudyResult
 
-INTERRUPTED = 130  # exit code after Ctrl-C
 
 
 @click.command()

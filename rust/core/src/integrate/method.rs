@@ -10,6 +10,8 @@ pub trait Method {
     type Memory;
     /// Order of the error estimate of [`Method::step`]; none for a method without step error.
     const ERROR_ORDER: Option<u32>;
+    /// Time of a step over that of [`crate::Rk45`], about, for the limit of a run's work.
+    const WORK: usize = 1;
 
     /// Memory for one run.
     fn memory(&self) -> Self::Memory;

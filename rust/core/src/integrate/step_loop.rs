@@ -20,6 +20,11 @@ pub(super) struct Runner<'a, M: Method, C> {
     pub steps: StepControl,
     pub recorder: Recorder<'a>,
     pub summary: Summary,
+    /// Work at which the run looks up next, and at which it gives up.
+    pub pause: usize,
+    pub budget: usize,
+    /// Largest modal frequency, rad/s, for the error.
+    pub fastest: f64,
 }
 
 /// Choice and acceptance of the steps of a run.
@@ -112,6 +117,9 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let mut done = 0.0;
         let mut plan = Plan { left: 0.0, h: 0.0 };
         while done < length {
+            if self.work() >= self.pause {
+                self.look_up(start + done, plan.h, state)?;
+            }
             self.steps.update_plan(&mut plan, length - done, length);
             let mut last = plan.left == 1.0;
             let mut ramp = if last && done == 0.0 {
@@ -143,10 +151,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                 plan = Plan { left: 1.0, h: ramp.h };
                 last = false;
             }
-            if self.summary.steps + self.equations.searched() >= MAX_STEPS {
-                return Err(RunError::TooManySteps { time: start + done, step: plan.h });
-            }
-            self.record_step(&mut k, &ramp, state, interval, done, last);
+            self.record_step(&mut k, &ramp, state, interval, done, last)?;
             core::mem::swap(state, next);
             if change.is_some() {
                 self.equations.cross(state);
@@ -161,6 +166,29 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             };
             plan.left -= 1.0;
         }
+        Ok(())
+    }
+
+    /// Work done so far, in the units of `budget`.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn work(&self) -> usize {
+        self.summary.steps * M::WORK + self.summary.rejected * M::WORK + self.equations.searched()
+    }
+
+    /// Ends the run if its record says so, if the state has overflowed, or if the work has reached the budget.
+    #[inline(never)]
+    fn look_up(&mut self, time: f64, step: f64, state: &State) -> Result<(), RunError> {
+        if self.recorder.record.stops() {
+            return Err(RunError::Interrupted { time });
+        }
+        if !finite(state) {
+            return Err(RunError::OutOfRange);
+        }
+        if self.work() >= self.budget {
+            let (steps, fastest) = (self.summary.steps + self.summary.rejected, self.fastest);
+            return Err(RunError::TooManySteps { time, step, steps, fastest });
+        }
+        self.pause = usize::min(self.budget, self.work() + WORK_BETWEEN);
         Ok(())
     }
 
@@ -250,7 +278,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         interval: Interval,
         done: f64,
         last: bool,
-    ) {
+    ) -> Result<(), RunError> {
         let Interval { until, start, .. } = interval;
         match self.recorder.output {
             Output::Samples => {
@@ -263,15 +291,24 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             }
             Output::Times(times) => {
                 let end = last && until + 1 == self.recorder.excitation.count();
-                self.record_times(times, ramp, state, start, done, end);
+                self.record_times(times, ramp, state, start, done, end)?;
             }
         }
+        Ok(())
     }
 
     /// Records the output times within the last step, which began `done` s after `start`; at the `end` also all
     /// remaining ones.
     #[cfg_attr(feature = "std", inline(always))]
-    fn record_times(&mut self, times: &[f64], ramp: &Ramp, state: &State, start: f64, done: f64, end: bool) {
+    fn record_times(
+        &mut self,
+        times: &[f64],
+        ramp: &Ramp,
+        state: &State,
+        start: f64,
+        done: f64,
+        end: bool,
+    ) -> Result<(), RunError> {
         while let Some(&time) = times.get(self.recorder.recorded) {
             let theta = if ramp.h > 0.0 { (time - start - done) / ramp.h } else { f64::INFINITY };
             if theta > 1.0 && !end {
@@ -279,7 +316,11 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             }
             let there = self.between(ramp, state, theta.clamp(0.0, 1.0));
             self.recorder.time(time, &there);
+            if self.recorder.recorded.is_multiple_of(WORK_BETWEEN) && self.recorder.record.stops() {
+                return Err(RunError::Interrupted { time });
+            }
         }
+        Ok(())
     }
 }
 
@@ -382,5 +423,5 @@ fn finite(state: &State) -> bool {
 /// Shortest step, as a fraction of the interval that it lies in.
 const SHORTEST: f64 = 1e-9;
 
-/// Most steps of one run, some ten seconds of work.
-const MAX_STEPS: usize = 100_000_000;
+/// Work, and instants, between two questions to the record whether to stop: a millisecond or so.
+const WORK_BETWEEN: usize = 1024;
