@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from command_line import MACHINE, guideload
 from interrupts import run_process
 
@@ -41,7 +40,9 @@ def test_ctrl_c_ends_a_command(command: list[str], later: float, trace: Path, tm
     assert list(tmp_path.iterdir()) == []
 
 
-def test_too_little_memory_is_an_error_of_the_command(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_too_little_memory_is_an_error_of_the_command(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     """A MemoryError becomes a message and exit code 1."""
 
     def fails(*_: object, **__: object) -> None:

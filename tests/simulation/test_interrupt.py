@@ -4,9 +4,9 @@ import threading
 
 import numpy as np
 import pytest
+from interrupts import run_process
 
 from guideload._core import draw_motion
-from interrupts import run_process
 
 LONG = """
 import numpy as np
@@ -61,7 +61,7 @@ signal.signal(signal.SIGINT, handle)
     setup = f"{LONG}{handler}\nprint('begun', flush=True)\n{call}\nprint('finished')"
     ended = run_process(setup.format(action="raise LookupError('mine')"), interrupt=True)
     assert ended.stdout == "begun\nhandled\n" and "LookupError: mine" in ended.stderr
-    ended = run_process(setup.replace("repeats = 300", "repeats = 20").format(action="pass"), interrupt=True)
+    ended = run_process(setup.replace("repeats = 300", "repeats = 100").format(action="pass"), interrupt=True)
     assert ended.stdout == "begun\nhandled\nfinished\n", ended.stderr[-2000:]
 
 

@@ -4,10 +4,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
-from guideload import Machine, Rail, RunError, simulate
 from interrupts import run_process
 from reference import body, cart, cart_clear, noisy
+
+from guideload import Machine, Rail, RunError, simulate
 
 CLEARANCE = {"clearance_y": 5e-6, "clearance_z": 5e-6}
 

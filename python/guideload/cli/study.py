@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from guideload.study.results.result import StudyResult
 
 
-
 @click.command()
 @click.argument("study_file", metavar="STUDY.TOML", type=InputFile)
 @folder_option(required=True)

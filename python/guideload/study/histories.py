@@ -13,7 +13,9 @@ from guideload.simulation.simulation import simulate
 from guideload.study.description.plan import Plan
 
 TOGETHER = 16  # samples whose loads are computed at a time
-COPIES = 4  # of the loads: themselves, with resultants, the file made in memory, and what HDF5 needs to write it
+COPIES = (
+    4  # of the loads: themselves, with resultants, the file made in memory, and what HDF5 needs to write it
+)
 
 
 def histories(plan: Plan) -> xr.Dataset:

@@ -1,6 +1,6 @@
 //! A run: checks, choice of the equations, and the [`Runner`] that steps.
 
-use super::budget::{budget, fastest};
+use super::budget::Budget;
 use super::control::{Control, Controller, ErrorNorm, scale_of};
 use super::method::{Method, Output, Summary};
 use super::recorder::Recorder;
@@ -62,7 +62,7 @@ pub(crate) fn run_scaled<M: Method>(
         return Err(RunError::OutOfRange);
     }
     let forcing = Forcing::new(system, &scaled.peak, scaled.factors);
-    let budget = budget(system, excitation, expected, control, M::ERROR_ORDER);
+    let budget = Budget::new(system, excitation, expected, control, M::ERROR_ORDER);
     let setup = Setup { system, method, control, excitation, output, record, forcing, load_scale, budget };
     match system.model_level() {
         ModelLevel::Linear => dispatch(RunKernel { setup, equations: Unswitched(system) }),
@@ -89,7 +89,7 @@ struct Setup<'a, M> {
     record: &'a mut dyn Record,
     forcing: Forcing,
     load_scale: f64,
-    budget: usize,
+    budget: Budget,
 }
 
 /// A run on equations of one kind.
@@ -122,9 +122,8 @@ impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
         let recorder = Recorder { excitation, output, needs_input, record, recorded: 0 };
         let summary = Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale };
         let (mut memory, equations) = (method.memory(), &mut equations);
-        let (pause, fastest) = (0, fastest(system));
         let memory = &mut memory;
-        let runner = Runner { method, memory, equations, steps, recorder, summary, pause, budget, fastest };
+        let runner = Runner { method, memory, equations, steps, recorder, summary, budget };
         runner.run(&forcing)
     }
 }

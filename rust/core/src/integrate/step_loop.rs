@@ -1,5 +1,6 @@
 //! The one loop of all methods: from sample to sample of the excitation.
 
+use super::budget::{BETWEEN, Budget};
 use super::control::{Control, Controller, ErrorNorm};
 use super::method::{Method, Output, Summary};
 use super::recorder::Recorder;
@@ -20,11 +21,7 @@ pub(super) struct Runner<'a, M: Method, C> {
     pub steps: StepControl,
     pub recorder: Recorder<'a>,
     pub summary: Summary,
-    /// Work at which the run looks up next, and at which it gives up.
-    pub pause: usize,
-    pub budget: usize,
-    /// Largest modal frequency, rad/s, for the error.
-    pub fastest: f64,
+    pub budget: Budget,
 }
 
 /// Choice and acceptance of the steps of a run.
@@ -117,8 +114,10 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let mut done = 0.0;
         let mut plan = Plan { left: 0.0, h: 0.0 };
         while done < length {
-            if self.work() >= self.pause {
-                self.look_up(start + done, plan.h, state)?;
+            let work = M::WORK * (self.summary.steps + self.summary.rejected) + self.equations.searched();
+            if self.budget.is_due(work) {
+                self.budget.look_up(work, &self.summary, self.recorder.record, start + done, plan.h)?;
+                finite(state).then_some(()).ok_or(RunError::OutOfRange)?;
             }
             self.steps.update_plan(&mut plan, length - done, length);
             let mut last = plan.left == 1.0;
@@ -166,29 +165,6 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             };
             plan.left -= 1.0;
         }
-        Ok(())
-    }
-
-    /// Work done so far, in the units of `budget`.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn work(&self) -> usize {
-        self.summary.steps * M::WORK + self.summary.rejected * M::WORK + self.equations.searched()
-    }
-
-    /// Ends the run if its record says so, if the state has overflowed, or if the work has reached the budget.
-    #[inline(never)]
-    fn look_up(&mut self, time: f64, step: f64, state: &State) -> Result<(), RunError> {
-        if self.recorder.record.stops() {
-            return Err(RunError::Interrupted { time });
-        }
-        if !finite(state) {
-            return Err(RunError::OutOfRange);
-        }
-        if self.work() >= self.budget {
-            let (steps, fastest) = (self.summary.steps + self.summary.rejected, self.fastest);
-            return Err(RunError::TooManySteps { time, step, steps, fastest });
-        }
-        self.pause = usize::min(self.budget, self.work() + WORK_BETWEEN);
         Ok(())
     }
 
@@ -316,7 +292,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             }
             let there = self.between(ramp, state, theta.clamp(0.0, 1.0));
             self.recorder.time(time, &there);
-            if self.recorder.recorded.is_multiple_of(WORK_BETWEEN) && self.recorder.record.stops() {
+            if self.recorder.recorded.is_multiple_of(BETWEEN) && self.recorder.record.stops() {
                 return Err(RunError::Interrupted { time });
             }
         }
@@ -422,6 +398,3 @@ fn finite(state: &State) -> bool {
 
 /// Shortest step, as a fraction of the interval that it lies in.
 const SHORTEST: f64 = 1e-9;
-
-/// Work, and instants, between two questions to the record whether to stop: a millisecond or so.
-const WORK_BETWEEN: usize = 1024;
