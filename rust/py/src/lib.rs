@@ -4,6 +4,7 @@
 mod bands;
 mod batch;
 mod convert;
+mod interrupt;
 mod law;
 mod links;
 #[cfg(all(target_os = "linux", target_env = "gnu", target_arch = "x86_64"))]
@@ -20,6 +21,8 @@ mod _core {
     use super::bands::{draw_motion, draw_peaks, load_spread};
     #[pymodule_export]
     use super::batch::PyBatch;
+    #[pymodule_export]
+    use super::interrupt::PyCancellation;
     #[pymodule_export]
     use super::law::PyLaw;
     #[pymodule_export]

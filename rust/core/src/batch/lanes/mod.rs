@@ -27,6 +27,7 @@ use super::instance::{Base, Instance};
 use super::requirements::{Requirements, Signal, SignalRequest};
 use super::time_statistics::RunningStatistics;
 use crate::excitation::Excitation;
+use crate::numeric::watch::Watch;
 use integrate::{LaneIntegrator, Memory};
 use modal::{ModalScenes, ModalSetup};
 use request::ModalRequest;
@@ -98,8 +99,15 @@ impl<'a> Lanes<'a> {
     }
 
     /// Runs up to [`Lanes::count`] scenes with linear links.
-    pub(super) fn run(&self, requirements: &Requirements, scenes: &[&Instance], memory: &mut LaneMemory) {
-        self.dispatch(Run { lanes: self, requirements, scenes, memory });
+    /// With meaningless results if the watch stops it.
+    pub(super) fn run(
+        &self,
+        requirements: &Requirements,
+        scenes: &[&Instance],
+        memory: &mut LaneMemory,
+        watch: Watch,
+    ) {
+        self.dispatch(Run { lanes: self, requirements, scenes, memory, watch });
     }
 
     /// Writes the statistics of each signal of a scene of the last run. False if rounding in the lanes leaves too few digits; such a scene
@@ -149,6 +157,7 @@ struct Run<'a, 'b> {
     requirements: &'a Requirements,
     scenes: &'a [&'a Instance],
     memory: &'a mut LaneMemory,
+    watch: Watch<'a>,
 }
 
 impl WithSimd for Run<'_, '_> {
@@ -170,7 +179,7 @@ impl WithSimd for Run<'_, '_> {
 impl Run<'_, '_> {
     #[inline(always)]
     fn run<S: Simd, const N: usize>(self, simd: S) {
-        let Self { lanes, requirements, scenes, memory } = self;
+        let Self { lanes, requirements, scenes, memory, watch } = self;
         let LaneMemory { modal, memory } = memory;
         // Unused lanes repeat the last scene.
         let mut all = [scenes[scenes.len() - 1]; MAX_LANES];
@@ -182,6 +191,7 @@ impl Run<'_, '_> {
             requirements,
             stores_values: lanes.stores_values,
             memory,
+            watch,
         });
     }
 }

@@ -1,0 +1,119 @@
+"""Work and memory are bounded: hostile numbers end in an error that says what to do."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from interrupts import run_process
+from reference import cart, cart_clear, noisy
+
+from guideload import Machine, RunError, SceneError
+from guideload._core import Scene
+
+PRELOAD = {"preload_y": 1200.0, "preload_z": 1200.0, "rolling": "ball"}
+
+
+def scene(machine: Machine, **changes: Any) -> Scene:
+    """The core's scene of a machine with changed arguments: machine files refuse such values at their key."""
+    table, size = machine.link_table(), machine.body
+    values: dict[str, Any] = {"mass": size.mass, "inertia": size.central_inertia().tolist()}
+    values |= {"points": table.points, "damping": table.damping}
+    return Scene(
+        center_of_mass=size.center_of_mass,
+        gravity=machine.gravity,
+        free=machine.free,
+        directions=table.directions,
+        laws=table.laws,
+        damping_in_contact=table.damping_in_contact,
+        **(values | changes),
+    )
+
+
+def far_rail(z: float) -> dict[str, Any]:
+    """The second rail of the cart at z."""
+    points = cart().link_table().points.copy()
+    points[points[:, 2] > 0, 2] = z
+    return {"points": points}
+
+
+@pytest.mark.parametrize("method", ["exact", "implicit", "rk45"])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        far_rail(-1e9),
+        far_rail(1e6),
+        {"damping": np.full(16, 1e200)},
+        {"damping": np.full(16, 1e30)},
+        {"mass": 1e-9, "inertia": (1e-9 * np.eye(3)).tolist()},
+    ],
+    ids=["rail at -1e9 m", "rail at 1e6 m", "damping 1e200", "damping 1e30", "mass 1e-9 kg"],
+)
+def test_extreme_values_end(changes: dict[str, Any], method: Any) -> None:
+    """Values that no machine has end in a result or an error that gives the time reached and a way out."""
+    motion = noisy()
+    try:
+        scene(cart_clear(), **changes).solve(motion.time, motion.acceleration, method=method, rtol=1e-6)
+    except SceneError:
+        pass  # the static position is refused
+    except RunError as error:
+        assert "t = " in str(error) or "range of numbers" in str(error)
+        assert "method" in str(error) or "?" in str(error)
+
+
+@pytest.mark.parametrize("damping", [1e300, 1e306, 2e306, 1e307, 1e308])
+def test_eigenvalues_beyond_the_range_of_numbers(damping: float) -> None:
+    """They are finite, or a typed error; no LinAlgError of NumPy."""
+    try:
+        values = scene(cart(**PRELOAD), damping=np.full(16, damping)).modes()
+    except (RunError, SceneError):
+        return
+    assert all(np.isfinite(part).all() for part in values)
+
+
+LIMITED = """
+import resource
+import numpy as np
+from guideload import Motion, peak_loads, simulate
+from guideload._core import draw_motion, draw_peaks, smooth_motion
+from guideload.smoothing.estimation import estimate
+from reference import cart, cycle
+count = 1_000_000
+time = 1e-3 * np.arange(count)
+motion = Motion.along_x(time, np.sin(time))
+small = cycle()
+chain = lambda n: (np.ones(n - 1), np.ones(n), np.eye(4), np.zeros(n - 1, np.uint32), np.array([1e-3]))
+machine = cart()
+result = simulate(machine, small)
+used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (used + 80_000_000,) * 2)
+print("begun", flush=True)
+try:
+    {call}
+except MemoryError as error:
+    print("refused:", error)
+print("alive", peak_loads(machine, small).largest.shape)
+"""
+
+CALLS = {
+    "states": "simulate(machine, motion)",
+    "smoothing": "estimate(time, np.sin(time))",
+    "smoother": "smooth_motion((np.ones(count - 1), time, time + 1.0, np.zeros(4), *chain(count)[2:]))",
+    "draws": "draw_motion(chain(1000), 2, 10**5, 1)",
+    "draws beyond 64 bits": "draw_motion(chain(1000), 2, 2**62, 1)",
+    "peaks": "draw_peaks(machine.scene, chain(2), 2, np.ones(2), np.arange(2.0), np.arange(2.0), np.ones((2, 4, 6)), "
+    "np.ones((2, 4), bool), machine.links_of_carriages, machine.carriage_centers, {draws}, 1, 2)",
+}
+CALLS |= {f"{draws} peaks": CALLS["peaks"].format(draws=draws) for draws in ("5 * 10**6", "2**60")}
+del CALLS["peaks"]
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="the used memory is read from /proc")
+@pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
+def test_too_little_memory_is_an_error(call: str) -> None:
+    """A call that needs more than 80 MB under that limit raises MemoryError, and the process goes on."""
+    ended = run_process(LIMITED.replace("{call}", call))
+    assert ended.returncode == 0, ended.stderr[-2000:]
+    begun, refused, alive = ended.stdout.splitlines()
+    assert (begun, alive) == ("begun", "alive (4, 8)")
+    assert refused.startswith("refused: ") and len(refused) > 20
