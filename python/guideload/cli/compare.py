@@ -9,16 +9,19 @@ import click
 
 from guideload.cli import options
 from guideload.cli.inputs import read_machine, read_motion
-from guideload.cli.outputs import picture_draft
+from guideload.cli.outputs import picture_draft, require_report
 from guideload.cli.terminal import output_encoding, print_text, status
 
 
 @click.command()
 @click.argument("files", nargs=-1, metavar="MACHINE.TOML... TRACE...", type=options.InputFile)
 @options.picture_option
+@options.report_option
 @options.overwrite_picture_option
 @options.trace_options
-def compare(files: tuple[Path, ...], output: Path | None, overwrite: bool, **reading: Any) -> None:
+def compare(
+    files: tuple[Path, ...], output: Path | None, report: Path | None, overwrite: bool, **reading: Any
+) -> None:
     """Compare machines under a motion, or a machine under several motions.
 
     Files that end in .toml are machines, all others traces; every machine runs under every trace.
@@ -30,6 +33,7 @@ def compare(files: tuple[Path, ...], output: Path | None, overwrite: bool, **rea
     traces = [file for file in files if file not in machines]
     if not machines or not traces or len(machines) * len(traces) < 2:
         raise click.UsageError("expected machine files (.toml) and traces, together at least two runs")
+    require_report(report, overwrite, *files)
     with picture_draft(output, overwrite, *files) as draft:
         results = {}
         for machine_file in machines:
@@ -47,9 +51,13 @@ def compare(files: tuple[Path, ...], output: Path | None, overwrite: bool, **rea
             from guideload import plots
 
             plots.save(plots.comparison(results)[0], draft)
+        if report is not None:
+            from guideload import html_report
+
+            html_report.save_page(html_report.comparison_page(results), report)
     print_text(text)
-    if output is not None:
-        print_text(f"Wrote {output}.")
+    for written in filter(None, (output, report)):
+        print_text(f"Wrote {written}.")
 
 
 def _title(machine: Path, trace: Path, machines: bool, traces: bool) -> str:

@@ -58,12 +58,17 @@ picture_option = click.option(
     type=click.Path(path_type=Path, dir_okay=False),
     help=f"Picture to write ({', '.join(ending[1:] for ending in PICTURE_ENDINGS)}).",
 )
-overwrite_picture_option = click.option("--overwrite", is_flag=True, help="Replace the picture if it exists.")
+overwrite_picture_option = click.option("--overwrite", is_flag=True, help="Replace files that exist.")
 overwrite_option = click.option(
     "--overwrite", is_flag=True, help="Replace the files of an earlier run in the folder."
 )
 no_pictures_option = click.option("--no-pictures", is_flag=True, help="Write the numbers only.")
 folder_option = partial(click.option, "-o", "--output", type=Folder, help="Folder to write.")
+report_option = click.option(
+    "--report",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="HTML report to write: one file that opens in any browser and prints on A4.",
+)
 free_option = click.option("--free", help="Free dofs of L, e.g. y,z,rx,ry,rz, instead of the machine file's.")
 rtol_option = click.option(
     "--rtol",

@@ -9,6 +9,7 @@ import click
 
 from guideload.cli import options
 from guideload.cli.inputs import read_machine, read_motion
+from guideload.cli.outputs import require_report
 from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
@@ -45,6 +46,8 @@ class Vector(click.ParamType[tuple[float, ...]]):
 @click.option("--product", "products", multiple=True, help="A product to try; several times for several.")
 @life_option
 @safety_option
+@options.report_option
+@options.overwrite_picture_option
 @options.trace_options
 def size(
     machine_file: Path,
@@ -53,6 +56,8 @@ def size(
     products: tuple[str, ...],
     life: str | None,
     safety: float | None,
+    report: Path | None,
+    overwrite: bool,
     **reading: Any,
 ) -> None:
     """Find the smallest product of a catalogue whose carriages last, and are safe, under a measured motion."""
@@ -60,6 +65,7 @@ def size(
     from guideload.reports.sizing import sizing_report
     from guideload.sizing.size import size as find
 
+    require_report(report, overwrite, machine_file, trace_file, catalogue_file)
     with status("reading"):
         machine = read_machine(machine_file)
         motion = read_motion(trace_file, machine, **reading)
@@ -68,6 +74,11 @@ def size(
         conditions = _conditions(machine, life, safety)
         found = find(machine, motion, catalogue, products=products or None, conditions=conditions)
     print_text(sizing_report(machine, found, encoding=output_encoding()))
+    if report is not None:
+        from guideload import html_report
+
+        html_report.save_page(html_report.sizing_page(machine, found), report)
+        print_text(f"Wrote {report}.")
 
 
 @click.command()

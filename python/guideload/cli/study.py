@@ -14,7 +14,7 @@ import click
 from guideload.base.visible_text import visible
 from guideload.cli import outputs
 from guideload.cli.exit_codes import INTERRUPTED, InputError, exit_if, picture_failure
-from guideload.cli.options import InputFile, folder_option, no_pictures_option
+from guideload.cli.options import InputFile, folder_option, no_pictures_option, report_option
 from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of all random numbers, instead of the file's.")
 @click.option("--threads", type=click.IntRange(min=1), help="Number of threads; default: number of cores.")
 @no_pictures_option
+@report_option
 def study(
     study_file: Path,
     output: Path,
@@ -42,6 +43,7 @@ def study(
     seed: int | None,
     threads: int | None,
     no_pictures: bool,
+    report: Path | None,
 ) -> None:
     """Run a Monte Carlo study: the distribution of the loads of a machine with varied parameters.
 
@@ -52,6 +54,7 @@ def study(
 
     if resume and overwrite:
         raise click.UsageError("--resume keeps the study in the folder and --overwrite replaces it: give one")
+    outputs.require_report(report, overwrite or resume, study_file, folder=output)
     options = {"--samples": samples, "--seed": seed, "--threads": threads}
     again = _resume_command(study_file, output, options, no_pictures)
     may_resume, interrupted, failure = resume, "", None
@@ -73,7 +76,11 @@ def study(
             from guideload.reports.study import study_report
 
             print_text(study_report(result, encoding=output_encoding()))
-            print_text(f"Wrote {output}.")
+            if report is not None:
+                from guideload import html_report
+
+                html_report.save_page(html_report.study_page(result), report)
+            print_text(f"Wrote {output}." if report is None else f"Wrote {output} and {report}.")
     except SystemExit:  # a signal
         click.echo(f"Terminated. To resume: {again}" if may_resume else "Terminated.", err=True)
         raise

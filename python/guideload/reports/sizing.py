@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rich.console import RenderableType
 from rich.text import Text
 
 from guideload.base.number_text import counted, load_in_table
@@ -28,6 +29,11 @@ UNITS = {"pace": "of the given pace", "payload": "kg more", "overhang": "m more"
 
 def sizing_report(machine: Machine, sizing: Sizing, encoding: str = "utf-8") -> str:
     """The answer, a row per candidate, and the reasons of those that could not be run."""
+    return to_text(sizing_parts(machine, sizing), encoding=encoding)
+
+
+def sizing_parts(machine: Machine, sizing: Sizing) -> list[RenderableType]:
+    """The elements of `sizing_report`."""
     table = new_table(
         "product", "life\nkm", "S0\n", "margin", "drive\nN", "mode 1\nHz", texts=("fails first",)
     )
@@ -47,15 +53,12 @@ def sizing_report(machine: Machine, sizing: Sizing, encoding: str = "utf-8") -> 
         )
     failed = [f"{one.name}: {one.reason}." for one in sizing.candidates if one.reason]
     marks = "* the smallest that holds; - does not hold." if table.row_count else ""
-    return to_text(
-        [
-            *remark(_answer(machine, sizing)),
-            *([table] if table.row_count else []),
-            *remark(marks, DEFINITIONS),
-            *([*section("Not run"), *remark(*failed)] if failed else []),
-        ],
-        encoding=encoding,
-    )
+    return [
+        *remark(_answer(machine, sizing)),
+        *([table] if table.row_count else []),
+        *remark(marks, DEFINITIONS),
+        *([*section("Not run"), *remark(*failed)] if failed else []),
+    ]
 
 
 def _answer(machine: Machine, sizing: Sizing) -> str:

@@ -56,6 +56,11 @@ CONTACT_COUNTS = {
 
 def study_report(result: StudyResult, width: int = WIDTH, encoding: str = "utf-8") -> str:
     """The report of a study; lines have at most `width` characters."""
+    return to_text(study_parts(result), width, encoding)
+
+
+def study_parts(result: StudyResult) -> list[RenderableType]:
+    """The elements of the report of a study."""
     metadata, summary = result.metadata, result.summary()
     parts: list[RenderableType] = [*heading(metadata.machine)]
     if not summary.empty:
@@ -71,7 +76,7 @@ def study_report(result: StudyResult, width: int = WIDTH, encoding: str = "utf-8
     elif not summary.empty:
         parts += [*statistics_tables(result, summary), *section("Definitions")]
         parts += remark(" ".join(definitions(result, summary)))
-    return to_text(parts, width, encoding)
+    return parts
 
 
 # ---- result
