@@ -74,16 +74,18 @@ _HOMES = {
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
+_PACKAGES = ("html_report", "plots")
+
 __all__ = sorted(_HOME_OF)
 
 
 def __getattr__(name: str) -> Any:
     if name in _HOME_OF:
         return getattr(import_module(f"guideload.{_HOME_OF[name]}"), name)
-    if name == "plots":
-        return import_module("guideload.plots")
+    if name in _PACKAGES:
+        return import_module(f"guideload.{name}")
     raise AttributeError(f"module 'guideload' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return [*__all__, "plots"]
+    return [*__all__, *_PACKAGES]
