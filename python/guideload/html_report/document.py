@@ -144,7 +144,7 @@ def _envelope(time: Array, lines: Sequence[Line]) -> tuple[Array, list[Line]]:
 
 
 def picture(ax: Axes, caption: str) -> str:
-    """A picture in the document, with its caption: as SVG, or as PNG if it has so many elements that this is smaller."""
+    """A picture in the document, with its caption: SVG, or PNG where it has so many elements that this is smaller."""
     from matplotlib import rc_context
 
     from guideload.plots.saving import DOTS_PER_INCH, figure_of, quiet_glyphs
