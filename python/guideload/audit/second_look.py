@@ -111,11 +111,8 @@ class _Look:
         self.load: Array = histories.data["link_load"]
         self.scale = float(attributes["load_scale_N"]) or 1.0
         self.exact = attributes["method"] == "exact"
-        rtol = float(attributes["rtol"])
-        self.rtol = LOOSEST if self.exact else float(np.clip(TIGHTER * rtol, TIGHTEST, LOOSEST))
+        self.rtol = LOOSEST if self.exact or "step_s" in attributes else tighter(float(attributes["rtol"]))
         self.explained = explained_error(attributes)
-        if "step_s" in attributes:
-            self.rtol = LOOSEST
 
     def compare(self, method: str, perturbed: bool, known: float | None = None) -> SecondLook:
         """The second look by a method. known: the sensitivity, if the motion is not perturbed."""
@@ -154,6 +151,11 @@ def explained_error(attributes: Mapping[str, str | float | int]) -> float:
     if attributes["method"] == "exact":
         return ROUNDING
     return max(min(EXPLAINED * float(attributes["rtol"]), MOST_EXPLAINED), ROUNDING)
+
+
+def tighter(rtol: float) -> float:
+    """The tolerance of the second solution of a run with this tolerance."""
+    return float(np.clip(TIGHTER * rtol, TIGHTEST, LOOSEST))
 
 
 def _other_method(histories: Histories) -> str:
