@@ -18,7 +18,10 @@ from guideload.study.description.plan import Plan
 from guideload.study.results.result import StudyResult
 
 SHARE = 400  # one of so many samples is solved again; a second solution may cost ten times the first
-FEWEST, MOST = 20, 200  # samples: 20 find with 95 % what happens in one of seven, 200 what happens in one of 67
+FEWEST, MOST = (
+    20,
+    200,
+)  # samples: 20 find with 95 % what happens in one of seven, 200 what happens in one of 67
 
 Indices = NDArray[np.intp]
 
@@ -32,17 +35,14 @@ def second_look(plan: Plan, result: StudyResult, threads: int) -> SecondLooks | 
 
 
 def _second_look(plan: Plan, result: StudyResult, threads: int) -> SecondLooks | str:
-    level, method, rtol = (
-        plan.metadata.machine.scene.model_level,
-        plan.metadata.method,
-        plan.metadata.rtol,
-    )
+    level = plan.metadata.machine.scene.model_level
+    method, rtol = plan.metadata.method, plan.metadata.rtol
     linear = level == "linear" and all(
         target[0] != "law" or target[2] == "stiffness" for target, *_ in plan.changes
     )
     if linear and method in ("auto", "exact"):
         return "none was needed: linear links by method exact have no step error and no impacts"
-    samples = _samples(plan, result)
+    samples = samples_solved_again(plan, result)
     if not samples.size:
         return "no sample has a result"
     if level != "smooth nonlinear":
@@ -84,7 +84,7 @@ def _second_look(plan: Plan, result: StudyResult, threads: int) -> SecondLooks |
     )
 
 
-def _samples(plan: Plan, result: StudyResult) -> Indices:
+def samples_solved_again(plan: Plan, result: StudyResult) -> Indices:
     """Samples with a result, ascending: the worst of the leading quantity, and others at random by the seed."""
     count = min(max(FEWEST, plan.runs // SHARE), MOST, plan.runs)
     seed = np.random.SeedSequence(plan.metadata.seed or 0, spawn_key=(2,))  # 0 and 1 are those of the draws
