@@ -40,6 +40,10 @@ MOST_STEPS = (
     20  # steps of rk45 per step of the result up to which it checks implicit; a step costs about a fifth
 )
 
+NO_MOTION = (
+    "the samples of its motion are not stored with it; compute it again, or keep the result of `simulate`"
+)
+
 
 @dataclass(frozen=True)
 class SecondLook:
@@ -82,18 +86,19 @@ class SecondLook:
 
 
 def second_look(histories: Histories, energy: Energy | None, solve: Solve | None) -> SecondLook | str | None:
-    """The second look at a result; text if the second solution failed.
+    """The second look at a result; text if it failed, or if the run cannot be solved again.
 
-    None if the run cannot be repeated, or needs no second look: a linear run by exact has no step error, and its
-    energy balances.
+    None if none is needed: a linear run by exact has no step error, and its energy balances.
     """
-    if solve is None:
-        return None
-    look = _Look(histories, solve)
     balanced = energy is not None and energy.residual <= UNBALANCED
+    if balanced and histories.linear and histories.data.attrs["method"] == "exact":
+        return None
+    if solve is None:
+        return NO_MOTION
+    look = _Look(histories, solve)
     try:
         if histories.linear and look.exact:
-            return None if balanced else look.compare("implicit", perturbed=False)
+            return look.compare("implicit", perturbed=False)
         found = look.compare("exact" if look.exact else _other_method(histories), not histories.linear)
         if look.exact and found.agrees and found.predictable and not balanced:
             return look.compare("implicit", perturbed=False, known=found.sensitivity)
