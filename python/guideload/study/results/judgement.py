@@ -15,8 +15,8 @@ def doubts_of(look: SecondLooks | str | None, what: str) -> tuple[str, ...]:
         doubts.append(
             f"Doubtful: {look.unpredictable} {of} cannot be predicted: impacts amplify small differences. A motion "
             f"times 1 + {scientific(look.perturbation)} changes loads by up to {percent(look.sensitivity)} of "
-            f"the largest load ({what} {look.sensitivity_in}). Damping that always acts (damping_in_contact = false), more damping or "
-            "less clearance makes the loads predictable."
+            f"the largest load ({what} {look.sensitivity_in}). Damping that always acts (damping_in_contact = false), "
+            "more damping or less clearance makes the loads predictable."
         )
     if look.doubtful:
         way_out = "look for extreme values" if look.method == "exact" else "use a smaller rtol"
