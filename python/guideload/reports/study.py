@@ -65,7 +65,7 @@ def study_parts(result: StudyResult) -> list[RenderableType]:
     parts: list[RenderableType] = [*heading(metadata.machine)]
     if not summary.empty:
         answer = cases_answer(result) if metadata.chosen else answer_lines(result, summary)
-        parts += [*section("Result"), *remark("\n".join(answer))]
+        parts += [*section("Result"), *remark(*result.doubts, "\n".join(answer))]
     if warnings := list(study_warnings(result, summary)):
         parts += [*section("Warnings"), *remark(*warnings)]
     parts += [*section("Study"), *study_lines(result), parameters_table(result)]
@@ -183,6 +183,8 @@ def study_lines(result: StudyResult) -> Iterator[str]:
     words = {"sobol": "by a scrambled Sobol sequence", "latin hypercube": "in a Latin hypercube"}
     drawn = f"drawn {words.get(metadata.sampling, 'at random')}, seed {metadata.seed}"
     yield "given cases" if metadata.chosen else drawn
+    if not result.doubts:
+        yield result.second_look_text
 
 
 def parameters_table(result: StudyResult) -> Table:

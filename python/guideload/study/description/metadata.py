@@ -44,6 +44,34 @@ class ParameterMetadata(BaseModel, frozen=True):
     distribution: str = ""
 
 
+class SecondLooks(BaseModel, frozen=True):
+    """Some samples, solved a second time under a motion times 1 + `perturbation`, in numbers over their largest load.
+
+    method, rtol   of the second solution
+    explained      difference of a link load that the tolerances explain
+    solved         number of samples with a second solution
+    failed         number of samples without one; reason: why the first of them has none
+    doubtful       number of samples in which a peak of a link load differs by more than `explained`
+    unpredictable  number of samples in which the change of the motion changes a peak by more than 1e-3
+    difference     largest difference of a peak; in the sample difference_in
+    sensitivity    largest change of a peak by that of the motion, in the sample sensitivity_in
+    """
+
+    method: str
+    rtol: float
+    perturbation: float
+    explained: float
+    solved: NonNegativeInt
+    failed: NonNegativeInt
+    reason: str = ""
+    doubtful: NonNegativeInt
+    unpredictable: NonNegativeInt
+    difference: float
+    difference_in: NonNegativeInt
+    sensitivity: float
+    sensitivity_in: NonNegativeInt
+
+
 class StudyMetadata(BaseModel, frozen=True):
     """Machine, motion, design and columns of a study.
 
@@ -60,6 +88,7 @@ class StudyMetadata(BaseModel, frozen=True):
     exponent        p of the mean load
     limits          by quantity, in its unit: {"peak_resultant_N": 7000.0}
     life            rating and travel of a carriage, or None
+    second_look     samples solved again when all were done; text if none had to be; None in an unfinished study
     """
 
     content: str = CONTENT
@@ -86,6 +115,7 @@ class StudyMetadata(BaseModel, frozen=True):
     exponent: float
     limits: dict[str, float]
     life: Life | None = None
+    second_look: SecondLooks | str | None = None
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
