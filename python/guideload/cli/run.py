@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from guideload.cli import options
-from guideload.cli.inputs import EXAMPLES, read_machine, read_motion
+from guideload.cli.inputs import EXAMPLES, paths, read_machine, read_motion
 from guideload.cli.outputs import FORMATS, PICTURES, atomic_output, require_free, write_errors, write_manifest
 from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
+    from guideload.motion.moves import Moves
     from guideload.simulation.result import Result
     from guideload.simulation.simulation import Method
 
@@ -89,7 +90,7 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
 @no_garbage_collection()
 def run(
     machine_file: Path,
-    trace_file: Path,
+    trace_file: Path | Moves,
     output: Path,
     method: Method,
     rtol: float,
@@ -100,13 +101,16 @@ def run(
     overwrite: bool,
     **reading: Any,
 ) -> None:
-    """Compute the load of every carriage under a measured motion."""
+    """Compute the load of every carriage under a measured or planned motion.
+
+    TRACE: a measured motion, or a motion file (.toml) with planned moves, as everywhere.
+    """
     from guideload.simulation.simulation import simulate
 
     if step is not None and method in ("auto", "exact"):
         raise click.UsageError(f"--step needs --method rk45 or implicit; {method} has no fixed step")
     names = _output_names(file_format, not no_pictures)
-    require_free(output, {"": names}, overwrite, inputs=(machine_file, trace_file))
+    require_free(output, {"": names}, overwrite, inputs=paths(machine_file, trace_file))
     with atomic_output(output) as folder:
         with status("reading"):
             machine = read_machine(machine_file, free)
