@@ -19,7 +19,12 @@ else:
 
 EXAMPLES = Path(str(files("guideload"))) / "examples"
 
-FILES = {"machine.toml": "machine", "manipulator.toml": "machine", "study.toml": "study"}
+FILES = {
+    "machine.toml": "machine",
+    "manipulator.toml": "machine",
+    "study.toml": "study",
+    "moves.toml": "motion",
+}
 
 
 def schema(kind: str) -> Draft202012Validator:
@@ -35,14 +40,16 @@ def test_packaged_files_are_valid(name: str, kind: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "kind"), [([], "machine"), (["--study"], "study")], ids=["machine", "study"]
+    ("arguments", "kind", "name"),
+    [([], "machine", "machine"), (["--study"], "study", "study"), (["--moves"], "motion", "moves")],
+    ids=["machine", "study", "motion"],
 )
 def test_the_file_that_init_writes_is_valid(
-    arguments: list[str], kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    arguments: list[str], kind: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     CliRunner().invoke(main, ["init", *arguments], catch_exceptions=False)
-    values = tomllib.loads((tmp_path / f"{kind}.toml").read_text(encoding="utf-8"))
+    values = tomllib.loads((tmp_path / f"{name}.toml").read_text(encoding="utf-8"))
     assert not list(schema(kind).iter_errors(values))
 
 
@@ -60,12 +67,16 @@ def test_the_file_that_init_writes_is_valid(
         ("study", {"sample": 10}),
         ("study", {"samples": 1.5}),
         ("study", {"life": {"rating": "27 kN"}}),
+        ("motion", {"repeats": 2}),
+        ("motion", {"moves": []}),
+        ("motion", {"moves": [{"distance": 1, "profile": "triangle"}]}),
+        ("motion", {"limits": {"speed": 0}}),
         ("study", {"vary": [{"path": "body.mass", "distribution": "gaussian"}]}),
     ],
     ids=str,
 )
 def test_what_the_program_refuses_is_not_valid(kind: str, change: dict[str, Any]) -> None:
-    name = {"machine": "manipulator.toml", "study": "study.toml"}[kind]
+    name = {"machine": "manipulator.toml", "study": "study.toml", "motion": "moves.toml"}[kind]
     values = tomllib.loads((EXAMPLES / name).read_text(encoding="utf-8"))
     assert list(schema(kind).iter_errors(values | change))
 

@@ -24,10 +24,8 @@ LimitName = Literal["speed", "acceleration", "deceleration", "jerk"]
 MOST_STAMPS = 5_000_000  # 0.5 GB of memory for the motion, far more for the loads
 FEWEST_STAMPS = 4  # of a move
 SHORTEST = LENGTH.least  # m: a shorter distance is rounding of positions
-NO_JERK = (
-    "no jerk beside a trapezoid",
-    'its acceleration jumps; with a limit of the jerk, "jerk limited" is the fastest profile',
-)
+NO_JERK = "no jerk beside a trapezoid"
+FASTEST = 'its acceleration jumps; with a limit of the jerk, "jerk limited" is the fastest profile'
 
 
 def _repetitions(value: object) -> int:
@@ -54,12 +52,6 @@ class MoveLimits(ConfigModel):
     jerk: Annotated[float, in_range(JERK, above=0.0)] | None = Field(
         default=None, description='largest jerk, e.g. "200 m/s^3"; for profiles other than a trapezoid'
     )
-
-    @model_validator(mode="after")
-    def _jerk_has_a_use(self) -> MoveLimits:
-        if self.profile == "trapezoid" and self.jerk is not None:
-            raise ValueRefused(NO_JERK[0], self.jerk, NO_JERK[1])
-        return self
 
 
 class Move(MoveLimits):
@@ -190,7 +182,9 @@ class Moves(ConfigModel):
                     hint += '; or profile = "trapezoid", which has none' if key == "jerk" else ""
                     yield _refusal(("moves", i, key), f"a largest {key}", None, hint).problems[0]
             if move.profile == "trapezoid" and own.jerk is not None:
-                yield _refusal(("moves", i, "jerk"), NO_JERK[0], move.jerk, NO_JERK[1]).problems[0]
+                yield _refusal(("moves", i, "jerk"), NO_JERK, own.jerk, FASTEST).problems[0]
+        if self.limits.jerk is not None and all(move.profile == "trapezoid" for move in self.complete):
+            yield _refusal(("limits", "jerk"), NO_JERK, self.limits.jerk, FASTEST).problems[0]
 
     @cached_property
     def _legs(self) -> list[Leg]:

@@ -55,7 +55,8 @@ def largest(
 ) -> Limit:
     """The largest pace, payload, overhang or limit of planned moves at which the machine meets its requirements.
 
-    A bracketed root, with an exact run at each try.
+    A bracketed root, with an exact run at each try. Vibration need not grow steadily with a limit of the moves: it also
+    depends on the length of a ramp against the periods of the modes. The limit is doubled until the first failure.
 
     at          m from L, the place of the payload
     direction   of the overhang

@@ -101,7 +101,15 @@ def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any
     of samples for a Latin hypercube only, whose draws depend on it: other studies can be resumed with more samples.
     """
     resumed_with_more = design is not None and design.sampling != "latin hypercube"
-    free = {"motion", "duration", "instants", "limits", "life", *(("runs",) if resumed_with_more else ())}
+    free = {
+        "motion",
+        "motion_exact",
+        "duration",
+        "instants",
+        "limits",
+        "life",
+        *(("runs",) if resumed_with_more else ()),
+    }
     exact = (*exact, None if design is None else design.copula)
     text = json.dumps([metadata.model_dump(mode="json", exclude=free), exact], default=_plain, sort_keys=True)
     return metadata.model_copy(update={"fingerprint": hashlib.sha256(text.encode()).hexdigest()})
