@@ -68,6 +68,8 @@ def test_the_file_that_init_writes_is_valid(
         ("study", {"samples": 1.5}),
         ("study", {"life": {"rating": "27 kN"}}),
         ("motion", {"repeats": 2}),
+        ("motion", {"repeat": 0}),
+        ("motion", {"repeat": 1.5}),
         ("motion", {"moves": []}),
         ("motion", {"moves": [{"distance": 1, "profile": "triangle"}]}),
         ("motion", {"limits": {"speed": 0}}),

@@ -340,6 +340,8 @@ ROW = "distance = 1\nspeed = 1\nacceleration = 1\njerk = 10\n"
         (f"repeat = 0\n[[moves]]\n{ROW}", "row 1: repeat: expected a whole number, at least 1, got 0"),
         (f"repeat = 1000000000\n[[moves]]\n{ROW}", "row 1: repeat: .*at most 5e.06 stamps"),
         (f"rate = 0.9e9\n[[moves]]\n{ROW}", "row 1: rate: .*at most 5e.06 stamps"),
+        (f'repeat = 2000\n[[moves]]\n{ROW}profile = "polynomial 5"', "row 1: repeat: .*at most 5e.06 stamps"),
+        ("[[moves]]\ndistance = 1\nspeed = 1e-10", "row 3: .*expected a speed from 1e-09 to 1e.08 m/s"),
         (f"[[moves]]\n{ROW}acelleration = 1", 'did you mean "acceleration"'),
         ("[body]\nmass = 1", r"moves: expected \[\[moves\]\] tables.*guideload init --moves"),
         ("moves = []", "row 1: moves: expected at least one entry"),
@@ -364,6 +366,7 @@ def test_texts_of_the_command_line() -> None:
     assert np.array_equal(planned.motion().acceleration, same.motion().acceleration)
     for wrong, message in (
         ("distance", "key=value"),
+        ("speed=1 m/s, speed=2 m/s", "each key once"),
         ("way=1 m", "known key"),
         ("distance=1", "add the unit"),
     ):

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from functools import cached_property
+from dataclasses import replace
+from functools import cached_property, partial
 from os import PathLike
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -23,14 +24,16 @@ from guideload.motion.sampling import Leg, grid_step, sampled
 LimitName = Literal["speed", "acceleration", "deceleration", "jerk"]
 MOST_STAMPS = 5_000_000  # 0.5 GB of memory for the motion, far more for the loads
 FEWEST_STAMPS = 4  # of a move
+# Slower than 3 cm in a year, smaller limits end in numbers that a double does not hold.
+SPEEDS, ACCELERATIONS, JERKS = (replace(one, least=1e-9) for one in (SPEED, ACCELERATION, JERK))
 SHORTEST = LENGTH.least  # m: a shorter distance is rounding of positions
 NO_JERK = "no jerk beside a trapezoid"
 FASTEST = 'its acceleration jumps; with a limit of the jerk, "jerk limited" is the fastest profile'
 
 
-def _repetitions(value: object) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise ValueRefused("a whole number, at least 1", value)
+def _whole_number(value: object, least: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+        raise ValueRefused(f"a whole number, at least {least}", value)
     return value
 
 
@@ -40,16 +43,16 @@ class MoveLimits(ConfigModel):
     profile: Profile | None = Field(
         default=None, description='shape of the acceleration over time; "jerk limited" if left out everywhere'
     )
-    speed: Annotated[float, in_range(SPEED, above=0.0)] | None = Field(
+    speed: Annotated[float, in_range(SPEEDS, above=0.0)] | None = Field(
         default=None, description='largest speed, e.g. "2 m/s"'
     )
-    acceleration: Annotated[float, in_range(ACCELERATION, above=0.0)] | None = Field(
+    acceleration: Annotated[float, in_range(ACCELERATIONS, above=0.0)] | None = Field(
         default=None, description='largest acceleration, e.g. "5 m/s^2"'
     )
-    deceleration: Annotated[float, in_range(ACCELERATION, above=0.0)] | None = Field(
+    deceleration: Annotated[float, in_range(ACCELERATIONS, above=0.0)] | None = Field(
         default=None, description="largest deceleration; as the acceleration if left out"
     )
-    jerk: Annotated[float, in_range(JERK, above=0.0)] | None = Field(
+    jerk: Annotated[float, in_range(JERKS, above=0.0)] | None = Field(
         default=None, description='largest jerk, e.g. "200 m/s^3"; for profiles other than a trapezoid'
     )
 
@@ -85,7 +88,7 @@ class Moves(ConfigModel):
     start: Annotated[float, in_range(POSITION)] = Field(
         default=0.0, description="position of the cart before the first move"
     )
-    repeat: Annotated[int, PlainValidator(_repetitions)] = Field(
+    repeat: Annotated[int, PlainValidator(partial(_whole_number, least=1))] = Field(
         default=1, description="how often the list of moves is run"
     )
     rate: Annotated[float, in_range(RATE, above=0.0)] = Field(
@@ -115,10 +118,10 @@ class Moves(ConfigModel):
         moves: list[dict[str, str]] = []
         for i, text in enumerate(texts):
             pairs = [[word.strip() for word in part.partition("=")] for part in text.split(",")]
-            if not all(key and value for key, _, value in pairs):
-                expected, hint = "key=value, separated by commas", 'as in "distance=1.2 m, speed=2 m/s"'
-                raise _refusal(("moves", i), expected, text, hint)
             moves.append({key: value for key, _, value in pairs})
+            if len(moves[i]) < len(pairs) or not all(key and value for key, value in moves[i].items()):
+                expected = "key=value, separated by commas, each key once"
+                raise _refusal(("moves", i), expected, text, 'as in "distance=1.2 m, speed=2 m/s"')
         values: dict[str, Any] = {"moves": moves}
         return cls(**values)
 
@@ -165,7 +168,7 @@ class Moves(ConfigModel):
         count = float(len(self.moves) * self.repeat * FEWEST_STAMPS)
         if count <= MOST_STAMPS:
             time = sum(float(leg.pieces.length.sum()) + leg.dwell for leg in self._legs)
-            count = max(count, time / grid_step(self.rate))
+            count = sum(leg.pieces.length.size for leg in self._legs) + time / grid_step(self.rate)
         if not count <= MOST_STAMPS:
             key, hint = ("repeat", "fewer repetitions") if self.repeat > 1 else ("rate", "fewer per second")
             expected = f"a motion of at most {MOST_STAMPS:.0e} stamps"
