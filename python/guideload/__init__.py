@@ -38,6 +38,9 @@ if TYPE_CHECKING:
     from guideload.method_comparison import stability as stability
     from guideload.method_comparison import work_precision as work_precision
     from guideload.motion import Motion as Motion
+    from guideload.motion import Move as Move
+    from guideload.motion import MoveLimits as MoveLimits
+    from guideload.motion import Moves as Moves
     from guideload.simulation import Result as Result
     from guideload.simulation import peak_loads as peak_loads
     from guideload.simulation import simulate as simulate
@@ -67,7 +70,7 @@ _HOMES = {
     "life": ("Life", "life_of"),
     "machine": ("Body", "Carriage", "Drive", "Friction", "Link", "Machine", "Modes", "Rail"),
     "method_comparison": ("Stability", "WorkPrecision", "stability", "work_precision"),
-    "motion": ("Motion",),
+    "motion": ("Motion", "Move", "MoveLimits", "Moves"),
     "simulation": ("Result", "peak_loads", "simulate"),
     "study": ("Study", "StudyInterrupted", "StudyResult", "run_study"),
     "traces": ("Inspection", "Trace", "motion_from_trace", "read_trace"),

@@ -17,7 +17,7 @@ import pytest
 from click.testing import CliRunner
 from matplotlib.figure import Figure
 
-from guideload import Machine, Study
+from guideload import Machine, Moves, Study
 from guideload.cli.main import main
 
 if sys.version_info >= (3, 11):
@@ -123,13 +123,15 @@ def test_toml_of_a_page_is_accepted(page: str, folder: Path) -> None:
 
 
 def accept(text: str) -> None:
-    """A machine, a part of one, a study, or keys of a carriage, one row each."""
+    """A machine, a part of one, a study, a motion, or keys of a carriage, one row each."""
     if not re.search(r"^\[", text, re.MULTILINE):
         for row in text.splitlines():
             law_of(row)
         return
     values = tomllib.loads(text)
-    if "vary" in values or "limits" in values:
+    if "moves" in values:
+        assert Moves(**values).motion().exact
+    elif "vary" in values or "limits" in values:
         Path("study.toml").write_text(text, encoding="utf-8")
         Path("machine.toml").write_bytes((EXAMPLES / "manipulator.toml").read_bytes())
         assert Study.from_toml("study.toml").vary

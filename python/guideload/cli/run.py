@@ -13,7 +13,7 @@ import click
 from guideload.base.errors import PictureError
 from guideload.cli import options
 from guideload.cli.exit_codes import exit_if, picture_failure
-from guideload.cli.inputs import EXAMPLES, read_machine, read_motion
+from guideload.cli.inputs import EXAMPLES, paths, read_machine, read_motion
 from guideload.cli.outputs import (
     FORMATS,
     PICTURES,
@@ -25,6 +25,7 @@ from guideload.cli.outputs import (
 from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
+    from guideload.motion.moves import Moves
     from guideload.simulation.result import Result
     from guideload.simulation.simulation import Method
 
@@ -101,7 +102,7 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
 @no_garbage_collection()
 def run(
     machine_file: Path,
-    trace_file: Path,
+    trace_file: Path | Moves,
     output: Path,
     method: Method,
     rtol: float,
@@ -114,14 +115,18 @@ def run(
     strict: bool,
     **reading: Any,
 ) -> None:
-    """Compute the load of every carriage under a measured motion."""
+    """Compute the load of every carriage under a measured or planned motion.
+
+    TRACE: a measured motion, or a motion file (.toml) with planned moves, as everywhere.
+    """
     from guideload.simulation.simulation import simulate
 
     if step is not None and method in ("auto", "exact"):
         raise click.UsageError(f"--step needs --method rk45 or implicit; {method} has no fixed step")
     names = _output_names(file_format, not no_pictures)
-    require_report(report, overwrite, machine_file, trace_file, folder=output)
-    with atomic_output(output, {"": names}, overwrite, inputs=(machine_file, trace_file)) as folder:
+    inputs = paths(machine_file, trace_file)
+    require_report(report, overwrite, *inputs, folder=output)
+    with atomic_output(output, {"": names}, overwrite, inputs) as folder:
         with status("reading"):
             machine = read_machine(machine_file, free)
             motion = read_motion(trace_file, machine, **reading)

@@ -1,4 +1,4 @@
-"""Reports of sizing: the ranked candidates, and the largest pace, payload or overhang."""
+"""Reports of sizing: the ranked candidates, and the largest pace, payload, overhang or limit."""
 
 from __future__ import annotations
 
@@ -24,7 +24,15 @@ DEFINITIONS = (
     "gives ratings and, if its record has them, stiffness, preload and length; damping is scaled so that damping "
     "ratios stay, and the mass stays."
 )
-UNITS = {"pace": "of the given pace", "payload": "kg more", "overhang": "m more"}
+UNITS = {
+    "pace": "of the given pace",
+    "payload": "kg more",
+    "overhang": "m more",
+    "speed": "m/s as the limit of the speed",
+    "acceleration": "m/s2 as the limit of the acceleration",
+    "deceleration": "m/s2 as the limit of the deceleration",
+    "jerk": "m/s3 as the limit of the jerk",
+}
 
 
 def sizing_report(machine: Machine, sizing: Sizing, encoding: str = "utf-8") -> str:

@@ -173,7 +173,7 @@ def study_lines(result: StudyResult) -> Iterator[str]:
     metadata = result.metadata
     motion = f"motion {metadata.motion}: " if metadata.motion else "motion: "
     yield f"{motion}{metadata.duration:.4g} s, {metadata.instants} samples"
-    if metadata.motion:
+    if metadata.motion and not metadata.motion_exact:
         yield "the study neglects the uncertainty of the motion; `guideload run` gives its credible bands"
     if metadata.sensitivity:
         rows = metadata.runs // (len(metadata.parameters) + 2)

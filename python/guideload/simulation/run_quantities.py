@@ -10,7 +10,7 @@ import numpy as np
 from guideload.base.arrays import Array, median_step
 from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.machine.machine import DOFS
-from guideload.motion.resolution import usable_bandwidth
+from guideload.motion.resolution import usable_bandwidth_of
 from guideload.simulation.run import AXES, Run
 
 Row = tuple[str, tuple[str, ...], Array, str, str]
@@ -127,7 +127,7 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "contact_changes": solution.contact_changes,
         "instants": "samples of the motion" if run.times is None else "given",
         "motion_step_s": median_step(run.motion.time),
-        "motion_bandwidth_Hz": usable_bandwidth(run.motion.time, run.motion.bandwidth),
+        "motion_bandwidth_Hz": usable_bandwidth_of(run.motion),
         "motion_jumps": int(np.count_nonzero(np.diff(run.motion.time) == 0.0)),
         "motion_source": run.motion.source,
         "motion_notes": "\n".join(run.motion.notes),

@@ -77,7 +77,7 @@ class StudyMetadata(BaseModel, frozen=True):
 
     fingerprint     SHA-256 of everything that the result of a run depends on
     versions        of guideload, NumPy and SciPy
-    motion          source of the trace; motion_digest: SHA-256 of its arrays
+    motion          source of the motion; motion_digest: SHA-256 of its arrays; motion_exact: it has no uncertainty
     duration        of the motion [s]; instants: its samples
     sampling        "sobol", "latin hypercube" or "random"; "cases" for given cases, without a seed
     runs            all runs of the study, those of a Saltelli design included
@@ -100,6 +100,7 @@ class StudyMetadata(BaseModel, frozen=True):
     machine: Machine
     motion: str
     motion_digest: str = ""
+    motion_exact: bool = False
     duration: float
     instants: int
     method: Method = "auto"

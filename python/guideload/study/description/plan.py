@@ -131,6 +131,7 @@ def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any
     resumed_with_more = design is not None and design.sampling != "latin hypercube"
     free = {
         "motion",
+        "motion_exact",
         "duration",
         "instants",
         "limits",
