@@ -88,10 +88,10 @@ impl PyScene {
         let mut inputs: Vec<Input> = room(times.as_ref().map_or(0, Vec::len))?;
         Ok(compute(py, |watch| {
             let excitation = samples.excitation()?;
-            let mut states: Vec<State> = Vec::new();
-            let mut record = Watched { record: &mut states, watch };
+            let mut record = Watched { record: Vec::<State>::new(), watch };
             let (control, output) = (convert::control(rtol, step), convert::output(times.as_deref()));
             let summary = method.run(&system, control, &excitation, output, &mut record)?;
+            let states = record.record;
             if let Some(times) = times {
                 for some in times.chunks(AT_A_TIME).take_while(|_| !watch.stops()) {
                     inputs.extend(some.iter().map(|&time| excitation.input_at(time)));
@@ -124,7 +124,7 @@ impl PyScene {
         let extremes = compute(py, |watch| {
             let excitation = samples.excitation()?;
             let mut extremes = vec![Extremes::NONE; loads.len()];
-            let mut record = Watched { record: &mut Peaks::new(&loads, &mut extremes), watch };
+            let mut record = Watched { record: Peaks::new(&loads, &mut extremes), watch };
             method.run(&self.0, convert::control(rtol, step), &excitation, Output::Samples, &mut record)?;
             Ok::<_, CoreError>(extremes)
         })??;

@@ -28,12 +28,13 @@ pub(super) struct RunSettings<'a> {
 }
 
 impl RunSettings<'_> {
-    fn run<R: Record>(&self, system: &System, factors: [f64; 2], record: &mut R) -> Result<(), RunError> {
+    /// Runs a system and returns the record.
+    fn run<R: Record>(&self, system: &System, factors: [f64; 2], record: R) -> Result<R, RunError> {
         let scaled = ScaledExcitation { excitation: self.excitation, peak: self.peak, factors };
         let (control, output) = (Control::Adaptive { rtol: self.rtol }, Output::Samples);
         let mut record = Watched { record, watch: self.watch };
         self.method_for(system).run_scaled(system, control, &scaled, output, &mut record)?;
-        Ok(())
+        Ok(record.record)
     }
 
     /// The method for a system; resolves `Auto`.
@@ -74,8 +75,8 @@ pub(super) fn measure(
 ) -> Result<(), SampleError> {
     let system = System::new(&sample.scene()?)?;
     memory.rows.set_system(&system, requirements, groups, sample.centers(), sample.factors());
-    let mut reduce = Reduce::new(requirements, runs.excitation, memory);
-    runs.run(&system, sample.factors(), &mut reduce)?;
+    let reduce = Reduce::new(requirements, runs.excitation, memory);
+    let reduce = runs.run(&system, sample.factors(), reduce)?;
     reduce.finish(out);
     Ok(())
 }
@@ -88,8 +89,7 @@ pub(super) fn history(
     out: &mut [f64],
 ) -> Result<(), SampleError> {
     let system = System::new(&sample.scene()?)?;
-    let mut states: Vec<State> = Vec::new();
-    runs.run(&system, sample.factors(), &mut states)?;
+    let states = runs.run(&system, sample.factors(), Vec::<State>::new())?;
     let loads: Vec<_> = groups
         .iter()
         .zip(sample.centers())

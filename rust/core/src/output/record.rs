@@ -84,7 +84,7 @@ impl Record for Vec<State> {
 #[derive(Debug)]
 pub struct Watched<'a, R> {
     /// Receives the instants.
-    pub record: &'a mut R,
+    pub record: R,
     /// Whether the run should stop.
     pub watch: Watch<'a>,
 }

@@ -25,7 +25,7 @@ pub use modes::{Mode, eigenvalues, modes};
 pub use state::{Input, State, input_from};
 
 pub(crate) use link_row::LinkRow;
-pub(crate) use state::{Force, NO_FORCE, NO_INPUT, Square, size};
+pub(crate) use state::{Force, NO_FORCE, NO_INPUT, Square, finite, size, speed};
 
 use nalgebra::{Matrix6, Vector6};
 
