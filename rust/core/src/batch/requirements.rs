@@ -2,6 +2,7 @@
 
 use super::measure::{Measure, Quantity, Statistic, time_weights, travel_weights};
 use super::time_statistics::RunningStatistics;
+use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::numeric::float::sqrt;
 use crate::numeric::power::Power;
@@ -129,14 +130,16 @@ impl Requirements {
         index
     }
 
-    /// Writes one number per measure to `out`, from the statistics of each signal and whether each monitored group lost contact.
+    /// Writes one number per measure to `out`, from the statistics of each signal and whether each monitored group lost contact. An error if
+    /// one is beyond the range of numbers.
     pub(super) fn write_measures(
         &self,
         excitation: &Excitation,
         statistics: &[RunningStatistics],
         lost: &[bool],
         out: &mut [f64],
-    ) {
+    ) -> Result<(), RunError> {
+        let mut finite = true;
         for (to, source) in out.iter_mut().zip(&self.sources) {
             *to = match *source {
                 Source::Statistic(signal, statistic) => {
@@ -154,7 +157,9 @@ impl Requirements {
                 Source::Contact(index) => f64::from(u8::from(lost[index])),
                 Source::Nothing => f64::NAN,
             };
+            finite &= to.is_finite() || matches!(source, Source::Nothing);
         }
+        if finite { Ok(()) } else { Err(RunError::OutOfRange) }
     }
 
     /// Whether the drive force is needed, into which the excitation enters directly.

@@ -77,8 +77,7 @@ pub(super) fn measure(
     memory.rows.set_system(&system, requirements, groups, sample.centers(), sample.factors());
     let reduce = Reduce::new(requirements, runs.excitation, memory);
     let reduce = runs.run(&system, sample.factors(), reduce)?;
-    reduce.finish(out);
-    Ok(())
+    Ok(reduce.finish(out)?)
 }
 
 /// Runs a sample and writes the loads of its groups to `out`, (time, group, 6).
@@ -97,5 +96,9 @@ pub(super) fn history(
         .collect();
     // Loads of links do not depend on the excitation directly.
     evaluate(&loads, &states, |_| input_from([0.0; 3], [0.0; 6]), out);
-    Ok(())
+    if out.iter().fold(true, |all, x| all & x.is_finite()) {
+        Ok(())
+    } else {
+        Err(RunError::OutOfRange.into())
+    }
 }

@@ -5,7 +5,7 @@
 //! beyond an edge is missed only if the dense output does not show it, and that is as accurate as the steps.
 
 use super::block::LinkBlock;
-use super::search::first_exit;
+use super::search::{EXAMINED_PER_WORK, first_exit};
 use super::segments::{Change, Segments};
 use crate::equations::SmoothEquations;
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
@@ -35,6 +35,8 @@ pub(crate) struct SmoothContacts<'a> {
     change: Option<Change>,
     /// Links that have changed their segment so far.
     pub changes: usize,
+    /// Parts of the paths of links that searches have looked at so far.
+    examined: usize,
 }
 
 impl<'a> SmoothContacts<'a> {
@@ -44,7 +46,7 @@ impl<'a> SmoothContacts<'a> {
         segments.update();
         let equations = SmoothEquations::new(system, segments.current.equations);
         let starts = BoundedVec::filled([0.0; LANES], segments.blocks.as_slice().len());
-        Self { segments, equations, starts, speed: 0.0, change: None, changes: 0 }
+        Self { segments, equations, starts, speed: 0.0, change: None, changes: 0, examined: 0 }
     }
 
     /// The equations until the next change.
@@ -76,8 +78,14 @@ impl<'a> SmoothContacts<'a> {
     /// The fraction at which the first link passes an edge in a step through these states at equal distances, if one does.
     #[inline(never)]
     pub(crate) fn first_change(&mut self, path: &[State; DENSE_POINTS]) -> Option<f64> {
-        self.change = dispatch(ChangeKernel { blocks: self.segments.blocks.as_slice(), path });
+        let examined = &mut self.examined;
+        self.change = dispatch(ChangeKernel { blocks: self.segments.blocks.as_slice(), path, examined });
         self.change.map(|change| change.theta)
+    }
+
+    /// Work of all searches so far.
+    pub(crate) fn searched(&self) -> usize {
+        self.examined / EXAMINED_PER_WORK
     }
 
     /// How much later than in `state` the link of the change that was found is where it counts as past its edge, s; none if it is there
@@ -134,6 +142,7 @@ fn speed(state: &State) -> f64 {
 struct ChangeKernel<'a> {
     blocks: &'a [LinkBlock],
     path: &'a [State; DENSE_POINTS],
+    examined: &'a mut usize,
 }
 
 impl Kernel for ChangeKernel<'_> {
@@ -141,7 +150,7 @@ impl Kernel for ChangeKernel<'_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> Option<Change> {
-        first_exit(self.blocks, &power_terms(self.path))
+        first_exit(self.blocks, &power_terms(self.path), self.examined)
     }
 }
 

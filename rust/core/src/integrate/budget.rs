@@ -24,8 +24,11 @@ const WORK_PER_FIXED_STEP: f64 = 10.0;
 
 /// Most work beside that for each interval: some ten seconds, for steps that the user has chosen a minute. The modes of a guided body are
 /// slower than 10 kHz; to follow faster ones, which belong to wrong numbers, may take years.
-const MOST_WORK: f64 = 3e7;
+const MOST_WORK: f64 = 1e7;
 const MOST_FIXED_WORK: f64 = 1e8;
+
+/// Number of nonlinear links that double the time of a unit of work.
+const LINKS_PER_UNIT: f64 = 8.0;
 
 /// Largest modal frequency at rest, rad/s; `damped`: or decay rate.
 fn fastest(system: &System, damped: bool) -> f64 {
@@ -67,7 +70,9 @@ impl Budget {
         };
         // Not NaN, if a duration of zero meets an infinite decay rate.
         let by_method = if by_method < most { by_method } else { most };
-        let work = LEAST_WORK + WORK_PER_INTERVAL * intervals as f64 + by_method;
+        let nonlinear = system.links().filter(|link| !link.law().is_linear()).count();
+        let time_of_unit = 1.0 + nonlinear as f64 / LINKS_PER_UNIT;
+        let work = (LEAST_WORK + by_method) / time_of_unit + WORK_PER_INTERVAL * intervals as f64;
         Self { pause: 0, most: work as usize, fastest: fastest(system, true) }
     }
 

@@ -162,6 +162,6 @@ impl<'a> SwitchedEquations for SmoothContacts<'a> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn searched(&self) -> usize {
-        0
+        SmoothContacts::searched(self)
     }
 }

@@ -131,6 +131,11 @@ impl Extremes {
         time_of_largest: [f64::NAN; 8],
     };
 
+    /// Whether all values are within the range of numbers.
+    pub fn is_finite(&self) -> bool {
+        self.smallest.iter().chain(&self.largest).all(|x| x.is_finite())
+    }
+
     #[cfg_attr(feature = "std", inline(always))]
     fn update(&mut self, time: f64, [x, y, z, mx, my, mz]: [f64; 6]) {
         // Without branches: new peaks are rare, but a rising load is a new largest value at every sample.
