@@ -20,6 +20,9 @@ pub(crate) const DENSE_POINTS: usize = 6;
 /// that trembles about an edge by less than the error of the steps would change at each of them.
 const SLACK: f64 = 1e-4;
 
+/// Part of a step within which a preloaded row must be about to open for the step to count as one that ends at that edge.
+const NEAR: f64 = 0.25;
+
 /// Combinations of segments whose equations are cached. They are cheap to make; those that come again keep the tangents of a method.
 const CACHED_COMBINATIONS: usize = 4;
 
@@ -75,11 +78,15 @@ impl<'a> SmoothContacts<'a> {
         far
     }
 
-    /// The fraction at which the first link passes an edge in a step through these states at equal distances, if one does.
+    /// The fraction at which the first link passes an edge in a step of length `h` through these states at equal distances, if one does;
+    /// the whole step if its end is so near the edge of a preloaded law that its error must be judged as at the edge.
     #[inline(never)]
-    pub(crate) fn first_change(&mut self, path: &[State; DENSE_POINTS]) -> Option<f64> {
+    pub(crate) fn first_change(&mut self, h: f64, path: &[State; DENSE_POINTS]) -> Option<f64> {
         let examined = &mut self.examined;
         self.change = dispatch(ChangeKernel { blocks: self.segments.blocks.as_slice(), path, examined });
+        if self.change.is_none() && self.segments.nears_smooth_edge(NEAR * h, &path[DENSE_POINTS - 1]) {
+            self.change = Some(Change { theta: 1.0, crossing: None });
+        }
         self.change.map(|change| change.theta)
     }
 

@@ -152,7 +152,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                     continue;
                 }
                 plan = Plan { left: 1.0, h: ramp.h };
-                last = false;
+                last &= theta == 1.0;
             }
             self.record_step(&mut k, &ramp, state, interval, done, last)?;
             core::mem::swap(state, next);
