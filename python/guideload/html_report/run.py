@@ -74,9 +74,9 @@ def save(result: Result, path: str | PathLike[str]) -> Path:
 def run_page(result: Result) -> str:
     """The report of a run as HTML.
 
-    Contents: the answer, the warnings, and life and static safety if carriages name products; peaks, histories that can be zoomed, machine, modes, motion, method, audit,
-    assumptions, and the input as far as it is needed to repeat the run. Raises ArgumentError if the result reports no
-    instant.
+    Contents: the answer, the warnings, and life and static safety if carriages name products; peaks, histories that can
+    be zoomed, machine, modes, motion, method, audit, assumptions, and the input as far as it is needed to repeat the
+    run. Raises ArgumentError if the result reports no instant.
     """
     machine = result.machine
     return document(f"{machine.name}: load of the guides", _body(result))
