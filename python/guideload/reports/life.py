@@ -110,7 +110,8 @@ def _answer(life: Life, band: LifeBand | None) -> str:
         f"With a probability of {100 * conditions.reliability:g} % all carriages last {kilometres(life.machine)} km"
         f"{asked}, that is {time}{ends}. {risk}Carriage {shortest.name} alone: {kilometres(shortest.life)} km. "
         f"The smallest static safety is {weakest.static.safety:.2f}, on carriage {weakest.name} at "
-        f"{weakest.worst.time:.3f} s, {weakest.worst.phase} (least for this use, {conditions.application}: {conditions.least_safety:g}). "
+        f"{weakest.worst.time:.3f} s, {weakest.worst.phase} "
+        f"(least for this use, {conditions.application}: {conditions.least_safety:g}). "
         f"{verdict}"
     )
 
