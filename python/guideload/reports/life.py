@@ -97,23 +97,31 @@ def _answer(life: Life, band: LifeBand | None) -> str:
         else f", 95 % credible band {' to '.join(kilometres(end) for end in band.machine)} km"
     )
     time = f"{hours:.0f} h" + ("" if conditions.hours_per_year is None else f" or {years:.3g} years")
+    required = (
+        "wanted" if conditions.safety is not None else f'least for application "{conditions.application}"'
+    )
     asked = risk = ""
-    missed = [] if weakest.static.safety >= conditions.least_safety else ["static safety"]
     if conditions.life is not None:
         asked = f" (wanted: {kilometres(conditions.life)} km)"
         risk = f"The probability that one fails before {kilometres(conditions.life)} km is "
         risk += f"{percent(life.failure_probability(conditions.life))}. "
-        missed = ["life"] * (life.machine < conditions.life) + missed
-    reached = "Both are reached." if conditions.life is not None else "It is reached."
-    verdict = f"NOT REACHED: {joined(missed)}." if missed else reached
     return (
-        f"With a probability of {100 * conditions.reliability:g} % all carriages last {kilometres(life.machine)} km"
-        f"{asked}, that is {time}{ends}. {risk}Carriage {shortest.name} alone: {kilometres(shortest.life)} km. "
-        f"The smallest static safety is {weakest.static.safety:.2f}, on carriage {weakest.name} at "
-        f"{weakest.worst.time:.3f} s, {weakest.worst.phase} "
-        f"(least for this use, {conditions.application}: {conditions.least_safety:g}). "
-        f"{verdict}"
+        f"{_verdict(life)} With a probability of {100 * conditions.reliability:g} % all carriages last "
+        f"{kilometres(life.machine)} km{asked}, that is {time}{ends}. {risk}Carriage {shortest.name} alone: "
+        f"{kilometres(shortest.life)} km. The smallest static safety is {weakest.static.safety:.2f} ({required}: "
+        f"{conditions.least_safety:g}), on carriage {weakest.name} at {weakest.worst.time:.3f} s, "
+        f"{weakest.worst.phase}."
     )
+
+
+def _verdict(life: Life) -> str:
+    """Whether the life, if one is wanted, and the static safety are reached."""
+    conditions = life.conditions
+    reached = {} if conditions.life is None else {"life": life.machine >= conditions.life}
+    reached["static safety"] = life.weakest.static.safety >= conditions.least_safety
+    if missed := [name for name, held in reached.items() if not held]:
+        return f"NOT REACHED: {joined(missed)}."
+    return "Life and static safety are reached." if len(reached) > 1 else "The static safety is reached."
 
 
 def _notes(life: Life) -> list[str]:
