@@ -44,7 +44,12 @@ class Vector(click.ParamType[tuple[float, ...]]):
 @options.machine_argument
 @options.trace_argument
 @click.option("--from", "catalogue_file", type=options.InputFile, required=True, help="Catalogue file.")
-@click.option("--product", "products", multiple=True, help="A product to try; several times for several.")
+@click.option(
+    "--product",
+    "products",
+    multiple=True,
+    help="A product to try, not all; may be given again.",
+)
 @life_option
 @safety_option
 @options.report_option
