@@ -51,16 +51,28 @@ def test_life_tells_the_answer_with_its_band_and_draws_the_rails(machine_file: P
         assert 0.5 * low < one.life < 2.0 * high
     words = " ".join(text.split())
     assert f"all carriages last {kilometres(life.machine)} km (wanted: 90000 km)" in words
-    assert "THIS IS NOT REACHED" in words and "HIWIN" in words
+    assert "NOT REACHED: life." in words and "HIWIN" in words
 
 
 def test_a_run_tells_life_if_its_carriages_name_products(machine_file: Path, tmp_path: Path) -> None:
-    text = guideload("run", machine_file, TRACE, "-o", tmp_path / "out", "--no-pictures").stdout
+    def run(machine: Path, name: str) -> tuple[str, str]:
+        """The text of a run in one row, and the first box of its HTML report."""
+        page = tmp_path / f"{name}.html"
+        text = guideload(
+            "run", machine, TRACE, "-o", tmp_path / name, "--no-pictures", "--report", page
+        ).stdout
+        box = page.read_text(encoding="utf-8").partition('<div class="')[2].partition("</div>")[0]
+        return " ".join(text.split()), box
+
+    text, box = run(machine_file, "out")
     assert "Life and static safety" in text and "HGH25CA" in text
+    assert 'least for application "normal"' in text
+    assert box.startswith('answer">') and "The static safety is reached." in box
     file = machine_file.with_name("thomson.toml")
     file.write_text(machine_file.read_text(encoding="utf-8") + '[life]\nrule = "rexroth"\n', encoding="utf-8")
-    text = guideload("run", file, TRACE, "-o", tmp_path / "other", "--no-pictures").stdout
-    assert "Not computed: carriage 1a carries a " in " ".join(text.split())
+    text, box = run(file, "other")
+    assert "Life and static safety are not computed: carriage 1a carries a " in text
+    assert box.startswith('answer warned">') and "are not computed: carriage 1a" in box
 
 
 def test_check_shows_the_products(machine_file: Path) -> None:

@@ -177,8 +177,9 @@ def test_ctrl_c_before_the_first_sample(file: Path, tmp_path: Path, monkeypatch:
         patched.setattr(from_toml, lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
         ended = guideload("study", file, "-o", tmp_path / "other")
         assert (ended.exit_code, ended.stderr) == (130, "Interrupted.\n")
-        ended = guideload("study", file, "-o", tmp_path / "out", "--resume")
-        again = shlex.join(["guideload", "study", str(file), "-o", str(tmp_path / "out"), "--resume"])
+        options = ["-o", str(tmp_path / "out"), "--report", str(tmp_path / "study.html"), "--resume"]
+        ended = guideload("study", file, *options)
+        again = shlex.join(["guideload", "study", str(file), *options])
         assert (ended.exit_code, ended.stderr) == (130, f"Interrupted. To resume: {again}\n")
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from command_line import MACHINE, TRACE, guideload, refused
 from machines import carriage, machine
 from reference import example
 
-from guideload import simulate
+from guideload import Link, Machine, plots, simulate
+from guideload.base.errors import ArgumentError
 from guideload.reports.compare import comparison_report, differences
 
 
@@ -36,6 +38,20 @@ def test_figures_are_those_of_the_runs() -> None:
         assert all(f"{peak:.0f}" in text for peak in result.peak_columns["peak_resultant_N"])
     same = comparison_report({"a": results["given"], "b": results["given"]})
     assert "The machines are the same" in same and "(+0.0 %)" in same
+
+
+def test_a_machine_without_carriages_is_refused() -> None:
+    given, motion = example()
+    links = [
+        Link(name=f"{axis}{x}{z}", point=(x, 0, z), direction=axis, stiffness=1e8, damping=1e4)
+        for x in (-1, 1)
+        for z in (-1, 1)
+        for axis in ((0, 1, 0), (0, 0, 1))
+    ]
+    bare = simulate(Machine(name="bare", body=given.body, links=links, free=given.free), motion)
+    for refusing in (comparison_report, plots.comparison):
+        with pytest.raises(ArgumentError, match="bare: expected a machine with carriages"):
+            refusing({"given": simulate(given, motion), "bare": bare})
 
 
 def test_the_command(tmp_path: Path) -> None:

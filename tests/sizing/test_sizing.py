@@ -220,3 +220,7 @@ def test_commands(tmp_path: Path) -> None:
     assert "* HGH25CA Z0" in text and "- BM W 20-B" in text
     assert "products: 'x'" in refused("size", machine, trace, "--from", catalogue, "--product", "x")
     assert "product" in refused("limit", machine, trace)
+    assert "--at needs --of payload" in refused("limit", machine, trace, "--at", "0,0,1")
+    assert "--direction needs --of overhang" in refused(
+        "limit", machine, trace, "--of", "payload", "--direction", "1,0,0"
+    )

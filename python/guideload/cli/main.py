@@ -68,7 +68,7 @@ class Commands(click.Group):
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="guideload")
 def main() -> None:
-    """Dynamic load of linear rolling guides, from a measured motion to the load of every carriage.
+    """Dynamic load of linear rolling guides, from a measured or planned motion to the load of every carriage.
 
     Start with `guideload demo`, or with `guideload init`, which writes a machine.toml to fill in.
     """

@@ -107,7 +107,7 @@ def or_moves(name: str, metavar: str, nargs: int = 1) -> Callable[[Any], Any]:
             expose_value=False,
             callback=lambda ctx, _, texts: ctx.meta.update({MOVES: texts}),
             help='Planned move in place of TRACE, e.g. "distance=1.2 m, speed=2 m/s, acceleration=5 m/s^2, '
-            'jerk=200 m/s^3, dwell=0.5 s"; several times for several.',
+            'jerk=200 m/s^3, dwell=0.5 s"; give it again for each further move.',
         )(command)
         return click.argument(
             name, metavar=metavar, type=InputFile, nargs=nargs, required=False, callback=_moves_or_file

@@ -92,7 +92,12 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
 @click.option("--step", type=options.POSITIVE, help="Fixed step in seconds, for rk45 and implicit.")
 @options.free_option
 @click.option(
-    "--format", "file_format", type=click.Choice(list(FORMATS)), default="netcdf", show_default=True
+    "--format",
+    "file_format",
+    type=click.Choice(list(FORMATS)),
+    default="netcdf",
+    show_default=True,
+    help="File format of the loads.",
 )
 @options.no_pictures_option
 @options.report_option
@@ -117,7 +122,7 @@ def run(
 ) -> None:
     """Compute the load of every carriage under a measured or planned motion.
 
-    TRACE: a measured motion, or a motion file (.toml) with planned moves, as everywhere.
+    TRACE: a measured motion, or a motion file (.toml) with planned moves, in every command.
     """
     from guideload.simulation.simulation import simulate
 

@@ -44,7 +44,12 @@ class Vector(click.ParamType[tuple[float, ...]]):
 @options.machine_argument
 @options.trace_argument
 @click.option("--from", "catalogue_file", type=options.InputFile, required=True, help="Catalogue file.")
-@click.option("--product", "products", multiple=True, help="A product to try; several times for several.")
+@click.option(
+    "--product",
+    "products",
+    multiple=True,
+    help="A product to try, not all; may be given again.",
+)
 @life_option
 @safety_option
 @options.report_option
@@ -94,8 +99,8 @@ def size(
     help="What grows until a requirement fails: pace of the motion, payload [kg], shift of the centre of mass [m], or "
     "a limit of planned moves.",
 )
-@click.option("--at", type=Vector(), default=(0.0, 0.0, 0.0), help="Place of the payload from L, in m.")
-@click.option("--direction", type=Vector(), default=(1.0, 0.0, 0.0), help="Direction of the overhang.")
+@click.option("--at", type=Vector(), help="Place of the payload from L, in m.  [default: 0,0,0]")
+@click.option("--direction", type=Vector(), help="Direction of the overhang.  [default: 1,0,0]")
 @life_option
 @safety_option
 @options.trace_options
@@ -103,8 +108,8 @@ def limit(
     machine_file: Path,
     trace_file: Path | Moves,
     quantity: Any,
-    at: tuple[float, float, float],
-    direction: tuple[float, float, float],
+    at: tuple[float, float, float] | None,
+    direction: tuple[float, float, float] | None,
     life: str | None,
     safety: float | None,
     **reading: Any,
@@ -113,12 +118,17 @@ def limit(
     from guideload.reports.sizing import limit_report
     from guideload.sizing.limits import largest
 
+    places: dict[str, Any] = {"at": at, "direction": direction}
+    places = {name: value for name, value in places.items() if value is not None}
+    for name, of in (("at", "payload"), ("direction", "overhang")):
+        if name in places and quantity != of:
+            raise click.UsageError(f"--{name} needs --of {of}, got --of {quantity}")
     with status("reading"):
         machine = read_machine(machine_file)
         motion = read_moves(trace_file, **reading) or read_motion(trace_file, machine, **reading)
     with status("searching the limit"):
         conditions = _conditions(machine, life, safety)
-        found = largest(machine, motion, quantity, at=at, direction=direction, conditions=conditions)
+        found = largest(machine, motion, quantity, conditions=conditions, **places)
     print_text(limit_report(machine, found, conditions, encoding=output_encoding()))
 
 

@@ -57,7 +57,7 @@ def study(
     if resume and overwrite:
         raise click.UsageError("--resume keeps the study in the folder and --overwrite replaces it: give one")
     outputs.require_report(report, overwrite or resume, study_file, folder=output)
-    options = {"--samples": samples, "--seed": seed, "--threads": threads}
+    options = {"--samples": samples, "--seed": seed, "--threads": threads, "--report": report}
     again = _resume_command(study_file, output, options, {"--no-pictures": no_pictures, "--strict": strict})
     may_resume, interrupted, failure = resume, "", None
     try:
@@ -97,7 +97,7 @@ def study(
 
 
 def _resume_command(
-    study_file: Path, output: Path, options: Mapping[str, int | None], flags: Mapping[str, bool]
+    study_file: Path, output: Path, options: Mapping[str, int | Path | None], flags: Mapping[str, bool]
 ) -> str:
     words = ["guideload", "study", str(study_file), "-o", str(output)]
     words += [word for name, value in options.items() if value is not None for word in (name, str(value))]

@@ -19,12 +19,13 @@ from guideload.audit.audit import LABEL
 from guideload.base.arrays import Array
 from guideload.html_report.document import Line, chart, document, folded, html_of, picture, section
 from guideload.html_report.page import footer, save_page
+from guideload.life.life import Life
 from guideload.plots.machine import modes as modes_picture
 from guideload.plots.machine import scene
 from guideload.plots.style import INK, carriage_look
 from guideload.reports.elements import dofs_line, new_table
 from guideload.reports.elements import section as heading
-from guideload.reports.life import life_section
+from guideload.reports.life import life_answer, life_of_run, life_section
 from guideload.reports.machine import body_lines, carriage_tables, links_table, modes_table, nominal_lines
 from guideload.reports.run import (
     DEFINITIONS,
@@ -73,9 +74,9 @@ def save(result: Result, path: str | PathLike[str]) -> Path:
 def run_page(result: Result) -> str:
     """The report of a run as HTML.
 
-    Contents: the answer and the warnings, peaks, histories that can be zoomed, machine, modes, motion, method, audit,
-    assumptions, and the input as far as it is needed to repeat the run. Raises ArgumentError if the result reports no
-    instant.
+    Contents: the answer, the warnings, and life and static safety if carriages name products; peaks, histories that can
+    be zoomed, machine, modes, motion, method, audit, assumptions, and the input as far as it is needed to repeat the
+    run. Raises ArgumentError if the result reports no instant.
     """
     machine = result.machine
     return document(f"{machine.name}: load of the guides", _body(result))
@@ -84,13 +85,15 @@ def run_page(result: Result) -> str:
 def _body(result: Result) -> Iterator[str]:
     machine, data = result.machine, result.quantities
     yield f'<header><h1>{escape(machine.name)}</h1><p class="subtitle">{escape(dofs_line(machine))}</p></header>'
-    warned = " warned" if result.audit.warnings else ""
-    yield f'<div class="answer{warned}">{html_of(answer(result))}</div>'
+    life = life_of_run(result)
+    well = not result.audit.warnings and (life is None or (isinstance(life, Life) and life.holds))
+    text = html_of([*answer(result), *life_answer(life)])
+    yield f'<div class="answer{"" if well else " warned"}">{text}</div>'
     if machine.carriages:
         definitions = folded("Definitions", html_of([DEFINITIONS, *band_lines(result)]))
         yield section("Peak loads of the carriages", html_of(peaks_tables(result)), definitions)
-    if life := life_section(result):
-        yield section("Life and static safety", html_of(life[len(heading("")) :]))
+    if parts := life_section(life):
+        yield section("Life and static safety", html_of(parts[len(heading("")) :]))
     yield section("Load histories", *_load_charts(result), long=True)
     yield section("Motion of the cart", html_of(motion_lines_of(data)), *_motion_charts(result), long=True)
     yield section("Drive and held dofs", html_of(reactions_section(result)[len(heading("")) :]))

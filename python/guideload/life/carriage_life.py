@@ -40,8 +40,8 @@ class CarriageLife:
     mean_load                 N, over distance
     life                      m
     static                    static safety
-    factor_life, factor_safety  f_W: the load factor that, put into the catalogue's formula with statics with m a,
-                              gives the life and the safety of the simulated loads
+    factor_life, factor_safety  f_W: the load factors with which the catalogue's formula, under the loads of
+                              statics with m a, gives the life and the safety of the simulated loads
     worst                     causes of the worst instant
     rows                      N, largest load of the loaded row and smallest of the other one along y, of a carriage
                               with preloaded rows; None for others

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.plots.style import carriage_look, legend_beside, look, new_figure
+from guideload.reports.compare import require_carriages
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,7 +17,11 @@ if TYPE_CHECKING:
 
 
 def comparison(results: Mapping[str, Result]) -> tuple[Axes, Axes]:
-    """Above, the resultant of each run's most loaded carriage over time; below, the peaks of all carriages."""
+    """Above, the resultant of each run's most loaded carriage over time; below, the peaks of all carriages.
+
+    Raises ArgumentError if a machine has no carriages.
+    """
+    require_carriages(results)
     with look():
         figure = new_figure(10.0, 6.8)
         above, below = figure.subplots(2, 1)

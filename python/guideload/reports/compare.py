@@ -9,7 +9,7 @@ import numpy as np
 from rich.console import RenderableType
 from rich.text import Text
 
-from guideload.base.errors import GuideloadError, LifeError, shown
+from guideload.base.errors import ArgumentError, GuideloadError, LifeError, shown
 from guideload.base.number_text import load_in_table
 from guideload.drive.requirements import drive_requirements
 from guideload.life.life import life_of
@@ -28,12 +28,16 @@ DEFINITIONS = (
 
 
 def comparison_report(results: Mapping[str, Result], encoding: str = "utf-8") -> str:
-    """Differences of the machines, a row of figures per run, and the peaks of each carriage, by title of the run."""
+    """Differences of the machines, a row of figures per run, and the peaks of each carriage, by title of the run.
+
+    Raises ArgumentError if a machine has no carriages.
+    """
     return to_text(comparison_parts(results), encoding=encoding)
 
 
 def comparison_parts(results: Mapping[str, Result]) -> list[RenderableType]:
     """The elements of `comparison_report`."""
+    require_carriages(results)
     machines: dict[str, Machine] = {}
     for title, result in results.items():
         if result.machine not in machines.values():
@@ -45,6 +49,16 @@ def comparison_parts(results: Mapping[str, Result]) -> list[RenderableType]:
         f"{title}: {result.audit.verdict}" for title, result in results.items() if result.audit.warnings
     ]
     return [*parts, *remark("", *warned)]
+
+
+def require_carriages(results: Mapping[str, Result]) -> None:
+    """Raise ArgumentError if a machine has no carriages, whose loads are compared."""
+    for title, result in results.items():
+        if not result.machine.carriages:
+            raise ArgumentError(
+                f"{title}: expected a machine with carriages, got links only; compare shows the loads of carriages, "
+                "the report of a run those of links"
+            )
 
 
 def _differences(machines: Mapping[str, Machine]) -> list[RenderableType]:

@@ -11,19 +11,19 @@ from rich.text import Text
 from guideload.base.errors import LifeError
 from guideload.base.number_text import joined, load_in_table, percent
 from guideload.life.equivalent_load import RULES
-from guideload.life.life import life_of
+from guideload.life.life import Life, life_of
 from guideload.life.load_parts import CAUSES
 from guideload.reports.elements import new_table, remark, section, to_text
 
 if TYPE_CHECKING:
     from guideload.life.bands import LifeBand
-    from guideload.life.life import Life
     from guideload.simulation.result import Result
 
 LIFE_DEFINITION = (
     "P_m: mean equivalent load over distance. Life: rating life L (ISO 14728-1), fatigue of steel alone. S0: static "
-    "safety C0/P0 at the worst instant (ISO 14728-2). f_W: the load factor that, put into the catalogue's formula with "
-    "statics with m a, gives the life (L) and the safety (S0) of the simulated loads."
+    "safety C0/P0 at the worst instant (ISO 14728-2). f_W: the load factor with which the "
+    "catalogue's formula, under the loads of statics with m a, gives the life (L) or the safety (S0) of the simulated "
+    "loads."
 )
 CAUSE_DEFINITION = (
     "P0 is largest at the time in the table. It is the sum of its causes: weight, quasi-static load of the "
@@ -57,18 +57,32 @@ def life_report(life: Life, band: bool = True, encoding: str = "utf-8") -> str:
     )
 
 
-def life_section(result: Result) -> list[RenderableType]:
-    """The section of the report of a run: answer, notes and table; empty if no carriage names a product."""
+def life_of_run(result: Result) -> Life | LifeError | None:
+    """Life and static safety of a run, or why they cannot be computed; None if no carriage names a product."""
     if not any(result.machine.product_of_carriage):
-        return []
-    title = section("Life and static safety")
+        return None
     try:
-        life = life_of(result)
+        return life_of(result)
     except LifeError as error:
-        return [*title, *remark(f"Not computed: {error}.")]
+        return error
+
+
+def life_answer(life: Life | LifeError | None) -> list[RenderableType]:
+    """The answer of `life_of_run` for the head of the report of a run."""
+    if life is None:
+        return []
+    if isinstance(life, LifeError):
+        return remark(f"Life and static safety are not computed: {life}.")
+    return remark(_answer(life, None))
+
+
+def life_section(life: Life | LifeError | None) -> list[RenderableType]:
+    """The section of the report of a run: notes, table and definitions; empty without a life."""
+    if not isinstance(life, Life):
+        return []
     return [
-        *title,
-        *remark(_answer(life, None), *_notes(life)),
+        *section("Life and static safety"),
+        *remark(*_notes(life)),
         life_table(life, None),
         *remark(LIFE_DEFINITION),
     ]
@@ -83,19 +97,31 @@ def _answer(life: Life, band: LifeBand | None) -> str:
         else f", 95 % credible band {' to '.join(kilometres(end) for end in band.machine)} km"
     )
     time = f"{hours:.0f} h" + ("" if conditions.hours_per_year is None else f" or {years:.3g} years")
+    required = (
+        "wanted" if conditions.safety is not None else f'least for application "{conditions.application}"'
+    )
     asked = risk = ""
     if conditions.life is not None:
         asked = f" (wanted: {kilometres(conditions.life)} km)"
-        risk = f"Before {kilometres(conditions.life)} km one fails with a probability of "
+        risk = f"The probability that one fails before {kilometres(conditions.life)} km is "
         risk += f"{percent(life.failure_probability(conditions.life))}. "
-    fulfilled = "Both are reached." if life.holds else "THIS IS NOT REACHED."
     return (
-        f"With a probability of {100 * conditions.reliability:g} % all carriages last {kilometres(life.machine)} km"
-        f"{asked}, {time}{ends}. {risk}Carriage {shortest.name} alone: {kilometres(shortest.life)} km. The smallest "
-        f"static safety is {weakest.static.safety:.2f}, on carriage {weakest.name} at {weakest.worst.time:.3f} s, "
-        f"{weakest.worst.phase} (least for this use, {conditions.application}: {conditions.least_safety:g}). "
-        f"{fulfilled}"
+        f"{_verdict(life)} With a probability of {100 * conditions.reliability:g} % all carriages last "
+        f"{kilometres(life.machine)} km{asked}, that is {time}{ends}. {risk}Carriage {shortest.name} alone: "
+        f"{kilometres(shortest.life)} km. The smallest static safety is {weakest.static.safety:.2f} ({required}: "
+        f"{conditions.least_safety:g}), on carriage {weakest.name} at {weakest.worst.time:.3f} s, "
+        f"{weakest.worst.phase}."
     )
+
+
+def _verdict(life: Life) -> str:
+    """Whether the life, if one is wanted, and the static safety are reached."""
+    conditions = life.conditions
+    reached = {} if conditions.life is None else {"life": life.machine >= conditions.life}
+    reached["static safety"] = life.weakest.static.safety >= conditions.least_safety
+    if missed := [name for name, held in reached.items() if not held]:
+        return f"NOT REACHED: {joined(missed)}."
+    return "Life and static safety are reached." if len(reached) > 1 else "The static safety is reached."
 
 
 def _notes(life: Life) -> list[str]:

@@ -15,7 +15,7 @@ from guideload.base.number_text import load_in_table
 from guideload.machine.machine import DOFS
 from guideload.reports.drive import drive_parts
 from guideload.reports.elements import WIDTH, dofs_line, new_table, remark, section, to_text
-from guideload.reports.life import life_section
+from guideload.reports.life import life_answer, life_of_run, life_section
 from guideload.reports.machine import modes_table, nominal_lines, weight_lines
 
 if TYPE_CHECKING:
@@ -35,14 +35,15 @@ DEFINITIONS = (
 
 
 def result_report(result: Result, encoding: str = "utf-8") -> str:
-    """The report of a run: largest load, warnings, peaks, reactions, modes, motion, method, audit."""
-    machine = result.machine
+    """The report of a run: largest load, warnings, life, peaks, reactions, modes, motion, method, audit."""
+    machine, life = result.machine, life_of_run(result)
     return to_text(
         [
             *answer(result),
+            *life_answer(life),
             dofs_line(machine),
             *_peaks_section(result),
-            *life_section(result),
+            *life_section(life),
             *reactions_section(result),
             *section("Natural modes"),
             modes_table(machine, result.modes),

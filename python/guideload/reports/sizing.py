@@ -25,7 +25,7 @@ DEFINITIONS = (
     "ratios stay, and the mass stays."
 )
 UNITS = {
-    "pace": "of the given pace",
+    "pace": "times the given pace",
     "payload": "kg more",
     "overhang": "m more",
     "speed": "m/s as the limit of the speed",
@@ -103,11 +103,11 @@ def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions, enc
     """The largest value of a quantity, and what would fail beyond it."""
     wanted = requirements(conditions)
     if limit.value == float("inf"):
-        text = f"{machine.name}: {wanted} is reached at every {limit.quantity} that was tried."
+        text = f"{machine.name}: the requirement ({wanted}) is met at every {limit.quantity} that was tried."
     else:
         text = (
-            f"{machine.name}: {wanted} is reached up to {limit.value:.4g} {UNITS[limit.quantity]}. Beyond it "
-            f"{limit.margins.first_to_fail} fails first."
+            f"{machine.name}: the requirement ({wanted}) is met up to {limit.value:.4g} {UNITS[limit.quantity]}. "
+            f"Beyond it {limit.margins.first_to_fail} fails first."
         )
     figures = ", ".join(f"{name} {ratio:.3g}" for name, ratio in limit.margins.ratios.items())
     return to_text([*remark(text, f"Figures over requirements there: {figures}.")], encoding=encoding)
