@@ -96,17 +96,11 @@ pub fn smooth_motion<'py>(
 /// Most rounds of an adaptation; it settles in some ten.
 const MOST_ROUNDS: usize = 10_000;
 
-#[pyfunction]
-pub fn adapt_motion<'py>(
-    py: Python<'py>,
-    given: Arrays<'py>,
-    rounded: PyReadonlyArray1<'py, f64>,
+fn check_rule(
     quantum: f64,
     level: f64,
-    rule: (usize, f64, f64, f64),
-) -> PyResult<AdaptedArrays<'py>> {
-    let given = Checked::new(&given)?;
-    let (rounds, usual, weight, floor) = rule;
+    (rounds, usual, weight, floor): (usize, f64, f64, f64),
+) -> PyResult<()> {
     for (name, number) in [("level", level), ("usual", usual), ("floor", floor)] {
         if !(number > 0.0 && number.is_finite()) {
             return Err(PyValueError::new_err(format!("{name}: expected a number above 0, got {number}")));
@@ -120,6 +114,21 @@ pub fn adapt_motion<'py>(
     if rounds > MOST_ROUNDS {
         return Err(PyValueError::new_err(format!("rounds: expected up to {MOST_ROUNDS}, got {rounds}")));
     }
+    Ok(())
+}
+
+#[pyfunction]
+pub fn adapt_motion<'py>(
+    py: Python<'py>,
+    given: Arrays<'py>,
+    rounded: PyReadonlyArray1<'py, f64>,
+    quantum: f64,
+    level: f64,
+    rule: (usize, f64, f64, f64),
+) -> PyResult<AdaptedArrays<'py>> {
+    let given = Checked::new(&given)?;
+    check_rule(quantum, level, rule)?;
+    let (rounds, usual, weight, floor) = rule;
     let count = given.value.len();
     if rounded.len() != count {
         return Err(PyValueError::new_err(format!("rounded: expected {count} numbers")));

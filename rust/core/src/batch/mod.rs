@@ -29,7 +29,7 @@ use crate::error::{RunError, Stopped};
 use crate::excitation::Excitation;
 use crate::integrate::Control;
 use crate::model::Dof;
-use crate::numeric::watch::{Watch, check_memory, on_threads};
+use crate::numeric::watch::{Watch, check_memory, on_threads, room};
 use lanes::{LaneMemory, Lanes};
 use reduce::Memory;
 use requirements::Requirements;
@@ -173,10 +173,11 @@ impl<'a> Batch<'a> {
             return Ok(Vec::new());
         }
         // Work is handed out in groups of samples, each with its rows of the table.
-        let rows: Vec<&mut [f64]> = match width {
-            0 => (0..count.div_ceil(SAMPLES)).map(|_| &mut [][..]).collect(),
-            _ => out.chunks_mut(SAMPLES * width).collect(),
-        };
+        let mut rows: Vec<&mut [f64]> = room(count.div_ceil(SAMPLES))?;
+        match width {
+            0 => rows.resize_with(count.div_ceil(SAMPLES), Default::default),
+            _ => rows.extend(out.chunks_mut(SAMPLES * width)),
+        }
         let queue = Mutex::new(rows.into_iter().enumerate());
         let work = || {
             let mut worker = Worker::new(self);
@@ -252,8 +253,9 @@ impl<'a> Batch<'a> {
         if values.len() != count * columns {
             return Err(BatchError::Length { field: "values", expected: count * columns, got: values.len() });
         }
-        if out.len() != count * width {
-            return Err(BatchError::Length { field: "out", expected: count * width, got: out.len() });
+        let expected = count.saturating_mul(width);
+        if out.len() != expected {
+            return Err(BatchError::Length { field: "out", expected, got: out.len() });
         }
         Ok(columns)
     }

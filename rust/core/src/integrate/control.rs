@@ -169,13 +169,19 @@ impl Controller {
     }
 
     /// Registers the `error` of a step of length `h`, relative to the load scale; true if the step is accepted. `no_margin`: whether it
-    /// has samples inside, which need dense output, or lies beside an edge.
+    /// has samples inside, which need dense output, or lies beside an edge. `rounding`: an error that no shorter step would reduce.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn accept(&mut self, h: f64, error: f64, no_margin: bool) -> bool {
-        let error = if no_margin { NO_MARGIN_PENALTY * error } else { error };
+    pub(crate) fn accept(
+        &mut self,
+        h: f64,
+        error: f64,
+        no_margin: bool,
+        rounding: impl FnOnce() -> f64,
+    ) -> bool {
         let share = f64::min(1.0, self.steps * h / self.memory);
-        let mut error_ratio = error / (self.rtol * share);
-        if error == 0.0 {
+        let penalty = if no_margin { NO_MARGIN_PENALTY } else { 1.0 };
+        let mut error_ratio = penalty * error / (self.rtol * share);
+        if error == 0.0 || error_ratio > 1.0 && error <= rounding() {
             error_ratio = 0.0; // however small the share
         } else if error_ratio.is_nan() {
             error_ratio = f64::INFINITY; // NaN rejects the step

@@ -62,7 +62,7 @@ pub(crate) fn run_scaled<M: Method>(
         return Err(RunError::OutOfRange);
     }
     let forcing = Forcing::new(system, &scaled.peak, scaled.factors);
-    let budget = Budget::new(system, excitation, expected, control, M::ERROR_ORDER);
+    let budget = Budget::new::<M>(system, excitation, expected, control);
     let setup = Setup { system, method, control, excitation, output, record, forcing, load_scale, budget };
     match system.model_level() {
         ModelLevel::Linear => dispatch(RunKernel { setup, equations: Unswitched(system) }),

@@ -338,7 +338,9 @@ impl StepControl {
         let mut bounded = !self.has_error || finite(next);
         if let Some(controller) = &mut self.controller {
             let error = if bounded { self.norm.of(error) } else { f64::INFINITY };
-            if !controller.accept(h, error, self.at_edge || interval.until > interval.first + 1) {
+            let no_margin = self.at_edge || interval.until > interval.first + 1;
+            let rounding = || if self.has_edges { ROUNDING * self.norm.of(next) } else { 0.0 };
+            if !controller.accept(h, error, no_margin, rounding) {
                 if h <= 2.0 * SHORTEST * interval.length {
                     // Within so short a time from an edge the error falls hardly faster than the step.
                     if self.has_edges && controller.is_negligible(error) {
@@ -356,7 +358,8 @@ impl StepControl {
         } else if self.has_error {
             // Springs and dampers are passive, and their potential is lowest at the start, so |η'| grows no faster than ∫ |f| dt.
             self.reach += ramp.impulse();
-            bounded &= speed(next) <= DIVERGENCE * self.reach;
+            // Before it acts, a state is rounding only.
+            bounded &= speed(next) <= DIVERGENCE * self.reach || self.norm.of(next) <= STILL;
         }
         if bounded { Ok(true) } else { Err(RunError::Diverged { time, step: h, other: self.other }) }
     }
@@ -385,6 +388,13 @@ const MAX_LANDINGS: usize = 4;
 
 /// Largest speed of a stable run over the bound from the impulse of the excitation.
 const DIVERGENCE: f64 = 100.0;
+
+/// Estimated error of a step that is rounding of its states, over their size. After an edge steps are so short that their share of the
+/// tolerance may be less.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// Size of a state that is no divergence whatever has acted, over the load scale. Rounding is some 1e-15 of the preloads.
+const STILL: f64 = 1e-6;
 
 /// Shortest step, as a fraction of the interval that it lies in.
 const SHORTEST: f64 = 1e-9;

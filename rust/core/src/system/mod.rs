@@ -86,7 +86,8 @@ impl System {
     ///
     /// # Errors
     /// [`SceneError::Unsupported`] with the motion that no link resists; [`SceneError::NoEquilibrium`] with the motion in which the weight
-    /// pushes the body away from its links; [`SceneError::FarEquilibrium`] if it rests a million times its size away; without `std` also [`SceneError::TooManyLinks`].
+    /// pushes the body away from its links; [`SceneError::FarEquilibrium`] if it rests a million times its size away; without `std` also
+    /// [`SceneError::TooManyLinks`].
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
         let links = scene.links();
         let mut matrices = assemble(scene);

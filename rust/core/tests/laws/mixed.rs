@@ -193,6 +193,62 @@ fn tolerances_that_agree_with_each_other_are_right() {
     }
 }
 
+/// A machine that stands still before it moves: with steps of a fixed length too it stays at rest, up to rounding of its preloads.
+#[test]
+fn a_machine_that_stands_still_does_not_diverge() {
+    let mut samples = vec![[0.0; 3]; 30];
+    samples.extend([[2.2, 0.0, 0.0]; 10]);
+    let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
+    for preload in [1.0, 1e3, 1e9] {
+        let machine = with_laws(cart(), |_, k| preloaded(k, preload, BALL));
+        let still = Excitation::uniform(0.0, 1e-3, &samples[..30]).expect("sound");
+        let [(rest, _), _] = both(&machine, &still, 1e-6);
+        for (loads, _) in [Control::Fixed { step: 1e-5 }, tight(1e-9)].map(|control| {
+            let (states, summary) = machine.states(&Rk45, control, &excitation);
+            (machine.loads_of(&states), summary)
+        }) {
+            let dwell = &loads[..rest.len()];
+            assert!(difference(dwell, &rest) <= 1e-9 * (preload + largest(&rest)), "{preload:e}");
+        }
+        let (states, _) = machine.states(&Radau, Control::Fixed { step: 1e-5 }, &excitation);
+        let [(truth, summary), _] = both(&machine, &excitation, 1e-9);
+        assert!(difference(&machine.loads_of(&states), &truth) <= 1e-6 * summary.load_scale, "{preload:e}");
+    }
+}
+
+/// The error falls as the step to the power of 5 or 6, so a thousandth of the tolerance takes four times the steps; not millions, because
+/// steps behind an edge are so short that the tolerance of each is below rounding.
+#[test]
+fn the_tightest_tolerances_take_a_few_times_more_steps() {
+    let samples = [0.0, 2.0, -1.0, 3.0, -3.0, 1.0].map(|a| [a, 0.0, 0.5 * a]);
+    let excitation = Excitation::uniform(0.0, 2e-2, &samples).expect("sound");
+    for preload in [1e2, 3e3] {
+        let machine = mixed_cart(|k| preloaded(k, preload, BALL));
+        let loose = both(&machine, &excitation, 1e-9);
+        for rtol in [1e-11, 1e-12, 1e-13] {
+            for ((loads, work), (same, less)) in both(&machine, &excitation, rtol).iter().zip(&loose) {
+                assert!(difference(loads, same) <= 1e-8 * work.load_scale, "{preload} {rtol:e}");
+                let steps = work.steps + work.rejected;
+                assert!(steps <= 20 * (less.steps + less.rejected), "{preload} {rtol:e}: {steps} steps");
+            }
+        }
+    }
+}
+
+/// On many links a unit of work takes longer, but steps of a given length are as many.
+#[test]
+fn steps_that_were_asked_for_are_made() {
+    let mut machine = one_dof(100.0, 0.05);
+    let share = machine.links[0].stiffness() / 200.0;
+    let link =
+        Link::with_law(Vector3::zeros(), Vector3::y(), preloaded(share, 5.0, BALL), 0.1).expect("a link");
+    machine.links = vec![link; 200];
+    let (time, samples) = ([0.0, 0.01, 0.02], [[0.0, 1.0, 0.0], [0.0, -2.0, 0.0], [0.0; 3]]);
+    let excitation = Excitation::new(&time, &samples, None).expect("sound");
+    let (_, summary) = machine.states(&Radau, Control::Fixed { step: 0.02 / 6000.0 }, &excitation);
+    assert_eq!(summary.steps - summary.contact_changes, 6000);
+}
+
 /// Machine, stamps [s] and accelerations [m/s²] of [`tolerances_that_agree_with_each_other_are_right`].
 fn light_machine() -> (Machine, Vec<f64>, Vec<[f64; 3]>) {
     let inertia = Matrix3::new(1.55, 0.173, 0.084, 0.173, 1.52, -0.11, 0.084, -0.11, 1.32);
