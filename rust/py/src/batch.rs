@@ -11,6 +11,7 @@ use pyo3::prelude::*;
 
 use crate::convert::{self, Array2, CoreError, Samples, matrix3, rows, slice};
 use crate::law::PyLaw;
+use crate::life::{Rule, equivalent_load};
 use crate::links::{group_links, links};
 
 /// A batch, with the data that it borrows.
@@ -51,7 +52,7 @@ type ChangeArguments = ((String, usize, Place), f64, Vec<(usize, f64)>);
 #[pymethods]
 impl PyBatch {
     #[new]
-    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol))]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol, rules=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         py: Python<'_>,
@@ -77,12 +78,21 @@ impl PyBatch {
         measures: Vec<(String, usize, String)>,
         method: &str,
         rtol: f64,
+        rules: Option<Vec<(Rule<'_>, Rule<'_>)>>,
     ) -> PyResult<Self> {
         let links = links(&points, &directions, &laws, &damping, &damping_in_contact)?;
-        let groups = group_links(links.len(), &groups, rows::<3>(&centers, "centers")?)?
+        let mut groups: Vec<Group> = group_links(links.len(), &groups, rows::<3>(&centers, "centers")?)?
             .into_iter()
-            .map(|(links, center)| Group { links, center: center.into() })
+            .map(|(links, center)| Group::new(links, center.into()))
             .collect();
+        let rules = rules.unwrap_or_default();
+        if ![0, groups.len()].contains(&rules.len()) {
+            let (expected, got) = (groups.len(), rules.len());
+            return Err(PyValueError::new_err(format!("rules: expected {expected}, got {got}")));
+        }
+        for (group, (mean, peak)) in groups.iter_mut().zip(&rules) {
+            (group.mean_rule, group.peak_rule) = (equivalent_load(mean)?, equivalent_load(peak)?);
+        }
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let batch = Self {
             mass,

@@ -5,6 +5,7 @@ mod bands;
 mod batch;
 mod convert;
 mod law;
+mod life;
 mod links;
 mod scene;
 mod smoother;
@@ -20,6 +21,8 @@ mod _core {
     use super::batch::PyBatch;
     #[pymodule_export]
     use super::law::PyLaw;
+    #[pymodule_export]
+    use super::life::equivalent_load_integrals;
     #[pymodule_export]
     use super::scene::{PyScene, carriage_links};
     #[pymodule_export]

@@ -5,46 +5,38 @@
 //! `measure`. The result of a sample depends on its own values only, to the last bit.
 
 mod change;
+mod equivalent;
 mod error;
 mod instance;
 mod lanes;
 mod load_rows;
 mod measure;
+mod power_integral;
 mod reduce;
 mod requirements;
 mod single;
 mod solver;
 mod time_statistics;
+mod travel;
 
 pub use change::{Change, Target};
 pub use error::{BatchError, SampleError};
 pub use instance::{Base, Group, Instance, Plan};
 pub use lanes::Width;
-pub use measure::{Measure, Quantity, Statistic, time_weights, travel_weights};
+pub use measure::{Measure, Quantity, Statistic, time_weights};
 pub use solver::Solver;
+pub use travel::Motion;
 
 use std::sync::Mutex;
 
 use crate::model::Dof;
 
-use crate::excitation::Excitation;
 use crate::integrate::Control;
 use lanes::{LaneMemory, Lanes};
 use reduce::Memory;
 use requirements::Requirements;
 use single::RunSettings;
 use time_statistics::RunningStatistics;
-
-/// The motion that all samples follow.
-#[derive(Debug, Clone, Copy)]
-pub struct Motion<'a> {
-    /// Excitation of all samples.
-    pub excitation: Excitation<'a>,
-    /// Speed of travel at its samples, m/s, for mean loads.
-    pub speed: Option<&'a [f64]>,
-    /// Exponent p of the mean load: 3 for balls, 10/3 for rollers.
-    pub exponent: f64,
-}
 
 /// Number of samples that a thread runs at a time.
 pub const SAMPLES: usize = 64;
@@ -106,8 +98,7 @@ impl<'a> Batch<'a> {
         let mut intervals: Vec<f64> = (1..excitation.count()).map(|k| excitation.interval(k - 1)).collect();
         intervals.retain(|length| *length > 0.0);
         intervals.sort_unstable_by(f64::total_cmp);
-        let requirements =
-            Requirements::new(measures, drive_is_held, excitation, motion.speed, motion.exponent);
+        let requirements = Requirements::new(measures, drive_is_held, base.groups, &motion);
         Ok(Self {
             lanes: Lanes::new(&base, excitation, &requirements, Width::Widest),
             plan: Plan::new(&base, changes)?,

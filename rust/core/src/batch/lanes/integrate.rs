@@ -18,6 +18,8 @@ pub(super) struct Memory {
     values: AlignedBuffer,
     extremes: AlignedBuffer,
     steps: AlignedBuffer,
+    /// Last values of the rows before a block.
+    last: AlignedBuffer,
     /// [`STATISTICS`] numbers for each signal.
     pub found: AlignedBuffer,
     /// v at the end.
@@ -40,7 +42,7 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { modal, timeline, requirements, stores_values, memory } = self;
-        let Memory { states, values, extremes, steps, found, end } = memory;
+        let Memory { states, values, extremes, steps, last, found, end } = memory;
         let rows = modal.rows.next_multiple_of(TILE);
         for place in found.clear::<S>(requirements.signals.len() * STATISTICS).as_chunks_mut::<STATISTICS>().0
         {
@@ -50,6 +52,7 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
         states.clear::<S>(2 * N * BLOCK);
         values.clear::<S>(if stores_values { rows * BLOCK } else { 0 });
         extremes.clear::<S>(rows * 2);
+        last.clear::<S>(rows);
         simd.vectorize(Steps { lengths: &timeline.lengths, modal, to: steps });
         for block in 0..timeline.blocks() {
             if let Some(kind) = timeline.kind(block) {
@@ -72,6 +75,7 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
                     starts: &modal.starts,
                     values,
                     extremes,
+                    last,
                     found,
                 });
             }
@@ -84,6 +88,7 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
                 starts: &modal.starts,
                 values,
                 extremes,
+                last,
                 found,
             });
         }
