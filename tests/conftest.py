@@ -1,8 +1,20 @@
-"""Shared fixtures."""
+"""Shared fixtures, and the profile of property tests."""
 
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+# The same examples in every run, on any machine: a failure is one of the program.
+settings.register_profile(
+    "guideload",
+    derandomize=True,
+    deadline=None,
+    max_examples=60,
+    database=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)
+settings.load_profile("guideload")
 
 
 @pytest.fixture

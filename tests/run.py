@@ -46,6 +46,7 @@ def main() -> None:
             "-D",
             "warnings",
         )
+    run("licences and known vulnerabilities", python, "tests/advisories.py")
     run("Rust tests", "cargo", "test", "-p", "guideload")
     if sys.platform == "linux":
         run("no std, no allocator: build", "cargo", "build", "--release", "--quiet", cwd=EMBEDDED)

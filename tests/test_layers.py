@@ -22,6 +22,7 @@ PYTHON = (
     "study",
     "reports",
     "plots",
+    "html_report",
     "cli",
 )
 TRACES = ("options", "format", "content", "quality", "reading", "inspection")

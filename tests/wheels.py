@@ -31,6 +31,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "rust" / "py"))
+from build_backend import cargo_home, sysroot, without_paths  # noqa: E402
+
 TARGETS = {"x86_64": "x86_64-unknown-linux-gnu", "aarch64": "aarch64-unknown-linux-gnu"}
 NEWEST_GLIBC = (2, 17)  # of manylinux2014
 COMPILERS = ("cargo", "rustc", "rustup", "maturin", "zig", "cc", "gcc", "clang", "ld")
@@ -144,36 +147,10 @@ def added(target: str) -> bool:
         return False
 
 
-def without_paths() -> dict[str, str]:
-    """What makes the compiler write short names for the folders of this machine (into messages of panics)."""
-    separator = "\x1f"
-    given = os.environ.get("CARGO_ENCODED_RUSTFLAGS", "").split(separator)
-    flags = [flag for flag in given if flag] or os.environ.get("RUSTFLAGS", "").split()
-    # The last that fits holds: the most special ones last.
-    for folder, name in (
-        (Path.home(), "~"),
-        (cargo_home(), "cargo"),
-        (sysroot(), "rust"),
-        (ROOT, "guideload"),
-    ):
-        flags.append(f"--remap-path-prefix={folder}={name}")
-    return {"CARGO_ENCODED_RUSTFLAGS": separator.join(flags)}
-
-
 def paths_here() -> list[bytes]:
     """What no library may hold."""
     folders = {Path.home(), cargo_home(), sysroot(), ROOT, Path(tempfile.gettempdir())}
     return sorted(f"{folder}{os.sep}".encode() for folder in folders) + [b".cargo"]
-
-
-def cargo_home() -> Path:
-    """Where cargo keeps the sources of what a build needs."""
-    return Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo")).resolve()
-
-
-def sysroot() -> Path:
-    """Where the compiler is installed."""
-    return Path(subprocess.check_output(["rustc", "--print", "sysroot"], text=True, cwd=ROOT).strip())
 
 
 def library_of(wheel: Path) -> bytes:

@@ -1,4 +1,7 @@
-"""The directive `keys`: the keys of machine or study files, from the schema that checks them."""
+"""The directives `keys`, the keys of machine, study or catalogue files, and `ranges`, the ranges of their values.
+
+Both are made from what checks the files.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from typing import Any
 from docutils import nodes
 from docutils.parsers.rst import Directive
 
+from guideload.base.ranges import OF_MACHINES, OF_MOTIONS
 from guideload.cli.file_schema import file_schema
 
 HEADER = ("key", "value", "if left out", "what it is")
@@ -54,6 +58,27 @@ class Keys(Directive):
         return nodes.table("", group, classes=["keys"])
 
 
+class Ranges(Directive):
+    """A table of the ranges of quantities: machines or motions."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        group = nodes.tgroup(cols=4)
+        group += [nodes.colspec(colwidth=width) for width in (26, 14, 20, 40)]
+        group += nodes.thead(
+            "", _row([nodes.Text(text) for text in ("quantity", "unit", "magnitude", "reason")])
+        )
+        body = nodes.tbody()
+        for one in {"machines": OF_MACHINES, "motions": OF_MOTIONS}[self.arguments[0]]:
+            reach = f"{one.least:g} to {one.most:g}" if one.least else f"up to {one.most:g}"
+            unit = "" if one.unit == "1" else one.unit
+            name = one.name.removeprefix("an ").removeprefix("a ")
+            body += _row([nodes.Text(text) for text in (name, unit, reach, one.reason)])
+        group += body
+        return [nodes.table("", group, classes=["keys"])]
+
+
 def kind(value: dict[str, Any]) -> str:
     """What a value may be, in words: "number or text with unit, in N/m, > 0"."""
     if "$ref" in value:
@@ -74,7 +99,8 @@ def kind(value: dict[str, Any]) -> str:
     if unit != "1":
         words += f" with unit, in {unit}"
     for bound, sign in (("exclusiveMinimum", ">"), ("minimum", "≥"), ("maximum", "≤")):
-        if bound in value and value[bound] < LARGE:
+        of_range = "x-unit" in value and value.get(bound) != 0  # ranges have a table of their own
+        if bound in value and value[bound] < LARGE and not of_range:
             words += f", {sign} {value[bound]:g}"
     return words
 
@@ -114,4 +140,5 @@ def _heading(schema: dict[str, Any], name: str) -> str:
 
 def setup(app: Any) -> dict[str, bool]:
     app.add_directive("keys", Keys)
+    app.add_directive("ranges", Ranges)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -12,8 +12,10 @@ if TYPE_CHECKING:
     from guideload.audit import Audit as Audit
     from guideload.base.errors import ArgumentError as ArgumentError
     from guideload.base.errors import ConfigError as ConfigError
+    from guideload.base.errors import DoubtfulResult as DoubtfulResult
     from guideload.base.errors import GuideloadError as GuideloadError
     from guideload.base.errors import LifeError as LifeError
+    from guideload.base.errors import PictureError as PictureError
     from guideload.base.errors import RunError as RunError
     from guideload.base.errors import SceneError as SceneError
     from guideload.base.errors import TraceError as TraceError
@@ -53,8 +55,10 @@ _HOMES = {
     "base.errors": (
         "ArgumentError",
         "ConfigError",
+        "DoubtfulResult",
         "GuideloadError",
         "LifeError",
+        "PictureError",
         "RunError",
         "SceneError",
         "TraceError",

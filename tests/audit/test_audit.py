@@ -20,7 +20,7 @@ TIME = np.arange(1001) * 1e-3
 PUSH = np.where((TIME > 0.2) & (TIME < 0.6), 2.2, 0.0)
 # A part of every warning.
 ROTATION, START, TRACE = "assumes small rotations", "the motion begins at", "an upper bound"
-SAMPLES, SOLVER, UNCLEAR = "peaks between the samples", "solution is not accurate", "samples are too coarse"
+SAMPLES, SOLVER = "peaks between the samples", "another solution, by exact, differs by"
 REST, PRELOAD = "free within its clearance", "times the preload would keep"
 
 
@@ -343,7 +343,7 @@ def overdamped() -> Result:
         (slow_trace, (TRACE,)),
         (coarse, (SAMPLES,)),
         (loose, (SOLVER,)),
-        (overdamped, (UNCLEAR,)),
+        (overdamped, ()),  # its energy is not resolved by the samples, but another method agrees
         (clear_result, (REST,)),
         (preloaded_result, (PRELOAD,)),
     ],
@@ -379,31 +379,12 @@ def test_later_instants_of_a_motion_that_begins_under_way_have_no_warning() -> N
     assert simulate(ref.cart(), motion, times=TIME[500:]).audit.warnings == ()
 
 
-# ---- impacts
+# ---- energy and impacts
 
 
 def rattling() -> Machine:
-    """Dampers that set in at once: every touch is an impact, and multiplies what differs before it."""
+    """Dampers that set in at once."""
     return ref.cart(clearance_y=5e-6, clearance_z=5e-6, damping_in_contact=True)
-
-
-def shaken() -> Motion:
-    noise = 0.3 * np.random.default_rng(1).standard_normal(3001)
-    return Motion.along_x(np.arange(3001) * 1e-3, np.where(np.arange(3001) > 0, noise, 0.0))
-
-
-def test_impacts_that_amplify_small_differences_are_warned_of() -> None:
-    """The figure is what a motion larger by 1e-9 really changes; where damping always acts, that is nothing."""
-    result = simulate(rattling(), shaken())
-    larger = Motion(time=shaken().time, acceleration=(1.0 + 1e-9) * shaken().acceleration)
-    load, other = (one.data["link_load"].values for one in (result, simulate(rattling(), larger)))
-    change = np.abs(load - other).max() / np.abs(load).max()
-    found = result.audit.sensitivity
-    assert found is not None and change > 1e-3 and found == pytest.approx(change, rel=1e-3)
-    assert any("impacts amplify small differences" in warning for warning in result.audit.warnings)
-    settled = simulate(ref.cart_clear(), shaken()).audit
-    assert settled.sensitivity is not None and settled.sensitivity < 1e-7
-    assert cart_result().audit.sensitivity is None
 
 
 def test_dampers_that_set_in_between_two_instants_are_not_held_against_the_solution() -> None:
@@ -444,8 +425,8 @@ ALWAYS = ("model", "excitation", "trace", "static")
     [
         (cart_result, ("preload", "sampling")),
         (soft, ("rotation", "preload")),
-        (clear_result, ("contact", "preload", "sampling", "linear")),
-        (preloaded_result, ("contact", "preload", "sampling", "linear")),
+        (clear_result, ("contact", "preload", "sampling", "linear", "second")),
+        (preloaded_result, ("contact", "preload", "sampling", "linear", "second")),
     ],
 )
 def test_only_lines_that_matter_are_printed(result: Callable[[], Result], sometimes: tuple[str, ...]) -> None:
@@ -489,6 +470,7 @@ def test_a_result_read_back_has_the_same_audit(
     before, after = result().audit, Result.load(path).audit
     assert str(after) == str(before)
     assert (after.rotation, after.sampling, after.energy) == (before.rotation, before.sampling, before.energy)
+    assert (after.second_look, after.force_balance) == (before.second_look, before.force_balance)
     np.testing.assert_array_equal(after.contact.lost, before.contact.lost)
     np.testing.assert_array_equal(after.simpler_models.quasi_static, before.simpler_models.quasi_static)
 

@@ -23,11 +23,11 @@ def test_a_file_is_written_completely_or_not_at_all(tmp_path: Path, durable: boo
 
 def test_a_folder_is_written_completely_or_not_at_all(tmp_path: Path) -> None:
     folder = tmp_path / "new" / "out"
-    with pytest.raises(KeyboardInterrupt), atomic_folder(folder, Path.rename) as draft:
+    with pytest.raises(KeyboardInterrupt), atomic_folder(folder, lambda: None, Path.rename) as draft:
         (draft / "half").touch()
         raise KeyboardInterrupt
     assert not list(tmp_path.iterdir())
-    with atomic_folder(folder, Path.rename) as draft:
+    with atomic_folder(folder, lambda: None, Path.rename) as draft:
         (draft / "all").touch()
         assert not folder.exists()
     assert [path.name for path in folder.iterdir()] == ["all"]

@@ -4,12 +4,14 @@ import gc
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from command_line import MACHINE, contents, guideload, names, refused, write_trace
 
+from guideload.base.atomic import DRAFT
 from guideload.base.errors import ArgumentError, RunError
 from guideload.cli.main import main
 from guideload.cli.outputs import FORMATS, MANIFEST, PICTURES
@@ -154,11 +156,16 @@ def test_outputs_that_cannot_be_are_refused_before_any_work(
         assert "is a file, not a folder" in refused("modes", MACHINE, "-o", out.with_suffix(".png"))
         assert "is a file, not a folder" in refused("init", out.with_suffix(".toml"))
 
-    def read_only(*_: object, **__: object) -> None:  # root may write anywhere, so no mode bits here
-        raise PermissionError(13, "Permission denied", "/tmp/.draft-x")
+    mkdir = Path.mkdir
 
-    monkeypatch.setattr("tempfile.TemporaryDirectory", read_only)
-    monkeypatch.setattr(Path, "touch", read_only)
+    def read_only(
+        path: Path, *arguments: Any, **options: Any
+    ) -> None:  # root may write anywhere: no mode bits here
+        if path.name.endswith(DRAFT):
+            raise PermissionError(13, "Permission denied", str(path))
+        mkdir(path, *arguments, **options)
+
+    monkeypatch.setattr(Path, "mkdir", read_only)
     for command in (("run", MACHINE, trace, "-o", out := tmp_path / "a" / "b"), ("demo", "-o", out)):
         assert refused(*command) == f"Error: {out}: cannot be written: Permission denied\n"
     picture = tmp_path / "x.png"

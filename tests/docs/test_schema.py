@@ -19,7 +19,12 @@ else:
 
 EXAMPLES = Path(str(files("guideload"))) / "examples"
 
-FILES = {"machine.toml": "machine", "manipulator.toml": "machine", "study.toml": "study"}
+FILES = {
+    "machine.toml": "machine",
+    "manipulator.toml": "machine",
+    "study.toml": "study",
+    "catalogue.toml": "catalogue",
+}
 
 
 def schema(kind: str) -> Draft202012Validator:
@@ -35,7 +40,9 @@ def test_packaged_files_are_valid(name: str, kind: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "kind"), [([], "machine"), (["--study"], "study")], ids=["machine", "study"]
+    ("arguments", "kind"),
+    [([], "machine"), (["--study"], "study"), (["--catalogue"], "catalogue")],
+    ids=["machine", "study", "catalogue"],
 )
 def test_the_file_that_init_writes_is_valid(
     arguments: list[str], kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -57,6 +64,8 @@ def test_the_file_that_init_writes_is_valid(
             {"body": {"mass": 0, "center_of_mass": [0, 0, 0], "inertia": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}},
         ),
         ("machine", {"rails": [{"name": "1", "position": [0, 0, 0]}]}),
+        ("machine", {"life": {"rule": "best"}}),
+        ("catalogue", {"products": [{"name": "p"}]}),
         ("study", {"sample": 10}),
         ("study", {"samples": 1.5}),
         ("study", {"life": {"rating": "27 kN"}}),
@@ -65,7 +74,7 @@ def test_the_file_that_init_writes_is_valid(
     ids=str,
 )
 def test_what_the_program_refuses_is_not_valid(kind: str, change: dict[str, Any]) -> None:
-    name = {"machine": "manipulator.toml", "study": "study.toml"}[kind]
+    name = {"machine": "manipulator.toml", "study": "study.toml", "catalogue": "catalogue.toml"}[kind]
     values = tomllib.loads((EXAMPLES / name).read_text(encoding="utf-8"))
     assert list(schema(kind).iter_errors(values | change))
 

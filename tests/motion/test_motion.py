@@ -1,11 +1,13 @@
 """Laws of Motion: refusals, and forces that are added exactly."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
 from trace_files import refuses
 
+from guideload.base.errors import TraceError
 from guideload.motion.motion import Motion
 
 TIME = np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0])
@@ -100,3 +102,25 @@ def test_a_force_is_cut_to_the_time_of_the_motion(when):
 )
 def test_refusals_of_a_force(arguments, time, message):
     refuses(message, Motion.along_x(TIME, ALONG).with_force, *arguments, time=time)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"acceleration": [0.0, 1e200]},
+            r"acceleration\[1\]: expected an acceleration up to 1e\+08 m/s\^2, got 1e\+200",
+        ),
+        ({"time": [0.0, 1e300]}, r"time\[1\]: expected a time up to 1e\+11 s"),
+        ({"position": [-1e30, 0.0]}, r"position\[0\]: expected a position of the cart up to 1e\+07 m"),
+        ({"velocity": [0.0, 1e9]}, r"velocity\[1\]: expected a speed up to"),
+        ({"motor_speed": [0.0, 1e10]}, r"motor_speed\[1\]: expected an angular speed up to"),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_values_that_no_motion_has_are_refused_with_their_index(changes: dict[str, Any], words: str) -> None:
+    values: dict[str, Any] = {"time": [0.0, 1.0], "acceleration": [0.0, 0.0]}
+    with pytest.raises(TraceError, match=words):
+        Motion.along_x(**(values | changes))
+    with pytest.raises(TraceError, match=r"wrench\[0, 3\]|moment\[2\]"):
+        Motion.along_x(**values).with_force([0, 0, 0], moment=[0, 0, 1e300])

@@ -315,7 +315,7 @@ def test_save_all_saves_the_pictures_of_the_result(
         return [np.asarray(line.get_data()) for one in ax.figure.axes for line in one.lines]
 
     saved = {}
-    monkeypatch.setattr(plots, "save", lambda ax, path: saved.setdefault(path, ax) and path)
+    monkeypatch.setattr(plots.saving, "save", lambda ax, path: saved.setdefault(path, ax) and path)
     folder = tmp_path / "new" / "Bilder für Müller"
     assert set(plots.save_all(result, folder)) == {folder / name for name in PICTURES} and folder.is_dir()
     for name, ax in {

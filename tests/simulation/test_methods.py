@@ -94,11 +94,15 @@ def test_error_falls_with_a_fixed_step(method: str) -> None:
 def test_a_fixed_step_outside_the_stability_region_is_an_error_and_no_result() -> None:
     # 3.6e4 1/s times 1 ms is far outside the region of rk45 (3.3); the stiffly accurate method takes it.
     machine, motion = machine_of("cart_stiff"), motion_of("clean")
-    with pytest.raises(
-        RunError, match=r"t = 0\.\d+ s with a step of 1\.000e-3 s.*stability region.*implicit"
-    ):
+    with pytest.raises(RunError, match=r"t = 0\.\d+ s with a step of 1\.000e-3 s.*stability region.*exact"):
         simulate(machine, motion, "rk45", step=1e-3)
     assert load_error(machine, motion, "implicit", exact_loads("cart_stiff", "clean"), step=1e-3) < 1e-4
+
+
+def test_an_error_advises_only_a_method_that_the_scene_allows() -> None:
+    time = np.arange(60) * 0.05
+    with pytest.raises(RunError, match='or use method "implicit"$'):
+        simulate(ref.preloaded(), Motion.along_x(time, np.sin(time)), "rk45", step=0.05)
 
 
 # ---- against SciPy

@@ -291,4 +291,7 @@ def test_a_parameter_knows_what_it_cannot_be() -> None:
         with pytest.raises(ValueRefused, match=r"> 0|>= 0"):
             parameter.require(low, 1.0)
         parameter.require(fine, 1.0)
-    parameters.at("carriages[plain].x")[0].require(-1e9, 1e9)
+    parameters.at("carriages[plain].x")[0].require(-1e3, 1e3)
+    for low, high in ((-1e9, 0.0), (0.0, 1e9), (-np.inf, np.inf)):
+        with pytest.raises(ValueRefused, match="a position up to 10000 m"):
+            parameters.at("carriages[plain].x")[0].require(low, high)

@@ -213,8 +213,10 @@ def test_remove_takes_the_study_and_nothing_else(folder: Path) -> None:
 
 
 def test_drafts_are_neither_read_nor_left_behind(folder: Path) -> None:
-    draft = folder / "samples" / ".chunk-000000100-000000200.draft.parquet"
-    draft.write_bytes(b"PAR1")
+    draft = folder / "samples" / ".chunk-000000100-000000200.parquet.draft"
+    draft.mkdir()
+    for name in (".lock", "chunk-000000100-000000200.parquet"):
+        (draft / name).write_bytes(b"PAR1")
     assert FolderStore.open(folder).done == 200
     with resumed(plan(300), folder) as there:
         assert there.done == 200
@@ -225,7 +227,7 @@ def test_a_folder_that_was_only_begun_is_recognised(tmp_path: Path) -> None:
     assert begun_only(tmp_path)
     (tmp_path / "samples").mkdir()
     (tmp_path / "samples" / ".lock").touch()
-    (tmp_path / ".study.draft.json").touch()
+    (tmp_path / ".study.json.draft").mkdir()
     assert begun_only(tmp_path)
     (tmp_path / "notes.txt").touch()
     assert not begun_only(tmp_path)
@@ -242,5 +244,5 @@ def test_two_processes_do_not_write_one_study(folder: Path) -> None:
             capture_output=True,
             text=True,
         )
-    assert "another process is writing in this folder" in second.stderr
+    assert f"another process (number {os.getpid()}) is writing here; wait for it" in second.stderr
     assert second.stdout == ""

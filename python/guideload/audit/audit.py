@@ -10,15 +10,17 @@ import numpy as np
 from guideload.audit import figures
 from guideload.audit.energy import Energy, energy
 from guideload.audit.figures import FEWEST_PER_PERIOD, ROLLERS, Contact, Rotation, Sampling, SimplerModels
+from guideload.audit.force_balance import ForceBalance, force_balance
 from guideload.audit.histories import Histories
+from guideload.audit.second_look import SecondLook, Solve, second_look
 from guideload.audit.warnings import (
     contact_warnings,
-    energy_warnings,
+    force_doubts,
     free_at_rest,
     rest_notes,
     rotation_warnings,
     sampling_warnings,
-    sensitivity_warnings,
+    solution_doubts,
     start_warnings,
 )
 from guideload.base.number_text import counted, first_names, load_in_sentence, percent
@@ -48,10 +50,13 @@ class Audit:
     resolution      modes that the trace shows, and loads that it may hide; None if the reported instants are further
                     apart than the samples of the motion
     simpler_models  peaks of simpler models, and the dynamic factor
-    sensitivity     relative change of the loads if the motion changes by 1e-9; see `figures.sensitivity`
     energy          energy balance; None if the excitation jumps between the reported instants
+    force_balance   force balance of the reported loads
+    second_look     comparison with a second solution, and sensitivity to the motion; text if that solution failed;
+                    None if the run cannot be repeated from the result, or needs none (linear, exact, energy balances)
     free_at_rest    dofs of L in each motion in which the body is free within its clearance at rest
-    warnings        each with its figure and a way out, the gravest first
+    doubts          warnings of a result that contradicts itself or cannot be predicted: its loads are not to be used
+    warnings        each with its figure and a way out, the gravest first: the doubts, then those on model and samples
     """
 
     model_level: str
@@ -62,18 +67,25 @@ class Audit:
     sampling: Sampling
     resolution: TraceResolution | None
     simpler_models: SimplerModels
-    sensitivity: float | None
     energy: Energy | None
+    force_balance: ForceBalance
+    second_look: SecondLook | str | None
     free_at_rest: tuple[tuple[str, ...], ...]
+    doubts: tuple[str, ...]
     warnings: tuple[str, ...]
 
     @classmethod
-    def of(cls, machine: Machine, data: Quantities, modes: Modes) -> Audit:
-        """The audit of a result, from its machine, its quantities and the modes of the machine."""
+    def of(cls, machine: Machine, data: Quantities, modes: Modes, solve: Solve | None = None) -> Audit:
+        """The audit of a result, from its machine, its quantities and the modes of the machine.
+
+        solve: solves the run again; default: from the quantities, if they contain all samples of the motion.
+        """
         histories = Histories(machine, data)
         rotation, contact = figures.rotation(histories), figures.contact(histories)
         sampling, balance = figures.sampling(histories, modes), energy(histories)
-        sensitivity = figures.sensitivity(histories)
+        solve = solve or (histories.solve if histories.shows_samples else None)
+        look, forces = second_look(histories, balance, solve), force_balance(histories)
+        doubts = (*force_doubts(forces), *solution_doubts(histories, look, balance))
         resolution = figures.resolution(histories, modes)
         hidden = () if resolution is None else tuple(resolution.warnings())
         coarse = hidden or tuple(sampling_warnings(sampling))
@@ -87,15 +99,16 @@ class Audit:
             sampling=sampling,
             resolution=resolution,
             simpler_models=figures.simpler_models(histories),
-            sensitivity=sensitivity,
             energy=balance,
+            force_balance=forces,
+            second_look=look,
             free_at_rest=motions,
+            doubts=doubts,
             warnings=(
+                *doubts,
                 *rotation_warnings(rotation),
                 *start_warnings(histories, modes),
                 *coarse,
-                *energy_warnings(balance, coarse=bool(coarse)),
-                *sensitivity_warnings(sensitivity),
                 *rest_notes(motions),
                 *contact_warnings(histories, contact),
             ),
@@ -103,8 +116,9 @@ class Audit:
 
     @property
     def verdict(self) -> str:
-        """The number of warnings, as a sentence."""
-        return f"{counted(len(self.warnings), 'warning')}:" if self.warnings else "No warnings."
+        """The number of warnings, and whether the result is doubtful, as a sentence."""
+        count = counted(len(self.warnings), "warning")
+        return f"DOUBTFUL, {count}:" if self.doubts else f"{count}:" if self.warnings else "No warnings."
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -173,11 +187,14 @@ class Audit:
         yield "trace", unknown if self.resolution is None else self.resolution.text
         if energy is None:
             yield "energy", "balance unknown: the excitation jumps between the reported instants"
-        elif energy.residual >= NEGLIGIBLE:
-            yield (
-                "energy",
-                f"{percent(energy.residual)} of the exchanged energy, {energy.exchanged:.3g} J, does not balance",
-            )
+        elif not energy.residual < NEGLIGIBLE:
+            share = f"{percent(energy.residual)} of the exchanged energy, {energy.exchanged:.3g} J, does not balance"
+            yield "energy", f"{share} in the quadrature over the reported instants"
+        look = self.second_look
+        if isinstance(look, str):
+            yield "second look", f"no second solution to compare with: {look}"
+        elif look is not None and look.agrees:
+            yield "second look", f"{look.words} agrees to {look.newtons:.1g} N in every link load"
 
 
 def _reason(histories: Histories) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from guideload.audit.histories import Histories
 from guideload.base.arrays import Array
@@ -17,11 +18,14 @@ class Energy:
     exchanged    J, integral of |power of the excitation| + dissipated power
     residual     largest error of: change of stored energy = work of the excitation - dissipation; over `exchanged`
     resolution   error of the quadrature between the instants, from two orders; over `exchanged`
+    crossed      energy exchanged in the intervals in which a link passes an edge of its law, where the quadrature has
+                 no estimate of its error; over `exchanged`
     """
 
     exchanged: float
     residual: float
     resolution: float
+    crossed: float
 
 
 def energy(histories: Histories) -> Energy | None:
@@ -58,12 +62,14 @@ def energy(histories: Histories) -> Energy | None:
     second = steps**3 * (_ends(by_state) + by_slope).sum(axis=0)
     sixth, fourth = trapezoid + first / 10.0 + second / 120.0, trapezoid + first / 12.0
 
-    exchanged = float(steps @ _ends(np.abs(fed) + dissipated).sum(axis=0)) / 2.0
+    turned_over = steps * _ends(np.abs(fed) + dissipated).sum(axis=0) / 2.0
+    exchanged = float(turned_over.sum())
     if exchanged <= 1e-12 * float(np.abs(stored).max()):  # nothing moves: only rounding
-        return Energy(0.0, 0.0, 0.0)
+        return Energy(0.0, 0.0, 0.0, 0.0)
     residual = np.abs(np.diff(stored).cumsum() - sixth.cumsum()).max()
     resolution = np.abs((sixth - fourth).cumsum()).max() + _contact_error(histories, steps)
-    return Energy(exchanged, float(residual) / exchanged, float(resolution) / exchanged)
+    crossed = float(turned_over[_edge_crossed(histories)].sum())
+    return Energy(exchanged, float(residual) / exchanged, float(resolution) / exchanged, crossed / exchanged)
 
 
 def _ends(values: Array) -> Array:
@@ -81,7 +87,7 @@ def _link_forces(histories: Histories) -> tuple[Array, Array, Array]:
         damping = (rows.T * links.damping) @ rows
         elastic_rate = histories.velocity @ histories.stiffness
         return histories.velocity @ damping, histories.acceleration @ damping, elastic_rate
-    active = _active_damping(histories)
+    active = active_damping(histories)
     tangent = np.empty_like(histories.deflection)
     for i, law in enumerate(links.laws):
         tangent[:, i] = law.tangent(np.ascontiguousarray(histories.deflection[:, i]))
@@ -89,7 +95,7 @@ def _link_forces(histories: Histories) -> tuple[Array, Array, Array]:
     return (active * rate) @ rows, (active * second) @ rows, (tangent * rate) @ rows
 
 
-def _active_damping(histories: Histories) -> Array:
+def active_damping(histories: Histories) -> Array:
     """Damping of every link at its deflection, (time, link) [N s/m]."""
     links = histories.links
     active = np.broadcast_to(links.damping, histories.deflection.shape).copy()
@@ -103,7 +109,15 @@ def _contact_error(histories: Histories, steps: Array) -> float:
     if not histories.links.damping_in_contact.any():
         return 0.0
     fastest = _ends((histories.velocity @ histories.rows.T) ** 2).max(axis=0)
-    return 0.5 * float(steps @ (np.abs(np.diff(_active_damping(histories), axis=0)) * fastest).sum(axis=1))
+    return 0.5 * float(steps @ (np.abs(np.diff(active_damping(histories), axis=0)) * fastest).sum(axis=1))
+
+
+def _edge_crossed(histories: Histories) -> NDArray[np.bool_]:
+    """Whether any link is on different segments of its law at both ends of an interval, (interval,)."""
+    crossed = np.zeros(max(histories.time.size - 1, 0), dtype=np.bool_)
+    for law, deflection in zip(histories.links.laws, histories.deflection.T, strict=True):
+        crossed |= np.diff(np.searchsorted(law.edges, deflection)) != 0
+    return crossed
 
 
 def _elastic_energy(histories: Histories) -> Array:

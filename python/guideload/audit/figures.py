@@ -15,7 +15,6 @@ from guideload.motion.resolution import TraceResolution
 
 FEWEST_PER_PERIOD = 2.0  # samples per period of the highest mode
 POWER_SHARE = 0.99  # of the excitation's power that lies within its bandwidth
-PERTURBATION = 1e-9  # relative change of the excitation, far below the error of any trace
 # Load over preload at which the unloaded row of a preloaded contact opens: 2^n.
 BALL_ROW = 2.0**1.5
 ROLLER_ROW = 2.0 ** (10 / 9)
@@ -253,25 +252,13 @@ def simpler_models(histories: Histories) -> SimplerModels:
         names=tuple(carriage.name for carriage in machine.carriages) or links,
         peak=_peak(histories, load),
         quasi_static=_peak(histories, at_rest + moved),
-        linear=_peak(histories, histories.solved_link_loads(machine.nominal_scene)) if repeat else None,
+        linear=_peak(histories, histories.solve("exact", 1e-6, 1.0, machine.nominal_scene))
+        if repeat
+        else None,
         links=links,
         dynamic=np.abs(load - histories.data["static_link_load"]).max(axis=0),
         quasi_static_dynamic=np.abs(moved).max(axis=0),
     )
-
-
-def sensitivity(histories: Histories) -> float | None:
-    """Largest change of a link load when the excitation grows by `PERTURBATION`, relative to the largest link load.
-
-    Impacts amplify small differences. None if all links are linear, if the method is not exact, or if the instants do
-    not contain the whole excitation from the start.
-    """
-    if histories.linear or histories.data.attrs["method"] != "exact" or not histories.repeatable:
-        return None
-    load = histories.data["link_load"]
-    largest = float(np.abs(load).max())
-    change = np.abs(histories.solved_link_loads(histories.machine.scene, 1.0 + PERTURBATION) - load)
-    return float(change.max()) / largest if largest else 0.0
 
 
 def peak_instants(data: Quantities) -> NDArray[np.intp]:

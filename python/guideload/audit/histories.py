@@ -84,11 +84,17 @@ class Histories:
         return 0.0 < self.step <= 1.001 * self.trace_step
 
     @property
+    def shows_samples(self) -> bool:
+        """Whether the instants are the samples of the motion; False also for files that do not say so."""
+        return self.starts_at_rest and self.data.attrs.get("instants") == "samples of the motion"
+
+    @property
     def repeatable(self) -> bool:
         """Whether the instants contain the whole excitation from the start, so that the run can be repeated."""
         return self.starts_at_rest and self.as_fine_as_motion and not self.hidden_jumps
 
-    def solved_link_loads(self, scene: Scene, factor: float = 1.0) -> Array:
-        """Link loads (time, link) [N] of a scene without preload under the excitation times a factor."""
+    def solve(self, method: str, rtol: float, factor: float, scene: Scene | None = None) -> Array:
+        """Link loads (time, link) [N] of a scene, by default the machine's, under the excitation times a factor."""
         acceleration, wrench = factor * self.cart_acceleration, factor * self.wrench
-        return scene.solve(self.time, acceleration, wrench, method="exact", rtol=1e-6).link_loads("total")
+        scene = scene or self.machine.scene
+        return scene.solve(self.time, acceleration, wrench, method=method, rtol=rtol).link_loads("total")

@@ -9,7 +9,9 @@ import numpy as np
 from guideload.audit import figures
 from guideload.audit.energy import Energy
 from guideload.audit.figures import FEWEST_PER_PERIOD, Contact, Rotation, Sampling
+from guideload.audit.force_balance import ForceBalance
 from guideload.audit.histories import Histories
+from guideload.audit.second_look import UNBALANCED, SecondLook, explained_error, fastest_rate
 from guideload.base.arrays import Array
 from guideload.base.number_text import first_names, percent
 from guideload.machine.links import LinkTable
@@ -19,8 +21,12 @@ from guideload.machine.modes import Modes, moving_dofs
 # Limits above which there is a warning.
 LARGE_ROTATION = 1e-2  # rad; the relative error of the loads is about as large
 LARGE_SECOND_ORDER = 0.01  # of the largest link load
-SENSITIVE = 1e-3  # of the largest link load, if the motion changes by `figures.PERTURBATION`
-UNBALANCED = 0.01  # of the exchanged energy
+# Change of the loads over that of the motion beyond which a doubt says that errors are amplified.
+AMPLIFIED = 1e3
+# Error of the energy over its estimate from two orders of quadrature up to which the quadrature may be the cause.
+ESTIMATE = 10.0
+# Step times the largest eigenvalue magnitude up to which the quadrature resolves the fastest motion: 6 per period.
+RESOLVED = 1.0
 # First acceleration over the largest, above which a motion does not start at rest; smoothed standstill is below it.
 MOVING_START = 0.2
 
@@ -85,30 +91,73 @@ def sampling_warnings(sampling: Sampling) -> Iterator[str]:
         )
 
 
-def energy_warnings(energy: Energy | None, coarse: bool) -> Iterator[str]:
-    """Warn of an energy balance with an error, which is due to the solver or to samples that are too coarse.
-
-    Samples are too coarse if `Energy.resolution` is a tenth of the residual or more. coarse: another warning says so.
-    """
-    if energy is None or energy.residual <= UNBALANCED:
-        return
-    share = f"{percent(energy.residual)} of the exchanged energy, {energy.exchanged:.3g} J, does not balance"
-    if energy.resolution < 0.1 * energy.residual:
-        way_out = "Use a smaller rtol, a smaller step or another method."
-        yield f"Note: {share}: the solution is not accurate. {way_out}"
-    elif not coarse:
-        way_out = "Report finer instants: simulate(..., times=...)."
-        yield f"Note: {share}: the samples are too coarse to judge the solution. {way_out}"
-
-
-def sensitivity_warnings(sensitivity: float | None) -> Iterator[str]:
-    if sensitivity is not None and sensitivity > SENSITIVE:
+def force_doubts(balance: ForceBalance) -> Iterator[str]:
+    """Doubt a result whose loads do not balance the inertia of the body."""
+    if not balance.holds:
         yield (
-            f"Note: impacts amplify small differences: a motion times 1 + {figures.PERTURBATION:.0e} changes loads "
-            f"by up to {percent(sensitivity)} of the largest load. No method can predict such impacts, and peaks may "
-            "change as much. Damping that always acts (damping_in_contact = false), more damping or less "
-            "clearance makes the loads predictable."
+            f"Doubtful: at {balance.place}, {balance.time:.6g} s, motion and loads do not belong together: their force "
+            f"balance is off by {balance.residual:.1e} of its terms, and only rounding, about 1e-15, is explained. The "
+            "numbers were changed or lost digits: compute them again, and check for extreme positions and stiffnesses."
         )
+
+
+def solution_doubts(
+    histories: Histories, look: SecondLook | str | None, energy: Energy | None
+) -> Iterator[str]:
+    """Doubt a result that a second solution contradicts or, without one, whose energy does not balance."""
+    if isinstance(look, SecondLook):
+        if not look.predictable:
+            yield (
+                f"Doubtful: impacts amplify small differences: a motion times 1 + {look.perturbation:.0e} changes "
+                f"loads by up to {percent(look.sensitivity or np.nan)} of the largest load. No method can predict such "
+                "impacts, and peaks may change as much. Damping that always acts (damping_in_contact = false), more "
+                "damping or less clearance makes the loads predictable."
+            )
+        elif not look.agrees:
+            yield _contradiction(histories, look)
+    elif energy is not None and not energy.residual <= UNBALANCED and not _explained(histories, energy):
+        yield (
+            f"Doubtful: {percent(energy.residual)} of the exchanged energy, {energy.exchanged:.3g} J, does not "
+            "balance: the solution is not accurate. Use a smaller rtol, a smaller step or another method."
+        )
+
+
+def _contradiction(histories: Histories, look: SecondLook) -> str:
+    """The doubt about a result that differs from a second solution."""
+    attributes = histories.data.attrs
+    if "step_s" in attributes:
+        way_out = "Use a shorter step, or rtol instead of a step."
+    elif attributes["method"] == "exact":
+        way_out = (
+            "Method exact has no step error: look for extreme values in the machine, and compare with rk45."
+        )
+    else:
+        way_out = f"Use a smaller rtol or method {look.method}."
+        if (look.sensitivity or 0.0) > AMPLIFIED * look.perturbation:
+            share = percent(look.sensitivity or 0.0)
+            amplified = f"a motion times 1 + {look.perturbation:.0e} changes loads by {share}"
+            way_out = f"Contacts amplify errors: {amplified}. {way_out}"
+    explained = look.explained * float(attributes["load_scale_N"])
+    return (
+        f"Doubtful: another solution, by {look.words}, differs by {look.newtons:.3g} N in the load of {look.link} at "
+        f"{look.time:.6g} s, {percent(look.difference)} of the load scale; only {explained:.1g} N are explained. "
+        f"{way_out}"
+    )
+
+
+def _explained(histories: Histories, energy: Energy) -> bool:
+    """Whether quadrature or tolerance explain the error of the energy balance.
+
+    An error of a link load does work along the path of the link.
+    """
+    steps, rate = np.diff(histories.time), np.abs(histories.velocity @ histories.rows.T)
+    path = float(steps @ (rate[1:] + rate[:-1]).sum(axis=1)) / 2.0
+    error = explained_error(histories.data.attrs) * float(histories.data.attrs["load_scale_N"])
+    return (
+        energy.residual <= ESTIMATE * energy.resolution + energy.crossed
+        or energy.residual * energy.exchanged <= error * path
+        or float(steps.max(initial=0.0)) * fastest_rate(histories) > RESOLVED
+    )
 
 
 def contact_warnings(histories: Histories, contact: Contact) -> list[str]:

@@ -1,11 +1,29 @@
 """Functions of arrays: check for finite numbers, median time step, runs of flags."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.errors import TraceError
 
 Array = NDArray[np.float64]
+
+
+@contextmanager
+def errors_name(source: str) -> Iterator[None]:
+    """Let every TraceError begin with the source of the numbers; an overflow becomes a TraceError as well."""
+    try:
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            yield
+    except FloatingPointError as error:
+        raise TraceError(
+            f"{source}: numbers too large or too small to compute with ({error}); check the unit, or cut the trace to "
+            "a sound part"
+        ) from None
+    except TraceError as error:
+        raise error if str(error).startswith(source) else TraceError(f"{source}: {error}") from None
 
 
 def check_finite(name: str, values: Array) -> None:

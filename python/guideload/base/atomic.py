@@ -1,13 +1,18 @@
-"""Atomic writes of a file and of a folder of files, and an exclusive lock on a folder."""
+"""Atomic writes of a file and of a folder of files, and exclusive locks.
+
+A writer has a hidden draft folder, whose lock ends with the process: `.NAME.draft` beside the target, or `.draft` in a
+folder that exists. `kill -9` may leave a draft folder behind; the next writer of the same target clears it.
+"""
 
 from __future__ import annotations
 
 import errno
 import os
+import shutil
 import sys
-import tempfile
+import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from guideload.base.errors import RunError, WriteError
@@ -18,68 +23,78 @@ else:
     import fcntl
 
 LOCK = ".lock"
+DRAFT = ".draft"  # ending of the name of a draft folder
+COMMITTED = "complete"  # in a draft folder: complete outputs whose move into the target has begun
+_held = set[Path]()  # locks of this process, which the system does not keep apart by thread
+_held_guard = threading.Lock()
 
 
 @contextmanager
-def atomic_write(path: Path, *, durable: bool = False) -> Iterator[Path]:
-    """Yield a hidden draft beside `path` that replaces it when the block ends without an error.
+def atomic_write(path: Path, *, durable: bool = False, replace: bool = True) -> Iterator[Path]:
+    """Yield a draft of the same name that replaces `path` when the block ends without an error.
 
-    On an error the draft is removed and the previous file stays. `kill -9` may leave a draft behind; it is never
-    read, and the next write of the same file replaces it. The draft is created at once, so that a path that cannot
-    be written is refused before the computation starts.
+    On an error the draft is removed and the previous file stays. The draft is created at once, so that a path that
+    cannot be written is refused before the computation starts.
     durable: wait until the file is on the disk, so that it survives a power failure.
-    Raises WriteError for every OSError.
+    replace: whether a file that exists is replaced; if not, that is an error.
+    Raises WriteError for every OSError, RunError if another writer has the same path.
     """
-    draft = draft_of(path)
     try:
         if not path.parent.is_dir():
             raise WriteError(errno.ENOENT, f"there is no folder {path.parent}", str(path))
-        draft.touch()
-        yield draft
-        if durable:
-            _sync(draft, os.O_RDWR)
-        draft.replace(path)
-        if durable and sys.platform != "win32":  # Windows cannot synchronise folders
-            _sync(path.parent, os.O_RDONLY)
-    except BaseException as error:
-        if path.parent.is_dir():
-            draft.unlink(missing_ok=True)
-        if isinstance(error, OSError) and not isinstance(error, WriteError):
-            reason = os.strerror(error.errno) if error.errno else str(error)  # pyarrow's text is too long
-            raise WriteError(error.errno, reason, str(path)) from error
+        with draft_folder(draft_of(path), path) as folder:
+            draft = folder / path.name
+            draft.touch()
+            yield draft
+            if durable:
+                _sync(draft)
+            draft.replace(path) if replace else _move_to_new(draft, path)
+            if durable:
+                _sync(path.parent)
+    except WriteError:
         raise
-
-
-def draft_of(path: Path) -> Path:
-    """Path of the draft of `path`; it keeps the ending, from which some writers choose the format."""
-    return path.with_name(f".{path.stem}.draft{path.suffix}")
-
-
-def _sync(path: Path, flags: int) -> None:
-    handle = os.open(path, flags)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
+    except OSError as error:
+        reason = os.strerror(error.errno) if error.errno else str(error)  # pyarrow's text is too long
+        raise WriteError(error.errno, reason, str(path)) from error
 
 
 @contextmanager
-def atomic_folder(folder: Path, publish: Callable[[Path, Path], None]) -> Iterator[Path]:
-    """Yield a hidden draft folder; `publish(draft, folder)` moves its files when the block ends without an error.
+def atomic_folder(
+    folder: Path, check: Callable[[], None], move: Callable[[Path, Path], None]
+) -> Iterator[Path]:
+    """Yield a draft folder whose files are in `folder` when the block ends without an error: all of them, or none.
 
+    A new folder appears in one step, with all files. In a folder that exists, `move(draft, folder)` moves the files; if
+    the process is killed meanwhile, the next writer in this folder completes the move first.
+    check: raises if `folder` cannot take the files; called under the lock, before the block and again after it.
     On an error the draft and the parent folders that were created for it are removed.
     """
     folder = folder.absolute()
     missing = [parent for parent in folder.parents if not parent.exists()]
+    beside, inside = draft_of(folder), folder / DRAFT
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        # The draft is inside an existing folder, whose parent may be read-only or on another disk.
-        home = folder if folder.is_dir() else folder.parent
-        with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=home) as space:
-            draft = Path(space) / "draft"
+        if folder.is_dir() and beside.is_dir():
+            with draft_folder(beside, folder):  # clears what a killed process left when this folder was new
+                pass
+        is_new = not folder.is_dir()  # the parent of a folder that exists may be read-only or on another disk
+        with draft_folder(beside if is_new else inside, folder) as home:
+            committed = home / COMMITTED
+            if committed.is_dir():
+                move(committed, folder)
+            check()
+            draft = home / "outputs"
             draft.mkdir()
             yield draft
-            publish(draft, folder)
+            check()
+            for path in (*draft.rglob("*"), draft):
+                _sync(path)
+            if is_new:
+                draft.rename(folder)
+            else:
+                draft.rename(committed)
+                move(committed, folder)
+            _sync(folder.parent if is_new else folder)
     except BaseException:
         for parent in missing:
             if parent.is_dir() and not any(parent.iterdir()):
@@ -87,18 +102,135 @@ def atomic_folder(folder: Path, publish: Callable[[Path, Path], None]) -> Iterat
         raise
 
 
+def draft_of(path: Path) -> Path:
+    """The draft folder of a file, or of a folder that does not exist yet."""
+    return path.with_name(f".{path.name}{DRAFT}")
+
+
+@contextmanager
+def draft_folder(draft: Path, target: Path) -> Iterator[Path]:
+    """Create and lock the draft folder of `target`, empty but for complete outputs; remove it at the end.
+
+    Raises RunError if another process or thread holds it.
+    """
+    try:
+        with _lock_of_draft(draft, target):
+            _clear(draft)
+            try:
+                yield draft
+            finally:
+                _clear(draft)
+                if os.listdir(draft) == [LOCK] and sys.platform != "win32":
+                    (
+                        draft / LOCK
+                    ).unlink()  # while it is held: whoever has opened it meanwhile sees that it is gone
+    finally:
+        with suppress(OSError):  # another writer may have begun, or complete outputs could not be moved
+            if sys.platform == "win32" and os.listdir(draft) == [
+                LOCK
+            ]:  # it does not remove files that are open
+                (draft / LOCK).unlink()
+            draft.rmdir()
+
+
+def is_draft(path: Path) -> bool:
+    """Whether a path may be used as draft folder: one that a writer made, empty, or gone."""
+    try:
+        return not path.is_symlink() and (not (there := os.listdir(path)) or LOCK in there)
+    except (FileNotFoundError, NotADirectoryError) as error:
+        return error.errno == errno.ENOENT
+
+
+def _move_to_new(draft: Path, path: Path) -> None:
+    """Move a file to a path that must not exist. Raises FileExistsError."""
+    try:
+        os.link(draft, path)  # unlike a move, an error if the path exists
+    except FileExistsError:
+        raise
+    except (OSError, AttributeError):  # a disk or system without links
+        if path.exists():
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path)) from None
+        draft.replace(path)
+
+
+def _clear(draft: Path) -> None:
+    """Remove all from a draft folder except complete outputs, which the next writer moves if this one cannot."""
+    for path in draft.iterdir():
+        if path.name not in (LOCK, COMMITTED):
+            shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
+
+
+@contextmanager
+def _lock_of_draft(draft: Path, target: Path) -> Iterator[None]:
+    while True:
+        with suppress(FileExistsError):
+            draft.mkdir()
+        if not is_draft(draft):
+            raise WriteError(errno.EEXIST, f"{draft} is in the way; move it elsewhere", str(target))
+        try:
+            with lock_file(draft / LOCK, target):
+                yield
+            return
+        except FileNotFoundError as error:  # the previous writer removed the folder meanwhile
+            if error.filename != str(draft / LOCK):
+                raise
+
+
 @contextmanager
 def exclusive_lock(folder: Path) -> Iterator[None]:
     """Lock a folder for this process until the block or the process ends.
 
-    Raises RunError if another process holds the lock.
+    Raises RunError if another process or thread holds the lock.
     """
-    with (folder / LOCK).open("a") as file:
-        if not _lock(file.fileno()):
-            raise RunError(
-                f"{folder}: another process is writing in this folder; wait for it, or end it first"
-            )
+    with lock_file(folder / LOCK, folder):
         yield
+
+
+@contextmanager
+def lock_file(path: Path, target: Path) -> Iterator[None]:
+    """Hold the lock `path` on `target` until the block or the process ends. Raises RunError if it is held."""
+    key = path.absolute()
+    with _held_guard:
+        is_free = key not in _held
+        _held.add(key)
+    if not is_free:
+        raise _busy(target, "another thread of this process")
+    try:
+        while True:
+            with path.open("a+") as file:
+                if not _lock(file.fileno()):
+                    raise _busy(target, _holder(path))
+                if not _is_file(file.fileno(), path):
+                    continue  # its holder removed it before it was locked here
+                file.truncate(0)
+                file.write(f"{os.getpid()}\n")
+                file.flush()
+                yield
+                return
+    finally:
+        with _held_guard:
+            _held.discard(key)
+
+
+def _busy(target: Path, who: str) -> RunError:
+    return RunError(
+        f"{target}: {who} is writing here; wait for it, end it first, or give another place to write"
+    )
+
+
+def _holder(path: Path) -> str:
+    """Who holds a lock, in words."""
+    number = (
+        "" if sys.platform == "win32" else path.read_text(encoding="utf-8")
+    )  # Windows does not let others read
+    return f"another process (number {number.strip()})" if number.strip().isdigit() else "another process"
+
+
+def _is_file(handle: int, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(handle), path.stat())
+    except FileNotFoundError:
+        return False
 
 
 def _lock(handle: int) -> bool:
@@ -112,3 +244,18 @@ def _lock(handle: int) -> bool:
     except OSError as error:
         return sys.platform != "win32" and not isinstance(error, BlockingIOError | PermissionError)
     return True
+
+
+def _sync(path: Path) -> None:
+    """Wait until a file or the entries of a folder are on the disk."""
+    if path.is_dir():
+        if sys.platform == "win32":  # cannot synchronise folders
+            return
+        flags = os.O_RDONLY
+    else:
+        flags = os.O_RDWR
+    handle = os.open(path, flags)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -68,6 +68,15 @@ class ConfigModel(BaseModel):
     vars(__init__)["__pydantic_base_init__"] = True
 
 
+def not_required(*keys: str) -> ConfigDict:
+    """Configuration of a model whose `keys` may be left out in a file, because another table of it gives them."""
+
+    def change(schema: dict[str, Any]) -> None:
+        schema["required"] = [key for key in schema["required"] if key not in keys]
+
+    return ConfigDict(json_schema_extra=change)
+
+
 def number(
     value: object,
     unit: str,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from guideload.base.visible_text import visible
@@ -32,6 +32,10 @@ class RunError(GuideloadError):
     """A run failed; the message names time and step, and a way out."""
 
 
+class DoubtfulResult(RunError):
+    """A result that was asked for with strict=True contradicts itself or cannot be predicted; see `Audit.doubts`."""
+
+
 class LifeError(GuideloadError):
     """Life or static safety cannot be computed: a product lacks a value, or the motion has no speed."""
 
@@ -41,6 +45,18 @@ class WriteError(RunError, OSError):
 
     def __str__(self) -> str:
         return visible(f"{self.filename}: cannot be written: {self.strerror}")
+
+
+class PictureError(RunError):
+    """Some pictures could not be drawn; numbers and the other pictures are not affected. `failed`: error by name."""
+
+    def __init__(self, failed: Mapping[str, Exception]) -> None:
+        super().__init__(failed)
+        self.failed = dict(failed)
+
+    def __str__(self) -> str:
+        reasons = (f"{name} ({type(error).__name__}: {error})" for name, error in self.failed.items())
+        return visible(f"not drawn: {'; '.join(reasons)}. The numbers are not affected")
 
 
 class ArgumentError(RunError, ValueError):
@@ -123,7 +139,7 @@ def shown(value: object) -> str:
     return shortened(text)
 
 
-def shortened(text: str) -> str:
-    """`text` on one line of at most 80 characters; control characters are shown as escapes."""
+def shortened(text: str, most: int = 80) -> str:
+    """`text` on one line of at most `most` characters; control characters are shown as escapes."""
     line = visible(" ".join(text.split()))
-    return line if len(line) <= 80 else f"{line[:77]}..."
+    return line if len(line) <= most else f"{line[: most - 3]}..."

@@ -57,13 +57,14 @@ ACCELERATION = Range(
 STIFFNESS = Range("a stiffness", "N/m", 1e-3, 1e15, "1 N on 1 km, to a million times a rail's 1 kN/um")
 DAMPING = Range("a damping", "N s/m", 0.0, 1e12, "a million times the damper of a bridge")
 CLEARANCE = Range("a clearance", "m", 1e-12, 10.0, "from a hundredth of an atom to ten metres")
-DEFLECTION = Range("a deflection", "m", 1e-12, 10.0, "as for a clearance")
+DEFLECTION = Range("a deflection", "m", 1e-12, 1e3, "from a hundredth of an atom to a kilometre")
 FORCE = Range("a force", "N", 0.0, 1e12, "a hundred thousand times the load of the largest carriage")
 PRELOAD = Range("a preload", "N", 1e-9, 1e9, "from the weight of a dust grain to a hundred thousand tonnes")
 RATIO = Range("a ratio", "1", 1e-6, 1e6, "a million turns per turn")
 DIRECTION = Range("a component of a direction", "1", 0.0, 1e9, "vectors in any unit, as from CAD")
 MOMENT = Range("a moment", "N m", 0.0, 1e16, "largest force at the largest position")
 SPEED = Range("a speed", "m/s", 0.0, 1e8, "a third of the speed of light")
+TRAVEL = Range("a position of the cart", "m", 0.0, 1e7, "a quarter of the earth's circumference")
 TIME = Range("a time", "s", 0.0, 1e11, "three thousand years, so stamps since 1970 in seconds are inside")
 ANGULAR_SPEED = Range("an angular speed", "rad/s", 0.0, 1e9, "a thousand times the fastest turbine")
 ANGLE = Range("an angle", "rad", 0.0, 1.2, "70 degrees: teeth of a rack have 14.5 to 25 degrees")
@@ -74,4 +75,4 @@ OF_MACHINES = (
     MASS, INERTIA, POSITION, LENGTH, ACCELERATION, STIFFNESS, DAMPING, CLEARANCE, DEFLECTION, FORCE, PRELOAD, RATIO,
     DIRECTION, ANGLE, EFFICIENCY, FRICTION,
 )  # fmt: skip
-OF_MOTIONS = (TIME, ACCELERATION, SPEED, ANGULAR_SPEED, POSITION, FORCE, MOMENT)
+OF_MOTIONS = (TIME, ACCELERATION, SPEED, TRAVEL, ANGULAR_SPEED, FORCE, MOMENT)

@@ -168,6 +168,10 @@ def _parsed(unit: str) -> pint.Unit:
 
     try:
         return _registry().parse_units("" if plain == "1" else plain)
+    except (ValueError, KeyError):  # "nan" and "m^-0", of which pint makes numbers
+        raise ValueRefused(
+            "a unit", unit, f'"{unit}" is no unit; write it like N/um, N s/m or kg m^2'
+        ) from None
     except UndefinedUnitError as error:
         unknown = str(error.unit_names[0] if isinstance(error.unit_names, tuple) else error.unit_names)
         near = get_close_matches(unknown, _symbols(), n=1, cutoff=0.5) or [

@@ -19,7 +19,7 @@ from pydantic import (
 
 from guideload.base.config import ConfigModel, entries, number
 from guideload.base.errors import ValueRefused, shown
-from guideload.catalogue.rating import EXPONENT, Rating
+from guideload.catalogue.rating import LIFE_EXPONENT, Rating
 
 Text = Annotated[StrictStr, Field(min_length=1)]
 Force = Annotated[float, PlainValidator(partial(number, unit="N", above=0.0))]
@@ -174,7 +174,7 @@ class Product(ConfigModel):
         """Give a rating without exponent that of the type."""
         if not isinstance(values, dict):
             return values
-        rating, exponent = values.get("dynamic"), EXPONENT.get(str(values.get("type")))
+        rating, exponent = values.get("dynamic"), LIFE_EXPONENT.get(str(values.get("type")))
         if isinstance(rating, dict) and "exponent" not in rating and exponent is not None:
             return {**values, "dynamic": {**rating, "exponent": exponent}}
         return values

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 from functools import partial
 from typing import Annotated
@@ -11,17 +12,19 @@ from numpy.typing import ArrayLike
 from pydantic import Field, PlainValidator
 
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, number
+from guideload.base.config import ConfigModel, not_required, number
 from guideload.base.errors import ValueRefused
 
-EXPONENT = {"ball": 3.0, "roller": 10.0 / 3.0}  # ISO 14728-1
+LIFE_EXPONENT = {"ball": 3.0, "roller": 10.0 / 3.0}  # ISO 14728-1
 WEIBULL_SLOPE = 1.5  # of rolling fatigue, behind the reliability factors of ISO 14728-1
 
 
 def exponent_of(value: object) -> float:
     """A number, or a fraction as text: "10/3"."""
     try:
-        return number(float(Fraction(value)) if isinstance(value, str) else value, "1", above=0.0)
+        if isinstance(value, str) and re.fullmatch(r"[\d./]{1,20}", value):
+            value = float(Fraction(value))
+        return number(value, "1", above=0.0)
     except (ValueError, ZeroDivisionError):
         raise ValueRefused("an exponent > 0", value, '3 for balls, "10/3" for rollers') from None
 
@@ -31,6 +34,8 @@ class Rating(ConfigModel):
 
     The life under the mean load P is base (value/P)^exponent.
     """
+
+    model_config = not_required("exponent")
 
     value: Annotated[float, PlainValidator(partial(number, unit="N", above=0.0))] = Field(
         description='dynamic load rating C, e.g. "34.9 kN"'

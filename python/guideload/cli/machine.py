@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 from typing import Any
 
 import click
 
+from guideload.base.atomic import atomic_write
 from guideload.cli import options
 from guideload.cli.exit_codes import InputError
 from guideload.cli.inputs import EXAMPLES, read_machine, read_motion
@@ -34,15 +36,15 @@ def init(path: Path | None, kind: str | None) -> None:
         template = template.replace('"manipulator.toml"', '"machine.toml"')
         template = template.replace('"manipulator.csv"', '"trace.csv"')
     try:
-        with path.open("x", encoding="utf-8", newline="\n") as file:
-            file.write(template)
-    except FileExistsError:
+        with atomic_write(path, replace=False) as draft:
+            draft.write_bytes(template.encode())
+    except OSError as error:
+        if error.errno != errno.EEXIST:
+            raise unwritable(path, error) from None
         option = f" --{kind}" if kind else ""
         raise InputError(
             f"{path} exists and is not replaced; give another name: guideload init NAME.toml{option}"
         ) from None
-    except OSError as error:
-        raise unwritable(path, error) from None
     if kind == "catalogue":
         print_text(f"Wrote {path}. Add your carriages, then: guideload catalogue check {path}")
     elif kind == "study":

@@ -21,6 +21,7 @@ from guideload.base.errors import (
     SceneError,
     TraceError,
 )
+from guideload.base.visible_text import visible
 from guideload.cli.catalogue import catalogue
 from guideload.cli.compare import compare
 from guideload.cli.encoder import encoder
@@ -30,6 +31,7 @@ from guideload.cli.machine import check, init, modes
 from guideload.cli.method_comparison import chart, stability
 from guideload.cli.run import demo, run
 from guideload.cli.schema import schema
+from guideload.cli.signals import orderly_end
 from guideload.cli.sizing import limit, size
 from guideload.cli.study import study
 
@@ -42,13 +44,18 @@ class Commands(click.Group):
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         atexit.register(gc.freeze)  # saves the search for garbage in all modules at exit, 0.25 s
         try:
-            return super().invoke(ctx)
+            with orderly_end():
+                return super().invoke(ctx)
         except (ArgumentError, ConfigError, LifeError, SceneError, TraceError) as error:
             raise InputError(str(error)) from error
+        except click.ClickException as error:
+            # click declares the message final, and shows it as it is
+            object.__setattr__(error, "message", visible(error.message))
+            raise
         except BrokenPipeError:  # the reader, such as `head`, closed the pipe: click exits without a message
             raise
         except (GuideloadError, OSError) as error:
-            raise click.ClickException(str(error)) from error
+            raise click.ClickException(visible(str(error))) from error
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.commands)

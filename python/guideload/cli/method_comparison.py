@@ -13,7 +13,6 @@ from guideload.cli.outputs import (
     CHART,
     atomic_output,
     picture_draft,
-    require_free,
     write_errors,
     write_manifest,
 )
@@ -54,8 +53,7 @@ def chart(
     from guideload.reports.work_precision import chart_report
 
     names = {"report.txt", *(name for name in CHART if not (no_pictures and name.endswith(".png")))}
-    require_free(output, {"": names}, overwrite, inputs=(machine_file, trace_file))
-    with atomic_output(output) as folder:
+    with atomic_output(output, {"": names}, overwrite, inputs=(machine_file, trace_file)) as folder:
         with status("reading"):
             machine = read_machine(machine_file, free)
             motion = read_motion(trace_file, machine, **reading)

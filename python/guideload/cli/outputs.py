@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import errno
+import shutil
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import click
 
-from guideload.base.atomic import atomic_folder, atomic_write
+from guideload.base.atomic import DRAFT, atomic_folder, atomic_write
 from guideload.cli.exit_codes import InputError
 
 FORMATS = {"netcdf": "loads.nc", "parquet": "loads.parquet", "csv": "loads.csv"}
@@ -39,7 +40,7 @@ def require_free(
 
     names: files to be written into each folder below `output`. inputs: files that must not be replaced.
     """
-    if not output.is_dir() or not any(output.iterdir()):
+    if not output.is_dir() or not any(path.name != DRAFT for path in output.iterdir()):
         return
     if not overwrite:
         raise InputError(
@@ -97,25 +98,34 @@ def picture_draft(output: Path | None, overwrite: bool, *inputs: Path) -> Iterat
         if any(path.exists() and output.samefile(path) for path in inputs):
             raise InputError(f"{output} is read by this run; give another name for the picture")
     try:
-        with atomic_write(output) as draft:
+        with atomic_write(output, replace=overwrite) as draft:
             yield draft
     except OSError as error:
         raise unwritable(output, error) from error
 
 
 @contextmanager
-def atomic_output(output: Path) -> Iterator[Path]:
+def atomic_output(
+    output: Path, names: Mapping[str, set[str]], overwrite: bool, inputs: tuple[Path, ...] = ()
+) -> Iterator[Path]:
     """Draft folder whose files are moved to `output` when the block ends; on an error the draft is removed.
 
     It is created at once, so that a path that cannot be written is refused before the computation starts.
-    Files of an earlier run in `output` are replaced or removed; other files stay.
+    Files of an earlier run in `output` are replaced or removed; other files stay. The other arguments and the
+    InputError are those of `require_free`. Raises RunError while another process writes into `output`.
     """
+
+    def check() -> None:
+        require_free(output, names, overwrite, inputs)
+
     with ExitStack() as stack:
         try:
-            draft = stack.enter_context(atomic_folder(output, _publish))
+            draft = stack.enter_context(atomic_folder(output, check, _move))
         except OSError as error:
             raise unwritable(output, error) from None
         yield draft
+        with write_errors(output):
+            stack.close()
 
 
 @contextmanager
@@ -133,23 +143,25 @@ def write_manifest(folder: Path) -> None:
     (folder / MANIFEST).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _publish(draft: Path, folder: Path) -> None:
-    if folder.is_dir():
-        _move_into(draft, folder)
-    else:
-        draft.rename(folder)
+def remove_own_files(folder: Path) -> None:
+    """Remove the files that guideload wrote into a folder; the manifest stays, as it is no output."""
+    for name in _own_files(folder) - {MANIFEST}:
+        (folder / name).unlink(missing_ok=True)
 
 
-def _move_into(draft: Path, folder: Path) -> None:
-    """Move the files of a draft into a folder; the manifest first, so that it always lists all of our files."""
-    folder.mkdir(exist_ok=True)
-    if (draft / MANIFEST).exists():
-        for name in _own_files(folder):
-            if not (draft / name).exists():
-                (folder / name).unlink(missing_ok=True)
-        (draft / MANIFEST).replace(folder / MANIFEST)
-    for path in draft.iterdir():
-        if path.is_dir():
-            _move_into(path, folder / path.name)
-        else:
-            path.replace(folder / path.name)
+def _move(draft: Path, folder: Path) -> None:
+    """Move the files of a draft into a folder. May be killed at any point and called again.
+
+    The files of the earlier run are removed first, so that old and new files are never together. The new manifest comes
+    before the new files: files that it names and that are missing are still in the draft.
+    """
+    manifests = [path for path in (draft / MANIFEST, *draft.glob(f"*/{MANIFEST}")) if path.exists()]
+    targets = {path: folder / path.relative_to(draft) for path in manifests}
+    for target in targets.values():
+        remove_own_files(target.parent)
+    for path, target in targets.items():
+        target.parent.mkdir(exist_ok=True)
+        path.replace(target)
+    for path in [path for path in draft.rglob("*") if path.is_file()]:
+        path.replace(folder / path.relative_to(draft))
+    shutil.rmtree(draft)

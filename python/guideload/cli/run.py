@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from guideload.base.errors import PictureError
 from guideload.cli import options
+from guideload.cli.exit_codes import exit_if, picture_failure
 from guideload.cli.inputs import EXAMPLES, read_machine, read_motion
-from guideload.cli.outputs import FORMATS, PICTURES, atomic_output, require_free, write_errors, write_manifest
+from guideload.cli.outputs import FORMATS, PICTURES, atomic_output, write_errors, write_manifest
 from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
@@ -49,21 +51,22 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
     from guideload.simulation.simulation import simulate
 
     names = _output_names("netcdf", not no_pictures)
-    require_free(output, {"guides": names, "paper": names}, overwrite)
-    results = {}
-    with atomic_output(output) as folder:
+    results, failures = {}, []
+    with atomic_output(output, {"guides": names, "paper": names}, overwrite) as folder:
         with status("reading the example"):
             machine = read_machine(EXAMPLES / "manipulator.toml")
             motion = read_motion(EXAMPLES / "manipulator.csv", machine)
         for name, with_dofs in (("guides", machine), ("paper", machine.with_free(PAPER_DOFS))):
             with status(f"computing the loads, {name}"):
                 results[name] = simulate(with_dofs, motion)
-            _write(results[name], folder / name, "netcdf", not no_pictures, output / name)
+            _, failure = _write(results[name], folder / name, "netcdf", not no_pictures, output / name)
+            failures.append(failure)
     titles = {"All dofs that the guides support": results["guides"], "The paper's dofs": results["paper"]}
     print_text(comparison(titles, encoding=output_encoding()))
     print_text(
         f"Loads, reports and pictures are in {output}: guides (all dofs) and paper (the paper's dofs)."
     )
+    exit_if(*failures)
 
 
 @click.command()
@@ -85,6 +88,7 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
 )
 @options.no_pictures_option
 @options.overwrite_option
+@click.option("--strict", is_flag=True, help="Fail, and write nothing, if the audit doubts the result.")
 @options.trace_options
 @no_garbage_collection()
 def run(
@@ -98,6 +102,7 @@ def run(
     file_format: str,
     no_pictures: bool,
     overwrite: bool,
+    strict: bool,
     **reading: Any,
 ) -> None:
     """Compute the load of every carriage under a measured motion."""
@@ -106,20 +111,20 @@ def run(
     if step is not None and method in ("auto", "exact"):
         raise click.UsageError(f"--step needs --method rk45 or implicit; {method} has no fixed step")
     names = _output_names(file_format, not no_pictures)
-    require_free(output, {"": names}, overwrite, inputs=(machine_file, trace_file))
-    with atomic_output(output) as folder:
+    with atomic_output(output, {"": names}, overwrite, inputs=(machine_file, trace_file)) as folder:
         with status("reading"):
             machine = read_machine(machine_file, free)
             motion = read_motion(trace_file, machine, **reading)
         with status("computing the loads"):
-            result = simulate(machine, motion, method=method, rtol=rtol, step=step)
-        text = _write(result, folder, file_format, not no_pictures, output)
+            result = simulate(machine, motion, method=method, rtol=rtol, step=step, strict=strict)
+        text, failure = _write(result, folder, file_format, not no_pictures, output)
     if (encoding := output_encoding()).lower() != "utf-8":  # the encoding of the file; others lack characters
         from guideload.reports.run import result_report
 
         text = result_report(result, encoding=encoding)
     print_text(text)
     print_text(f"Wrote {output}.")
+    exit_if(failure)
 
 
 def _output_names(file_format: str, pictures: bool) -> set[str]:
@@ -128,12 +133,18 @@ def _output_names(file_format: str, pictures: bool) -> set[str]:
     return names | {"loads.json"} if file_format == "csv" else names
 
 
-def _write(result: Result, folder: Path, file_format: str, pictures: bool, output: Path) -> str:
-    """Write loads, report, pictures and manifest of a run; return the report. output: the folder for messages."""
+def _write(
+    result: Result, folder: Path, file_format: str, pictures: bool, output: Path
+) -> tuple[str, PictureError | None]:
+    """Write loads, report, pictures and manifest of a run; return the report, and the error of missing pictures.
+
+    output: the folder for messages.
+    """
     from concurrent.futures import ThreadPoolExecutor
 
     from guideload.reports.run import result_report
 
+    failure = None
     with write_errors(output):
         folder.mkdir(exist_ok=True)
         with status("writing the loads"), ThreadPoolExecutor(1) as pool:
@@ -146,6 +157,6 @@ def _write(result: Result, folder: Path, file_format: str, pictures: bool, outpu
             with status("drawing the pictures"):
                 from guideload import plots
 
-                plots.save_all(result, folder)
+                failure = picture_failure(lambda: plots.save_all(result, folder))
         write_manifest(folder)
-    return text
+    return text, failure

@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING
 
 import click
 
+from guideload.base.visible_text import visible
 from guideload.cli import outputs
-from guideload.cli.exit_codes import InputError
+from guideload.cli.exit_codes import InputError, exit_if, picture_failure
 from guideload.cli.options import InputFile, folder_option, no_pictures_option
 from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
+    from guideload.base.errors import PictureError
     from guideload.study.description.study import Study
     from guideload.study.execution import Progress
     from guideload.study.results.result import StudyResult
@@ -54,7 +56,7 @@ def study(
         raise click.UsageError("--resume keeps the study in the folder and --overwrite replaces it: give one")
     options = {"--samples": samples, "--seed": seed, "--threads": threads}
     again = _resume_command(study_file, output, options, no_pictures)
-    may_resume, interrupted = resume, ""
+    may_resume, interrupted, failure = resume, "", None
     try:
         with status("reading"):
             described = _read(study_file, output if resume else None, samples, seed)
@@ -67,18 +69,22 @@ def study(
             result = error.result
             interrupted = f"Interrupted: {result.finished} of {result.runs} runs are done. To resume: {again}"
         for path, reason in result.store.damaged.items():
-            click.echo(f"{path} was damaged ({reason}): its samples were run again.", err=True)
+            click.echo(visible(f"{path} was damaged ({reason}): its samples were run again."), err=True)
         if result.finished:
-            _write(result, output, not no_pictures)
+            failure = _write(result, output, not no_pictures)
             from guideload.reports.study import study_report
 
             print_text(study_report(result, encoding=output_encoding()))
             print_text(f"Wrote {output}.")
+    except SystemExit:  # a signal
+        click.echo(f"Terminated. To resume: {again}" if may_resume else "Terminated.", err=True)
+        raise
     except KeyboardInterrupt:  # before the first sample, or during the report
         interrupted = f"Interrupted. To resume: {again}" if may_resume else "Interrupted."
     if interrupted:
-        click.echo(interrupted, err=True)
+        click.echo(visible(interrupted), err=True)
         sys.exit(INTERRUPTED)
+    exit_if(failure)
 
 
 def _resume_command(
@@ -120,7 +126,8 @@ def _require_folder(output: Path, resume: bool, overwrite: bool, inputs: tuple[P
             f"{output} holds a study: --resume resumes it, --overwrite replaces it; or give another folder"
         )
     if overwrite:
-        remove(output)
+        remove(output)  # refused while another process runs it
+        outputs.remove_own_files(output)  # the report must not stand beside samples of another study
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -149,12 +156,13 @@ def _bar() -> Iterator[Progress | None]:
         yield progress
 
 
-def _write(result: StudyResult, output: Path, pictures: bool) -> None:
-    """Write summary, report and pictures of the finished samples."""
+def _write(result: StudyResult, output: Path, pictures: bool) -> PictureError | None:
+    """Write summary, report and pictures of the finished samples; returns the error of missing pictures."""
     from guideload.reports.study import study_report
 
+    failure = None
     try:
-        with outputs.atomic_output(output) as folder:
+        with outputs.atomic_output(output, {"": {*outputs.STUDY}}, overwrite=True) as folder:
             with status("writing the summary"):
                 result.to_json(folder / "summary.json")
                 (folder / "report.txt").write_text(study_report(result), encoding="utf-8")
@@ -162,8 +170,9 @@ def _write(result: StudyResult, output: Path, pictures: bool) -> None:
                 with status("drawing the pictures"):
                     from guideload.plots.study import save_study
 
-                    save_study(result, folder)
+                    failure = picture_failure(lambda: save_study(result, folder))
             outputs.write_manifest(folder)
     except OSError as error:
         reason = f"{output}: the report cannot be written: {error.strerror or error}"
         raise click.ClickException(f"{reason}; the samples are stored: --resume writes the report") from error
+    return failure

@@ -8,6 +8,8 @@ from typing import Any
 
 import click
 
+from guideload.base.visible_text import visible
+
 
 def output_encoding() -> str:
     """The encoding of standard output."""
@@ -15,9 +17,9 @@ def output_encoding() -> str:
 
 
 def print_text(text: str) -> None:
-    """Print to standard output; characters outside its encoding are replaced."""
+    """Print to standard output; control characters are escaped, characters outside its encoding replaced."""
     encoding = output_encoding()
-    click.echo(text.rstrip("\n").encode(encoding, errors="replace").decode(encoding))
+    click.echo(visible(text).rstrip("\n").encode(encoding, errors="replace").decode(encoding))
 
 
 def status(doing: str) -> AbstractContextManager[Any]:

@@ -17,7 +17,10 @@ from guideload.life.equivalent_load import AXES, RULES, EquivalentLoad, dynamic_
 from guideload.life.mean_load import integrals, mean_load
 from guideload.life.rating_life import rating_life
 from guideload.life.record import Record
+from guideload.life.row_loads import row_loads
 from guideload.life.static_safety import StaticSafety, static_safety
+from guideload.machine.components import Carriage
+from guideload.machine.laws import EXPONENT
 from guideload.motion.uncertainty import COVER
 
 SMALL_MOMENT = 1e-6  # N m per N of load: a smaller moment without rating is rounding
@@ -40,6 +43,8 @@ class CarriageLife:
     factor_life, factor_safety  f_W: the load factor that, put into the catalogue's formula with statics with m a,
                               gives the life and the safety of the simulated loads
     worst                     causes of the worst instant
+    rows                      N, largest load of the loaded row and smallest of the other one along y, of a carriage
+                              with preloaded rows; None for others
     """
 
     name: str
@@ -57,6 +62,7 @@ class CarriageLife:
     factor_life: float
     factor_safety: float
     worst: WorstInstant
+    rows: tuple[float, float] | None
 
 
 def carriage_life(record: Record, index: int, place: Arrangement, conditions: LifeConditions) -> CarriageLife:
@@ -99,7 +105,16 @@ def carriage_life(record: Record, index: int, place: Arrangement, conditions: Li
         factor_life=mean / catalogue_mean if catalogue_mean else float("nan"),
         factor_safety=static.peak / catalogue_peak if catalogue_peak else float("nan"),
         worst=_worst(record, of_statics, static, index),
+        rows=_rows(carriage, loads),
     )
+
+
+def _rows(carriage: Carriage, loads: Array) -> tuple[float, float] | None:
+    """Largest load of the loaded row and smallest load of the other one along y [N], if the law has two rows."""
+    if carriage.preload_y is None or carriage.rolling is None:
+        return None
+    loaded, other = row_loads(loads[:, 1], carriage.preload_y, EXPONENT[carriage.rolling])
+    return float(loaded.max()), float(other.min())
 
 
 def _worst(record: Record, rule: EquivalentLoad, static: StaticSafety, index: int) -> WorstInstant:

@@ -21,7 +21,7 @@ from pydantic import (
 
 from guideload._core import Law
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, entries, in_range
+from guideload.base.config import ConfigModel, entries, in_range, not_required
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import (
     ACCELERATION,
@@ -164,10 +164,14 @@ class Carriage(ElasticModel):
     Its elastic law along y and z follows from stiffness, clearance, preload or curve; see `guideload.machine.laws`.
     """
 
+    model_config = not_required("length")
+
     name: Name = Field(description='a unique name, e.g. "1"')
     rail: Name = Field(description="the name of the rail it runs on")
     x: Length = Field(description='x of its centre from L, e.g. "-500 mm"')
-    length: PositiveLength = Field(description='distance between its two ends along x, e.g. "85 mm"')
+    length: PositiveLength = Field(
+        description='distance between its two ends along x, e.g. "85 mm"; a product may give it'
+    )
     curve_y: Curve | None = curve_field("of the whole carriage along y", "_y")
     curve_z: Curve | None = curve_field("of the whole carriage along z", "_z")
     stiffness_y: Stiffness = stiffness_field("of the whole carriage along y", "_y")

@@ -29,7 +29,9 @@ def with_catalogue(values: dict[str, Any], file: Path) -> dict[str, Any]:
     wanted = {table.get("product") for table in tables if isinstance(table, dict)}
     own = tuple(values.get("products", ()))
     names = {table.get("name") for table in own if isinstance(table, dict)}
-    found = [p for p in Catalogue.from_toml(path).products if p.name in wanted and p.name not in names]
+    found = [product for product in Catalogue.from_toml(path).products if product.name not in names]
+    if wanted <= {None, *names, *(product.name for product in found)}:  # else keep all, for the nearest name
+        found = [product for product in found if product.name in wanted]
     return {**values, "products": (*own, *found)}
 
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from guideload.base.arrays import Array, check_finite
 from guideload.base.errors import TraceError
+from guideload.base.ranges import ACCELERATION, ANGULAR_SPEED, FORCE, MOMENT, POSITION, SPEED, TIME, TRAVEL
 from guideload.motion.uncertainty import Uncertainty
 
 # The histories of a Motion and the shape of one sample of each.
@@ -19,6 +20,17 @@ HISTORIES: dict[str, tuple[int, ...]] = {
     "position": (3,),
     "wrench": (6,),
     "motor_speed": (),
+}
+RANGES = {
+    "time": TIME,
+    "acceleration": ACCELERATION,
+    "velocity": SPEED,
+    "position": TRAVEL,
+    "wrench": MOMENT,
+    "motor_speed": ANGULAR_SPEED,
+    "force": FORCE,
+    "moment": MOMENT,
+    "point": POSITION,
 }
 
 
@@ -190,8 +202,20 @@ def _history(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
     if history.shape != shape:
         raise TraceError(f"{name}: expected shape {shape}, got {history.shape}")
     check_finite(name, history)
+    _require_in_range(name, history)
     history.setflags(write=False)
     return history
+
+
+def _require_in_range(name: str, history: Array) -> None:
+    """Raise TraceError if a history that has a range has a value outside it."""
+    within = RANGES.get(name)
+    if within is None or not np.any(outside := np.abs(history) > within.most):
+        return
+    at = np.argwhere(outside)[0].tolist()
+    hint = "no machine has this value: is the unit right?"
+    found = f"expected {within.words} {within.unit}, got {history[outside][0]:g}"
+    raise TraceError(f"{name}[{', '.join(map(str, at))}]: {found}; {hint}")
 
 
 def _samples(name: str, values: ArrayLike, count: int) -> Array:

@@ -14,7 +14,7 @@ from guideload.plots.drivers import scatter, tornado
 from guideload.plots.life import rail_damage
 from guideload.plots.loads import load_y, load_z, moments, motor_speed, paper_figures, resultant
 from guideload.plots.machine import equivalent_box, modes, scene
-from guideload.plots.saving import save
+from guideload.plots.saving import save, save_each
 from guideload.plots.spectrum import load_density, spectrum
 from guideload.plots.stability_region import stability
 from guideload.plots.study import band, distributions, exceedance, save_study
@@ -22,6 +22,10 @@ from guideload.plots.trace import encoder
 from guideload.plots.work_precision_diagram import work_precision
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from matplotlib.axes import Axes
+
     from guideload.simulation.result import Result
 
 __all__ = [
@@ -53,18 +57,21 @@ __all__ = [
 
 
 def save_all(result: Result, folder: str | Path) -> list[Path]:
-    """Save every picture of a result as PNG in `folder`, created if it is missing; returns their paths."""
+    """Save every picture of a result as PNG in `folder`, created if it is missing; returns their paths.
+
+    Raises PictureError if some cannot be drawn, after the others are saved.
+    """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    paths = [
-        save(scene(result.machine, result), folder / "scene.png"),
-        save(modes(result.machine, result.modes)[0], folder / "modes.png"),
-    ]
+    drawings: dict[str, Callable[[], Axes]] = {
+        "scene.png": lambda: scene(result.machine, result),
+        "modes.png": lambda: modes(result.machine, result.modes)[0],
+    }
     if result.machine.carriages:
-        paths += [
-            save(paper_figures(result)[0], folder / "figures_7_to_11.png"),
-            save(resultant(result), folder / "resultant.png"),
-            save(moments(result), folder / "moments.png"),
-            save(spectrum(result), folder / "spectrum.png"),
-        ]
-    return paths
+        drawings |= {
+            "figures_7_to_11.png": lambda: paper_figures(result)[0],
+            "resultant.png": lambda: resultant(result),
+            "moments.png": lambda: moments(result),
+            "spectrum.png": lambda: spectrum(result),
+        }
+    return save_each(drawings, folder)

@@ -10,7 +10,16 @@ from matplotlib.ticker import MaxNLocator
 
 from guideload.base.arrays import Array
 from guideload.base.number_text import counted
-from guideload.plots.style import GREY, INK, axes_or_new, legend_beside, look, new_figure, write_instead
+from guideload.plots.style import (
+    GREY,
+    INK,
+    axes_or_new,
+    legend_beside,
+    look,
+    new_figure,
+    plain,
+    write_instead,
+)
 from guideload.study.results.result import StudyResult, weaker_parameters
 from guideload.study.results.statistics import TOO_FEW, known
 from guideload.study.results.titles import capitalised, with_owner, with_unit
@@ -62,7 +71,7 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
         ax.errorbar(
             strength, places, xerr=errors, fmt="none", ecolor=INK, elinewidth=0.9, capsize=2, zorder=4
         )
-        ax.set_yticks(places, [short(str(one)) for one in shown.index])
+        ax.set_yticks(places, [plain(short(str(one))) for one in shown.index])
         ax.set_ylim(len(shown) - 0.4, -0.6)
         ax.yaxis.grid(False)
         ax.tick_params(axis="y", length=0)
@@ -101,7 +110,7 @@ def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | Non
             _trend(ax, x, y)
             unit = "of its value" if units[one] == "1" else units[one]
             ax.set_xlabel(f"{short(one)} [{unit}]", parse_math=False)
-            ax.set_ylabel(with_unit(name, result.metadata) if i % 3 == 0 else "")
+            ax.set_ylabel(plain(with_unit(name, result.metadata)) if i % 3 == 0 else "")
             ax.xaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
             ax.margins(x=0.04)
     return axes

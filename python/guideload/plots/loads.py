@@ -21,6 +21,7 @@ from guideload.plots.style import (
     legend_beside,
     look,
     new_figure,
+    plain,
     run_title,
     set_run_title,
 )
@@ -180,7 +181,7 @@ def _draw_carriages(
         color, dash = carriage_look(index)
         # Each line is thinner than the one before, so that equal loads of symmetric carriages are all visible.
         width = 0.8 + 1.4 * (1 - (index + 1) / len(carriages))
-        label = f"{name}: peak {load_with_unit(load.max(), unit)}"
+        label = f"{plain(str(name))}: peak {load_with_unit(load.max(), unit)}"
         ax.plot(time, load, color=color, linestyle=dash, linewidth=width, alpha=LINE_ALPHA, label=label)
         ax.plot(time, static[:, index], color=INK, linewidth=0.8, linestyle=DASHED, zorder=2.5)
         peak = int(load.argmax())

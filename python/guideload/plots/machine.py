@@ -13,7 +13,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from guideload.base.number_text import joined, load_with_unit
 from guideload.machine.modes import displacement, moving_dofs
-from guideload.plots.style import GREY, INK, PALE, carriage_look, look, new_figure
+from guideload.plots.style import GREY, INK, PALE, carriage_look, look, new_figure, plain
 
 if TYPE_CHECKING:
     from mpl_toolkits.mplot3d.axes3d import Axes3D
@@ -79,7 +79,7 @@ def scene(machine: Machine, result: Result | None = None, ax: Axes3D | None = No
             side = -1 if upward[index] > 0 else 1  # the name is on the side without the arrow
             place = machine.carriage_centers[index] + (0, 0.045 * size * side, 0)
             style = {"color": carriage_look(index).color, "weight": "bold", "ha": "center", "zorder": 20}
-            ax.text(*place, carriage.name, va="top" if side < 0 else "bottom", **style)
+            ax.text(*place, plain(carriage.name), va="top" if side < 0 else "bottom", **style)
         ax.set_title(machine.name, parse_math=False)
         _set_view(ax, zoom=0.98)
         ax.legend(loc="upper left", bbox_to_anchor=(1.02, 0.95), alignment="left", labelspacing=0.9)
@@ -107,7 +107,7 @@ def modes(machine: Machine, modes: Modes, axes: Sequence[Axes3D] | None = None) 
             nominal = "" if linear else ", all links in contact at their nominal stiffness"
             figure.suptitle(f"{machine.name}: natural modes{nominal}\n", parse_math=False)
             marks = [Patch(color=carriage_look(i).color, alpha=0.6) for i in range(len(machine.carriages))]
-            names = [carriage.name for carriage in machine.carriages]
+            names = [plain(carriage.name) for carriage in machine.carriages]
             columns = min(8, len(names))
             figure.legend(marks, names, title="carriages", loc="outside lower center", ncols=columns)
         for index, ax in enumerate(axes[:count]):
@@ -145,7 +145,7 @@ def _rail_ends(machine: Machine, box: Points) -> Iterator[Points]:
 def _draw_rails(ax: Axes3D, machine: Machine, box: Points) -> None:
     for ends, rail in zip(_rail_ends(machine, box), machine.rails, strict=True):
         ax.plot(*ends.T, color=GREY, linewidth=3.5, alpha=0.8, solid_capstyle="butt")
-        ax.text(*ends[1], f" rail {rail.name}", color=GREY, fontsize=8.5, va="center")
+        ax.text(*ends[1], f" rail {plain(rail.name)}", color=GREY, fontsize=8.5, va="center")
 
 
 def _draw_weight(ax: Axes3D, machine: Machine, size: float) -> None:
@@ -172,7 +172,8 @@ def _draw_loads(ax: Axes3D, result: Result, centers: Points, size: float) -> Poi
     ax.plot([], [], " ", label=f"\nloads: the body on the carriages, {time:.3f} s")
     for index, (center, load) in enumerate(zip(centers, force, strict=True)):
         style = {"color": carriage_look(index).color, "linewidth": 2.4, "arrow_length_ratio": 0.18}
-        label = f"carriage {data['carriage'].values[index]}: {load_with_unit(sizes[index])}"
+        name = plain(str(data["carriage"].values[index]))
+        label = f"carriage {name}: {load_with_unit(sizes[index])}"
         ax.quiver(*center, *(load / newtons_per_metre), label=label, **style)
     # quiver scales to the tails of the arrows only
     ax.auto_scale_xyz(*(centers + force / newtons_per_metre).T, True)

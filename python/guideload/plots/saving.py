@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from matplotlib.figure import SubFigure
+from matplotlib.figure import Figure, SubFigure
+
+from guideload.base.errors import PictureError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,8 +20,42 @@ DOTS_PER_INCH = 130
 
 def save(ax: Axes, path: str | Path) -> Path:
     """Save the figure of the axes, in the format of the path's ending; returns the path."""
+    with quiet_glyphs():
+        figure_of(ax).savefig(path, dpi=DOTS_PER_INCH)
+    return Path(path)
+
+
+@contextmanager
+def quiet_glyphs() -> Iterator[None]:
+    """No warning of a character that the font lacks, as in a Chinese name; it is drawn as a box."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph .* missing from font")
+        yield
+
+
+def figure_of(ax: Axes) -> Figure:
+    """The whole figure of the axes, also of axes in a part of a figure."""
     figure = ax.figure
     while isinstance(figure, SubFigure):
         figure = figure.figure
-    figure.savefig(path, dpi=DOTS_PER_INCH)
-    return Path(path)
+    return figure
+
+
+def save_each(drawings: Mapping[str, Callable[[], Axes]], folder: Path) -> list[Path]:
+    """Draw and save pictures by file name in `folder`; returns their paths.
+
+    A picture that fails does not keep the others from being drawn: PictureError is raised at the end. What the disk
+    refuses, an OSError, is raised at once.
+    """
+    paths, failed = [], {}
+    for name, draw in drawings.items():
+        try:
+            paths.append(save(draw(), folder / name))
+        except OSError:
+            raise
+        except Exception as error:  # of Matplotlib, which lists none
+            (folder / name).unlink(missing_ok=True)
+            failed[name] = error
+    if failed:
+        raise PictureError(failed)
+    return paths

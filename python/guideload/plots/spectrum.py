@@ -15,6 +15,7 @@ from guideload.plots.style import (
     carriage_look,
     legend_beside,
     look,
+    plain,
     set_run_title,
     write_instead,
 )
@@ -50,7 +51,7 @@ def spectrum(result: Result, ax: Axes | None = None) -> Axes:
             # Each line is thinner than the one before, so that equal spectra of symmetric carriages are all visible.
             width = 1.1 + 2.4 * (1 - (index + 1) / data.sizes["carriage"])
             line = {"color": color, "linestyle": dash, "linewidth": width}
-            ax.plot(frequency, amplitude[:, index], label=str(name), **line)
+            ax.plot(frequency, amplitude[:, index], label=plain(str(name)), **line)
         ax.set(xscale="log", xlabel="frequency [Hz]", ylabel="dynamic load, y and z together [N/√Hz]")
         top = float(amplitude.max(initial=0.0))
         if top > 0:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,8 +15,17 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 from guideload.base.arrays import Array
 from guideload.base.number_text import load_with_unit
 from guideload.plots.drivers import STEPS, scatter, set_title, short, tornado, write_no_result
-from guideload.plots.saving import save
-from guideload.plots.style import GREY, INK, axes_or_new, carriage_look, legend_beside, look, new_figure
+from guideload.plots.saving import save_each
+from guideload.plots.style import (
+    GREY,
+    INK,
+    axes_or_new,
+    carriage_look,
+    legend_beside,
+    look,
+    new_figure,
+    plain,
+)
 from guideload.study.description.measures import LIFE, QUANTITIES
 from guideload.study.results import statistics
 from guideload.study.results.result import StudyResult
@@ -55,7 +66,7 @@ def distributions(result: StudyResult, name: str | None = None, ax: Axes | None 
         if not most:
             return write_no_result(ax)
         ax.set_yticks(range(len(names)), [_label(column) for column in names])
-        ax.set(ylim=(len(names) - 0.55, -0.85), xlabel=with_unit(name, result.metadata))
+        ax.set(ylim=(len(names) - 0.55, -0.85), xlabel=plain(with_unit(name, result.metadata)))
         ax.yaxis.grid(False)
         ax.tick_params(axis="y", length=0)
         _scale(ax, name)
@@ -116,7 +127,7 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
         if not ax.lines:
             return write_no_result(ax)
         bottom = 10.0 ** np.floor(np.log10(smallest_probability) - 0.3)
-        ax.set(xlabel=with_unit(name, result.metadata), ylabel="probability")
+        ax.set(xlabel=plain(with_unit(name, result.metadata)), ylabel="probability")
         ax.set(yscale="log", ylim=(bottom, 1.0))
         ax.yaxis.set_major_locator(LogLocator(numticks=12))
         ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
@@ -173,28 +184,36 @@ def save_study(result: StudyResult, folder: str | Path) -> list[Path]:
     """Save the pictures of a study as PNG in `folder`, which is made if missing; returns their paths.
 
     They are distributions, exceedance, tornado and scatter of the main quantity; and a band for each carriage if
-    histories are stored. Given cases have neither exceedance nor tornado.
+    histories are stored. Given cases have neither exceedance nor tornado. Raises PictureError if some cannot be drawn,
+    after the others are saved.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     chosen, is_quantity = result.metadata.chosen, result.leading in result.quantities
     drawn = {distributions: is_quantity, exceedance: is_quantity and not chosen, tornado: not chosen}
-    paths = [save(draw(result), folder / f"{draw.__name__}.png") for draw, wanted in drawn.items() if wanted]
-    paths.append(save(scatter(result)[0], folder / "scatter.png"))
+    drawings: dict[str, Callable[[], Axes]] = {
+        f"{draw.__name__}.png": partial(draw, result) for draw, wanted in drawn.items() if wanted
+    }
+    drawings["scatter.png"] = lambda: scatter(result)[0]
     if result.histories is not None and result.histories.sizes["sample"]:
-        carriages = result.metadata.carriages
-        with look():
-            figure = new_figure(9.0, 0.4 + 2.9 * len(carriages))
-            sheet = figure.subplots(len(carriages), 1, squeeze=False)[:, 0]
-            for ax, carriage in zip(sheet, carriages, strict=True):
-                band(result, carriage, ax)
-            for ax in sheet[:-1]:
-                ax.set_xlabel("")
-            for ax in sheet[1:]:
-                if (legend := ax.get_legend()) is not None:
-                    legend.remove()
-        paths.append(save(sheet[0], folder / "histories.png"))
-    return paths
+        drawings["histories.png"] = partial(_bands, result)
+    return save_each(drawings, folder)
+
+
+def _bands(result: StudyResult) -> Axes:
+    """The bands of all carriages on one sheet; returns its first axes."""
+    carriages = result.metadata.carriages
+    with look():
+        figure = new_figure(9.0, 0.4 + 2.9 * len(carriages))
+        sheet = figure.subplots(len(carriages), 1, squeeze=False)[:, 0]
+        for ax, carriage in zip(sheet, carriages, strict=True):
+            band(result, carriage, ax)
+        for ax in sheet[:-1]:
+            ax.set_xlabel("")
+        for ax in sheet[1:]:
+            if (legend := ax.get_legend()) is not None:
+                legend.remove()
+    return cast(Axes, sheet[0])
 
 
 def _density(ax: Axes, values: Array, row: int, color: str, log: bool) -> None:
@@ -261,4 +280,4 @@ def _of_carriages(result: StudyResult, name: str) -> list[str]:
 
 
 def _label(column: str) -> str:
-    return short(column.partition("[")[2].removesuffix("]") or "machine")
+    return plain(short(column.partition("[")[2].removesuffix("]") or "machine"))

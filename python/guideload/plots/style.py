@@ -88,6 +88,15 @@ def axes_or_new(ax: Axes | None, width: float, height: float) -> Axes:
     return new_figure(width, height).add_subplot() if ax is None else ax
 
 
+def plain(name: str) -> str:
+    """A name for a text or label that may hold mathematics: its dollar signs are no mathematics.
+
+    A space of no width before an underscore, because legends leave out labels that begin with one.
+    """
+    text = name.replace("$", r"\$")
+    return f"\u200b{text}" if text.startswith("_") else text
+
+
 def run_title(result: Result) -> str:
     """Machine, free degrees of freedom, and the number of warnings of the audit."""
     warnings = len(result.audit.warnings)

@@ -9,6 +9,7 @@ import numpy as np
 
 from guideload.audit.figures import uniform
 from guideload.base.arrays import Array
+from guideload.base.visible_text import visible
 from guideload.motion.uncertainty import COVER
 from guideload.plots.spectrum import label_modes, octave_bands, set_frequency_ticks
 from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, PALE, legend_above, look, new_figure
@@ -42,7 +43,7 @@ def encoder(inspection: Inspection) -> list[Axes]:
         if inspection.machine is not None and inspection.resolution is not None:
             machine = f"{inspection.machine.name}: sudden changes are shown {inspection.resolution.text}"
             title = f"{title}\n{fill(machine, TITLE)}"
-        figure.suptitle(title, parse_math=False)
+        figure.suptitle(visible(title), parse_math=False)
         grid = figure.add_gridspec(4, 2, height_ratios=(1.0, 0.6, 1.25, 1.35), width_ratios=(1.0, 1.8))
         first = figure.add_subplot(grid[0, :])
         axes = [first, *(figure.add_subplot(grid[row, :], sharex=first) for row in (1, 2))]

@@ -13,6 +13,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from guideload.base.visible_text import visible
 from guideload.machine.machine import DOFS
 
 if TYPE_CHECKING:
@@ -54,12 +55,15 @@ def remark(*lines: str) -> list[RenderableType]:
 
 
 def to_text(parts: Iterable[RenderableType], width: int = WIDTH, encoding: str = "utf-8") -> str:
-    """Text of the parts as printed by rich, without colours; characters outside the encoding are replaced."""
+    """Text of the parts as printed by rich, without colours; characters outside the encoding are replaced.
+
+    Control characters, as in the names of a trace's columns, are shown as escapes.
+    """
     buffer = io.BytesIO()
     file = io.TextIOWrapper(buffer, encoding=encoding, errors="replace", newline="\n")
     console = Console(file=file, width=width, highlight=False, markup=False, emoji=False, color_system=None)
     for part in parts:
         console.print(part)
     file.flush()
-    lines = [line.rstrip() for line in buffer.getvalue().decode(encoding).splitlines()]
+    lines = [line.rstrip() for line in visible(buffer.getvalue().decode(encoding)).splitlines()]
     return re.sub(r"\n{3,}", "\n\n", "\n".join(lines).strip("\n")) + "\n"

@@ -46,6 +46,7 @@ def life_report(life: Life, band: bool = True, encoding: str = "utf-8") -> str:
             *section("Causes of the worst instant"),
             _causes_table(life),
             *remark(CAUSE_DEFINITION),
+            *_rows_lines(life),
             *section("Share of the life by phase of the cycle"),
             _phases_line(life),
             *_places_section(life),
@@ -142,6 +143,17 @@ def _causes_table(life: Life) -> Table:
             Text(one.name), load_in_table(worst.load), f"{worst.time:.3f}", *shares, noise, worst.phase
         )
     return table
+
+
+def _rows_lines(life: Life) -> list[RenderableType]:
+    """The row loads of preloaded carriages; empty without any."""
+    lines = [
+        f"carriage {one.name}: loaded row up to {load_in_table(one.rows[0])} N, the other at least "
+        f"{load_in_table(one.rows[1])} N{'' if one.rows[1] else ': it opens'}"
+        for one in life.carriages
+        if one.rows is not None
+    ]
+    return [*section("Loads of the two rows along y, preload included"), *lines] if lines else []
 
 
 def _phases_line(life: Life) -> str:

@@ -34,25 +34,18 @@ NOMINAL = "* Not linear. The table has the nominal stiffness, which determines m
 
 def machine_report(machine: Machine, encoding: str = "utf-8") -> str:
     """The report of a machine: state at rest, warnings, body, carriages and links, static loads."""
-    body, modes = machine.body, Modes.of(machine)
+    modes = Modes.of(machine)
     loose = free_at_rest(machine)
     state = "free within its clearance" if loose else "supported in every free dof"
     at_rest = np.abs(machine.scene.static_link_loads())
     rows = open_row_notes(machine.link_table(), at_rest, "at rest")
     notes = [*rest_notes(loose), *rows, *unit_notes(machine, modes)]
-    weight = body.mass * float(np.linalg.norm(machine.gravity))
-    principal = np.linalg.eigvalsh(body.central_inertia())
     parts: list[RenderableType] = [
         *remark(f"{machine.name}: {machine.model_level}. At rest: {state}. {modes_range(modes)}", *notes),
         dofs_line(machine),
         *section("Body and drive"),
-        f"mass {body.mass:g} kg, weight {load_in_table(weight)} N",
-        f"centre of mass {_millimetres(body.center_of_mass)} from L",
-        f"principal moments of inertia about it {', '.join(f'{j:.4g}' for j in principal)} kg m2",
+        *body_lines(machine),
     ]
-    if machine.drive is not None and not machine.drive.linear_motor:
-        per_turn = 2e3 * np.pi * machine.drive.speed_per_motor_speed
-        parts.append(f"drive: the cart moves {per_turn:.4g} mm per turn of the motor")
     count = f"{len(machine.link_table().names)} links"
     if machine.links:
         count += f", {len(machine.links)} of them extra: {', '.join(link.name for link in machine.links)}"
@@ -62,6 +55,22 @@ def machine_report(machine: Machine, encoding: str = "utf-8") -> str:
     if machine.carriages:
         parts += [*section("Static loads"), static_table(machine), *remark(STATIC_DEFINITIONS)]
     return to_text([*parts, *weight_lines(machine)], encoding=encoding)
+
+
+def body_lines(machine: Machine) -> list[str]:
+    """Mass, centre of mass and inertia of the body, and the travel per turn of the motor."""
+    body = machine.body
+    weight = body.mass * float(np.linalg.norm(machine.gravity))
+    principal = np.linalg.eigvalsh(body.central_inertia())
+    lines = [
+        f"mass {body.mass:g} kg, weight {load_in_table(weight)} N",
+        f"centre of mass {_millimetres(body.center_of_mass)} from L",
+        f"principal moments of inertia about it {', '.join(f'{j:.4g}' for j in principal)} kg m2",
+    ]
+    if machine.drive is not None and not machine.drive.linear_motor:
+        per_turn = 2e3 * np.pi * machine.drive.speed_per_motor_speed
+        lines.append(f"drive: the cart moves {per_turn:.4g} mm per turn of the motor")
+    return lines
 
 
 def modes_report(machine: Machine, modes: Modes, encoding: str = "utf-8") -> str:

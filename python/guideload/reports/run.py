@@ -48,7 +48,7 @@ def result_report(result: Result, encoding: str = "utf-8") -> str:
             modes_table(machine, result.modes),
             *remark(*nominal_lines(machine, "frequencies")),
             *section("Motion"),
-            *_motion_of_result(result.quantities),
+            *motion_lines_of(result.quantities),
             *section("Solution"),
             *solution_lines(result.quantities),
             *section("Audit"),
@@ -169,7 +169,7 @@ def motion_lines(motion: Motion) -> list[str]:
     return [*_motion_lines(motion.time, motion.velocity, motion.acceleration, motion.source, motion.notes)]
 
 
-def _motion_of_result(data: Quantities) -> list[str]:
+def motion_lines_of(data: Quantities) -> list[str]:
     """`motion_lines` of the motion of a result, at the reported instants."""
     velocity = data["cart_velocity"] if "cart_velocity" in data else None
     source, notes = str(data.attrs["motion_source"]), str(data.attrs["motion_notes"]).split("\n")

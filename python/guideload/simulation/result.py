@@ -11,7 +11,8 @@ import numpy as np
 
 from guideload.audit.audit import Audit
 from guideload.base.arrays import Array
-from guideload.base.errors import ArgumentError
+from guideload.base.errors import ArgumentError, DoubtfulResult, GuideloadError
+from guideload.base.number_text import counted
 from guideload.base.quantities import Quantities
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
@@ -106,7 +107,27 @@ class Result:
         Raises ArgumentError if the result reports no instant.
         """
         self._require_instants()
-        return Audit.of(self.machine, self._estimate, self.modes)
+        again = self._run.link_loads_again if "_run" in self.__dict__ else None
+        return Audit.of(self.machine, self._estimate, self.modes, again)
+
+    def require_no_doubts(self) -> None:
+        """Raise DoubtfulResult if the result contradicts itself or cannot be predicted; see `Audit.doubts`."""
+        if self.audit.doubts:
+            raise DoubtfulResult(" ".join(self.audit.doubts))
+
+    def __repr__(self) -> str:
+        """Machine, method, largest load, and the doubts and warnings of the audit, which is computed if need be."""
+        if not self._estimate["time"].size:
+            return f"Result({self.machine.name!r}, method={self.method!r}, no instants)"
+        try:
+            doubts, warnings = self.audit.doubts, f"{counted(len(self.audit.warnings), 'warning')}"
+        except GuideloadError as error:  # a representation never fails
+            doubts, warnings = (f"Doubtful: the audit failed: {error}",), ""
+        load = self._estimate["resultant" if self.machine.carriages else "link_load"]
+        head = (
+            f"Result({self.machine.name!r}, method={self.method!r}, largest load {np.abs(load).max():.4g} N"
+        )
+        return f"{head}, {' '.join(doubts) or warnings})"
 
     def peaks(self) -> pd.DataFrame:
         """A row per carriage: peak resultant (y-z) and its time, static and dynamic resultant, peaks of the components.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Iterable
 from itertools import product
@@ -12,24 +13,66 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from guideload.base.atomic import atomic_write
-from guideload.base.errors import GuideloadError, TraceError, ValueRefused
+from guideload.base.checksum import append_checksum, check_hdf5
+from guideload.base.errors import TraceError, ValueRefused, shortened, shown
 from guideload.base.quantities import Quantities, Quantity
 from guideload.machine.machine import Machine
+from guideload.simulation.run import AXES
 
 if TYPE_CHECKING:
     import pyarrow as pa
     import xarray as xr
 
 METADATA_KEY = b"guideload"  # in a Parquet file
-REQUIRED = {"force", "moment", "resultant", "static_force", "static_moment"}  # in every result
+# In every result, with their dimensions.
+REQUIRED = {
+    "force": ("time", "carriage", "axis"),
+    "moment": ("time", "carriage", "axis"),
+    "resultant": ("time", "carriage"),
+    "static_force": ("carriage", "axis"),
+    "static_moment": ("carriage", "axis"),
+}
+LARGEST = 1e30  # far above any load; the audit's products of five numbers fit into a double
 
 
 def write_netcdf(data: Quantities, path: str | PathLike[str]) -> None:
-    """Write netCDF 4, the same bytes as xarray, but without importing xarray."""
+    """Write netCDF 4, the same bytes as xarray, but without importing xarray; a checksum follows them."""
+    with atomic_write(_ending(path, ".nc")) as draft:
+        with _Draft(draft) as target:
+            _write_hdf5(data, target)
+        append_checksum(draft)
+
+
+class _Draft(io.FileIO):
+    """A file for HDF5 that raises the first error of the disk when it is closed.
+
+    HDF5 reports a full disk by its internals, and may crash when it ends after an error.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, "w+")
+        self.failure: OSError | None = None
+
+    def write(self, content: Any) -> int:
+        rest = memoryview(content).cast("B")
+        while self.failure is None and rest:
+            try:
+                rest = rest[super().write(rest) :]
+            except OSError as error:
+                self.failure = error
+        return len(content)
+
+    def __exit__(self, *error: Any) -> None:
+        super().__exit__(*error)
+        if self.failure is not None:
+            raise self.failure
+
+
+def _write_hdf5(data: Quantities, target: io.FileIO) -> None:
     import h5netcdf
     import h5py
 
-    with atomic_write(_ending(path, ".nc")) as draft, h5netcdf.File(draft, "w") as file:
+    with h5netcdf.File(target, "w") as file:
         file.attrs.update(data.attrs)
         for dims, values, _ in data.variables.values():
             for dim, size in zip(dims, values.shape, strict=True):
@@ -49,16 +92,20 @@ def write_parquet(data: Quantities, path: str | PathLike[str]) -> None:
 
     table = _columns(data).replace_schema_metadata({METADATA_KEY: json.dumps(_rest(data))})
     with atomic_write(_ending(path, ".parquet")) as draft:
-        parquet.write_table(table, draft)
+        parquet.write_table(table, draft, write_page_checksum=True)
 
 
 def write_csv(data: Quantities, path: str | PathLike[str]) -> None:
     """Write histories as columns, and all other quantities as JSON in a second file."""
     from pyarrow import csv
 
-    with atomic_write(_ending(path, ".csv")) as draft, atomic_write(Path(path).with_suffix(".json")) as rest:
+    second = Path(path).with_suffix(".json")
+    with atomic_write(second) as rest, atomic_write(_ending(path, ".csv")) as draft:
         csv.write_csv(_columns(data), draft)
         rest.write_text(json.dumps(_rest(data), indent=1), encoding="utf-8")
+        second.unlink(
+            missing_ok=True
+        )  # so that a kill never leaves the new file of one with the old one of the other
 
 
 def _ending(path: str | PathLike[str], ending: str) -> Path:
@@ -74,39 +121,61 @@ def read(path: str | PathLike[str]) -> tuple[Machine, xr.Dataset]:
 
     Raises TraceError if the file holds no result.
     """
-    import pyarrow as pa
-
     path = Path(path)
     try:
         data = _data(path)
-        if missing := REQUIRED - set(data.data_vars):
-            raise ValueError(f"a file without {', '.join(sorted(map(str, missing)))}")
         values: dict[str, Any] = json.loads(data.attrs["machine"])
-        return Machine(**{key: value for key, value in values.items() if value is not None}), data
-    except (
-        AttributeError,
-        LookupError,
-        TypeError,
-        ValueError,
-        OSError,
-        GuideloadError,
-        pa.ArrowException,
-    ) as error:
-        raise TraceError(f"{path}: expected a result that guideload wrote, got {error}") from error
+        machine = Machine(**{key: value for key, value in values.items() if value is not None})
+        _check(data, machine)
+        return machine, data
+    except Exception as error:  # of a dozen types, from HDF5, xarray, pyarrow, pydantic and the disk
+        reason = f"no {error}" if isinstance(error, KeyError) else str(error) or type(error).__name__
+        raise TraceError(
+            f"{path}: expected a result that guideload wrote, got {shortened(reason, 400)}"
+        ) from error
+
+
+def _check(data: xr.Dataset, machine: Machine) -> None:
+    """Raise ValueError unless the data are complete, finite and of this machine."""
+    if missing := REQUIRED.keys() - set(data.data_vars):
+        raise ValueError(f"a file without {', '.join(sorted(missing))}")
+    for name, dims in REQUIRED.items():
+        if set(data[name].dims) != set(dims):
+            raise ValueError(f"{name} with the dimensions {', '.join(map(str, data[name].dims))}")
+    for name, variable in {str(name): each for name, each in data.variables.items()}.items():
+        if variable.dtype.kind in "fiu" and not np.all(np.abs(variable.values) < LARGEST):
+            raise ValueError(f"{name} with numbers that are not finite or too large")
+        if name in data.dims and variable.dtype.kind not in "fiuOUT":
+            raise ValueError(f"{name} with values of the type {variable.dtype}")
+    for label, expected in {
+        "carriage": [carriage.name for carriage in machine.carriages],
+        "axis": list(AXES),
+    }.items():
+        if data[label].values.tolist() != expected:
+            raise ValueError(
+                f"the {label} labels {shown(data[label].values.tolist())}, not {shown(expected)}"
+            )
+    if np.any(np.diff(data["time"].values) < 0.0):
+        raise ValueError("times that go back")
 
 
 def _data(path: Path) -> xr.Dataset:
     if path.suffix == ".nc":
         import xarray as xr
 
-        return xr.load_dataset(path, engine="h5netcdf")
+        check_hdf5(path)
+        return xr.load_dataset(path, engine="h5netcdf", phony_dims="access")
     if path.suffix == ".parquet":
         from pyarrow import parquet
 
-        table = parquet.read_table(path)
+        table = parquet.ParquetFile(path, page_checksum_verification=True).read()
         return _assembled(table, json.loads((table.schema.metadata or {})[METADATA_KEY])).dataset()
     if path.suffix == ".csv":
-        rest = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
+        beside = path.with_suffix(".json")
+        try:
+            rest = json.loads(beside.read_text(encoding="utf-8"))
+        except (ValueError, RecursionError) as error:
+            raise ValueError(f"{beside.name} beside it, which is damaged: {error}") from error
         return _assembled(_numbers(path), rest).dataset()
     raise ValueError(f"the ending {path.suffix!r}: expected .nc, .parquet or .csv")
 

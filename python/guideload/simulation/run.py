@@ -47,6 +47,15 @@ class Run:
             times=self.times,
         )
 
+    def link_loads_again(self, method: str, rtol: float, factor: float) -> Array:
+        """Link loads (time, link) [N] by a method with step-size control, under the excitation times a factor."""
+        motion = self.motion
+        wrench = None if motion.wrench is None else factor * motion.wrench
+        solution = self.machine.scene.solve(
+            motion.time, factor * motion.acceleration, wrench, method=method, rtol=rtol, times=self.times
+        )
+        return solution.link_loads("total")
+
     def carriage_loads(self, part: str = "total", solution: Solution | None = None) -> Array:
         """Loads (time, carriage, 6): force [N] and moment about the carriage centre [N m].
 

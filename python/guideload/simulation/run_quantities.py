@@ -108,6 +108,7 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "steps": solution.steps,
         "rejected_steps": solution.rejected,
         "contact_changes": solution.contact_changes,
+        "instants": "samples of the motion" if run.times is None else "given",
         "motion_step_s": median_step(run.motion.time),
         "motion_bandwidth_Hz": usable_bandwidth(run.motion.time, run.motion.bandwidth),
         "motion_jumps": int(np.count_nonzero(np.diff(run.motion.time) == 0.0)),

@@ -28,6 +28,7 @@ def simulate(
     rtol: float = 1e-6,
     step: float | None = None,
     times: ArrayLike | None = None,
+    strict: bool = False,
 ) -> Result:
     """The load of every carriage of a machine under a motion. The run starts in static equilibrium.
 
@@ -40,10 +41,14 @@ def simulate(
             rest plus quasi-static link load under the peaks of the motion (`load_scale_N` of the result)
     step    s, fixed step of rk45 and implicit instead of step-size control; steps end at samples of the motion
     times   (m,) s, instants to report, ascending; default: the samples of the motion
+    strict  compute the audit, and raise DoubtfulResult if it doubts the result: see `Audit.doubts`
 
     Raises SceneError (unsupported body), ArgumentError (method, rtol, step or times), RunError (with time and step).
     """
-    return Result.of_run(_run(machine, motion, method, rtol, step, times))
+    result = Result.of_run(_run(machine, motion, method, rtol, step, times))
+    if strict:
+        result.require_no_doubts()
+    return result
 
 
 def peak_loads(
@@ -53,11 +58,14 @@ def peak_loads(
     *,
     rtol: float = 1e-6,
     step: float | None = None,
+    strict: bool = False,
 ) -> Peaks:
     """The extremes of the load of every carriage, without histories.
 
-    Arguments and errors as for `simulate`.
+    Arguments and errors as for `simulate`. Only strict=True judges the loads: it computes a result and its audit too.
     """
+    if strict:
+        simulate(machine, motion, method, rtol=rtol, step=step, strict=True)
     run = _run(machine, motion, method, rtol, step, None)
     extremes = machine.scene.peaks(
         run.motion.time,

@@ -185,7 +185,7 @@ class _Slices:
                 if done == len(values) or time.monotonic() - since > STORE_TIME:
                     store_done()
                     since = time.monotonic()
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, SystemExit):  # Ctrl-C, SIGTERM
             if done > stored:
                 store_done()
             raise
@@ -226,7 +226,7 @@ def _run_on(
             if not running:
                 break
             collect(wait(running, return_when=FIRST_COMPLETED).done)
-    except (KeyboardInterrupt, RunError):
+    except (KeyboardInterrupt, SystemExit, RunError):
         for future in running:
             future.cancel()
         finished = [future for future in running if future.done() and not future.cancelled()]

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, errors_name
 from guideload.base.units import factor
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
@@ -57,7 +57,8 @@ class Inspection:
         drive = None if machine is None else machine.drive
         of_motor = trace.kind == "motor_speed" and drive is None
         kind, value, quantum = trace.samples(drive)
-        kinematics = smooth(trace.time, value, kind, smoothing, quantum=quantum, window=window)
+        with errors_name(trace.source):
+            kinematics = smooth(trace.time, value, kind, smoothing, quantum=quantum, window=window)
         return cls(trace, machine, kind, value, quantum, of_motor, kinematics)
 
     @property

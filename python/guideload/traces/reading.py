@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, errors_name
 from guideload.base.errors import TraceError
 from guideload.motion.motion import Motion
 from guideload.smoothing.estimation import Estimate
@@ -112,6 +112,12 @@ def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
     Raises TraceError, naming file, column and rows; TypeError for an unknown option.
     """
     data = load_table(table)
+    with errors_name(data.source):
+        return _read(data, options)
+
+
+def _read(data: Table, options: ReadingOptions) -> Trace:
+    """The trace of a table; see `read_trace`."""
     _check_options(data, options)
     kinds_of_damage = repairs_of(options.get("repair"))
     draft = read_samples(data, columns_of(data, options), options, "empty" in kinds_of_damage)
@@ -178,15 +184,16 @@ def motion_from_trace(
             "gear_ratio and pinion_diameter or screw_lead to convert it to the cart's speed"
         )
     kind, value, quantum = trace.samples(drive)
-    smoothed = smooth(trace.time, value, kind, smoothing, quantum=quantum, window=window)
-    return Motion.along_x(
-        trace.time,
-        smoothed.acceleration,
-        velocity=smoothed.velocity,
-        position=smoothed.position,
-        motor_speed=trace.value if is_motor_speed else None,
-        source=f"{trace.source}, column {trace.column}",
-        notes=(*trace.notes, smoothed.note),
-        bandwidth=smoothed.bandwidth,
-        uncertainty=smoothed.uncertainty if isinstance(smoothed, Estimate) else None,
-    )
+    with errors_name(trace.source):
+        smoothed = smooth(trace.time, value, kind, smoothing, quantum=quantum, window=window)
+        return Motion.along_x(
+            trace.time,
+            smoothed.acceleration,
+            velocity=smoothed.velocity,
+            position=smoothed.position,
+            motor_speed=trace.value if is_motor_speed else None,
+            source=f"{trace.source}, column {trace.column}",
+            notes=(*trace.notes, smoothed.note),
+            bandwidth=smoothed.bandwidth,
+            uncertainty=smoothed.uncertainty if isinstance(smoothed, Estimate) else None,
+        )

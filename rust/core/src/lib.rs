@@ -97,7 +97,7 @@ pub use life::{EquivalentLoad, Integrals, Interval, Preload};
 // Errors.
 #[cfg(feature = "std")]
 pub use batch::{BatchError, SampleError};
-pub use error::{ExcitationError, RunError, SceneError};
+pub use error::{ExcitationError, OtherMethod, RunError, SceneError};
 
 /// The Rust of the README, run as a test.
 #[cfg(doctest)]

@@ -7,6 +7,8 @@ mod convert;
 mod law;
 mod life;
 mod links;
+#[cfg(all(target_os = "linux", target_env = "gnu", target_arch = "x86_64"))]
+mod old_glibc;
 mod scene;
 mod smoother;
 mod solution;

@@ -19,6 +19,7 @@ from pydantic import Field, PlainValidator
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel, number
 from guideload.base.errors import ConfigError, Problem, ValueRefused
+from guideload.catalogue.rating import Rating
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.study.description.refusals import problem_at, refused_at
@@ -43,6 +44,10 @@ class Life(ConfigModel):
     base: Annotated[float, PlainValidator(partial(number, unit="m", above=0.0))] = Field(
         description='travel to which the rating refers, "50 km" or "100 km", from the catalogue'
     )
+
+    def with_exponent(self, exponent: float) -> Rating:
+        """The whole rating; the exponent is that of the mean load."""
+        return Rating(value=self.rating, base=self.base, exponent=exponent)
 
 
 @dataclass(frozen=True)
@@ -84,9 +89,9 @@ class Quantity:
 
 
 def column_of(load: str, statistic: str) -> str:
-    """The name of a recorded column, without the carriage."""
+    """The name of a recorded column, without the carriage. Raises KeyError for one that is never recorded."""
     if load in ("load", "contact"):
-        return {"load": "mean_load_N", "contact": CONTACT}[load]
+        return {("load", "mean"): "mean_load_N", ("contact", "lost"): CONTACT}[load, statistic]
     return f"{statistic}_{load}_{'s' if statistic.startswith('time') else UNITS[load]}"
 
 
@@ -156,16 +161,25 @@ def measures_of(
             raise refused_at(("quantities", i), "a quantity of this scene", load, missing[load])
     recorded = [load for load in loads or USUAL if load not in missing]
     statistics_of = {"load": ("mean",), "contact": ("lost",)}
-    columns: dict[str, Measure] = {
-        f"{column_of(load, statistic)}[{carriage.name}]": (load, i, statistic)
-        for i, carriage in enumerate(machine.carriages)
+    measures: list[Measure] = [
+        (load, i, statistic)
+        for i in range(len(machine.carriages))
         for load in recorded
         if load != "drive"
         for statistic in statistics_of.get(load, statistics)
-    }
+    ]
     if "drive" in recorded:
-        columns |= {column_of("drive", statistic): ("drive", 0, statistic) for statistic in statistics}
-    return tuple(columns.values()), tuple(columns)
+        measures += [("drive", 0, statistic) for statistic in statistics]
+    measures = list(dict.fromkeys(measures))  # a load or statistic may be given twice
+    return tuple(measures), columns_of(measures, [carriage.name for carriage in machine.carriages])
+
+
+def columns_of(measures: Sequence[Measure], carriages: Sequence[str]) -> tuple[str, ...]:
+    """The names of the columns of measures; carriages: their names. Raises IndexError for another carriage."""
+    return tuple(
+        column_of(load, statistic) + ("" if load == "drive" else f"[{carriages[i]}]")
+        for load, i, statistic in measures
+    )
 
 
 def limits_of(

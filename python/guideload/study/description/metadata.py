@@ -10,16 +10,19 @@ import json
 from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, Field, NonNegativeInt, ValidationError, model_validator
 
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, GuideloadError, shown
 from guideload.machine.machine import Machine
 from guideload.simulation.simulation import Method
-from guideload.study.description.measures import Life, Measure
+from guideload.study.description.measures import Life, Measure, columns_of
 from guideload.traces.format.table import listed
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 FILE = "study.json"
 CONTENT = "samples of a guideload study"
@@ -74,7 +77,7 @@ class StudyMetadata(BaseModel, frozen=True):
     rtol: float = 1e-6
     sampling: str
     seed: int | None = None
-    runs: int
+    runs: NonNegativeInt
     sensitivity: bool
     parameters: tuple[ParameterMetadata, ...]
     correlations: dict[str, float] = {}
@@ -83,6 +86,20 @@ class StudyMetadata(BaseModel, frozen=True):
     exponent: float
     limits: dict[str, float]
     life: Life | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        """Check what a damaged file breaks: columns must be those of the measures, which all carriages must have."""
+        try:
+            columns = columns_of(self.measures, self.carriages)
+        except (KeyError, IndexError):  # of an unknown load or carriage
+            columns = ()
+        kinds = {(load, statistic) for load, _, statistic in self.measures}
+        places = {load: range(1 if load == "drive" else len(self.carriages)) for load, _ in kinds}
+        complete = {(load, i, statistic) for load, statistic in kinds for i in places[load]}
+        if self.columns != columns or len(columns) != len(complete) or set(self.measures) != complete:
+            raise ValueError("measures that do not belong to its columns")
+        return self
 
     @property
     def chosen(self) -> bool:
@@ -147,8 +164,9 @@ def read_json(folder: Path) -> dict[str, Any] | None:
         values = json.loads(path.read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError):
         return None
-    except ValueError as error:
-        raise ArgumentError(f"{path}: expected the metadata of a study, got {error}") from None
+    except (ValueError, RecursionError) as error:
+        hint = "it is damaged: give another folder, or remove it and run the study anew"
+        raise ArgumentError(f"{path}: expected the metadata of a study, got {error}; {hint}") from None
     if not isinstance(values, dict) or values.get("content") != CONTENT:
         raise ArgumentError(f"{path}: expected the metadata of a study that guideload wrote")
     return values

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import os
-import re
 import secrets
 from collections.abc import Sequence
 from dataclasses import replace
-from fractions import Fraction
 from functools import partial
 from os import PathLike
 from pathlib import Path
@@ -19,6 +17,7 @@ from pydantic import Field, PlainValidator, StrictBool, StrictStr, create_model
 from guideload.base.config import ConfigModel, number
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused
 from guideload.base.toml import Place, read_toml
+from guideload.catalogue.rating import exponent_of
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.simulation import Method
@@ -43,16 +42,6 @@ def _indices(value: object) -> int | tuple[int, ...]:
     if isinstance(value, Sequence | np.ndarray) and not isinstance(value, str):
         return tuple(sorted({index(one) for one in value}))
     return index(value)
-
-
-def _exponent(value: object) -> float:
-    """A number, or a fraction as text: "10/3"."""
-    try:
-        if isinstance(value, str) and re.fullmatch(r"[\d./]{1,20}", value):
-            value = float(Fraction(value))
-        return number(value, "1", above=0.0)
-    except (ValueError, ZeroDivisionError):
-        raise ValueRefused("an exponent > 0", value, '3 for balls, "10/3" for rollers') from None
 
 
 Positive = Annotated[float, PlainValidator(partial(number, unit="1", above=0.0))]
@@ -101,7 +90,7 @@ class StudyOptions(ConfigModel):
     )
     quantities: tuple[Recorded, ...] | None = optional("recorded loads; default all but Fx, Mx", min_length=1)
     statistics: tuple[Statistic, ...] = optional("statistics of loads over time", STATISTICS, min_length=1)
-    exponent: Annotated[float, PlainValidator(_exponent)] = optional(
+    exponent: Annotated[float, PlainValidator(exponent_of)] = optional(
         'exponent of the mean load: 3 for balls, "10/3" for rollers', 3.0
     )
     method: Method = optional("method of integration, as in `guideload run`", "auto")

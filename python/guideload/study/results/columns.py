@@ -113,8 +113,7 @@ class StudyColumns:
         if name != LIFE:
             return first
         assert metadata.life is not None
-        with np.errstate(divide="ignore"):  # a life without load is infinite
-            return 1e-3 * metadata.life.base * (metadata.life.rating / first) ** metadata.exponent
+        return 1e-3 * metadata.life.with_exponent(metadata.exponent).life(first)
 
     def of_carriages(self, name: str) -> list[str]:
         """Columns of a quantity: one per carriage, or one for the machine."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from guideload.base.atomic import LOCK, draft_of, exclusive_lock
+from guideload.base.atomic import DRAFT, LOCK, draft_folder, draft_of, exclusive_lock, is_draft
 from guideload.base.errors import ArgumentError, RunError
 from guideload.study.description.metadata import FILE, StudyMetadata, read_json
 from guideload.study.storage.store import HISTORIES, SAMPLES, FolderStore, SampleStore, chunks_in
@@ -29,7 +29,8 @@ def open_store(metadata: StudyMetadata, folder: Path | None, resume: bool) -> It
             held.enter_context(exclusive_lock(folder / SAMPLES))
             _require_ours(folder, metadata, resume)  # another process may have started a study meanwhile
             store = FolderStore(folder, metadata, read_all=True)
-            for path in (*store.damaged, *_drafts(folder)):
+            _remove_drafts(folder)
+            for path in store.damaged:
                 path.unlink(missing_ok=True)
             metadata.write(folder)  # also on resuming: runs, limits and life may have changed
         except OSError as error:
@@ -48,21 +49,24 @@ def _require_ours(folder: Path, metadata: StudyMetadata, resume: bool) -> None:
         raise ArgumentError(f"{others[0]} is not of this study; give another folder")
 
 
-def _drafts(folder: Path) -> list[Path]:
-    """Paths of drafts that a killed writer may have left; some may not exist."""
+def _remove_drafts(folder: Path) -> None:
+    """Remove the drafts that a killed writer may have left."""
     drafts = (draft_of(folder / name) for name in (FILE, HISTORIES))
-    return [*drafts, *(folder / SAMPLES).glob(".*.draft.parquet")]
+    for draft in (*drafts, *(folder / SAMPLES).glob(f".chunk-*.parquet{DRAFT}")):
+        if draft.is_dir() and is_draft(draft):
+            with draft_folder(draft, folder):
+                pass
 
 
 def begun_only(folder: Path) -> bool:
     """Whether a folder holds only a study that ended before its metadata was written."""
     names = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
-    return names <= {SAMPLES, draft_of(folder / FILE).name} and not chunks_in(folder)
+    return names <= {SAMPLES, DRAFT, draft_of(folder / FILE).name} and not chunks_in(folder)
 
 
 def files_of(folder: Path) -> list[Path]:
-    """The paths of the files of a study, drafts included, the metadata last; some may not exist."""
-    return [*chunks_in(folder), *_drafts(folder), folder / HISTORIES, folder / FILE]
+    """The paths of the files of a study, the metadata last; some may not exist."""
+    return [*chunks_in(folder), folder / HISTORIES, folder / FILE]
 
 
 def remove(folder: Path) -> None:
@@ -75,6 +79,7 @@ def remove(folder: Path) -> None:
     samples = folder / SAMPLES
     samples.mkdir(exist_ok=True)
     with exclusive_lock(samples):
+        _remove_drafts(folder)
         for path in files_of(folder):
             path.unlink(missing_ok=True)
     (samples / LOCK).unlink(missing_ok=True)

@@ -18,6 +18,7 @@ import xarray as xr
 
 from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
+from guideload.base.checksum import append_checksum, check_hdf5
 from guideload.base.errors import ArgumentError, RunError
 from guideload.study.description.metadata import StudyMetadata
 
@@ -208,13 +209,22 @@ class FolderStore(SampleStore):
     def histories(self) -> xr.Dataset | None:
         path = self.folder / HISTORIES
         try:
-            return xr.load_dataset(path, engine="h5netcdf") if path.exists() else None
-        except (OSError, ValueError, KeyError):  # damaged: they are computed again when the study is resumed
+            if not path.exists():
+                return None
+            check_hdf5(path)
+            return xr.load_dataset(path, engine="h5netcdf", phony_dims="access")
+        except (
+            OSError,
+            ValueError,
+            KeyError,
+            RuntimeError,
+        ):  # damaged: they are computed again when the study is resumed
             return None
 
     def add_histories(self, data: xr.Dataset) -> None:
         with atomic_write(self.folder / HISTORIES, durable=True) as draft:
             draft.write_bytes(_netcdf(data))
+            append_checksum(draft)
 
 
 def _netcdf(data: xr.Dataset) -> memoryview:

@@ -21,6 +21,9 @@ from guideload.traces.format.table import Table
 from guideload.traces.options import ReadingOptions
 
 FEWEST_SAMPLES = 8  # the smoothing takes fourth differences: with fewer, noise and motion look alike
+# Largest time, position and speed in SI units, far above those of any log or axis, and shortest step of time. Between
+# them, differences and their squares fit into a double.
+LARGEST, SHORTEST_STEP = 1e12, 1e-15
 DECIMALS = 9  # values with more decimals are doubles at full length, with random last digits
 FEWEST_CHANGES = 8  # changes of value that are needed to find a quantum
 
@@ -72,6 +75,7 @@ def read_samples(
     If each channel has its own time, rows that only pad the table are skipped.
     """
     value = table.values(columns.measured)
+    table.require_size(columns.measured, value)
     time, note = _stamps(table, columns.time, options, value.size)
     notes = [*table.notes, columns.note, note]
     empty, no_stamp = ~np.isfinite(value), ~np.isfinite(time)
@@ -91,7 +95,16 @@ def read_samples(
     place, used = np.flatnonzero(~bad), used[~bad]
     rows, value, time = table.part(used), value[used], time[used]
     check_length(rows, used.size)
+    rows.require_size(columns.time or "time", time, LARGEST, "s")
+    steps = np.abs(np.diff(time))
+    if (short := np.flatnonzero((steps > 0.0) & (steps < SHORTEST_STEP)) + 1).size:
+        raise TraceError(
+            f"{table.source}: column {columns.time}: expected steps of time of {SHORTEST_STEP:g} s or more, got "
+            f"{steps[short[0] - 1]:.3g} s before {rows.rows(short)}; check the unit"
+        )
     is_whole = columns.kind == "counts" and bool(np.all(value == np.round(value)))
+    if is_whole:
+        rows.require_size(columns.measured, value, 2**62)
     if is_whole:
         counter = unwrap(value.astype(np.int64), options.get("counter_bits"))
         value = counter.counts
@@ -104,7 +117,9 @@ def read_samples(
         compared = f"column {columns.partner} not compared with {columns.measured}"
         notes.append(f"{compared}: it has cells without a number")
         partner = None
-    si = np.asarray(value * columns.scale, np.float64)
+    with np.errstate(over="ignore"):
+        si = np.asarray(value * columns.scale, np.float64)
+    rows.require_size(columns.measured, si, LARGEST, KINDS[columns.kind])
     kind = "position" if columns.kind == "counts" else columns.kind
     given = options.get("quantum")
     if given is not None:

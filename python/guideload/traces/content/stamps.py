@@ -62,6 +62,7 @@ def stamps_of(
         return _dated(table, name, date_order)
     unit = table.header(name).unit
     values = table.values(name)
+    table.require_size(name, values)
     if rate is not None:
         counts, note = _continuous(values)
         return (counts - _first(counts)) / rate, f"time from column {name}, cycles of {rate:g} Hz{note}"

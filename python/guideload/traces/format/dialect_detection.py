@@ -16,6 +16,8 @@ from guideload.traces.format.headers import TIME_WORDS, Header, known_unit
 
 SEPARATORS = (";", "\t", ",", "|", " ")  # in order of preference for equal scores
 COMMENT = re.compile(r"\s*(?:#|%|//)")
+LONGEST_VALUE = 400  # characters of a number or stamp: a double has at most 325 digits in decimal notation
+MOST_COLUMNS = 10_000  # far above any log; more are separators in a damaged line
 TAIL = 40  # rows at the end of the inspected lines, taken as samples
 EMPTY = frozenset(("", "nan", "na", "n/a", "#n/a", "null", "none", "-nan", "inf", "-inf", "+inf", "<na>"))
 EXPONENT = r"(?:[eE][+-]?\d+)?"
@@ -80,11 +82,15 @@ class Dialect:
 
 def is_value(cell: str) -> bool:
     """Whether a cell holds a number in either notation, or a date or time stamp."""
-    return bool(NUMBER.fullmatch(cell) or (cell and STAMP.fullmatch(cell)) or decimal_by_groups(cell))
+    return len(cell) <= LONGEST_VALUE and bool(
+        NUMBER.fullmatch(cell) or (cell and STAMP.fullmatch(cell)) or decimal_by_groups(cell)
+    )
 
 
 def decimal_by_groups(cell: str) -> str:
     """The decimal sign of a number, if its groups of digits show it; "" for any other cell."""
+    if len(cell) > LONGEST_VALUE:
+        return ""
     return next((sign for sign, form in GROUPS.items() if form.fullmatch(cell)), "")
 
 
@@ -98,6 +104,8 @@ def rows_of(lines: Sequence[str], separator: str) -> list[Row]:
         for cells in reader:
             rows.append(Row(start, tuple(" ".join(cell.split()) for cell in cells)))
             start = reader.line_num
+    if lines and not rows:  # a cell longer than the csv module reads
+        rows.append(Row(0, tuple(lines[0].split(separator))))
     return rows
 
 
@@ -110,6 +118,8 @@ def dialect_of(lines: Sequence[str]) -> Dialect:
     plain = [i for i, line in enumerate(lines) if line.strip() and not COMMENT.match(line)]
     scored: list[tuple[tuple[float, ...], str, list[Row], int]] = []
     for order, separator in enumerate(SEPARATORS):
+        if any(lines[i].count(separator) > MOST_COLUMNS for i in plain):
+            continue
         rows = [row for row in rows_of([lines[i] for i in plain], separator) if row.cells]
         tail = rows[-TAIL:] if len(rows) > 1 else rows
         widths = Counter(row.width for row in tail if row.has_numbers)

@@ -51,6 +51,7 @@ TIME_WORDS = set(
 )
 # Words that may accompany TIME_WORDS in a name.
 TIME_FILLERS = set("stamp rel relative abs absolute system local utc device pc log".split())
+LONGEST_NAME, LONGEST_UNIT = 1000, 40  # characters; longer ones are damage
 POSITION_WORDS = {"position", "pos"}
 VELOCITY_WORDS = {"velocity", "vel", "velo", "speed", "geschwindigkeit"}
 MEASURED_WORDS = {"meas", "measured", "actual", "act", "feedback", "fbk", "ist"}
@@ -101,6 +102,8 @@ class Header:
 
 def _split(name: str) -> tuple[str, str]:
     """A name without its unit, and the unit."""
+    if len(name) > LONGEST_NAME:
+        return "", ""
     bracket = re.fullmatch(r"\s*(.*?)\s*[\[({<]\s*(.*?)\s*[\])}>]\s*", name, re.DOTALL)
     if bracket:
         return bracket[1], known_unit(bracket[2]) or bracket[2]
@@ -122,8 +125,8 @@ def known_unit(text: str) -> str:
 
     Descriptions in brackets, as in "mm (Length)", are left out.
     """
-    bare = re.sub(r"(?<=\S)\s+\(.*\)$", "", text.strip()).strip("[](){}<> ")
-    if not bare or bare == "1":
+    bare = re.sub(r"(?<=\S)\s+\(.*\)$", "", text[:LONGEST_NAME].strip()).strip("[](){}<> ")
+    if not bare or bare == "1" or len(bare) > LONGEST_UNIT:
         return ""
     if bare.lower() in SPELLINGS:
         return SPELLINGS[bare.lower()]

@@ -49,13 +49,25 @@ def _file(path: Path) -> Table:
             import pandas
 
             return _frame(pandas.read_parquet(path), path.name, "row", 1)
-        loaded = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
-        raise TraceError(f"{path.name}: not a {program} file: {shortened(str(error))}") from None
-    if isinstance(loaded, np.ndarray):
-        return _array(loaded, path.name)
-    with loaded:
-        return _mapping(dict(loaded), path.name)
+        loaded = _numpy(path)
+    except TraceError:
+        raise
+    except Exception as error:  # of a dozen types, from pyarrow, pandas, NumPy, zipfile, zlib and the disk
+        reason = shortened(f"{type(error).__name__}: {error}")
+        hint = "it is damaged or of another kind; export or copy it again"
+        raise TraceError(f"{path.name}: not a {program} file: {reason}; {hint}") from None
+    return _array(loaded, path.name) if isinstance(loaded, np.ndarray) else _mapping(loaded, path.name)
+
+
+@np.errstate(over="raise")  # for sizes that do not fit into an integer
+def _numpy(path: Path) -> NDArray[Any] | dict[str, Any]:
+    """The array of a `.npy` file, or the arrays of an `.npz` file by name. Nothing in them is unpickled."""
+    with path.open("rb") as file:
+        if file.peek(6).startswith(b"\x93NUMPY"):
+            # A memory map, because it compares the size in the header with that of the file before it allocates.
+            return np.array(np.lib.format.open_memmap(path, mode="r"))
+        with np.load(file, allow_pickle=False) as members:
+            return dict(members)
 
 
 def _frame(frame: pandas.DataFrame, source: str, word: str, first: int) -> Table:

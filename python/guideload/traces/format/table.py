@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -14,6 +17,7 @@ from guideload.base.errors import TraceError, shortened
 from guideload.traces.format.dialect_detection import decimal_by_groups
 from guideload.traces.format.headers import Header
 
+LARGEST_NUMBER = 1e20  # in a trace: stamps and counts of 64 bits are smaller
 SHOWN = 10  # rows named in an error; the count says how many there are
 LISTED = 24  # columns named in an error
 
@@ -82,13 +86,36 @@ class Table:
         if column.dtype.kind in "iu":
             return column
         if column.dtype.kind == "f":
-            return column.astype(float, copy=False)
+            with np.errstate(
+                over="ignore"
+            ):  # of long doubles: infinite, and refused like other infinite cells
+                return column.astype(float, copy=False)
+        if column.dtype.kind in "cmMV":  # complex numbers, times and records are no numbers
+            return np.full(column.shape[0], np.nan)
         import pandas
 
         series = pandas.Series(self.columns[name])
         if series.dtype == object or series.dtype == "str":
-            series = _plain(series, self.decimal)
+            is_cell = series.map(
+                lambda cell: isinstance(cell, str | Real | Decimal)
+            )  # no list, no complex number
+            series = _plain(series.where(is_cell, None), self.decimal)
         return np.asarray(pandas.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan))
+
+    def require_size(
+        self, name: str, values: NDArray[Any], largest: float = LARGEST_NUMBER, unit: str = ""
+    ) -> None:
+        """Raise TraceError for larger numbers of a column. Cells that are infinite in the source are refused elsewhere.
+
+        unit: SI unit of the values, after their conversion; "" for numbers of the source.
+        """
+        is_far = np.abs(values.astype(float)) > largest
+        far = np.flatnonzero(is_far if unit else is_far & np.isfinite(values))
+        if far.size:
+            raise TraceError(
+                f"{self.source}: column {name}: expected at most {largest:g}{unit and ' '}{unit}, got "
+                f"{values[far[0]]:.6g} in {self.rows(far)}; check the unit, or cut the trace to a sound part"
+            )
 
     def no_number(self, name: str, bad: NDArray[np.intp], hint: str) -> TraceError:
         """The error for these samples of a column: cells without a finite number.
@@ -134,7 +161,9 @@ def _plain(series: Any, decimal: str) -> Any:
 
 def listed(names: Sequence[str], most: int = LISTED) -> str:
     """Names of columns for a message: the first ones, and their count."""
-    return ", ".join(names[:most]) + (f", ... ({len(names)} in all)" if len(names) > most else "")
+    return ", ".join(map(shortened, names[:most])) + (
+        f", ... ({len(names)} in all)" if len(names) > most else ""
+    )
 
 
 def listed_rows(numbers: Sequence[int]) -> str:
@@ -144,5 +173,9 @@ def listed_rows(numbers: Sequence[int]) -> str:
 
 def unique(names: Sequence[str]) -> list[str]:
     """The names, repeated ones with a number: x, x.1, x.2."""
-    counts = [names[:i].count(name) for i, name in enumerate(names)]
-    return [f"{name}.{count}" if count else name for name, count in zip(names, counts, strict=True)]
+    counts: Counter[str] = Counter()
+    result = []
+    for name in names:
+        result.append(f"{name}.{counts[name]}" if counts[name] else name)
+        counts[name] += 1
+    return result

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.errors import TraceError, shortened
-from guideload.traces.format.dialect_detection import COMMENT, Dialect, dialect_of, rows_of
+from guideload.traces.format.dialect_detection import COMMENT, MOST_COLUMNS, Dialect, dialect_of, rows_of
 from guideload.traces.format.table import Table, listed_rows, unique
 from guideload.traces.format.twincat_scope import scope_dialect
 
@@ -45,6 +45,11 @@ def read_text(path: Path) -> Table:
     if len(text) > size:
         lines.pop()  # cut in the middle
     dialect = scope_dialect(lines) or _dialect(lines)
+    if dialect.width > MOST_COLUMNS:
+        raise TraceError(
+            f"{path.name}: not a readable CSV table: expected at most {MOST_COLUMNS} cells in a row, "
+            f"got {dialect.width}"
+        )
     body = "".join(BREAK.split(text, dialect.first)[dialect.first :]) if dialect.first else text
     decimal = _decimal(path.name, lines, body, dialect)
     columns, numbers, notes = _columns(path.name, body, dialect, decimal)
@@ -260,7 +265,10 @@ def _array(column: Any) -> Any:
     if pa.types.is_time(kind):
         column = column.cast(pa.string())
     if pa.types.is_date(kind) or pa.types.is_timestamp(kind):
-        return column.cast(pa.timestamp("ns")).to_numpy()
+        try:
+            return column.cast(pa.timestamp("ns")).to_numpy()
+        except pa.ArrowInvalid:  # before 1677 or after 2262: refused as text with its row
+            return column.cast(pa.string()).to_numpy()
     if (pa.types.is_floating(kind) or pa.types.is_integer(kind)) and not column.null_count:
         return np.from_dlpack(column.combine_chunks())  # `to_numpy` would import pandas, in 0.2 s
     return column.to_numpy()

@@ -108,7 +108,8 @@ def check_partner(draft: TraceDraft) -> None:
     top = float(np.abs(velocity).max())
     moving = np.abs(middle) > MOVING * top
     # A partner without a unit is read in that of the column; a ratio other than 1 shows another unit.
-    ratio = float(np.median(mean[moving] / middle[moving])) if np.any(moving) else 0.0
+    with np.errstate(over="ignore"):
+        ratio = float(np.median(mean[moving] / middle[moving])) if np.any(moving) else 0.0
     if not SAME_UNIT[0] < ratio < SAME_UNIT[1]:
         reason = f"their speeds have the ratio {ratio:.3g}"
         draft.notes.append(f"column {partner} not compared with {column}: {reason}")

@@ -6,5 +6,5 @@ mod run;
 mod scene;
 
 pub use excitation::ExcitationError;
-pub use run::RunError;
+pub use run::{OtherMethod, RunError};
 pub use scene::SceneError;

@@ -2,6 +2,28 @@
 
 use core::fmt;
 
+/// Another method that the scene allows and that does not share the difficulty of the one that failed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OtherMethod {
+    /// The exact method: no link is preloaded.
+    Exact,
+    /// The implicit method: a link is preloaded, and another method failed.
+    Implicit,
+    /// None: a link is preloaded, and the implicit method failed.
+    None,
+}
+
+impl OtherMethod {
+    /// The end of a sentence with other ways out.
+    const fn advice(self) -> &'static str {
+        match self {
+            Self::Exact => ", or use method \"exact\"",
+            Self::Implicit => ", or use method \"implicit\"",
+            Self::None => "",
+        }
+    }
+}
+
 /// Why a run is refused or stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RunError {
@@ -28,6 +50,8 @@ pub enum RunError {
         step: f64,
         /// Estimated error of that step as a multiple of the tolerance.
         error: f64,
+        /// Way out.
+        other: OtherMethod,
     },
     /// The state grows without bound: a fixed step outside the stability region of the method.
     Diverged {
@@ -35,6 +59,8 @@ pub enum RunError {
         time: f64,
         /// Step, s.
         step: f64,
+        /// Way out.
+        other: OtherMethod,
     },
     /// An output time outside the excitation, or out of order.
     OutputTime {
@@ -78,15 +104,17 @@ impl fmt::Display for RunError {
                 f,
                 "method: links[{link}] has a preloaded contact, which has no exact solution; expected \"rk45\", \"implicit\" or \"auto\""
             ),
-            Self::StepTooSmall { time, step, error } => write!(
+            Self::StepTooSmall { time, step, error, other } => write!(
                 f,
                 "step {step:.3e} s at t = {time:.9} s is below 1e-9 of the interval between samples (error {error:.3} x \
-                 tolerance): loosen rtol, or use method \"exact\" or \"implicit\""
+                 tolerance): loosen rtol{}",
+                other.advice()
             ),
-            Self::Diverged { time, step } => write!(
+            Self::Diverged { time, step, other } => write!(
                 f,
                 "the solution grew without bound at t = {time:.9} s with a step of {step:.3e} s: the step is outside the \
-                 method's stability region; shorten it, leave it to error control, or use method \"exact\" or \"implicit\""
+                 method's stability region; shorten it or leave it to error control{}",
+                other.advice()
             ),
             Self::OutputTime { index, got, range: [from, to] } => {
                 write!(f, "times[{index}]: expected {from} to {to} s, ascending, got {got} s")

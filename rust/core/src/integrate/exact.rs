@@ -42,6 +42,7 @@ impl<const CACHE: usize> Memory<CACHE> {
 impl<const CACHE: usize> Method for Exact<CACHE> {
     type Memory = Memory<CACHE>;
     const ERROR_ORDER: Option<u32> = None;
+    const STABLE: bool = true;
 
     fn memory(&self) -> Self::Memory {
         Memory { propagators: StepCache::new(), series: None }

@@ -10,6 +10,8 @@ pub trait Method {
     type Memory;
     /// Order of the error estimate of [`Method::step`]; none for a method without step error.
     const ERROR_ORDER: Option<u32>;
+    /// Whether it is stable at any step on a passive linear system.
+    const STABLE: bool;
 
     /// Memory for one run.
     fn memory(&self) -> Self::Memory;

@@ -22,6 +22,7 @@ pub struct Stages {
 impl Method for Rk45 {
     type Memory = Stages;
     const ERROR_ORDER: Option<u32> = Some(4);
+    const STABLE: bool = false;
 
     fn memory(&self) -> Stages {
         Stages { rates: [[0.0; 12]; 7], end: None }

@@ -7,7 +7,7 @@ use super::step_loop::{Runner, StepControl};
 use super::switched::{SwitchedEquations, Unswitched};
 use crate::contacts::{Contacts, SmoothContacts};
 use crate::equations::Equations;
-use crate::error::RunError;
+use crate::error::{OtherMethod, RunError};
 use crate::excitation::{Excitation, Forcing, ScaledExcitation};
 use crate::numeric::simd::{Kernel, dispatch};
 use crate::output::Record;
@@ -112,8 +112,21 @@ impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
             _ => None,
         };
         let (norm, has_error) = (ErrorNorm::new(system, load_scale), M::ERROR_ORDER.is_some());
-        let steps =
-            StepControl { control, controller, norm, has_error, has_edges, at_edge: false, reach: 0.0 };
+        let other = match system.first_smooth() {
+            None => OtherMethod::Exact,
+            Some(_) if M::STABLE => OtherMethod::None,
+            Some(_) => OtherMethod::Implicit,
+        };
+        let steps = StepControl {
+            control,
+            controller,
+            norm,
+            has_error,
+            has_edges,
+            at_edge: false,
+            other,
+            reach: 0.0,
+        };
         let needs_input = record.needs_input();
         let recorder = Recorder { excitation, output, needs_input, record, recorded: 0 };
         let summary = Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale };

@@ -5,7 +5,7 @@ use super::method::{Method, Output, Summary};
 use super::recorder::Recorder;
 use super::switched::SwitchedEquations;
 use crate::equations::Equations;
-use crate::error::RunError;
+use crate::error::{OtherMethod, RunError};
 use crate::excitation::{Forcing, Ramp};
 use crate::numeric::float::{ceil, floor, sqrt};
 use crate::numeric::simd::{Kernel, dispatch};
@@ -34,6 +34,8 @@ pub(super) struct StepControl {
     pub has_edges: bool,
     /// Whether the step starts or ends at one of them.
     pub at_edge: bool,
+    /// Way out if the run fails.
+    pub other: OtherMethod,
     /// Bound on the speed `|η'|`: the impulse of the excitation so far, for fixed steps.
     pub reach: f64,
 }
@@ -323,7 +325,12 @@ impl StepControl {
                     if self.has_edges && controller.is_negligible(error) {
                         return Ok(true);
                     }
-                    return Err(RunError::StepTooSmall { time, step: h, error: controller.error_ratio() });
+                    return Err(RunError::StepTooSmall {
+                        time,
+                        step: h,
+                        error: controller.error_ratio(),
+                        other: self.other,
+                    });
                 }
                 return Ok(false);
             }
@@ -332,7 +339,7 @@ impl StepControl {
             self.reach += ramp.impulse();
             bounded &= speed(next) <= DIVERGENCE * self.reach;
         }
-        if bounded { Ok(true) } else { Err(RunError::Diverged { time, step: h }) }
+        if bounded { Ok(true) } else { Err(RunError::Diverged { time, step: h, other: self.other }) }
     }
 
     /// Replans the `rest` of an interval of `length` s if the step size has changed.

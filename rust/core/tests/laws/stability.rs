@@ -1,6 +1,6 @@
 //! Steps that are too long, tolerances that are too tight, and methods that are stable at any step.
 
-use guideload::{Control, Excitation, Output, Radau, Rk45, RunError};
+use guideload::{Control, Excitation, OtherMethod, Output, Radau, Rk45, RunError};
 use nalgebra::{DMatrix, DVector};
 
 use crate::common::{ADAPTIVE, Machine, cart, cart_stiff, difference, largest, one_dof};
@@ -31,7 +31,7 @@ fn rk45_is_stable_up_to_its_limit_and_no_further() {
     assert!(largest(&inside[1]) < 1.0, "{:?}", inside[1]);
     let (outside, outcome) = rk45_at(1.02 * DP5_REAL_LIMIT, 20_000);
     match outcome {
-        Err(RunError::Diverged { time, step }) => {
+        Err(RunError::Diverged { time, step, .. }) => {
             assert!(time > 0.0 && step > 0.0);
         }
         other => panic!("expected Diverged, got {other:?}"),
@@ -150,8 +150,9 @@ fn a_tolerance_below_rounding_is_reported_with_its_numbers() {
     machine.gravity.y = 0.0;
     let (_, outcome) = machine.run(&Rk45, Control::Adaptive { rtol: 1e-13 }, &excitation, Output::Samples);
     match outcome {
-        Err(RunError::StepTooSmall { time, step, error }) => {
+        Err(RunError::StepTooSmall { time, step, error, other }) => {
             assert!((0.0..100.0).contains(&time) && step > 0.0 && error > 1.0, "{time} {step} {error}");
+            assert_eq!(other, OtherMethod::Exact);
         }
         other => panic!("expected StepTooSmall, got {other:?}"),
     }

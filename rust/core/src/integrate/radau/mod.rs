@@ -41,6 +41,7 @@ pub struct Stages {
 impl Method for Radau {
     type Memory = Stages;
     const ERROR_ORDER: Option<u32> = Some(5);
+    const STABLE: bool = true;
 
     fn memory(&self) -> Stages {
         Stages {

@@ -1,0 +1,85 @@
+"""Force balance of a result: its link loads must follow from its motion, and its motion from its link loads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from guideload.audit.energy import active_damping
+from guideload.audit.histories import Histories
+from guideload.base.arrays import Array
+from guideload.machine.machine import DOFS
+
+# Over the sum of the magnitudes of all terms. Loads, accelerations and reactions of a state balance to rounding, 1e-15
+# of each term; 1e-9 leaves room for an ill-conditioned mass matrix and for the digits of a result file.
+UNBALANCED_FORCE = 1e-9
+
+
+@dataclass(frozen=True)
+class ForceBalance:
+    """The largest residual of two equations that hold at every instant, for the reported quantities.
+
+    residual  of M q'' + link loads = Q + E - M_u a + reaction in a dof of L, and of load = F(deflection) + b rate of
+              a link; over the largest sum of the magnitudes of all terms in forces, moments or links; nan if a number
+              is not finite
+    place     dof or link where it occurs
+    time      s, when it occurs
+    """
+
+    residual: float
+    place: str
+    time: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether the forces balance to rounding; False for numbers that are not finite."""
+        return self.residual <= UNBALANCED_FORCE
+
+
+def force_balance(histories: Histories) -> ForceBalance:
+    """The force balance of the reported motion, link loads and reactions.
+
+    It finds numbers that do not belong together (changed or damaged files, overflow), not errors of integration.
+    """
+    relative = np.hstack([_of_body(histories), _of_links(histories)])
+    time, column = divmod(int(relative.argmax()), relative.shape[1])
+    names = (*DOFS, *histories.links.names)
+    return ForceBalance(float(relative[time, column]), names[column], float(histories.time[time]))
+
+
+def _of_body(histories: Histories) -> Array:
+    """Relative residual (time, 6) of the equation of motion."""
+    load, reaction, rows = histories.data["link_load"], histories.data["reaction"], histories.rows
+    inertia, given = histories.acceleration @ histories.mass, histories.excitation + histories.weight
+    terms = np.abs(histories.acceleration) @ np.abs(histories.mass) + np.abs(load) @ np.abs(rows)
+    terms += np.abs(histories.wrench) + np.abs(histories.cart_acceleration) @ np.abs(histories.mass[:, :3].T)
+    terms += np.abs(histories.weight) + np.abs(reaction)
+    residual = inertia + load @ rows - given - reaction
+    parts = slice(0, 3), slice(3, 6)  # forces and moments have their own scales
+    return np.hstack([_relative(residual[:, part], terms[:, part]) for part in parts])
+
+
+def _of_links(histories: Histories) -> Array:
+    """Relative residual (time, link) of the laws of the links; 0 within rounding of an edge, where a damper sets in."""
+    links, rows, deflection = histories.links, histories.rows, histories.deflection
+    load, rate = histories.data["link_load"], histories.velocity @ rows.T
+    size = np.abs(histories.position) @ np.abs(rows).T
+    terms = (
+        links.stiffness * size + links.damping * (np.abs(histories.velocity) @ np.abs(rows).T) + np.abs(load)
+    )
+    if histories.linear:
+        return _relative(load - links.stiffness * deflection - links.damping * rate, terms)
+    residual = load - active_damping(histories) * rate
+    for i, law in enumerate(links.laws):
+        residual[:, i] -= law.force(np.ascontiguousarray(deflection[:, i]))
+        if links.damping_in_contact[i]:
+            residual[np.abs(np.abs(deflection[:, i]) - law.edges[-1]) <= UNBALANCED_FORCE * size[:, i], i] = (
+                0.0
+            )
+    return _relative(residual, terms)
+
+
+def _relative(residual: Array, terms: Array) -> Array:
+    """Magnitude of a residual (time, m) over the largest sum of terms; 0 without terms."""
+    return np.abs(residual) / (float(terms.max()) or 1.0)

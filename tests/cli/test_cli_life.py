@@ -1,0 +1,81 @@
+"""The commands life and catalogue, and life in the report of a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import get_args
+
+import pytest
+from command_line import TRACE, guideload, refused
+
+from guideload.catalogue.conditions import RuleName
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.life import RULES
+from guideload.life.life import life_of
+from guideload.machine.machine import Machine
+from guideload.reports.life import kilometres, life_report
+from guideload.simulation.simulation import simulate
+from guideload.traces.reading import motion_from_trace, read_trace
+
+CATALOGUE = EXAMPLES / "catalogue.toml"
+
+
+@pytest.fixture(scope="module")
+def machine_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The packaged example with products."""
+    folder = tmp_path_factory.mktemp("machine")
+    (folder / "catalogue.toml").write_bytes(CATALOGUE.read_bytes())
+    text = (EXAMPLES / "manipulator.toml").read_text(encoding="utf-8")
+    text = text.replace('name = "Cl', 'catalogue = "catalogue.toml"\nname = "Cl')
+    text = text.replace("stiffness_y", 'product = "HGH25CA"\npreload_class = "ZA"\nstiffness_y')
+    (folder / "machine.toml").write_text(text, encoding="utf-8")
+    return folder / "machine.toml"
+
+
+def test_rules_on_the_command_line_are_those_of_a_file() -> None:
+    assert get_args(RuleName) == RULES
+
+
+def test_life_tells_the_answer_with_its_band_and_draws_the_rails(machine_file: Path, tmp_path: Path) -> None:
+    picture = tmp_path / "rails.png"
+    options = ("--rule", "hiwin", "--life", "90000 km", "--reliability", "0.95", "-o", picture)
+    text = guideload("life", machine_file, TRACE, *options).stdout
+    assert picture.stat().st_size > 10_000
+    machine = Machine.from_toml(machine_file)
+    conditions = machine.life.model_copy(update={"rule": "hiwin", "reliability": 0.95, "life": "90000 km"})
+    life = life_of(simulate(machine, motion_from_trace(read_trace(TRACE), machine.drive)), conditions)
+    assert life_report(life) in text
+    band = life.band
+    assert band is not None and (band.lower < band.upper).all()
+    for one, low, high in zip(life.carriages, band.lower, band.upper, strict=True):
+        assert 0.5 * low < one.life < 2.0 * high
+    words = " ".join(text.split())
+    assert f"all carriages last {kilometres(life.machine)} km (wanted: 90000 km)" in words
+    assert "THIS IS NOT REACHED" in words and "HIWIN" in words
+
+
+def test_a_run_tells_life_if_its_carriages_name_products(machine_file: Path, tmp_path: Path) -> None:
+    text = guideload("run", machine_file, TRACE, "-o", tmp_path / "out", "--no-pictures").stdout
+    assert "Life and static safety" in text and "HGH25CA" in text
+    file = machine_file.with_name("thomson.toml")
+    file.write_text(machine_file.read_text(encoding="utf-8") + '[life]\nrule = "rexroth"\n', encoding="utf-8")
+    text = guideload("run", file, TRACE, "-o", tmp_path / "other", "--no-pictures").stdout
+    assert "Not computed: carriage 1a carries a " in " ".join(text.split())
+
+
+def test_life_without_products_says_what_to_add() -> None:
+    message = refused("life", EXAMPLES / "manipulator.toml", TRACE)
+    assert "no carriage has a product" in message and "catalogue" in message
+
+
+def test_init_writes_a_catalogue_that_check_and_show_take(tmp_path: Path) -> None:
+    file = tmp_path / "catalogue.toml"
+    guideload("init", "--catalogue", file)
+    assert "exists and is not replaced" in refused("init", "--catalogue", file)
+    assert "4 products, all valid" in guideload("catalogue", "check", file).stdout
+    assert "HSR35LA" in guideload("catalogue", "show", file).stdout
+    shown = guideload("catalogue", "show", file, "HGH25CA").stdout
+    assert "static: 52800 (not compared with the source)" in shown and "end seal" in shown
+    assert 'did you mean "HGH25CA"' in refused("catalogue", "show", file, "HGH26CA")
+    file.write_text(file.read_text(encoding="utf-8").replace(', base = "50 km" }', " }"), encoding="utf-8")
+    assert "dynamic.base: expected travel to which C refers" in refused("catalogue", "check", file)

@@ -1,0 +1,202 @@
+"""Whatever ends a writer, outputs are those of one run, and the next run leaves nothing of the last behind."""
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from functools import partial
+from pathlib import Path
+
+import click
+import pytest
+from faults import each
+
+from guideload.base.atomic import atomic_write, draft_of
+from guideload.base.errors import RunError
+from guideload.cli.outputs import MANIFEST, atomic_output, write_manifest
+
+OLD, NEW = ("loads.csv", "loads.json", "scene.png"), ("loads.nc", "report.txt", "scene.png")
+KINDS = pytest.mark.parametrize("kind", ["kill", "full disk"])
+BELOW = pytest.mark.parametrize(
+    "below", ["", "guides"]
+)  # in the folder itself, and in one below as `demo` writes
+
+
+def write(out: Path, names: tuple[str, ...], text: str, below: str, overwrite: bool = True) -> None:
+    with atomic_output(out, {below: {*names}}, overwrite) as draft:
+        (draft / below).mkdir(exist_ok=True)
+        for name in names:
+            (draft / below / name).write_text(text)
+        write_manifest(draft / below)
+
+
+def written(out: Path, below: str) -> dict[str, str]:
+    """Text by name of what a user sees."""
+    folder = out / below
+    there = folder.iterdir() if folder.is_dir() else ()
+    return {path.name: path.read_text() for path in there if not path.name.startswith(".") and path.is_file()}
+
+
+def whole(names: tuple[str, ...], text: str) -> dict[str, str]:
+    return dict.fromkeys(names, text)
+
+
+def hidden(folder: Path) -> set[str]:
+    return {path.name for path in folder.rglob(".*")} - {MANIFEST}
+
+
+def fresh(folder: Path) -> Path:
+    """An empty folder, whatever was in it."""
+    subprocess.run(["rm", "-rf", folder], check=True)
+    folder.mkdir()
+    return folder
+
+
+@KINDS
+@BELOW
+def test_a_new_folder_is_whole_or_not_there(tmp_path: Path, kind: str, below: str) -> None:
+    home = tmp_path / "home"
+    out, faults = home / "results" / "out", 0
+    for faults in each(home, kind, partial(fresh, home), partial(write, out, NEW, "new", below)):
+        assert not out.exists() or written(out, below) == whole(NEW, "new"), faults
+        assert kind == "kill" or not hidden(home), faults
+        write(out, OLD, "next", below)
+        assert written(out, below) == whole(OLD, "next") and not hidden(home), faults
+    assert faults > 10
+
+
+@KINDS
+@BELOW
+def test_old_and_new_files_are_never_together(tmp_path: Path, kind: str, below: str) -> None:
+    out, faults = tmp_path / "out", 0
+    old, new = whole(OLD, "old"), whole(NEW, "new")
+
+    def prepare() -> None:
+        fresh(out)
+        (out / "notes.txt").write_text("mine")
+        write(out, OLD, "old", below)
+
+    def visible() -> dict[str, str]:
+        assert (out / "notes.txt").read_text() == "mine"
+        return {name: text for name, text in written(out, below).items() if name != "notes.txt"}
+
+    for faults in each(out, kind, prepare, partial(write, out, NEW, "new", below)):
+        assert visible().items() <= old.items() or visible().items() <= new.items(), faults
+        # Refused, but it completes what was begun.
+        with pytest.raises(click.ClickException, match="is not empty"):
+            write(out, NEW, "refused", below, overwrite=False)
+        assert visible() in (old, new) and not hidden(out), faults
+        write(out, NEW, "next", below)
+        assert visible() == whole(NEW, "next") and not hidden(out), faults
+    assert faults > 15
+
+
+@KINDS
+@pytest.mark.parametrize("replace", [True, False])
+def test_a_file_is_whole_and_its_draft_is_cleared(tmp_path: Path, kind: str, replace: bool) -> None:
+    home, faults = tmp_path / "home", 0
+    path = home / "picture.png"
+
+    def prepare() -> None:
+        fresh(home)
+        if replace:
+            path.write_text("old")
+
+    def act() -> None:
+        with atomic_write(path, durable=True, replace=replace) as draft:
+            draft.write_text("new")
+
+    for faults in each(home, kind, prepare, act):
+        assert (path.read_text() if path.exists() else "old") in ("old", "new")
+        assert kind == "kill" or not hidden(home), faults
+        path.unlink(missing_ok=True)
+        act()
+        assert path.read_text() == "new" and not hidden(home), faults
+    assert faults > 5
+
+
+def test_a_file_that_must_not_be_replaced_stays(tmp_path: Path) -> None:
+    path = tmp_path / "machine.toml"
+    with pytest.raises(RunError, match="File exists"), atomic_write(path, replace=False) as draft:
+        draft.write_text("ours")
+        path.write_text("another's, meanwhile")
+    assert path.read_text() == "another's, meanwhile" and not hidden(tmp_path)
+
+
+SECOND = """
+import sys
+from pathlib import Path
+from guideload.base.atomic import atomic_write
+from guideload.cli.outputs import atomic_output
+try:
+    with atomic_output(Path(sys.argv[1]), {}, True) if sys.argv[2] == "folder" else atomic_write(Path(sys.argv[1])):
+        print("in")
+except Exception as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize("exists", [True, False])
+@pytest.mark.parametrize("kind", ["folder", "file"])
+def test_a_second_writer_is_refused_and_the_first_is_not_disturbed(
+    tmp_path: Path, exists: bool, kind: str
+) -> None:
+    out = tmp_path / "out"
+    if exists:
+        out.mkdir() if kind == "folder" else out.touch()
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    second = [sys.executable, "-c", SECOND, str(out), kind]
+
+    def said() -> str:
+        return subprocess.run(second, env=environment, capture_output=True, text=True, check=True).stdout
+
+    def writer() -> AbstractContextManager[Path]:
+        return atomic_output(out, {}, True) if kind == "folder" else atomic_write(out)
+
+    def in_thread() -> None:
+        with pytest.raises(RunError, match="another thread of this process is writing here"), writer():
+            pass
+        refused.append(True)
+
+    refused: list[bool] = []
+    with writer() as draft:
+        process = "" if sys.platform == "win32" else f" (number {os.getpid()})"
+        way_out = "wait for it, end it first, or give another place to write"
+        assert said() == f"{out}: another process{process} is writing here; {way_out}\n"
+        assert draft.exists()
+        thread = threading.Thread(target=in_thread)
+        thread.start()
+        thread.join()
+        assert refused
+        assert draft.exists()
+    assert said() == "in\n"
+    assert not hidden(tmp_path)
+
+
+@pytest.mark.parametrize("make", [Path.touch, lambda path: (path / "mine").mkdir(parents=True)])
+def test_what_is_not_a_draft_of_ours_stays(tmp_path: Path, make: Callable[[Path], None]) -> None:
+    for path in (tmp_path / "x.png", tmp_path / "out"):
+        make(draft_of(path))
+    before = sorted(tmp_path.rglob("*"))
+    with (
+        pytest.raises(RunError, match=r"\.x\.png\.draft is in the way; move it"),
+        atomic_write(tmp_path / "x.png"),
+    ):
+        pass
+    with pytest.raises(click.ClickException, match=r"\.out\.draft is in the way; move it"):
+        write(tmp_path / "out", NEW, "new", "")
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_folder_that_appears_during_the_run_is_not_mixed_into(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with (
+        pytest.raises(click.ClickException, match="is not empty"),
+        atomic_output(out, {"": {*NEW}}, False) as draft,
+    ):
+        (draft / "loads.nc").write_text("new")
+        out.mkdir()
+        (out / "notes.txt").write_text("mine")
+    assert [path.name for path in tmp_path.rglob("*")] == ["out", "notes.txt"]

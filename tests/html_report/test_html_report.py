@@ -1,0 +1,179 @@
+"""The HTML report: whole, without network, with every figure of the text report, and drawn by a real browser."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from machines import carriage, link, machine
+from moves import BRISK
+from reference import example
+from rich.text import Text
+
+from guideload import Motion, Result, html_report, simulate
+from guideload.html_report.document import MOST_POINTS, Line, chart, html_of
+from guideload.reports.elements import new_table
+from guideload.reports.run import result_report
+
+BROWSERS = "chromium", "chromium-browser", "google-chrome"
+CHROMIUM = next(filter(None, map(shutil.which, BROWSERS)), None)
+HOSTILE = '</script><img src="x" onerror="alert(1)">&$b_$'
+
+
+@pytest.fixture(scope="module")
+def result() -> Result:
+    return simulate(*example())
+
+
+@pytest.fixture(scope="module")
+def page(result: Result) -> str:
+    return html_report.run_page(result)
+
+
+class Elements(HTMLParser):
+    """Elements with their attributes; fails on an element that is closed by another."""
+
+    VOID = {"meta", "img", "br", "hr", "link"}
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found: list[tuple[str, dict[str, str | None]]] = []
+        self.open: list[str] = []
+        self.feed(text)
+        assert not self.open
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found.append((tag, dict(attrs)))
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def charts(text: str) -> list[dict[str, object]]:
+    found = re.findall(r'<script type="application/json">(.*?)</script>', text, flags=re.DOTALL)
+    return [json.loads(data) for data in found]
+
+
+def unpacked(text: object, kind: str) -> np.ndarray:
+    return np.frombuffer(base64.b64decode(str(text)), dtype=kind)
+
+
+def test_needs_no_network(page: str) -> None:
+    """No element refers to anything outside the file, and the policy of the page forbids it."""
+    for tag, attributes in Elements(page).found:
+        assert tag not in ("link", "img", "iframe", "object")
+        for name in ("src", "href", "xlink:href"):
+            target = attributes.get(name)
+            assert target is None or target.startswith("#"), (tag, target)
+    assert "default-src 'none'" in page
+    assert not re.search(r"url\((?!#)|@import|fetch\(|XMLHttpRequest", page)
+
+
+def test_tables_have_the_numbers_of_the_text_report(result: Result, page: str) -> None:
+    """Every number of the tables of peaks, drive and modes is in both reports."""
+    words = set(result_report(result).split())
+    cells = re.findall(r'<td class="number">([^<]+)</td>', page)
+    assert len(cells) > 50
+    machine_part = page[page.index("<h2>Machine</h2>") : page.index("<h2>Natural modes</h2>")]
+    of_machine = set(re.findall(r'<td class="number">([^<]+)</td>', machine_part))
+    assert set(cells) - of_machine <= words
+
+
+def test_charts_have_the_histories(result: Result, page: str) -> None:
+    """The charts hold the resultant of every carriage to single precision, at every sample."""
+    resultants = next(one for one in charts(page) if one["title"] == "Resultant of Fy and Fz")
+    data = result.quantities
+    assert np.array_equal(unpacked(resultants["time"], "<f8"), data["time"])
+    lines = resultants["lines"]
+    assert isinstance(lines, list) and len(lines) == len(result.machine.carriages)
+    for i, line in enumerate(lines):
+        assert np.allclose(unpacked(line["values"], "<f4"), data["resultant"][:, i], rtol=1e-7, atol=0)
+
+
+def test_long_histories_keep_their_extremes() -> None:
+    """The envelope of a long history has its extremes, and its size does not grow with the history."""
+    rng = np.random.default_rng(1)
+    for size in (MOST_POINTS + 1, 10 * MOST_POINTS + 7):
+        time, values = np.arange(size) * 1e-3, rng.standard_normal(size)
+        (data,) = charts(chart("noise", "N", time, [Line("a", values, "red")]))
+        (line,) = data["lines"]  # type: ignore[misc]
+        drawn, instants = unpacked(line["values"], "<f4"), unpacked(data["time"], "<f8")
+        assert drawn.size == instants.size == MOST_POINTS
+        assert drawn.max() == np.float32(values.max()) and drawn.min() == np.float32(values.min())
+        assert instants[0] == time[0] and instants[-1] == time[-1] and (np.diff(instants) >= 0).all()
+
+
+def test_names_are_text() -> None:
+    """A name with markup is shown as it is written."""
+    time = BRISK.times(1e3)
+    motion = Motion(time, np.column_stack([BRISK.motion(time)[2], 0 * time, 0 * time]))
+    hostile = machine(
+        carriage(HOSTILE, x=-0.5),
+        carriage("b", x=0.5),
+        name=HOSTILE,
+        links=[link(HOSTILE + "l", stiffness=1e8)],
+        free=("x", "y", "z", "ry", "rz"),
+    )
+    page = html_report.run_page(simulate(hostile, motion))
+    found = Elements(page).found
+    assert all(tag != "img" for tag, _ in found)
+    assert not any(name.startswith("on") for _, attributes in found for name in attributes)
+    lines = charts(page)[0]["lines"]
+    assert isinstance(lines, list) and lines[0]["name"] == HOSTILE
+    table = new_table("name")
+    table.add_row(Text(HOSTILE))
+    assert "<img" not in html_of([table, Text(HOSTILE), HOSTILE])
+
+
+def test_machines_without_carriages_have_a_report() -> None:
+    links = [link(f"{axis}{i}", point=point, direction=axis_of, stiffness=1e8)
+             for i, point in enumerate([(0.5, 0, 0.4), (-0.5, 0, 0.4), (0.5, 0, -0.4), (-0.5, 0, -0.4)])
+             for axis, axis_of in (("y", (0, 1, 0)), ("z", (0, 0, 1)))]  # fmt: skip
+    time = BRISK.times(1e3)
+    motion = Motion(time, np.column_stack([BRISK.motion(time)[2], 0 * time, 0 * time]))
+    page = html_report.run_page(simulate(machine(rails=[], carriages=[], links=links), motion))
+    assert "Load of the links" in page
+
+
+def test_saved_whole_or_not_at_all(tmp_path: Path, result: Result) -> None:
+    path = html_report.save(result, tmp_path / "report.html")
+    assert path.read_text(encoding="utf-8").endswith("</html>\n")
+    with pytest.raises(OSError, match="there is no folder"):
+        html_report.save(result, tmp_path / "missing" / "report.html")
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium to open the report with")
+def test_a_browser_draws_every_chart_without_an_error(tmp_path: Path, page: str) -> None:
+    """Chromium finds no error in the script, and draws a line for each line of each chart."""
+    path = tmp_path / "report.html"
+    path.write_text(page, encoding="utf-8")
+    options = [
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--enable-logging=stderr",
+        f"--user-data-dir={tmp_path}",
+    ]
+    ended = subprocess.run(
+        [str(CHROMIUM), *options, "--virtual-time-budget=5000", "--dump-dom", path.as_uri()],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert ended.returncode == 0
+    assert "CONSOLE" not in ended.stderr
+    drawn = re.findall(r'<path d="M[\d. L-]+" stroke="[^"]+" class="line"', ended.stdout)
+    assert len(drawn) == sum(len(one["lines"]) for one in charts(page))  # type: ignore[arg-type]
+    assert "NaN" not in ended.stdout

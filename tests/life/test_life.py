@@ -1,0 +1,190 @@
+"""Life and safety of a machine: their parts add up, their limits are told, and what is missing is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from lives import PRODUCT, cart, moved
+from machines import carriage, machine
+from moves import BRISK, GENTLE, Move
+
+from guideload._core import Law
+from guideload.base.errors import LifeError
+from guideload.catalogue.conditions import LifeConditions
+from guideload.catalogue.product import Product
+from guideload.life.arrangement import arrangements
+from guideload.life.by_place import rail_damage
+from guideload.life.life import Life, life_of
+from guideload.life.rating_life import system_life
+from guideload.life.row_loads import row_loads
+from guideload.motion.motion import Motion
+from guideload.simulation.result import Result
+from guideload.simulation.simulation import simulate
+
+
+@pytest.fixture(scope="module")
+def result() -> Result:
+    return simulate(cart(), moved(BRISK))
+
+
+@pytest.fixture(scope="module")
+def life(result: Result) -> Life:
+    return life_of(result)
+
+
+def test_the_causes_add_up_to_the_worst_load_and_the_phases_to_one(life: Life) -> None:
+    for one in life.carriages:
+        assert sum(one.worst.shares.values()) == pytest.approx(one.worst.load, rel=1e-12)
+        assert one.static.safety == pytest.approx(60e3 / one.worst.load, rel=1e-15)
+        assert one.static.safety <= min(one.static.alone.values())
+        assert one.worst.shares["process force"] == 0.0
+    assert sum(life.phases.values()) == pytest.approx(1.0, rel=1e-12)
+    assert life.phases["at rest"] < 1e-3  # standing costs no life
+
+
+def test_damage_of_all_places_is_that_of_all_carriages(life: Life) -> None:
+    for place in life.places:
+        damage = sum(one.damage.sum() for one in life.carriages if one.rail == place.rail)
+        assert place.damage.sum() == pytest.approx(damage, rel=1e-12)
+    for one in life.carriages:
+        assert one.damage.sum() == pytest.approx(life.distance / one.life, rel=1e-12)
+
+
+def test_slow_motion_needs_no_load_factor_and_fast_motion_does(life: Life) -> None:
+    slow = life_of(simulate(cart(), moved(Move(speed=0.5, acceleration=0.25, jerk=0.5))))
+    for one, fast in zip(slow.carriages, life.carriages, strict=True):
+        assert [one.factor_life, one.factor_safety] == pytest.approx([1.0, 1.0], abs=2e-3)
+        assert fast.factor_safety > 1.1 > one.factor_safety
+
+
+def test_the_load_factor_in_the_catalogue_formula_gives_the_simulated_life(
+    life: Life, result: Result
+) -> None:
+    """Of a machine so stiff that its loads are those of statics, with f_W in the formula."""
+    stiff = [{**dict(one), "stiffness_y": 4e11, "stiffness_z": 4e11} for one in result.machine.carriages]
+    static = simulate(cart().model_copy(update={"carriages": stiff}), moved(BRISK))
+    for one in life.carriages:
+        conditions = LifeConditions(load_factor=one.factor_life)
+        catalogue = life_of(static, conditions).carriages[one.index]
+        assert catalogue.life == pytest.approx(one.life, rel=1e-3)
+
+
+def test_machine_and_rails_last_as_the_weibull_sum_of_their_carriages(life: Life) -> None:
+    lives = np.array([one.life for one in life.carriages])
+    assert life.machine == pytest.approx(np.sum(lives**-1.5) ** (-1 / 1.5), rel=1e-13)
+    assert life.machine == pytest.approx(system_life(list(life.rails.values())), rel=1e-13)
+    assert system_life([3.0] * 4) == pytest.approx(3.0 * 4 ** (-1 / 1.5), rel=1e-14)
+    assert system_life([3.0, np.inf]) == 3.0 and system_life([np.inf] * 2) == np.inf
+    # Probabilities of survival multiply, if each life is that of 90 %.
+    survival = np.prod(0.9 ** ((life.machine / lives) ** 1.5))
+    assert survival == pytest.approx(0.9, rel=1e-13)
+
+
+def test_hours_and_years_follow_from_the_plan(result: Result) -> None:
+    plan = life_of(result, LifeConditions(cycles_per_hour=60, hours_per_year=4000))
+    assert plan.hours(plan.distance) == pytest.approx(1 / 60, rel=1e-14)
+    assert plan.years(plan.distance) == pytest.approx(1 / 60 / 4000, rel=1e-14)
+    always = life_of(result)
+    assert always.hours(always.distance) * 3600 == pytest.approx(np.ptp(result.quantities["time"]), rel=1e-14)
+    assert np.isnan(always.years(1.0))
+    assert not life_of(result, LifeConditions(life="1e9 km")).holds
+    assert not life_of(result, LifeConditions(safety=1e3)).holds
+    assert always.holds
+
+
+def test_factors_of_the_whole_formula(result: Result) -> None:
+    plain = life_of(result).carriages[0]
+    conditions = LifeConditions(
+        hardness_factor=0.9, temperature_factor=0.8, contact_factor=0.81, load_factor=1.5, reliability=0.99
+    )
+    changed = life_of(result, conditions)
+    ratio = (0.9 * 0.8 * 0.81 / 1.5) ** 3 * (np.log(0.99) / np.log(0.9)) ** (1 / 1.5)
+    assert changed.carriages[0].life == pytest.approx(ratio * plain.life, rel=1e-13)
+    assert changed.carriages[0].static.safety == pytest.approx(0.81 * plain.static.safety, rel=1e-14)
+    assert any("counted twice" in note for note in changed.notes)
+
+
+def test_loads_of_the_rows_are_those_of_the_law() -> None:
+    for exponent in (1.5, 10.0 / 9.0):
+        law = Law.preloaded(4e8, 2e3, exponent)
+        deflection = np.linspace(0.0, 2.0, 9) * law.edges[-1]
+        loaded, other = row_loads(law.force(deflection), 2e3, exponent)
+        share = deflection / law.edges[-1]
+        assert loaded == pytest.approx(2e3 * (1 + share) ** exponent, rel=1e-9)
+        assert other == pytest.approx(2e3 * np.maximum(1 - share, 0) ** exponent, rel=1e-9, abs=1e-6)
+        assert loaded - other == pytest.approx(law.force(deflection), rel=1e-9, abs=1e-6)
+
+
+def test_rows_of_a_preloaded_carriage_carry_the_preload_at_rest() -> None:
+    """Heavier than the preload: the unloaded row opens; lighter: both rows carry, and differ by the load."""
+    for preload, opens in ((8e3, False), (500.0, True)):
+        classes = [{"name": "A", "stiffness": 4e8, "preload": preload}]
+        product = Product(**{**PRODUCT, "preload_classes": classes})
+        keys = {"preload_y": preload, "rolling": "ball"}
+        carriages = [one.model_copy(update=keys) for one in cart().carriages]
+        built = cart().model_copy(update={"products": [product], "carriages": carriages})
+        for one in life_of(simulate(built, moved(GENTLE, 200.0))).carriages:
+            assert one.rows is not None
+            largest, smallest = one.rows
+            assert largest > preload > smallest and (smallest == 0.0) == opens
+
+
+def test_carriages_side_by_side_share_the_contact_factor() -> None:
+    near = [
+        carriage(name, x=x, product="20") for name, x in (("a", 0.0), ("b", 0.105), ("c", 0.5), ("d", 0.605))
+    ]
+    found = arrangements(machine(*near, carriage("e", x=0.71), products=[Product(**PRODUCT)]))
+    assert [place.side_by_side for place in found] == [2, 2, 3, 3, 3]  # e, without product, is 105 mm from d
+    assert {place.on_rail for place in found} == {5}
+    assert found[0].contact_factor == 0.81 and found[2].contact_factor == 0.72
+
+
+def test_damage_lies_where_the_carriage_was() -> None:
+    """At constant damage per path from 0 to 1 m and three times as much from 1 to 2 m; the way back costs nothing."""
+    position = np.array([[0.0, 1.0, 2.0, 0.0]])
+    place = rail_damage("1", position, np.array([[1.0, 3.0, 0.0]]))
+    middle = 0.5 * (place.edges[1:] + place.edges[:-1])
+    assert place.density[middle < 0.99] == pytest.approx(1.0, rel=1e-9)
+    assert place.density[middle > 1.01] == pytest.approx(3.0, rel=1e-9)
+    assert place.worst_window() == pytest.approx((1.0, 2.0, 0.75), rel=1e-12)
+    assert place.worst_window(5.0) == pytest.approx((0.0, 2.0, 1.0), rel=1e-12)
+
+
+def test_limits_that_are_passed_are_told(result: Result) -> None:
+    def notes(move: Motion, **changes: Any) -> str:
+        products = [Product(**{**PRODUCT, **changes})]
+        return "\n".join(life_of(simulate(cart().model_copy(update={"products": products}), move)).notes)
+
+    far = moved(GENTLE)
+    assert notes(far) == ""
+    assert "the stroke of" in notes(far, carriage_length="5 m")
+    assert "speed reaches 1.6 m/s, but 20 allows 1.5 m/s" in notes(far, max_speed=1.5)
+    assert "acceleration reaches 2.2 m/s2, but 20 allows 2 m/s2" in notes(far, max_acceleration=2.0)
+    assert "P exceeds 0.5 C" in notes(far, dynamic={"value": "5 kN", "base": "50 km"})
+    assert "not compared with the maker's page: static" in notes(far, unverified=["static"])
+
+
+def test_what_is_missing_is_refused() -> None:
+    motion = moved(GENTLE)
+    with pytest.raises(LifeError, match="no carriage has a product"):
+        life_of(simulate(machine(carriage("1"), carriage("2", x=0.5), free=["y", "rz"]), motion))
+    with pytest.raises(LifeError, match="velocity of the cart is unknown"):
+        life_of(simulate(cart(), Motion.along_x(motion.time, motion.acceleration[:, 0])))
+    with pytest.raises(LifeError, match="does not move"):
+        life_of(simulate(cart(), Motion.along_x([0.0, 1.0], [0.0, 0.0], velocity=[0.0, 0.0])))
+    without = Product(**{**PRODUCT, "static_moments": {}})
+    loads = simulate(cart().model_copy(update={"products": [without]}), motion)
+    with pytest.raises(
+        LifeError, match=r"moment of up to .* which the rule sum counts, but 20 has no static_moments"
+    ):
+        life_of(loads)
+    assert life_of(loads, LifeConditions(rule="thk")).machine > 0.0
+
+
+def test_a_loaded_result_has_the_same_life_but_no_band(tmp_path: Any, life: Life, result: Result) -> None:
+    result.to_netcdf(tmp_path / "loads.nc")
+    again = life_of(Result.load(tmp_path / "loads.nc"))
+    assert again.table().equals(life.table())
+    assert again.band is None and life.band is None  # an exact motion has no uncertainty

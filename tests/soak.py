@@ -1,0 +1,79 @@
+"""Memory stays flat however long the program runs: `python tests/soak.py [--minutes 60]`.
+
+Repeats everything in one process: reading, smoothing, simulation with each method, peaks, report, result files, a study
+in memory and in a folder. Prints resident memory over time. Exit code 1 if its median in the last quarter of the time
+exceeds that in the second quarter by more than BOUND.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from guideload import Machine, Study, motion_from_trace, peak_loads, read_trace, run_study, simulate
+from guideload.cli.inputs import EXAMPLES
+from guideload.reports.run import result_report
+from guideload.simulation.result import Result
+
+BOUND = 4.0  # MB: a loop that keeps a history of its trace alive, 0.5 MB, passes this within seconds
+PAGE = os.sysconf("SC_PAGE_SIZE")
+
+
+def resident() -> float:
+    """Resident memory of this process [MB]."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * PAGE / 1e6
+
+
+def once(folder: Path, seed: int) -> None:
+    """Use every part of the program once."""
+    machine = Machine.from_toml(EXAMPLES / "manipulator.toml")
+    motion = motion_from_trace(read_trace(EXAMPLES / "manipulator.csv"), machine.drive)
+    for method in ("exact", "rk45", "implicit"):
+        simulate(machine, motion, method=method, rtol=1e-4)
+        peak_loads(machine, motion, method=method, rtol=1e-4)
+    result = simulate(machine, motion)
+    result_report(result)
+    for write, ending in (
+        (result.to_netcdf, ".nc"),
+        (result.to_parquet, ".parquet"),
+        (result.to_csv, ".csv"),
+    ):
+        write(folder / f"loads{ending}")
+        Result.load(folder / f"loads{ending}")
+    study = Study.from_toml(EXAMPLES / "study.toml", samples=200, seed=seed)
+    run_study(study, folder / f"study-{seed}").summary()
+    run_study(study)
+
+
+def main() -> None:
+    """Run, print, judge."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--minutes", type=float, default=60.0)
+    end = time.monotonic() + 60.0 * parser.parse_args().minutes
+    begun, said, rows = time.monotonic(), 0.0, []
+    with tempfile.TemporaryDirectory() as folder:
+        while time.monotonic() < end:
+            once(Path(folder), len(rows))
+            minutes = (time.monotonic() - begun) / 60.0
+            rows.append((minutes, resident()))
+            if minutes >= said:
+                print(f"{minutes:6.1f} min  {len(rows):6d} rounds  {rows[-1][1]:8.1f} MB", flush=True)
+                said += 0.5
+    time_, memory = np.array(rows).T
+    quarter = len(rows) // 4
+    growth = float(np.median(memory[-quarter:]) - np.median(memory[quarter : 2 * quarter]))
+    slope = float(np.polyfit(time_[quarter:], memory[quarter:], 1)[0])
+    print(f"{len(rows)} rounds; slope {60.0 * slope:.2f} MB/h; second to last quarter {growth:+.2f} MB")
+    sys.exit(f"memory grows by more than {BOUND} MB" if growth > BOUND else 0)
+
+
+if __name__ == "__main__":
+    main()
