@@ -1,6 +1,7 @@
 """The compiled core. Arrays are float64 and C-contiguous; quantities are in SI units."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,6 +93,16 @@ def draw_peaks(
     loads: (m, groups, 6) of the estimate. wanted: (m, groups), whether the peak can be at the instant. The result does
     not depend on the number of threads. Other arguments: as in `load_spread` and `draw_motion`.
     """
+
+class Cancellation:
+    """Ends calls of the core on other threads than the main one, which receive no signals."""
+
+    def __init__(self) -> None: ...
+    def set(self) -> None:
+        """From now on every call of the core within `run` ends with KeyboardInterrupt."""
+
+    def run(self, function: Callable[[Any], Any], argument: Any) -> Any:
+        """`function(argument)`."""
 
 class Law:
     """The elastic law of a link: force over deflection; immutable.

@@ -205,6 +205,47 @@ def test_a_pulse_after_rest_is_never_missed(method: str, stamps: str) -> None:
     assert np.all((extremes.time_of_largest[:, 1] > 4.99) & (extremes.time_of_largest[:, 1] < 5.1))
 
 
+# ---- the same numbers with and without histories
+
+MIXED: dict[str, Any] = {"preload_y": 1200.0, "rolling": "ball", "clearance_z": 3e-6}
+LAWS: dict[str, Callable[[], Machine]] = {
+    "linear": ref.cart,
+    "play": ref.cart_clear,
+    "preloaded": ref.preloaded,
+    "a preload far above the loads": lambda: ref.preloaded(1e9),
+    "rollers": lambda: ref.cart(preload_y=1200.0, preload_z=900.0, rolling="roller"),
+    "balls and rollers": lambda: _with_balls(ref.cart(preload_y=900.0, preload_z=900.0, rolling="roller")),
+    "preload and play": lambda: ref.cart(**MIXED),
+    "preload and play, damped in contact": lambda: ref.cart(**MIXED, damping_in_contact=True),
+}
+
+
+def _with_balls(machine: Machine) -> Machine:
+    """The machine with balls in its first carriage."""
+    first = machine.carriages[0].model_copy(update={"rolling": "ball"})
+    return machine.model_copy(update={"carriages": (first, *machine.carriages[1:])})
+
+
+@pytest.mark.parametrize("laws", LAWS)
+@pytest.mark.parametrize("method", ["auto", "exact", "rk45", "implicit"])
+@pytest.mark.parametrize("motion", ["noisy", "forces, jumps, uneven"])
+def test_peak_loads_are_those_of_simulate_to_the_last_bit(laws: str, method: str, motion: str) -> None:
+    machine, given = LAWS[laws](), motion_of(motion)
+    if method == "exact" and machine.scene.model_level == "smooth nonlinear":
+        return
+    for rtol in (1e-3, 1e-7):
+        data = simulate(machine, given, method, rtol=rtol).data
+        loads = np.concatenate((data["force"].values, data["moment"].values), axis=2)
+        found = peak_loads(machine, given, method, rtol=rtol)
+        for extremes, times, pick in (
+            (found.smallest, found.time_of_smallest, "min"),
+            (found.largest, found.time_of_largest, "max"),
+        ):
+            np.testing.assert_array_equal(extremes[:, :6], getattr(loads, pick)(axis=0))
+            np.testing.assert_array_equal(times[:, :6], given.time[getattr(loads, f"arg{pick}")(axis=0)])
+        np.testing.assert_allclose(found.largest[:, 6], data["resultant"].values.max(axis=0), rtol=1e-15)
+
+
 # ---- the choice, refusals
 
 

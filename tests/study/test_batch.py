@@ -94,6 +94,18 @@ def test_rows_are_those_of_single_scenes(clearance: float) -> None:
                 np.testing.assert_allclose(got, want, rtol=1e-11, atol=1e-9)
 
 
+def test_samples_without_a_rest_position_are_counted() -> None:
+    """Carriages that bear a load downwards only: the body tips where its centre of mass lies beyond a rail."""
+    beside = np.array([[0.0], [0.3], [0.36], [1.4]])  # m, of the rails at 0.35 m
+    changes = [(("center_of_mass", 2, 0), 0.0, [(0, 1.0)])]
+    table, failures = batch(Law.sided(0.0, 6e7, 0.0), changes, free=["y", "rx", "rz"]).run(beside, 2)
+    assert np.isfinite(table[:2]).all() and np.isnan(table[2:]).all()
+    assert [index for index, _ in failures] == [2, 3]
+    assert all(
+        "no static equilibrium" in message and "rotation about x" in message for _, message in failures
+    )
+
+
 def test_the_interpreter_is_free_meanwhile_and_one_batch_serves_all_threads() -> None:
     values = np.random.default_rng(2).uniform(0.8, 1.2, (200, 3)) * [1250.0, 1.0, 1.0]
     shared = batch(Law.sided(6e7, 6e7, 5e-6), stiffness_of_carriages())

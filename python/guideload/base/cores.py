@@ -1,8 +1,16 @@
-"""The number of processor cores."""
+"""The number of processor cores, and threads that Ctrl-C ends."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import Any
+
+from guideload._core import Cancellation
+
+Submit = Callable[[Callable[[Any], Any], Any], "Future[Any]"]
 
 
 def cores() -> int:
@@ -10,3 +18,20 @@ def cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+@contextmanager
+def threads(count: int) -> Iterator[Submit]:
+    """Yield `submit(function, argument)`, which runs a function on one of `count` threads.
+
+    Only the main thread receives Ctrl-C. If the block ends with an error, what waits is cancelled, and calls of the
+    core on the threads end at once, so that leaving the block does not take long.
+    """
+    cancellation = Cancellation()
+    with ThreadPoolExecutor(count) as pool:
+        try:
+            yield lambda function, argument: pool.submit(cancellation.run, function, argument)
+        except BaseException:
+            cancellation.set()
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise

@@ -1,6 +1,7 @@
 """Exit codes of the command line.
 
-0 success, 1 the computation failed, 2 the input was refused, 3 all numbers are written but a picture is missing.
+0 success, 1 the computation failed, 2 the input was refused, 3 all numbers are written but a picture is missing,
+130 Ctrl-C, 143 and 129 SIGTERM and SIGHUP.
 """
 
 from __future__ import annotations
@@ -13,12 +14,22 @@ import click
 from guideload.base.errors import PictureError
 
 PICTURE_MISSING = 3
+INTERRUPTED = 130
 
 
 class InputError(click.ClickException):
     """The input was refused."""
 
     exit_code = 2
+
+
+class CommandInterrupted(click.ClickException):
+    """Ctrl-C ended the command."""
+
+    exit_code = INTERRUPTED
+
+    def __init__(self) -> None:
+        super().__init__("interrupted; nothing was written")
 
 
 def picture_failure(draw: Callable[[], object]) -> PictureError | None:

@@ -25,7 +25,7 @@ from guideload.base.visible_text import visible
 from guideload.cli.catalogue import catalogue
 from guideload.cli.compare import compare
 from guideload.cli.encoder import encoder
-from guideload.cli.exit_codes import InputError
+from guideload.cli.exit_codes import CommandInterrupted, InputError
 from guideload.cli.life import life
 from guideload.cli.machine import check, init, modes
 from guideload.cli.method_comparison import chart, stability
@@ -52,6 +52,10 @@ class Commands(click.Group):
             # click declares the message final, and shows it as it is
             object.__setattr__(error, "message", visible(error.message))
             raise
+        except KeyboardInterrupt:
+            raise CommandInterrupted from None
+        except MemoryError as error:
+            raise click.ClickException(f"not enough memory: {error}") from error
         except BrokenPipeError:  # the reader, such as `head`, closed the pipe: click exits without a message
             raise
         except (GuideloadError, OSError) as error:

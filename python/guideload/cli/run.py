@@ -140,18 +140,17 @@ def _write(
 
     output: the folder for messages.
     """
-    from concurrent.futures import ThreadPoolExecutor
-
+    from guideload.base.cores import threads
     from guideload.reports.run import result_report
 
     failure = None
     with write_errors(output):
         folder.mkdir(exist_ok=True)
-        with status("writing the loads"), ThreadPoolExecutor(1) as pool:
+        with status("writing the loads"), threads(1) as submit:
             _ = result.quantities  # computed once, for both threads
-            report = pool.submit(result_report, result)  # computes the audit while the file is written
+            report = submit(result_report, result)  # computes the audit while the file is written
             getattr(result, f"to_{file_format}")(folder / FORMATS[file_format])
-            text = report.result()
+            text: str = report.result()
             (folder / "report.txt").write_text(text, encoding="utf-8")
         if pictures:
             with status("drawing the pictures"):

@@ -13,7 +13,7 @@ import click
 
 from guideload.base.visible_text import visible
 from guideload.cli import outputs
-from guideload.cli.exit_codes import InputError, exit_if, picture_failure
+from guideload.cli.exit_codes import INTERRUPTED, InputError, exit_if, picture_failure
 from guideload.cli.options import InputFile, folder_option, no_pictures_option
 from guideload.cli.terminal import output_encoding, print_text, status
 
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from guideload.study.description.study import Study
     from guideload.study.execution import Progress
     from guideload.study.results.result import StudyResult
-
-INTERRUPTED = 130  # exit code after Ctrl-C
 
 
 @click.command()

@@ -108,6 +108,8 @@ class Stability:
         value = self.eigenvalues[index]
         pencil = value**2 * mass + value * damping + stiffness
         pencil = basis.T @ pencil[np.ix_(free, free)] @ basis
+        if not np.isfinite(pencil).all():  # the square of an eigenvalue beyond 1e154 overflows
+            return []
         null_vector = np.linalg.svd(pencil)[2][-1].conj()
         shape = null_vector @ shapes
         largest = shape[np.abs(shape).argmax()]

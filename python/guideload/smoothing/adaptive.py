@@ -6,7 +6,6 @@ that the process noise has a heavy tail (Student's t): dwells get a low density 
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
-from guideload.base.cores import cores
+from guideload.base.cores import cores, threads
 from guideload.motion.uncertainty import Segments
 from guideload.smoothing.stationary import (
     Adaptation,
@@ -116,8 +115,12 @@ def adapted_in_pieces(
     count = samples.value.size
     edges = np.linspace(0, count, max(1, count // PIECE) + 1).astype(int)
     slices = [slice(int(first), int(last)) for first, last in pairwise(edges)]
-    with ThreadPoolExecutor(cores()) as pool:
-        pieces = list(pool.map(lambda part: adapted(samples.part(part), stationary, order, weight), slices))
+
+    def piece_of(part: slice) -> AdaptedModel:
+        return adapted(samples.part(part), stationary, order, weight)
+
+    with threads(cores()) as submit:
+        pieces = [future.result() for future in [submit(piece_of, part) for part in slices]]
     numbers, last = [], -1
     for piece in pieces:
         # The interval between two pieces belongs to the last segment of the first one.

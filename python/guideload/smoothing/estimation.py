@@ -19,14 +19,13 @@ estimate therefore contains only the process noise that the samples show (`Adapt
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from guideload.base.arrays import Array, runs_of
-from guideload.base.cores import cores
+from guideload.base.cores import cores, threads
 from guideload.base.errors import TraceError
 from guideload.motion.uncertainty import Uncertainty
 from guideload.smoothing.adaptive import COLOUR, AdaptedModel, adapted, adapted_in_pieces
@@ -134,8 +133,8 @@ def _selected(samples: ScaledSamples, kind: Kind) -> tuple[int, AdaptedModel]:
         score = predictive + ADAPTED_WEIGHT * max(predictive, after) - HANDICAP[order]
         return score if sound else -np.inf, fit, models
 
-    with ThreadPoolExecutor(cores()) as pool:
-        trials = list(pool.map(trial, ORDERS))
+    with threads(cores()) as submit:
+        trials = [future.result() for future in [submit(trial, order) for order in ORDERS]]
     best = int(np.argmax([score for score, _, _ in trials]))
     order, (score, fit, models) = ORDERS[best], trials[best]
     if score == -np.inf:

@@ -12,7 +12,10 @@ from guideload.simulation.run import AXES
 from guideload.simulation.simulation import simulate
 from guideload.study.description.plan import Plan
 
-TOGETHER = 16  # samples between checks for Ctrl-C
+TOGETHER = 16  # samples whose loads are computed at a time
+COPIES = (
+    4  # of the loads: themselves, with resultants, the file made in memory, and what HDF5 needs to write it
+)
 
 
 def histories(plan: Plan) -> xr.Dataset:
@@ -22,14 +25,13 @@ def histories(plan: Plan) -> xr.Dataset:
     carriage) are those of the nominal machine, if it has a solution.
     """
     samples, metadata = list(plan.histories), plan.metadata
+    loads, reasons = _room(len(samples), plan.motion.time.size, len(metadata.carriages)), [""] * len(samples)
     values = np.concatenate([plan.values(i, i + 1) for i in samples])
-    loads, reasons = [], [""] * len(samples)
     for start in range(0, len(samples), TOGETHER):
-        some, failed = plan.batch().histories(values[start : start + TOGETHER])
-        loads.append(some)
+        loads[start : start + TOGETHER], failed = plan.batch().histories(values[start : start + TOGETHER])
         for i, reason in failed:
             reasons[start + i] = reason
-    variables = _loads(("sample",), np.concatenate(loads), "", "load of the carriage")
+    variables = _loads(("sample",), loads, "", "load of the carriage")
     try:
         nominal = simulate(metadata.machine, plan.motion, metadata.method, rtol=metadata.rtol).carriage_loads
         variables |= _loads((), nominal, "nominal_", "load of the carriage, nominal machine")
@@ -47,6 +49,19 @@ def histories(plan: Plan) -> xr.Dataset:
         "factor": [factor.name for factor in plan.factors],
     }
     return xr.Dataset(variables, coords=coords, attrs={"fingerprint": metadata.fingerprint})
+
+
+def _room(samples: int, times: int, carriages: int) -> Array:
+    """Room for the loads. MemoryError, before the first sample runs, if the file made of them would not fit either."""
+    shape = samples, times, carriages, 6
+    try:
+        np.empty((COPIES, *shape), dtype=np.float64)  # virtual memory only, and given back at once
+        return np.empty(shape)
+    except (MemoryError, ValueError):  # ValueError: more bytes than an address has
+        size = 8e-9 * COPIES * float(np.prod(shape, dtype=np.float64))
+        raise MemoryError(
+            f"the histories of {samples} samples need {size:.3g} GB; request fewer, or run each with `simulate`"
+        ) from None
 
 
 def _loads(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> dict[str, Quantity]:

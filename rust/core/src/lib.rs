@@ -76,6 +76,8 @@ pub use model::{
     Body, Dof, Free, Law, LawParameter, Link, MAX_CURVE_POINTS, Scene, carriage_ends, carriage_links,
 };
 pub use numeric::tensor;
+#[cfg(feature = "std")]
+pub use numeric::watch::Watch;
 
 // Solve: the system, its modes, and a run.
 #[cfg(feature = "std")]
@@ -91,12 +93,17 @@ pub use output::{
     link_load, position, reaction, velocity,
 };
 
+#[cfg(feature = "std")]
+pub use output::Watched;
+
 // Judge: the equivalent load of a carriage over its travel.
 pub use life::{EquivalentLoad, Integrals, Interval, Preload};
 
 // Errors.
 #[cfg(feature = "std")]
 pub use batch::{BatchError, SampleError};
+#[cfg(feature = "std")]
+pub use error::Stopped;
 pub use error::{ExcitationError, OtherMethod, RunError, SceneError};
 
 /// The Rust of the README, run as a test.

@@ -2,15 +2,15 @@
 
 use guideload::bands::{self, Deviation, NominalLoads, StandardDeviations};
 use guideload::smoother::{self, Posterior, PosteriorInput, ProcessNoise};
-use guideload::{Part, Wrench};
+use guideload::{Part, Stopped, Watch, Wrench};
 use numpy::{
-    IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
-    PyUntypedArrayMethods,
+    PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{Array1, Array2, not_contiguous, rows, slice};
+use crate::convert::{Array1, Array2, CoreError, numbers, rows, zeros};
+use crate::interrupt::compute;
 use crate::links::group_loads;
 use crate::scene::PyScene;
 
@@ -25,31 +25,33 @@ type Chain<'py> = (
     PyReadonlyArray1<'py, f64>,
 );
 
-/// The checked arrays of a chain.
-struct Checked<'a> {
+/// Checked copies of the arrays of a chain.
+struct Checked {
     order: usize,
-    given: PosteriorInput<'a>,
+    step: Vec<f64>,
+    variance: Vec<f64>,
+    covariance: Vec<f64>,
+    segment: Vec<u32>,
+    density: Vec<f64>,
 }
 
-impl<'a> Checked<'a> {
-    fn new(
-        (step, variance, covariance, segment, density): &'a Chain<'_>,
-        derivative: usize,
-    ) -> PyResult<Self> {
+impl Checked {
+    fn new((step, variance, covariance, segment, density): &Chain<'_>, derivative: usize) -> PyResult<Self> {
         let order = covariance.shape()[0];
-        let noise = ProcessNoise { segment: slice(segment, "segment")?, density: slice(density, "density")? };
-        let given = PosteriorInput {
-            step: slice(step, "step")?,
-            variance: slice(variance, "variance")?,
-            covariance: covariance.as_slice().map_err(|_| not_contiguous("covariance"))?,
-            noise,
+        let given = Self {
+            order,
+            step: numbers(step, "step")?,
+            variance: numbers(variance, "variance")?,
+            covariance: numbers(covariance, "covariance")?,
+            segment: numbers(segment, "segment")?,
+            density: numbers(density, "density")?,
         };
-        let intervals = [given.step.len(), given.noise.segment.len()];
+        let intervals = [given.step.len(), given.segment.len()];
         let fits = intervals.iter().all(|length| length + 1 == given.variance.len());
-        let segments = given.noise.density.len();
+        let segments = given.density.len();
         if !fits
             || covariance.shape()[1] != order
-            || given.noise.segment.iter().any(|&segment| segment as usize >= segments)
+            || given.segment.iter().any(|&segment| segment as usize >= segments)
         {
             return Err(PyValueError::new_err(
                 "step, variance, covariance, segment, density: lengths do not agree",
@@ -63,17 +65,24 @@ impl<'a> Checked<'a> {
                 "derivative: expected one below {order}, got {derivative}"
             )));
         }
-        for (name, values) in [("step", given.step), ("variance", given.variance)] {
+        for (name, values) in [("step", &given.step), ("variance", &given.variance)] {
             if let Some(at) = values.iter().position(|&x| x.is_nan() || x <= 0.0) {
                 return Err(PyValueError::new_err(format!("{name}[{at}]: expected > 0, got {}", values[at])));
             }
         }
-        Ok(Self { order, given })
+        Ok(given)
     }
 
-    fn chain(&self) -> Posterior<'a> {
-        match Posterior::new(self.order, self.given) {
-            Some(chain) => chain,
+    fn chain<'a>(&'a self, watch: Watch<'a>) -> Result<Posterior<'a>, Stopped> {
+        let given = PosteriorInput {
+            step: &self.step,
+            variance: &self.variance,
+            covariance: &self.covariance,
+            noise: ProcessNoise { segment: &self.segment, density: &self.density },
+            watch,
+        };
+        match Posterior::new(self.order, given)? {
+            Some(chain) => Ok(chain),
             None => unreachable!("the order has been checked"),
         }
     }
@@ -89,32 +98,33 @@ pub fn draw_motion<'py>(
     seed: u64,
 ) -> PyResult<Array2<'py>> {
     let checked = Checked::new(&chain, derivative)?;
-    let width = checked.given.variance.len();
-    let drawn = py.detach(|| {
-        let mut out = vec![0.0; count * width];
-        smoother::draw(&checked.chain(), derivative, seed, &mut out);
-        out
-    });
-    drawn.into_pyarray(py).reshape([count, width])
+    let drawn = zeros(py, &[count, checked.variance.len()])?;
+    {
+        let mut out = drawn.readwrite();
+        let out = out.as_slice_mut()?;
+        compute(py, |watch| smoother::draw(&checked.chain(watch)?, derivative, seed, out))?
+            .map_err(CoreError::from)?;
+    }
+    Ok(drawn)
 }
 
 /// Nominal loads, and their groups of links.
 struct Loads<'a> {
-    instants: &'a [f64],
-    loads: &'a [f64],
+    instants: Vec<f64>,
+    loads: Vec<f64>,
     groups: Vec<Wrench<'a>>,
 }
 
 impl<'a> Loads<'a> {
     fn new(
         scene: &'a PyScene,
-        instants: &'a PyReadonlyArray1<'_, f64>,
-        loads: &'a PyReadonlyArray3<'_, f64>,
+        instants: &PyReadonlyArray1<'_, f64>,
+        loads: &PyReadonlyArray3<'_, f64>,
         groups: &[PyReadonlyArray1<'_, i64>],
         centers: &PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Self> {
-        let groups = group_loads(&scene.0, groups, rows::<3>(centers, "centers")?, Part::Total)?;
-        let instants = slice(instants, "instants")?;
+        let groups = group_loads(&scene.0, groups, &rows::<3>(centers, "centers")?, Part::Total)?;
+        let instants = numbers(instants, "instants")?;
         if loads.shape() != [instants.len(), groups.len(), 6] || !loads.is_c_contiguous() {
             return Err(PyValueError::new_err(format!(
                 "loads: expected shape ({}, {}, 6), C-contiguous, got {:?}",
@@ -123,26 +133,20 @@ impl<'a> Loads<'a> {
                 loads.shape()
             )));
         }
-        let loads = loads.as_slice().map_err(|_| not_contiguous("loads"))?;
-        Ok(Self { instants, loads, groups })
+        Ok(Self { instants, loads: numbers(loads, "loads")?, groups })
     }
 }
 
 /// One number for each sample.
-fn per_sample<'a>(
-    array: &'a PyReadonlyArray1<'_, f64>,
-    name: &str,
-    checked: &Checked,
-) -> PyResult<&'a [f64]> {
-    let numbers = slice(array, name)?;
-    let expected = checked.given.variance.len();
-    if numbers.len() != expected {
+fn per_sample(array: &PyReadonlyArray1<'_, f64>, name: &str, checked: &Checked) -> PyResult<Vec<f64>> {
+    let expected = checked.variance.len();
+    if array.len() != expected {
         return Err(PyValueError::new_err(format!(
             "{name}: expected {expected} numbers, got {}",
-            numbers.len()
+            array.len()
         )));
     }
-    Ok(numbers)
+    numbers(array, name)
 }
 
 fn not_linear() -> PyErr {
@@ -169,26 +173,28 @@ pub fn load_spread<'py>(
     let Loads { instants, loads, groups } = Loads::new(&scene, &instants, &loads, &groups, &centers)?;
     let system = &scene.0;
     let (count, links) = (instants.len(), system.links().len());
-    let (mut acceleration, mut of_groups) = (vec![0.0; count], vec![0.0; loads.len()]);
-    let (mut sizes, mut of_links) = (vec![0.0; loads.len() / 3], vec![0.0; count * links]);
-    py.detach(|| {
-        let chain = checked.chain();
-        let deviation = Deviation { posterior: &chain, time, derivative, unit };
+    let width = groups.len();
+    let acceleration = zeros(py, &[count])?;
+    let (of_groups, sizes) = (zeros(py, &[count, width, 6])?, zeros(py, &[count, width, 2])?);
+    let of_links = zeros(py, &[count, links])?;
+    {
+        let (mut a, mut g) = (acceleration.readwrite(), of_groups.readwrite());
+        let (mut s, mut l) = (sizes.readwrite(), of_links.readwrite());
         let mut out = StandardDeviations {
-            acceleration: &mut acceleration,
-            groups: &mut of_groups,
-            sizes: &mut sizes,
-            links: &mut of_links,
+            acceleration: a.as_slice_mut()?,
+            groups: g.as_slice_mut()?,
+            sizes: s.as_slice_mut()?,
+            links: l.as_slice_mut()?,
         };
-        bands::standard_deviations(system, deviation, instants, &groups, loads, &mut out)
-    })
-    .ok_or_else(not_linear)?;
-    Ok((
-        acceleration.into_pyarray(py),
-        of_groups.into_pyarray(py).reshape([count, groups.len(), 6])?,
-        sizes.into_pyarray(py).reshape([count, groups.len(), 2])?,
-        of_links.into_pyarray(py).reshape([count, links])?,
-    ))
+        compute(py, |watch| {
+            let chain = checked.chain(watch)?;
+            let deviation = Deviation { posterior: &chain, time: &time, derivative, unit: &unit };
+            bands::standard_deviations(system, deviation, &instants, &groups, &loads, &mut out)
+        })?
+        .map_err(CoreError::from)?
+        .ok_or_else(not_linear)?;
+    }
+    Ok((acceleration, of_groups, sizes, of_links))
 }
 
 /// Random largest y-z resultants, (groups, count).
@@ -216,15 +222,20 @@ pub fn draw_peaks<'py>(
     if wanted.shape() != [instants.len(), groups.len()] || !wanted.is_c_contiguous() {
         return Err(PyValueError::new_err("wanted: expected shape (instants, groups), C-contiguous"));
     }
-    let wanted = wanted.as_slice().map_err(|_| not_contiguous("wanted"))?;
+    let wanted = numbers(&wanted, "wanted")?;
     let system = &scene.0;
-    let mut out = vec![0.0; count * groups.len()];
-    py.detach(|| {
-        let chain = checked.chain();
-        let deviation = Deviation { posterior: &chain, time, derivative, unit };
-        let nominal = NominalLoads { instants, loads, wanted };
-        bands::draw_peaks(system, deviation, nominal, &groups, seed, threads, &mut out)
-    })
-    .ok_or_else(not_linear)?;
-    out.into_pyarray(py).reshape([groups.len(), count])
+    let peaks = zeros(py, &[groups.len(), count])?;
+    {
+        let mut out = peaks.readwrite();
+        let out = out.as_slice_mut()?;
+        compute(py, |watch| {
+            let chain = checked.chain(watch)?;
+            let deviation = Deviation { posterior: &chain, time: &time, derivative, unit: &unit };
+            let nominal = NominalLoads { instants: &instants, loads: &loads, wanted: &wanted };
+            bands::draw_peaks(system, deviation, nominal, &groups, seed, threads, out)
+        })?
+        .map_err(CoreError::from)?
+        .ok_or_else(not_linear)?;
+    }
+    Ok(peaks)
 }

@@ -2,14 +2,13 @@
 
 use guideload::LawParameter;
 use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Solver, Target, Width};
-use guideload::{BatchError, Free, Link, SampleError};
-use numpy::{
-    IntoPyArray, PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
-};
+use guideload::{BatchError, Free, Link, SampleError, Watch};
+use numpy::{PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array2, CoreError, Samples, matrix3, rows, slice};
+use crate::convert::{self, Array2, CoreError, Samples, matrix3, numbers, rows, zeros};
+use crate::interrupt::compute;
 use crate::law::PyLaw;
 use crate::life::{Rule, equivalent_load};
 use crate::links::{group_links, links};
@@ -25,9 +24,7 @@ pub struct PyBatch {
     free: Free,
     links: Vec<Link>,
     groups: Vec<Group>,
-    time: Vec<f64>,
-    acceleration: Vec<[f64; 3]>,
-    wrench: Option<Vec<[f64; 6]>>,
+    samples: Samples,
     speed: Option<Vec<f64>>,
     exponent: f64,
     changes: Vec<Change>,
@@ -81,7 +78,7 @@ impl PyBatch {
         rules: Option<Vec<(Rule<'_>, Rule<'_>)>>,
     ) -> PyResult<Self> {
         let links = links(&points, &directions, &laws, &damping, &damping_in_contact)?;
-        let mut groups: Vec<Group> = group_links(links.len(), &groups, rows::<3>(&centers, "centers")?)?
+        let mut groups: Vec<Group> = group_links(links.len(), &groups, &rows::<3>(&centers, "centers")?)?
             .into_iter()
             .map(|(links, center)| Group::new(links, center.into()))
             .collect();
@@ -93,7 +90,6 @@ impl PyBatch {
         for (group, (mean, peak)) in groups.iter_mut().zip(&rules) {
             (group.mean_rule, group.peak_rule) = (equivalent_load(mean)?, equivalent_load(peak)?);
         }
-        let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let batch = Self {
             mass,
             center_of_mass,
@@ -103,17 +99,15 @@ impl PyBatch {
             free: convert::free(&free)?,
             links,
             groups,
-            time: slice(&time, "time")?.to_vec(),
-            acceleration: samples.acceleration.to_vec(),
-            wrench: samples.wrench.map(<[_]>::to_vec),
-            speed: speed.map(|speed| slice(&speed, "speed").map(<[_]>::to_vec)).transpose()?,
+            samples: Samples::new(&time, &acceleration, wrench.as_ref())?,
+            speed: speed.map(|speed| numbers(&speed, "speed")).transpose()?,
             exponent,
             changes: changes.into_iter().map(change).collect::<PyResult<_>>()?,
             measures: measures.iter().map(measure).collect::<PyResult<_>>()?,
             solver: solver(method)?,
             rtol,
         };
-        py.detach(|| batch.with_batch(|_| Ok(())))?;
+        compute(py, |watch| batch.with_batch(watch, |_| Ok(())))??;
         Ok(batch)
     }
 
@@ -130,14 +124,15 @@ impl PyBatch {
         let width = Width::from_name(width).ok_or_else(|| {
             PyValueError::new_err(format!("width: expected widest, four or one, got {width:?}"))
         })?;
-        let columns = self.measures.len();
-        let (out, failures) = py.detach(|| {
-            let mut out = vec![0.0; count * columns];
-            let failures =
-                self.with_batch(|batch| batch.with_width(width).run(count, values, threads, &mut out))?;
-            Ok::<_, CoreError>((out, failures))
-        })?;
-        Ok((out.into_pyarray(py).reshape([count, columns])?, messages(failures)))
+        let out = zeros(py, &[count, self.measures.len()])?;
+        let failures = {
+            let mut rows = out.readwrite();
+            let rows = rows.as_slice_mut()?;
+            compute(py, |watch| {
+                self.with_batch(watch, |batch| batch.with_width(width).run(count, &values, threads, rows))
+            })??
+        };
+        Ok((out, messages(failures)))
     }
 
     /// Loads of the groups of samples (n, time, groups, 6), and the samples without a result.
@@ -147,19 +142,23 @@ impl PyBatch {
         values: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<(Bound<'py, PyArray4<f64>>, Failures)> {
         let (count, values) = table(&values)?;
-        let shape = [count, self.time.len(), self.groups.len(), 6];
-        let (out, failures) = py.detach(|| {
-            let mut out = vec![0.0; shape.iter().product()];
-            let failures = self.with_batch(|batch| batch.histories(count, values, &mut out))?;
-            Ok::<_, CoreError>((out, failures))
-        })?;
-        Ok((out.into_pyarray(py).reshape(shape)?, messages(failures)))
+        let out = zeros(py, &[count, self.samples.acceleration.len(), self.groups.len(), 6])?;
+        let failures = {
+            let mut rows = out.readwrite();
+            let rows = rows.as_slice_mut()?;
+            compute(py, |watch| self.with_batch(watch, |batch| batch.histories(count, &values, rows)))??
+        };
+        Ok((out, messages(failures)))
     }
 }
 
 impl PyBatch {
     /// Calls `then` with the batch.
-    fn with_batch<T>(&self, then: impl FnOnce(Batch) -> Result<T, BatchError>) -> Result<T, CoreError> {
+    fn with_batch<T>(
+        &self,
+        watch: Watch,
+        then: impl FnOnce(Batch) -> Result<T, BatchError>,
+    ) -> Result<T, CoreError> {
         let base = Base {
             mass: self.mass,
             center_of_mass: self.center_of_mass.into(),
@@ -170,10 +169,13 @@ impl PyBatch {
             free: self.free,
             groups: &self.groups,
         };
-        let excitation = guideload::Excitation::new(&self.time, &self.acceleration, self.wrench.as_deref())?;
-        let motion = Motion { excitation, speed: self.speed.as_deref(), exponent: self.exponent };
+        let motion = Motion {
+            excitation: self.samples.excitation()?,
+            speed: self.speed.as_deref(),
+            exponent: self.exponent,
+        };
         let batch = Batch::new(base, motion, &self.changes, &self.measures, self.solver, self.rtol)?;
-        Ok(then(batch)?)
+        Ok(then(batch.with_watch(watch))?)
     }
 }
 
@@ -182,11 +184,8 @@ fn messages(failures: Vec<(usize, SampleError)>) -> Failures {
 }
 
 /// The number of rows, and all of them.
-fn table<'a>(values: &'a PyReadonlyArray2<'_, f64>) -> PyResult<(usize, &'a [f64])> {
-    if !values.is_c_contiguous() {
-        return Err(convert::not_contiguous("values"));
-    }
-    Ok((values.shape()[0], values.as_slice().map_err(|_| convert::not_contiguous("values"))?))
+fn table(values: &PyReadonlyArray2<'_, f64>) -> PyResult<(usize, Vec<f64>)> {
+    Ok((values.shape()[0], numbers(values, "values")?))
 }
 
 fn change(((name, index, place), constant, terms): ChangeArguments) -> PyResult<Change> {

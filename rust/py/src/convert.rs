@@ -1,12 +1,16 @@
 //! Conversion of NumPy arrays, names and errors.
 
 use guideload::{
-    BatchError, Control, Dof, Excitation, ExcitationError, Free, Output, Part, RunError, SceneError,
+    BatchError, Control, Dof, Excitation, ExcitationError, Free, Output, Part, RunError, SceneError, Stopped,
 };
 use nalgebra::{Matrix3, Vector3};
-use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
-use pyo3::exceptions::PyValueError;
+use numpy::{
+    Element, PyArray, PyArray1, PyArray2, PyReadonlyArray, PyReadonlyArray1, PyReadonlyArray2,
+    PyUntypedArrayMethods,
+};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
 /// The exception tree is `guideload.base.errors`.
 mod errors {
@@ -28,6 +32,13 @@ pub enum CoreError {
     Excitation(ExcitationError),
     Run(RunError),
     Batch(BatchError),
+    Stopped(Stopped),
+}
+
+impl From<Stopped> for CoreError {
+    fn from(stopped: Stopped) -> Self {
+        Self::Stopped(stopped)
+    }
 }
 
 impl From<SceneError> for CoreError {
@@ -53,6 +64,7 @@ impl From<BatchError> for CoreError {
         match error {
             BatchError::Scene(error) => Self::Scene(error),
             BatchError::Run(error) => Self::Run(error),
+            BatchError::Stopped(stopped) => Self::Stopped(stopped),
             error => Self::Batch(error),
         }
     }
@@ -70,57 +82,95 @@ impl From<CoreError> for PyErr {
                 | RunError::OutputTime { .. }
                 | RunError::NotExact { .. }),
             ) => errors::ArgumentError::new_err(error.to_string()),
+            CoreError::Run(RunError::Interrupted { .. }) | CoreError::Stopped(Stopped::Interrupted) => {
+                PyKeyboardInterrupt::new_err(())
+            }
+            CoreError::Run(error @ RunError::Memory { .. }) => PyMemoryError::new_err(error.to_string()),
+            CoreError::Stopped(stopped) => PyMemoryError::new_err(stopped.to_string()),
             CoreError::Run(error) => errors::RunError::new_err(error.to_string()),
             CoreError::Batch(error) => errors::ArgumentError::new_err(error.to_string()),
         }
     }
 }
 
-/// `array` as rows of `N` numbers; `name` appears in the error.
-pub fn rows<'a, const N: usize>(
-    array: &'a PyReadonlyArray2<'_, f64>,
+/// A copy of `array`, because other threads of Python may write to it while the interpreter is released; `name` appears in the error.
+pub fn numbers<T: Element + Copy, D: numpy::ndarray::Dimension>(
+    array: &PyReadonlyArray<'_, T, D>,
     name: &str,
-) -> PyResult<&'a [[f64; N]]> {
+) -> PyResult<Vec<T>> {
+    // `as_slice` alone would accept arrays in column order and take their columns for rows.
+    if !array.is_c_contiguous() {
+        return Err(not_contiguous(name));
+    }
+    let numbers = array.as_slice().map_err(|_| not_contiguous(name))?;
+    let mut copy = room(numbers.len())?;
+    copy.extend_from_slice(numbers);
+    Ok(copy)
+}
+
+/// A copy of `array` as rows of `N` numbers; `name` appears in the error.
+pub fn rows<const N: usize>(array: &PyReadonlyArray2<'_, f64>, name: &str) -> PyResult<Vec<[f64; N]>> {
     let shape = array.shape();
     if shape[1] != N {
         let message = format!("{name}: expected shape (n, {N}), got ({}, {})", shape[0], shape[1]);
         return Err(PyValueError::new_err(message));
     }
-    // `as_slice` alone would accept arrays in column order and take their columns for rows.
     if !array.is_c_contiguous() {
         return Err(not_contiguous(name));
     }
     let flat = array.as_slice().map_err(|_| not_contiguous(name))?;
-    Ok(flat.as_chunks::<N>().0)
+    let mut copy = room(shape[0])?;
+    copy.extend_from_slice(flat.as_chunks::<N>().0);
+    Ok(copy)
 }
 
-/// `array` as a slice; `name` appears in the error.
-pub fn slice<'a, T: numpy::Element>(array: &'a PyReadonlyArray1<'_, T>, name: &str) -> PyResult<&'a [T]> {
-    array.as_slice().map_err(|_| not_contiguous(name))
+/// An empty vector with room for `count` entries.
+pub fn room<T>(count: usize) -> PyResult<Vec<T>> {
+    let mut all = Vec::new();
+    match all.try_reserve_exact(count) {
+        Ok(()) => Ok(all),
+        Err(_) => {
+            Err(CoreError::from(Stopped::Memory { bytes: count.saturating_mul(size_of::<T>()) }).into())
+        }
+    }
 }
 
-/// The samples of an excitation, borrowed from Python.
-pub struct Samples<'a> {
-    time: &'a [f64],
-    pub acceleration: &'a [[f64; 3]],
-    pub wrench: Option<&'a [[f64; 6]]>,
+/// A new array of zeros, or MemoryError. It is made by NumPy, which says how much memory is missing.
+pub fn zeros<'py, D: numpy::ndarray::Dimension>(
+    py: Python<'py>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArray<f64, D>>> {
+    let made = py.import("numpy")?.call_method1("zeros", (PyTuple::new(py, shape)?,));
+    let array = made.map_err(|error| {
+        // The bytes of the array do not fit into 64 bits.
+        let too_large = error.is_instance_of::<PyValueError>(py);
+        if too_large { PyMemoryError::new_err(error.value(py).to_string()) } else { error }
+    })?;
+    Ok(array.cast_into()?)
 }
 
-impl<'a> Samples<'a> {
+/// The samples of an excitation.
+pub struct Samples {
+    time: Vec<f64>,
+    pub acceleration: Vec<[f64; 3]>,
+    pub wrench: Option<Vec<[f64; 6]>>,
+}
+
+impl Samples {
     pub fn new(
-        time: &'a PyReadonlyArray1<'_, f64>,
-        acceleration: &'a PyReadonlyArray2<'_, f64>,
-        wrench: Option<&'a PyReadonlyArray2<'_, f64>>,
+        time: &PyReadonlyArray1<'_, f64>,
+        acceleration: &PyReadonlyArray2<'_, f64>,
+        wrench: Option<&PyReadonlyArray2<'_, f64>>,
     ) -> PyResult<Self> {
         Ok(Self {
-            time: slice(time, "time")?,
+            time: numbers(time, "time")?,
             acceleration: rows(acceleration, "acceleration")?,
             wrench: wrench.map(|wrench| rows(wrench, "wrench")).transpose()?,
         })
     }
 
-    pub fn excitation(&self) -> Result<Excitation<'a>, CoreError> {
-        Ok(Excitation::new(self.time, self.acceleration, self.wrench)?)
+    pub fn excitation(&self) -> Result<Excitation<'_>, CoreError> {
+        Ok(Excitation::new(&self.time, &self.acceleration, self.wrench.as_deref())?)
     }
 }
 

@@ -1,10 +1,10 @@
 //! Elastic laws over arrays.
 
 use guideload::Law;
-use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
+use numpy::{PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
 use pyo3::prelude::*;
 
-use crate::convert::{Array1, CoreError, rows, slice};
+use crate::convert::{Array1, CoreError, not_contiguous, rows, zeros};
 
 #[pyclass(name = "Law", module = "guideload._core", frozen, eq, from_py_object)]
 #[derive(Clone, PartialEq)]
@@ -29,7 +29,7 @@ impl PyLaw {
 
     #[staticmethod]
     fn curve(points: PyReadonlyArray2<'_, f64>) -> PyResult<Self> {
-        Ok(Self(Law::curve(rows::<2>(&points, "points")?).map_err(CoreError::from)?))
+        Ok(Self(Law::curve(&rows::<2>(&points, "points")?).map_err(CoreError::from)?))
     }
 
     #[getter]
@@ -74,9 +74,12 @@ impl PyLaw {
 fn over<'py>(
     py: Python<'py>,
     deflection: &PyReadonlyArray1<'_, f64>,
-    of: impl Fn(f64) -> f64 + Sync,
+    of: impl Fn(f64) -> f64,
 ) -> PyResult<Array1<'py>> {
-    let deflection = slice(deflection, "deflection")?;
-    let values: Vec<f64> = py.detach(|| deflection.iter().map(|&d| of(d)).collect());
-    Ok(values.into_pyarray(py))
+    let deflection = deflection.as_slice().map_err(|_| not_contiguous("deflection"))?;
+    let values = zeros(py, &[deflection.len()])?;
+    for (value, &d) in values.readwrite().as_slice_mut()?.iter_mut().zip(deflection) {
+        *value = of(d);
+    }
+    Ok(values)
 }

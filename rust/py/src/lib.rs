@@ -4,6 +4,7 @@
 mod bands;
 mod batch;
 mod convert;
+mod interrupt;
 mod law;
 mod life;
 mod links;
@@ -21,6 +22,8 @@ mod _core {
     use super::bands::{draw_motion, draw_peaks, load_spread};
     #[pymodule_export]
     use super::batch::PyBatch;
+    #[pymodule_export]
+    use super::interrupt::PyCancellation;
     #[pymodule_export]
     use super::law::PyLaw;
     #[pymodule_export]

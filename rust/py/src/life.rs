@@ -1,11 +1,15 @@
 //! Equivalent loads, and integrals of their powers over the travel.
 
-use guideload::{EquivalentLoad, Integrals, Interval, Preload};
-use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
+use guideload::{EquivalentLoad, Interval, Preload};
+use numpy::{PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{Array1, not_contiguous, rows, slice};
+use crate::convert::{Array1, not_contiguous, numbers, rows, zeros};
+use crate::interrupt::compute;
+
+/// Intervals between two looks for signals: about a millisecond.
+const INTERVALS: usize = 16_384;
 
 /// Weights (2, 5, 2), minor factor, preload in N, and its formula: "power" or "linear".
 pub type Rule<'py> = (PyReadonlyArray3<'py, f64>, f64, f64, String);
@@ -41,24 +45,32 @@ pub fn equivalent_load_integrals<'py>(
     exponent: f64,
 ) -> PyResult<(Array1<'py>, Array1<'py>)> {
     let rule = equivalent_load(&rule)?;
-    let (time, velocity) = (slice(&time, "time")?, slice(&velocity, "velocity")?);
-    let (acceleration, loads) = (slice(&acceleration, "acceleration")?, rows::<6>(&loads, "loads")?);
+    let (time, velocity) = (numbers(&time, "time")?, numbers(&velocity, "velocity")?);
+    let (acceleration, loads) = (numbers(&acceleration, "acceleration")?, rows::<6>(&loads, "loads")?);
     let lengths = [velocity.len(), acceleration.len(), loads.len()];
     if lengths.iter().any(|&length| length != time.len()) {
         return Err(PyValueError::new_err("time, velocity, acceleration, loads: lengths do not agree"));
     }
-    let intervals = py.detach(|| {
-        let of_interval = |k: usize| {
-            let travel = Interval {
-                length: time[k + 1] - time[k],
-                velocity: [velocity[k], velocity[k + 1]],
-                acceleration: [acceleration[k], acceleration[k + 1]],
-            };
-            let [first, last] = [loads[k], loads[k + 1]].map(|[_, rest @ ..]| rest);
-            let Integrals { power, path } = rule.integrals(exponent, &travel, [&first, &last]);
-            (power, path)
-        };
-        (0..time.len().saturating_sub(1)).map(of_interval).unzip::<f64, f64, Vec<_>, Vec<_>>()
-    });
-    Ok((intervals.0.into_pyarray(py), intervals.1.into_pyarray(py)))
+    let count = time.len().saturating_sub(1);
+    let (powers, paths) = (zeros(py, &[count])?, zeros(py, &[count])?);
+    {
+        let (mut powers, mut paths) = (powers.readwrite(), paths.readwrite());
+        let (powers, paths) = (powers.as_slice_mut()?, paths.as_slice_mut()?);
+        compute(py, |watch| {
+            for (k, (power, path)) in powers.iter_mut().zip(paths).enumerate() {
+                if k % INTERVALS == 0 && watch.stops() {
+                    return;
+                }
+                let travel = Interval {
+                    length: time[k + 1] - time[k],
+                    velocity: [velocity[k], velocity[k + 1]],
+                    acceleration: [acceleration[k], acceleration[k + 1]],
+                };
+                let [first, last] = [loads[k], loads[k + 1]].map(|[_, rest @ ..]| rest);
+                let found = rule.integrals(exponent, &travel, [&first, &last]);
+                (*power, *path) = (found.power, found.path);
+            }
+        })?;
+    }
+    Ok((powers, paths))
 }

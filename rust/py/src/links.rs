@@ -5,7 +5,7 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::convert::{CoreError, rows, slice};
+use crate::convert::{CoreError, numbers, rows};
 use crate::law::PyLaw;
 
 /// The links of a scene, one per row of the arrays.
@@ -17,8 +17,8 @@ pub fn links(
     damping_in_contact: &PyReadonlyArray1<'_, bool>,
 ) -> PyResult<Vec<Link>> {
     let (points, directions) = (rows::<3>(points, "points")?, rows::<3>(directions, "directions")?);
-    let damping = slice(damping, "damping")?;
-    let damping_in_contact = slice(damping_in_contact, "damping_in_contact")?;
+    let damping = numbers(damping, "damping")?;
+    let damping_in_contact = numbers(damping_in_contact, "damping_in_contact")?;
     for (name, length) in [
         ("directions", directions.len()),
         ("laws", laws.len()),
@@ -56,7 +56,7 @@ pub fn group_links(
     let mut all = Vec::with_capacity(groups.len());
     for (group, center) in groups.iter().zip(centers) {
         let mut links = Vec::new();
-        for &index in slice(group, "groups")? {
+        for index in numbers(group, "groups")? {
             let link = usize::try_from(index).ok().filter(|&link| link < count);
             links.push(link.ok_or_else(|| {
                 PyIndexError::new_err(format!("groups: there is no link {index} of {count}"))

@@ -4,17 +4,18 @@ use std::sync::Arc;
 
 use guideload::reaction;
 use guideload::{
-    Body, Extremes, ModelLevel, NamedMethod, Output, Part, Peaks, RunError, Scene, State, System,
-    carriage_ends, eigenvalues, link_load, modes,
+    Body, Extremes, Input, ModelLevel, NamedMethod, Output, Part, Peaks, RunError, Scene, State, System,
+    Watched, carriage_ends, eigenvalues, link_load, modes,
 };
 use numpy::{Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array1, Array2, CoreError, Samples, matrix3, rows, slice};
+use crate::convert::{self, Array1, Array2, CoreError, Samples, matrix3, numbers, room, rows};
+use crate::interrupt::compute;
 use crate::law::PyLaw;
 use crate::links::{self, group_loads};
-use crate::solution::{Inputs, PySolution};
+use crate::solution::{AT_A_TIME, Inputs, PySolution};
 
 #[pyclass(name = "Scene", module = "guideload._core", frozen)]
 pub struct PyScene(pub Arc<System>);
@@ -82,22 +83,24 @@ impl PyScene {
     ) -> PyResult<PySolution> {
         let method = named_method(method)?;
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
-        let times = times.as_ref().map(|times| slice(times, "times")).transpose()?;
+        let times = times.as_ref().map(|times| numbers(times, "times")).transpose()?;
         let system = Arc::clone(&self.0);
-        Ok(py.detach(|| {
+        let mut inputs: Vec<Input> = room(times.as_ref().map_or(0, Vec::len))?;
+        Ok(compute(py, |watch| {
             let excitation = samples.excitation()?;
             let mut states: Vec<State> = Vec::new();
-            let control = convert::control(rtol, step);
-            let summary = method.run(&system, control, &excitation, convert::output(times), &mut states)?;
-            let inputs = match times {
-                None => Inputs::Samples {
-                    acceleration: samples.acceleration.to_vec(),
-                    wrench: samples.wrench.map(<[_]>::to_vec),
-                },
-                Some(times) => Inputs::At(times.iter().map(|&time| excitation.input_at(time)).collect()),
-            };
+            let mut record = Watched { record: &mut states, watch };
+            let (control, output) = (convert::control(rtol, step), convert::output(times.as_deref()));
+            let summary = method.run(&system, control, &excitation, output, &mut record)?;
+            if let Some(times) = times {
+                for some in times.chunks(AT_A_TIME).take_while(|_| !watch.stops()) {
+                    inputs.extend(some.iter().map(|&time| excitation.input_at(time)));
+                }
+                return Ok(PySolution { system, states, inputs: Inputs::At(inputs), summary });
+            }
+            let inputs = Inputs::Samples { acceleration: samples.acceleration, wrench: samples.wrench };
             Ok::<_, CoreError>(PySolution { system, states, inputs, summary })
-        })?)
+        })??)
     }
 
     /// Running extremes only: (smallest, largest, time of smallest, time of largest), each (groups, 8).
@@ -117,14 +120,14 @@ impl PyScene {
     ) -> PyResult<[Array2<'py>; 4]> {
         let method = named_method(method)?;
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
-        let loads = group_loads(&self.0, &groups, rows::<3>(&centers, "centers")?, Part::Total)?;
-        let extremes = py.detach(|| {
+        let loads = group_loads(&self.0, &groups, &rows::<3>(&centers, "centers")?, Part::Total)?;
+        let extremes = compute(py, |watch| {
             let excitation = samples.excitation()?;
             let mut extremes = vec![Extremes::NONE; loads.len()];
-            let mut record = Peaks::new(&loads, &mut extremes);
+            let mut record = Watched { record: &mut Peaks::new(&loads, &mut extremes), watch };
             method.run(&self.0, convert::control(rtol, step), &excitation, Output::Samples, &mut record)?;
             Ok::<_, CoreError>(extremes)
-        })?;
+        })??;
         let table = |pick: fn(&Extremes) -> [f64; 8]| table(py, extremes.iter().map(pick));
         Ok([
             table(|e| e.smallest)?,
@@ -185,7 +188,7 @@ impl PyScene {
         groups: Vec<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Array2<'py>> {
-        let loads = group_loads(&self.0, &groups, rows::<3>(&centers, "centers")?, Part::Total)?;
+        let loads = group_loads(&self.0, &groups, &rows::<3>(&centers, "centers")?, Part::Total)?;
         table(py, loads.iter().map(|load| load.at_rest()))
     }
 }

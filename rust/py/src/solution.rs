@@ -5,10 +5,12 @@ use std::sync::Arc;
 use guideload::input_from;
 use guideload::{Input, State, Summary, System, Wrench, link_load};
 use guideload::{Recovery, acceleration, evaluate, position, reaction, velocity};
-use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::ndarray::Dimension;
+use numpy::{PyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use crate::convert::{self, rows};
+use crate::convert::{self, rows, zeros};
+use crate::interrupt::compute;
 use crate::links::group_loads;
 
 /// Excitation at the recorded instants: the given samples, or interpolated at output times.
@@ -67,9 +69,8 @@ impl PySolution {
         part: &str,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let loads =
-            group_loads(&self.system, &groups, rows::<3>(&centers, "centers")?, convert::part(part)?)?;
-        let flat = self.recover(py, &loads);
-        flat.into_pyarray(py).reshape([self.states.len(), loads.len(), 6])
+            group_loads(&self.system, &groups, &rows::<3>(&centers, "centers")?, convert::part(part)?)?;
+        self.recover(py, &loads, &[self.states.len(), loads.len(), 6])
     }
 
     /// Loads of the links along their directions, (time, links).
@@ -77,7 +78,7 @@ impl PySolution {
         let part = convert::part(part)?;
         let load = |link| link_load(&self.system, link, part);
         let loads: Vec<_> = (0..self.system.links().len()).map(load).collect();
-        self.recover(py, &loads).into_pyarray(py).reshape([self.states.len(), loads.len()])
+        self.recover(py, &loads, &[self.states.len(), loads.len()])
     }
 
     /// Position of L in the carriage frame, (time, 6).
@@ -102,8 +103,11 @@ impl PySolution {
 
     /// The excitation at the recorded instants, (time, 9): acceleration, force, moment about L.
     fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let flat: Vec<f64> = (0..self.states.len()).flat_map(|k| self.inputs.at(k)).collect();
-        flat.into_pyarray(py).reshape([self.states.len(), 9])
+        let inputs = zeros(py, &[self.states.len(), 9])?;
+        for (k, input) in inputs.readwrite().as_slice_mut()?.as_chunks_mut::<9>().0.iter_mut().enumerate() {
+            *input = self.inputs.at(k);
+        }
+        Ok(inputs)
     }
 }
 
@@ -114,14 +118,31 @@ impl PySolution {
         quantity: for<'a> fn(&'a System) -> Wrench<'a>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let quantity = [quantity(&self.system)];
-        self.recover(py, &quantity).into_pyarray(py).reshape([self.states.len(), 6])
+        self.recover(py, &quantity, &[self.states.len(), 6])
     }
 
-    fn recover<const ROWS: usize>(&self, py: Python<'_>, quantities: &[Recovery<ROWS>]) -> Vec<f64> {
-        py.detach(|| {
-            let mut out = vec![0.0; self.states.len() * quantities.len() * ROWS];
-            evaluate(quantities, &self.states, |k| self.inputs.at(k), &mut out);
-            out
-        })
+    /// The quantities at all instants, as an array of this shape.
+    fn recover<'py, const ROWS: usize, D: Dimension>(
+        &self,
+        py: Python<'py>,
+        quantities: &[Recovery<ROWS>],
+        shape: &[usize],
+    ) -> PyResult<Bound<'py, PyArray<f64, D>>> {
+        let array = zeros(py, shape)?;
+        let width = usize::max(quantities.len() * ROWS, 1);
+        {
+            let mut out = array.readwrite();
+            let parts = out.as_slice_mut()?.chunks_mut(AT_A_TIME * width);
+            compute(py, |watch| {
+                let parts = self.states.chunks(AT_A_TIME).zip(parts).enumerate();
+                for (part, (states, out)) in parts.take_while(|_| !watch.stops()) {
+                    evaluate(quantities, states, |k| self.inputs.at(part * AT_A_TIME + k), out);
+                }
+            })?;
+        }
+        Ok(array)
     }
 }
+
+/// Instants that are evaluated between two looks for Ctrl-C.
+pub const AT_A_TIME: usize = 1 << 16;

@@ -161,6 +161,7 @@ fn times(columns: &[[f64; 12]; 12], vector: &[f64; 12]) -> [f64; 12] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Watch;
     use crate::bands::schedule::{Deviation, Schedule};
     use crate::smoother::{Posterior, PosteriorInput, ProcessNoise};
     use crate::{Body, Free, Scene, System, carriage_links};
@@ -188,8 +189,9 @@ mod tests {
             variance: &variance,
             covariance: &covariance,
             noise: ProcessNoise { segment: &segment, density: &[0.7] },
+            watch: Watch::NEVER,
         };
-        let posterior = Posterior::new(3, given).expect("order 3");
+        let posterior = Posterior::new(3, given).expect("memory").expect("order 3");
         let time: [f64; 10] = core::array::from_fn(|k| 0.004 * k as f64);
         let unit: [f64; 10] = core::array::from_fn(|k| 1.0 + 0.1 * k as f64);
         let deviation = Deviation { posterior: &posterior, time: &time, derivative: 2, unit: &unit };

@@ -2,6 +2,7 @@
 
 use super::covariance::Covariance;
 use super::schedule::{Deviation, Event, Schedule};
+use crate::error::Stopped;
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
 use crate::output::{Axial, Part, Recovery, Wrench, link_load};
@@ -29,6 +30,9 @@ pub struct StandardDeviations<'a> {
 /// `instants`: m ascending times, s. `loads`: m x groups x 6, the nominal loads, which determine the direction of the resultants. A
 /// resultant of zero has no direction; its deviation is the root of the sum of its components' variances.
 ///
+/// # Errors
+/// [`Stopped::Interrupted`].
+///
 /// # Panics
 /// If lengths do not agree.
 pub fn standard_deviations(
@@ -38,9 +42,9 @@ pub fn standard_deviations(
     groups: &[Wrench],
     loads: &[f64],
     out: &mut StandardDeviations,
-) -> Option<()> {
+) -> Result<Option<()>, Stopped> {
     if system.model_level() != ModelLevel::Linear {
-        return None;
+        return Ok(None);
     }
     let (count, width) = (instants.len(), 6 * groups.len());
     assert_eq!(loads.len(), count * width, "loads at every instant");
@@ -59,8 +63,9 @@ pub fn standard_deviations(
         events.clear();
         events.extend(schedule.by_ref().take(EVENTS_AT_A_TIME));
         if events.is_empty() {
-            return Some(());
+            return Ok(Some(()));
         }
+        deviation.posterior.watch().check()?;
         let covariance = &mut covariance;
         dispatch(DeviationsKernel { events: &events, covariance, quantities: &quantities, loads, out });
     }

@@ -1,8 +1,12 @@
 //! Random peaks of the loads, drawn from the posterior of the motion.
 
+use std::sync::{Mutex, PoisonError};
+
 use super::schedule::{Deviation, Event, Response, Schedule};
+use crate::error::Stopped;
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch_wide};
+use crate::numeric::watch::{Watch, filled, on_threads, room};
 use crate::output::Wrench;
 use crate::smoother::DeviationDraws;
 use crate::system::{ModelLevel, System};
@@ -21,6 +25,9 @@ pub struct NominalLoads<'a> {
 /// Draws the largest y-z resultant of each group over its `wanted` instants: `out[group * draws + draw]`, N, zero if there are none. Returns
 /// None for a scene that is not linear. A draw depends only on the seed and its own number, not on the number of `threads`.
 ///
+/// # Errors
+/// [`Stopped`].
+///
 /// # Panics
 /// If lengths do not agree.
 pub fn draw_peaks(
@@ -31,9 +38,9 @@ pub fn draw_peaks(
     seed: u64,
     threads: usize,
     out: &mut [f64],
-) -> Option<()> {
+) -> Result<Option<()>, Stopped> {
     if system.model_level() != ModelLevel::Linear {
-        return None;
+        return Ok(None);
     }
     let NominalLoads { instants, loads, wanted } = nominal;
     let draws = out.len() / groups.len().max(1);
@@ -53,19 +60,26 @@ pub fn draw_peaks(
         loads,
         wanted,
     };
-    let mut blocks: Vec<DrawBlock> =
-        (0..draws).step_by(LANES).map(|first| DrawBlock::new(seed, first, groups.len())).collect();
-    follow_on_threads(threads, &mut blocks, &plan, || Schedule::new(system, deviation, &instants[..last]));
+    let mut blocks = room(draws.div_ceil(LANES))?;
+    for first in (0..draws).step_by(LANES) {
+        blocks.push(DrawBlock::new(seed, first, groups.len())?);
+    }
+    let watch = deviation.posterior.watch();
+    follow_on_threads(threads, watch, &mut blocks, &plan, || {
+        Schedule::new(system, deviation, &instants[..last])
+    });
+    watch.check()?;
     for (index, out) in out.iter_mut().enumerate() {
         let (group, draw) = (index / draws, index % draws);
         *out = sqrt(blocks[draw / LANES].largest[group][draw % LANES]);
     }
-    Some(())
+    Ok(Some(()))
 }
 
 /// Advances all draws along a schedule. Each thread advances a part of the draws, with its own schedule.
 fn follow_on_threads<'a>(
     threads: usize,
+    watch: Watch,
     blocks: &mut [DrawBlock],
     plan: &Plan,
     schedule: impl Fn() -> Schedule<'a> + Sync,
@@ -80,18 +94,20 @@ fn follow_on_threads<'a>(
                 return;
             }
             for block in &mut *blocks {
+                if watch.stops() {
+                    return;
+                }
                 dispatch_wide(FollowKernel { block, events: &events, plan });
             }
         }
     };
     let share = blocks.len().div_ceil(threads.max(1)).max(1);
-    std::thread::scope(|scope| {
-        let mut shares = blocks.chunks_mut(share);
-        let own = shares.next();
-        for blocks in shares {
-            scope.spawn(|| follow(blocks));
-        }
-        if let Some(blocks) = own {
+    let threads = threads.clamp(1, blocks.len().div_ceil(share).max(1));
+    let shares = Mutex::new(blocks.chunks_mut(share));
+    on_threads(threads, watch, || {
+        loop {
+            let next = shares.lock().unwrap_or_else(PoisonError::into_inner).next();
+            let Some(blocks) = next else { return };
             follow(blocks);
         }
     });
@@ -123,14 +139,14 @@ struct DrawBlock {
 }
 
 impl DrawBlock {
-    fn new(seed: u64, first: usize, groups: usize) -> Self {
-        Self {
+    fn new(seed: u64, first: usize, groups: usize) -> Result<Self, Stopped> {
+        Ok(Self {
             drawn: DeviationDraws::new(seed, first),
             before: [0.0; LANES],
             after: [0.0; LANES],
             state: [[0.0; LANES]; 12],
-            largest: vec![[0.0; LANES]; groups],
-        }
+            largest: filled([0.0; LANES], groups)?,
+        })
     }
 
     #[inline(always)]

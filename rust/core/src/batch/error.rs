@@ -4,7 +4,7 @@ use core::fmt;
 
 use super::change::Target;
 use super::measure::Measure;
-use crate::error::{RunError, SceneError};
+use crate::error::{RunError, SceneError, Stopped};
 
 /// Why a batch is refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,6 +68,14 @@ pub enum BatchError {
     Scene(SceneError),
     /// A setting of the method is refused.
     Run(RunError),
+    /// The watch stopped it, or there is not enough memory.
+    Stopped(Stopped),
+}
+
+impl From<Stopped> for BatchError {
+    fn from(stopped: Stopped) -> Self {
+        Self::Stopped(stopped)
+    }
 }
 
 impl From<SceneError> for BatchError {
@@ -108,6 +116,7 @@ impl fmt::Display for BatchError {
             Self::Speed { index } => write!(f, "speed[{index}]: expected a finite number"),
             Self::Scene(error) => error.fmt(f),
             Self::Run(error) => error.fmt(f),
+            Self::Stopped(stopped) => stopped.fmt(f),
         }
     }
 }

@@ -29,9 +29,10 @@ pub use travel::Motion;
 
 use std::sync::Mutex;
 
-use crate::model::Dof;
-
+use crate::error::{RunError, Stopped};
 use crate::integrate::Control;
+use crate::model::Dof;
+use crate::numeric::watch::{Watch, check_memory, on_threads};
 use lanes::{LaneMemory, Lanes};
 use reduce::Memory;
 use requirements::Requirements;
@@ -55,7 +56,14 @@ pub struct Batch<'a> {
     typical_interval: f64,
     solver: Solver,
     rtol: f64,
+    watch: Watch<'a>,
 }
+
+/// Memory of a batch for each sample of its motion: times, intervals, kinds and weights, and for each component value, change and range.
+const BYTES_PER_SAMPLE: usize = 48;
+const BYTES_PER_COMPONENT: usize = 17;
+/// Memory of the travel for each sample: an interval and up to nine weights.
+const BYTES_OF_TRAVEL: usize = 112;
 
 impl<'a> Batch<'a> {
     /// A batch of `changes` of a `base` under a `motion`. `rtol`: error of the link loads relative to [`crate::load_scale`], for methods
@@ -94,6 +102,10 @@ impl<'a> Batch<'a> {
             }
         }
         Control::Adaptive { rtol }.check(solver != Solver::Exact)?;
+        let components = excitation.peak().iter().filter(|peak| **peak > 0.0).count();
+        let travel = if motion.speed.is_some() { BYTES_OF_TRAVEL } else { 0 };
+        let bytes = BYTES_PER_SAMPLE + BYTES_PER_COMPONENT * components + travel;
+        check_memory(bytes.saturating_mul(excitation.count()))?;
         let drive_is_held = !base.free.contains(Dof::X);
         let mut intervals: Vec<f64> = (1..excitation.count()).map(|k| excitation.interval(k - 1)).collect();
         intervals.retain(|length| *length > 0.0);
@@ -111,7 +123,14 @@ impl<'a> Batch<'a> {
             motion,
             solver,
             rtol,
+            watch: Watch::NEVER,
         })
+    }
+
+    /// The batch with a watch, which may stop [`Batch::run`] and [`Batch::histories`] with [`BatchError::Stopped`].
+    pub fn with_watch(mut self, watch: Watch<'a>) -> Self {
+        self.watch = watch;
+        self
     }
 
     /// The batch with another vector width for linear scenes. The width changes the speed, but no bit of the results.
@@ -134,14 +153,14 @@ impl<'a> Batch<'a> {
     /// measures). A sample without result gets a row of NaN, and its index is returned with the reason.
     ///
     /// # Errors
-    /// [`BatchError::Columns`], [`BatchError::Length`].
+    /// [`BatchError::Columns`], [`BatchError::Length`], [`BatchError::Stopped`].
     pub fn run(
         &self,
         count: usize,
         values: &[f64],
         threads: usize,
         out: &mut [f64],
-    ) -> Result<Vec<(usize, SampleError)>, BatchError> {
+    ) -> Result<Failures, BatchError> {
         let columns = self.check(count, values, out, self.measures.len())?;
         let width = self.measures.len();
         if count == 0 {
@@ -158,7 +177,9 @@ impl<'a> Batch<'a> {
             loop {
                 // A poisoned queue is still valid: a thread cannot leave it half taken.
                 let next = queue.lock().unwrap_or_else(std::sync::PoisonError::into_inner).next();
-                let Some((group, rows)) = next else { return worker.failures };
+                let Some((group, rows)) = next.filter(|_| !self.watch.stops()) else {
+                    return worker.failures;
+                };
                 let samples = group * SAMPLES..usize::min((group + 1) * SAMPLES, count);
                 worker.run(
                     self,
@@ -171,9 +192,9 @@ impl<'a> Batch<'a> {
             }
         };
         let threads = threads.clamp(1, count.div_ceil(SAMPLES));
-        let mut failures = work_on(threads, work);
+        let mut failures = on_threads(threads, self.watch, work).concat();
         failures.sort_unstable_by_key(|(sample, _)| *sample);
-        Ok(failures)
+        self.completed(failures)
     }
 
     /// Runs `count` samples and writes the loads of all groups to `out` (count, time, groups, 6): force in N and moment in N m about the
@@ -181,12 +202,7 @@ impl<'a> Batch<'a> {
     ///
     /// # Errors
     /// As [`Batch::run`].
-    pub fn histories(
-        &self,
-        count: usize,
-        values: &[f64],
-        out: &mut [f64],
-    ) -> Result<Vec<(usize, SampleError)>, BatchError> {
+    pub fn histories(&self, count: usize, values: &[f64], out: &mut [f64]) -> Result<Failures, BatchError> {
         let width = self.motion.excitation.count() * self.base.groups.len() * 6;
         let columns = self.check(count, values, out, width)?;
         let (mut sample, mut failures) = (self.start.clone(), Vec::new());
@@ -202,6 +218,20 @@ impl<'a> Batch<'a> {
             if let Err(error) = done {
                 out.fill(f64::NAN);
                 failures.push((index, error));
+            }
+            if self.watch.stops() {
+                break;
+            }
+        }
+        self.completed(failures)
+    }
+
+    /// The failures of samples, unless all samples together failed.
+    fn completed(&self, failures: Failures) -> Result<Failures, BatchError> {
+        self.watch.check()?;
+        for (_, failure) in &failures {
+            if let SampleError::Run(RunError::Memory { bytes }) = *failure {
+                return Err(Stopped::Memory { bytes }.into());
             }
         }
         Ok(failures)
@@ -229,9 +259,13 @@ impl<'a> Batch<'a> {
             typical_interval: self.typical_interval,
             solver: self.solver,
             rtol: self.rtol,
+            watch: self.watch,
         }
     }
 }
+
+/// Samples without a result, by index.
+type Failures = Vec<(usize, SampleError)>;
 
 /// Memory of one thread.
 struct Worker {
@@ -240,7 +274,7 @@ struct Worker {
     memory: Memory,
     lanes: LaneMemory,
     statistics: Vec<RunningStatistics>,
-    failures: Vec<(usize, SampleError)>,
+    failures: Failures,
 }
 
 impl Worker {
@@ -266,6 +300,9 @@ impl Worker {
     ) {
         let (width, together) = (batch.measures.len(), self.samples.len());
         for start in (0..count).step_by(together) {
+            if batch.watch.stops() {
+                return;
+            }
             let end = usize::min(start + together, count);
             let values = &values[start * columns..end * columns];
             self.run_together(
@@ -308,7 +345,7 @@ impl Worker {
                 valid.into_iter().partition(|&index| self.samples[index].is_linear());
             if !linear.is_empty() {
                 let scenes: Vec<&Instance> = linear.iter().map(|&index| &self.samples[index]).collect();
-                batch.lanes.run(&batch.requirements, &scenes, &mut self.lanes);
+                batch.lanes.run(&batch.requirements, &scenes, &mut self.lanes, batch.watch);
             }
             for (lane, &index) in linear.iter().enumerate() {
                 if batch.lanes.statistics(&batch.requirements, &self.lanes, lane, &mut self.statistics) {
@@ -337,21 +374,4 @@ impl Worker {
             }
         }
     }
-}
-
-/// Does `work` on `threads` threads, one of which is the current one, and joins the results.
-fn work_on<T: Send>(threads: usize, work: impl Fn() -> Vec<T> + Sync) -> Vec<T> {
-    std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads)
-            .filter_map(|_| std::thread::Builder::new().spawn_scoped(scope, &work).ok())
-            .collect();
-        let mut all = work();
-        for other in others {
-            match other.join() {
-                Ok(part) => all.extend(part),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        all
-    })
 }

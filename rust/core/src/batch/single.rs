@@ -9,8 +9,8 @@ use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::excitation::ScaledExcitation;
 use crate::integrate::{Control, NamedMethod, Output};
-use crate::output::Record;
-use crate::output::{Part, evaluate, group_load};
+use crate::numeric::watch::Watch;
+use crate::output::{Part, Record, Watched, evaluate, group_load};
 use crate::system::eigenvalues;
 use crate::system::{ModelLevel, State, System, input_from};
 
@@ -24,13 +24,15 @@ pub(super) struct RunSettings<'a> {
     pub typical_interval: f64,
     pub solver: Solver,
     pub rtol: f64,
+    pub watch: Watch<'a>,
 }
 
 impl RunSettings<'_> {
     fn run<R: Record>(&self, system: &System, factors: [f64; 2], record: &mut R) -> Result<(), RunError> {
         let scaled = ScaledExcitation { excitation: self.excitation, peak: self.peak, factors };
         let (control, output) = (Control::Adaptive { rtol: self.rtol }, Output::Samples);
-        self.method_for(system).run_scaled(system, control, &scaled, output, record)?;
+        let mut record = Watched { record, watch: self.watch };
+        self.method_for(system).run_scaled(system, control, &scaled, output, &mut record)?;
         Ok(())
     }
 

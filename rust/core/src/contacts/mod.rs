@@ -40,7 +40,7 @@ pub(crate) struct Contacts<'a> {
     change: Option<Change>,
     /// Links that have changed their segment so far.
     pub changes: usize,
-    /// Parts of steps that have been searched so far.
+    /// Work of all searches so far, in parts of a power series.
     pub searched: usize,
 }
 

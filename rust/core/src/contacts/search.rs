@@ -3,19 +3,19 @@
 use super::block::LinkBlock;
 use super::path::DeflectionPath;
 use super::segments::{Change, Combination, Segments};
-use crate::equations::advance;
+use crate::equations::{advance, work};
 use crate::excitation::Ramp;
 use crate::numeric::float::{add_scaled, fma};
 use crate::numeric::simd::{Kernel, LANES};
 use crate::system::State;
 
-/// Largest number of parts of a step that one call searches, about a second of work. The run then continues with the rest of the step.
-const MAX_PARTS: usize = 1_000_000;
+/// Most work of a call, in parts of a power series, a tenth of a second. The run then continues with the rest of the step.
+const MAX_WORK: usize = 200_000;
 
 /// Halvings of a step, after which any part is short enough for its series.
 const MAX_HALVINGS: usize = 64;
 
-/// Finds the first change in a step that may contain one, and the number of parts that it searched.
+/// Finds the first change in a step that may contain one, and the work of the search.
 pub(super) struct SearchKernel<'a> {
     pub segments: &'a Segments<'a>,
     pub ramp: &'a Ramp<'a>,
@@ -37,13 +37,13 @@ impl Kernel for SearchKernel<'_> {
         let mut searched = 0;
         while ahead > 0 {
             let to = ends[ahead - 1];
-            if searched == MAX_PARTS {
+            if searched >= MAX_WORK {
                 return (Some(Change { theta: from, crossing: None }), searched);
             }
-            searched += 1;
             let (start, end) = (ramp.values(from), ramp.values(to));
             let h = (to - from) * ramp.h;
             let part = Ramp { h, start: &start, end: &end, forcing: ramp.forcing, spans_interval: false };
+            searched += work(series.parts(part.h));
             if series.parts(part.h) <= 1.0 {
                 let terms = series.terms(equations, &part, &state);
                 if let Some(Change { theta, crossing }) = first_exit(segments.blocks.as_slice(), &terms) {

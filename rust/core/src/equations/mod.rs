@@ -17,7 +17,7 @@ mod smooth;
 
 pub(crate) use piecewise::SegmentEquations;
 pub(crate) use propagator::Propagator;
-pub(crate) use series::{PowerSeries, advance};
+pub(crate) use series::{PowerSeries, advance, work};
 pub(crate) use smooth::SmoothEquations;
 
 use crate::system::{Force, Square, State};

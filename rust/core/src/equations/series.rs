@@ -161,6 +161,17 @@ pub(crate) fn advance<E: Equations>(
 /// Parts of a series beyond which a propagator is cheaper.
 const LONG_SERIES: f64 = 16.0;
 
+/// Work of [`advance`] over a step of so many parts, in parts of a series. Of a propagator, each doubling counts as two.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn work(parts: f64) -> usize {
+    // The exponent of a double is the number of doublings, also of infinity.
+    if parts <= LONG_SERIES {
+        parts as usize
+    } else {
+        LONG_SERIES as usize + 2 * (parts.to_bits() >> 52) as usize - 2046
+    }
+}
+
 #[cfg_attr(feature = "std", inline(always))]
 fn scale(column: &mut [f64; 12], factor: f64) {
     for entry in column {

@@ -71,12 +71,28 @@ pub enum RunError {
         /// First and last time allowed there, s.
         range: [f64; 2],
     },
-    /// More than 1e8 steps.
+    /// More work than any run of this motion should need.
     TooManySteps {
         /// When it gave up, s.
         time: f64,
         /// Last step, s.
         step: f64,
+        /// Number of steps made, rejected ones included.
+        steps: usize,
+        /// Largest modal frequency, 1/s.
+        fastest: f64,
+        /// Way out.
+        other: OtherMethod,
+    },
+    /// The record stopped the run: after Ctrl-C, for instance.
+    Interrupted {
+        /// When, s.
+        time: f64,
+    },
+    /// Not enough memory for the record.
+    Memory {
+        /// Bytes that could not be had.
+        bytes: usize,
     },
     /// Loads beyond the range of numbers.
     OutOfRange,
@@ -96,8 +112,8 @@ impl fmt::Display for RunError {
         match self {
             Self::Tolerance { got } => write!(
                 f,
-                "rtol: expected 1e-13 to 0.1 of the load scale, got {got:e}; for less than rounding use method \"exact\", \
-                 which has no step error"
+                "rtol: expected 1e-13 to 0.1 of the load scale, got {got:e}; below it, rounding is larger; where no link is \
+                 preloaded, method \"exact\" has no step error"
             ),
             Self::Step { got } => write!(f, "step: expected > 0 s and at least 1e-9 of the intervals between samples, got {got} s"),
             Self::NotExact { link } => write!(
@@ -119,10 +135,18 @@ impl fmt::Display for RunError {
             Self::OutputTime { index, got, range: [from, to] } => {
                 write!(f, "times[{index}]: expected {from} to {to} s, ascending, got {got} s")
             }
-            Self::TooManySteps { time, step } => write!(
+            Self::TooManySteps { time, step, steps, fastest, other } => write!(
                 f,
-                "1e8 steps reach only t = {time:.9} s, the last of {step:.3e} s: lengthen the step or loosen rtol, or use \
-                 method \"exact\" or \"implicit\""
+                "gave up at t = {time:.9} s after {steps} steps, the last of {step:.3e} s, far more than this motion should need: \
+                 check the machine for a value that none has (its fastest mode turns at {fastest:.3e} rad/s), lengthen the step or \
+                 loosen rtol{}",
+                other.advice()
+            ),
+            Self::Interrupted { time } => write!(f, "interrupted at t = {time:.9} s"),
+            Self::Memory { bytes } => write!(
+                f,
+                "not enough memory for the states of all instants, {:.3} GB: use peak_loads, which stores none, or fewer times",
+                *bytes as f64 * 1e-9
             ),
             Self::OutOfRange => f.write_str(
                 "the loads are beyond the range of numbers: are the accelerations and forces in m/s2, N and N m?",

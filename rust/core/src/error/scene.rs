@@ -136,6 +136,13 @@ pub enum SceneError {
         /// The motion `(u, φ)` in which the body leaves, largest entry 1.
         motion: Vector6<f64>,
     },
+    /// Links that hold the weight so softly that the body rests far away.
+    FarEquilibrium {
+        /// The motion `(u, φ)` from the unloaded position to rest, largest entry 1.
+        motion: Vector6<f64>,
+        /// Travel of the body in it, m.
+        travel: f64,
+    },
     /// No link resists a motion of the free degrees of freedom.
     Unsupported {
         /// That motion `(u, φ)`, largest entry 1.
@@ -240,6 +247,11 @@ impl fmt::Display for SceneError {
                 f.write_str("no static equilibrium: the weight is more than the links bear against ")?;
                 write_motion(f, motion)?;
                 f.write_str("; give the side that bears it a stiffness, or check the direction of gravity")
+            }
+            Self::FarEquilibrium { motion, travel } => {
+                write!(f, "no static equilibrium near the machine: the body would rest {travel:.1e} m away, after a ")?;
+                write_motion(f, motion)?;
+                f.write_str("; check the stiffness that bears the weight against it, and its unit")
             }
             Self::Unsupported { motion, count } => {
                 f.write_str("the body is not supported: nothing resists ")?;

@@ -12,6 +12,8 @@ pub trait Method {
     const ERROR_ORDER: Option<u32>;
     /// Whether it is stable at any step on a passive linear system.
     const STABLE: bool;
+    /// Time of a step over that of [`crate::Rk45`], about, for the limit of a run's work.
+    const WORK: usize = 1;
 
     /// Memory for one run.
     fn memory(&self) -> Self::Memory;

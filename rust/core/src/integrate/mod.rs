@@ -3,6 +3,7 @@
 //! A new integrator is one file beside `exact`, `rk45` and `radau` with an implementation of [`Method`], and a line here. It computes one
 //! step of given length. `run` chooses the lengths, locates contact changes and records, for all methods.
 
+mod budget;
 mod control;
 mod exact;
 mod method;

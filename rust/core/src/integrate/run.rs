@@ -1,5 +1,6 @@
 //! A run: checks, choice of the equations, and the [`Runner`] that steps.
 
+use super::budget::Budget;
 use super::control::{Control, Controller, ErrorNorm, scale_of};
 use super::method::{Method, Output, Summary};
 use super::recorder::Recorder;
@@ -61,7 +62,8 @@ pub(crate) fn run_scaled<M: Method>(
         return Err(RunError::OutOfRange);
     }
     let forcing = Forcing::new(system, &scaled.peak, scaled.factors);
-    let setup = Setup { system, method, control, excitation, output, record, forcing, load_scale };
+    let budget = Budget::new(system, excitation, expected, control, M::ERROR_ORDER);
+    let setup = Setup { system, method, control, excitation, output, record, forcing, load_scale, budget };
     match system.model_level() {
         ModelLevel::Linear => dispatch(RunKernel { setup, equations: Unswitched(system) }),
         ModelLevel::PiecewiseLinear => {
@@ -87,6 +89,7 @@ struct Setup<'a, M> {
     record: &'a mut dyn Record,
     forcing: Forcing,
     load_scale: f64,
+    budget: Budget,
 }
 
 /// A run on equations of one kind.
@@ -101,7 +104,8 @@ impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> Self::Output {
         let Self { setup, mut equations } = self;
-        let Setup { system, method, control, excitation, output, record, forcing, load_scale } = setup;
+        let Setup { system, method, control, excitation, output, record, forcing, load_scale, budget } =
+            setup;
         let has_edges = !C::Equations::LINEAR;
         let has_segments =
             system.links().any(|link| !link.law().is_linear() && link.law().is_piecewise_linear());
@@ -131,7 +135,8 @@ impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
         let recorder = Recorder { excitation, output, needs_input, record, recorded: 0 };
         let summary = Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale };
         let (mut memory, equations) = (method.memory(), &mut equations);
-        let runner = Runner { method, memory: &mut memory, equations, steps, recorder, summary };
+        let memory = &mut memory;
+        let runner = Runner { method, memory, equations, steps, recorder, summary, budget };
         runner.run(&forcing)
     }
 }

@@ -1,5 +1,6 @@
 //! The one loop of all methods: from sample to sample of the excitation.
 
+use super::budget::{BETWEEN, Budget};
 use super::control::{Control, Controller, ErrorNorm};
 use super::method::{Method, Output, Summary};
 use super::recorder::Recorder;
@@ -20,6 +21,7 @@ pub(super) struct Runner<'a, M: Method, C> {
     pub steps: StepControl,
     pub recorder: Recorder<'a>,
     pub summary: Summary,
+    pub budget: Budget,
 }
 
 /// Choice and acceptance of the steps of a run.
@@ -114,6 +116,12 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let mut done = 0.0;
         let mut plan = Plan { left: 0.0, h: 0.0 };
         while done < length {
+            let steps = self.summary.steps + self.summary.rejected;
+            let work = M::WORK * steps + self.equations.searched();
+            if self.budget.is_due(work) {
+                let (at, other) = ([start + done, plan.h], self.steps.other);
+                self.budget.look_up(work, steps, self.recorder.record, state, at, other)?;
+            }
             self.steps.update_plan(&mut plan, length - done, length);
             let mut last = plan.left == 1.0;
             let mut ramp = if last && done == 0.0 {
@@ -145,10 +153,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                 plan = Plan { left: 1.0, h: ramp.h };
                 last = false;
             }
-            if self.summary.steps + self.equations.searched() >= MAX_STEPS {
-                return Err(RunError::TooManySteps { time: start + done, step: plan.h });
-            }
-            self.record_step(&mut k, &ramp, state, interval, done, last);
+            self.record_step(&mut k, &ramp, state, interval, done, last)?;
             core::mem::swap(state, next);
             if change.is_some() {
                 self.equations.cross(state);
@@ -252,7 +257,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         interval: Interval,
         done: f64,
         last: bool,
-    ) {
+    ) -> Result<(), RunError> {
         let Interval { until, start, .. } = interval;
         match self.recorder.output {
             Output::Samples => {
@@ -265,15 +270,24 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             }
             Output::Times(times) => {
                 let end = last && until + 1 == self.recorder.excitation.count();
-                self.record_times(times, ramp, state, start, done, end);
+                self.record_times(times, ramp, state, start, done, end)?;
             }
         }
+        Ok(())
     }
 
     /// Records the output times within the last step, which began `done` s after `start`; at the `end` also all
     /// remaining ones.
     #[cfg_attr(feature = "std", inline(always))]
-    fn record_times(&mut self, times: &[f64], ramp: &Ramp, state: &State, start: f64, done: f64, end: bool) {
+    fn record_times(
+        &mut self,
+        times: &[f64],
+        ramp: &Ramp,
+        state: &State,
+        start: f64,
+        done: f64,
+        end: bool,
+    ) -> Result<(), RunError> {
         while let Some(&time) = times.get(self.recorder.recorded) {
             let theta = if ramp.h > 0.0 { (time - start - done) / ramp.h } else { f64::INFINITY };
             if theta > 1.0 && !end {
@@ -281,7 +295,11 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             }
             let there = self.between(ramp, state, theta.clamp(0.0, 1.0));
             self.recorder.time(time, &there);
+            if self.recorder.recorded.is_multiple_of(BETWEEN) && self.recorder.record.stops() {
+                return Err(RunError::Interrupted { time });
+            }
         }
+        Ok(())
     }
 }
 
@@ -388,6 +406,3 @@ fn finite(state: &State) -> bool {
 
 /// Shortest step, as a fraction of the interval that it lies in.
 const SHORTEST: f64 = 1e-9;
-
-/// Most steps of one run, some ten seconds of work.
-const MAX_STEPS: usize = 100_000_000;

@@ -33,7 +33,7 @@ pub(super) trait SwitchedEquations {
     /// Number of changes so far.
     fn changes(&self) -> usize;
 
-    /// Number of parts of steps searched for changes so far.
+    /// Work of the searches for changes so far, in parts of a power series.
     fn searched(&self) -> usize;
 }
 

@@ -8,3 +8,5 @@ pub(crate) mod normal;
 pub(crate) mod power;
 pub(crate) mod simd;
 pub mod tensor;
+#[cfg(feature = "std")]
+pub(crate) mod watch;

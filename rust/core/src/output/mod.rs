@@ -8,4 +8,6 @@ pub use evaluate::evaluate;
 pub use loads::{
     Axial, Part, Recovery, Wrench, acceleration, group_load, link_load, position, reaction, velocity,
 };
+#[cfg(feature = "std")]
+pub use record::Watched;
 pub use record::{Extremes, History, Peaks, Record};

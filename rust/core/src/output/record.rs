@@ -4,6 +4,8 @@ use super::loads::Wrench;
 use crate::error::RunError;
 use crate::numeric::float::{fma, sqrt};
 use crate::numeric::simd::{Kernel, dispatch};
+#[cfg(feature = "std")]
+use crate::numeric::watch::Watch;
 use crate::system::{Input, State};
 
 /// Receives the instants of a run.
@@ -17,6 +19,11 @@ pub trait Record {
     /// Whether it uses the excitation. If not, `instant` may receive zeros.
     fn needs_input(&self) -> bool {
         true
+    }
+
+    /// Called between steps, every some hundred microseconds of work: whether the run should stop, with [`RunError::Interrupted`].
+    fn stops(&mut self) -> bool {
+        false
     }
 
     /// Called at each instant with time, state and excitation.
@@ -58,8 +65,8 @@ impl Record for History<'_> {
 #[cfg(feature = "std")]
 impl Record for Vec<State> {
     fn reserve(&mut self, count: usize) -> Result<(), RunError> {
-        self.reserve_exact(count);
-        Ok(())
+        self.try_reserve_exact(count)
+            .map_err(|_| RunError::Memory { bytes: count.saturating_mul(size_of::<State>()) })
     }
 
     fn needs_input(&self) -> bool {
@@ -69,6 +76,36 @@ impl Record for Vec<State> {
     #[cfg_attr(feature = "std", inline(always))]
     fn instant(&mut self, _: f64, state: &State, _: &Input) {
         self.push(*state);
+    }
+}
+
+/// Another record, and a watch that may stop the run.
+#[cfg(feature = "std")]
+#[derive(Debug)]
+pub struct Watched<'a, R> {
+    /// Receives the instants.
+    pub record: &'a mut R,
+    /// Whether the run should stop.
+    pub watch: Watch<'a>,
+}
+
+#[cfg(feature = "std")]
+impl<R: Record> Record for Watched<'_, R> {
+    fn reserve(&mut self, count: usize) -> Result<(), RunError> {
+        self.record.reserve(count)
+    }
+
+    fn needs_input(&self) -> bool {
+        self.record.needs_input()
+    }
+
+    fn stops(&mut self) -> bool {
+        self.watch.stops() || self.record.stops()
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn instant(&mut self, time: f64, state: &State, input: &Input) {
+        self.record.instant(time, state, input);
     }
 }
 

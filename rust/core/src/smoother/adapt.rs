@@ -3,7 +3,9 @@
 use super::data::{ProcessNoise, Rounded, Samples, SiteApproximations, Start};
 use super::passes::ForwardBackward;
 use super::rounding::Cavity;
+use crate::error::Stopped;
 use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::watch::{Watch, filled};
 
 /// Input and result of [`adapt`].
 pub struct Adapted<'a> {
@@ -21,6 +23,8 @@ pub struct Adapted<'a> {
     pub noise_variance: f64,
     /// Logarithm of the probability density of each sample given all others, n numbers, out.
     pub log_density: &'a mut [f64],
+    /// Whether to stop.
+    pub watch: Watch<'a>,
     /// Squared process noise in each segment over its expected value (normalised innovation variance), in the last round, out.
     pub noise_ratio: &'a mut [f64],
 }
@@ -42,16 +46,24 @@ pub struct AdaptationRule {
 ///
 /// Each round multiplies a density, and the noise variance, by the square root of squared scores over their expectation. This never lowers
 /// the likelihood (Zhou, Hu, Zhou and Lange 2019). The prior of a segment's density is inverse gamma, which makes the noise Student's t.
-pub fn adapt(order: usize, start: Start, rule: AdaptationRule, adapted: &mut Adapted) -> Option<()> {
+///
+/// # Errors
+/// [`Stopped`].
+pub fn adapt(
+    order: usize,
+    start: Start,
+    rule: AdaptationRule,
+    adapted: &mut Adapted,
+) -> Result<Option<()>, Stopped> {
     match order {
         2 => dispatch(AdaptKernel::<2> { start, rule, adapted }),
         3 => dispatch(AdaptKernel::<3> { start, rule, adapted }),
         4 => dispatch(AdaptKernel::<4> { start, rule, adapted }),
         5 => dispatch(AdaptKernel::<5> { start, rule, adapted }),
         6 => dispatch(AdaptKernel::<6> { start, rule, adapted }),
-        _ => return None,
-    }
-    Some(())
+        _ => return Ok(None),
+    }?;
+    Ok(Some(()))
 }
 
 /// Smallest and largest noise density of a segment, relative to the typical one.
@@ -66,20 +78,24 @@ struct AdaptKernel<'a, 'b, const N: usize> {
 }
 
 impl<const N: usize> Kernel for AdaptKernel<'_, '_, N> {
-    type Output = ();
+    type Output = Result<(), Stopped>;
 
     #[inline(always)]
-    fn run(self) {
+    fn run(self) -> Self::Output {
         let Self { start, rule, adapted } = self;
         let mut passes = ForwardBackward::<N>::new();
-        let mut evidence = vec![[0.0; 2]; adapted.density.len()];
+        let mut evidence = filled([0.0; 2], adapted.density.len())?;
         let count = adapted.log_density.len();
-        let mut cavity = Cavity { mean: vec![0.0; count], variance: vec![0.0; count] };
+        let mut cavity = Cavity { mean: filled(0.0, count)?, variance: filled(0.0, count)? };
         for round in 1..=rule.rounds {
-            let samples =
-                Samples { step: adapted.step, value: adapted.sites.value, variance: adapted.sites.variance };
+            let samples = Samples {
+                step: adapted.step,
+                value: adapted.sites.value,
+                variance: adapted.sites.variance,
+                watch: adapted.watch,
+            };
             let noise = ProcessNoise { segment: adapted.segment, density: adapted.density };
-            passes.filter(samples, start, noise);
+            passes.filter(samples, start, noise)?;
             evidence.fill([0.0; 2]);
             passes.backward(
                 samples,
@@ -102,7 +118,7 @@ impl<const N: usize> Kernel for AdaptKernel<'_, '_, N> {
                     cavity.mean[k] = adapted.sites.value[k] - u / d;
                     cavity.variance[k] = (1.0 / d - adapted.sites.variance[k]).max(0.0);
                 },
-            );
+            )?;
             if round == rule.rounds {
                 adapted.rounded.log_densities(&cavity, adapted.noise_variance, adapted.log_density);
                 for (ratio, [found, expected]) in adapted.noise_ratio.iter_mut().zip(&evidence) {
@@ -123,5 +139,6 @@ impl<const N: usize> Kernel for AdaptKernel<'_, '_, N> {
             adapted.noise_variance =
                 (adapted.noise_variance * (scores[0] / scores[1]).sqrt()).max(rule.min_noise_variance);
         }
+        Ok(())
     }
 }

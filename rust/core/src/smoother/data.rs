@@ -1,5 +1,7 @@
 //! Samples in, estimates out.
 
+use crate::numeric::watch::Watch;
+
 /// The samples: n values, the variances of their noise, and the n - 1 intervals of time between them.
 #[derive(Clone, Copy)]
 pub struct Samples<'a> {
@@ -9,6 +11,8 @@ pub struct Samples<'a> {
     pub value: &'a [f64],
     /// Variance of each value's measurement noise, > 0.
     pub variance: &'a [f64],
+    /// Whether to stop.
+    pub watch: Watch<'a>,
 }
 
 /// Prior of the state before the first sample.

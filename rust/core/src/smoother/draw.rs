@@ -1,9 +1,11 @@
 //! Random deviations of a derivative from its estimate, drawn from the posterior.
 
 use super::posterior::{MAX_ORDER, MarkovStep, Posterior};
+use crate::error::Stopped;
 use crate::numeric::float::add_scaled;
 use crate::numeric::normal::NormalStreams;
 use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch_wide};
+use crate::numeric::watch::room;
 
 /// Deviations of eight draws side by side.
 #[derive(Debug, Clone)]
@@ -42,15 +44,18 @@ impl DeviationDraws {
 
 /// Writes random deviations of a derivative: `out[draw * n + k]`. A draw depends only on the seed and its own number.
 ///
+/// # Errors
+/// [`Stopped`].
+///
 /// # Panics
 /// If the length of `out` is not a multiple of the number of samples, or `derivative` is not below the order.
-pub fn draw(posterior: &Posterior, derivative: usize, seed: u64, out: &mut [f64]) {
+pub fn draw(posterior: &Posterior, derivative: usize, seed: u64, out: &mut [f64]) -> Result<(), Stopped> {
     assert!(derivative < posterior.order(), "a number of the state");
     let count = posterior.count();
     assert_eq!(out.len() % count, 0, "room for whole draws");
     let draws = out.len() / count;
-    let mut blocks: Vec<DeviationDraws> =
-        (0..draws).step_by(LANES).map(|first| DeviationDraws::new(seed, first)).collect();
+    let mut blocks = room(draws.div_ceil(LANES))?;
+    blocks.extend((0..draws).step_by(LANES).map(|first| DeviationDraws::new(seed, first)));
     let mut steps = Vec::with_capacity(SAMPLES_AT_A_TIME);
     let mut from = 0;
     let mut all = posterior.steps();
@@ -59,11 +64,13 @@ pub fn draw(posterior: &Posterior, derivative: usize, seed: u64, out: &mut [f64]
         steps.clear();
         steps.extend(all.by_ref().take(SAMPLES_AT_A_TIME));
         for (block, rows) in blocks.iter_mut().zip(out.chunks_mut(LANES * count)) {
+            posterior.watch().check()?;
             let order = posterior.order();
             dispatch_wide(DrawKernel { block, steps: &steps, order, derivative, rows, count, from });
         }
         from += steps.len();
     }
+    Ok(())
 }
 
 /// Samples drawn at a time.
@@ -102,6 +109,7 @@ impl Kernel for DrawKernel<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::watch::Watch;
     use crate::smoother::{PosteriorInput, ProcessNoise};
 
     #[test]
@@ -113,14 +121,15 @@ mod tests {
             variance: &variance,
             covariance: &covariance,
             noise: ProcessNoise { segment: &segment, density: &[0.5] },
+            watch: Watch::NEVER,
         };
-        let chain = Posterior::new(2, given).expect("order 2");
+        let chain = Posterior::new(2, given).expect("memory").expect("order 2");
         let (mut few, mut many) = (vec![0.0; 3 * 100], vec![0.0; 20 * 100]);
-        draw(&chain, 1, 5, &mut few);
-        draw(&chain, 1, 5, &mut many);
+        draw(&chain, 1, 5, &mut few).expect("memory");
+        draw(&chain, 1, 5, &mut many).expect("memory");
         assert_eq!(few, many[..300]);
         assert_ne!(many[..100], many[100..200]);
-        draw(&chain, 1, 6, &mut few);
+        draw(&chain, 1, 6, &mut few).expect("memory");
         assert_ne!(few, many[..300]);
     }
 }

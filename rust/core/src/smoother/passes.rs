@@ -4,6 +4,8 @@
 
 use super::data::{ProcessNoise, Samples, Start};
 use super::transition::Transition;
+use crate::error::Stopped;
+use crate::numeric::watch::room;
 
 /// Prediction of a sample by the filter, as the backward pass needs it.
 #[derive(Clone, Copy)]
@@ -47,22 +49,32 @@ impl<const N: usize> ForwardBackward<N> {
         let mut state = State::of(start);
         let mut transition = Transition::<N>::new(1.0);
         for k in 0..samples.value.len() {
+            if samples.watch.stops_at(k) {
+                return;
+            }
             show(state.pass(&mut transition, k, samples, noise));
         }
     }
 
     /// Runs the filter for a backward pass.
     #[inline(always)]
-    pub fn filter(&mut self, samples: Samples, start: Start, noise: ProcessNoise) {
+    pub fn filter(&mut self, samples: Samples, start: Start, noise: ProcessNoise) -> Result<(), Stopped> {
         self.before.clear();
+        if self.before.capacity() == 0 {
+            self.before = room(samples.value.len().div_ceil(BLOCK))?;
+        }
         let mut state = State::of(start);
         let mut transition = Transition::<N>::new(1.0);
         for k in 0..samples.value.len() {
             if k.is_multiple_of(BLOCK) {
                 self.before.push(state);
             }
+            if samples.watch.stops_at(k) {
+                return Err(Stopped::Interrupted);
+            }
             state.pass(&mut transition, k, samples, noise);
         }
+        Ok(())
     }
 
     /// Runs backwards. Passes each interval with the score after it to `interval`, then the sample before with its score to `sample`.
@@ -73,13 +85,16 @@ impl<const N: usize> ForwardBackward<N> {
         noise: ProcessNoise,
         mut interval: impl FnMut(usize, &Transition<N>, &Score<N>),
         mut sample: impl FnMut(usize, &Prediction<N>, &Score<N>, [f64; 2]),
-    ) {
+    ) -> Result<(), Stopped> {
         let mut score = Score { r: [0.0; N], variance: [[0.0; N]; N] };
         let mut transition = Transition::<N>::new(1.0);
         let mut ahead = transition.clone();
         let count = samples.value.len();
         for (number, &before) in self.before.iter().enumerate().rev() {
             let first = number * BLOCK;
+            if samples.watch.stops_at(first) {
+                return Err(Stopped::Interrupted);
+            }
             let mut state = before;
             self.block.clear();
             for k in first..count.min(first + BLOCK) {
@@ -114,6 +129,7 @@ impl<const N: usize> ForwardBackward<N> {
                 sample(k, at, &score, [u, d]);
             }
         }
+        Ok(())
     }
 }
 

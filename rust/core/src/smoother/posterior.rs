@@ -16,7 +16,9 @@
 use super::data::ProcessNoise;
 use super::square_root::{Columns, MeasurementUpdate, TimeUpdate, TimeUpdated, upper_cholesky};
 use super::transition::Transition;
+use crate::error::Stopped;
 use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::watch::{Watch, filled};
 
 /// Largest order, the number of entries of a state.
 pub const MAX_ORDER: usize = 6;
@@ -44,6 +46,8 @@ pub struct PosteriorInput<'a> {
     pub covariance: &'a [f64],
     /// Process noise.
     pub noise: ProcessNoise<'a>,
+    /// Whether to stop.
+    pub watch: Watch<'a>,
 }
 
 /// The chain of n states of 2 to 6 entries. It stores the information of the later samples on each state: N (N + 1) / 2 numbers per sample.
@@ -56,21 +60,29 @@ pub struct Posterior<'a> {
 
 impl<'a> Posterior<'a> {
     /// The chain of states with `order` entries; None if `order` is not 2 to 6.
-    pub fn new(order: usize, given: PosteriorInput<'a>) -> Option<Self> {
+    ///
+    /// # Errors
+    /// [`Stopped`].
+    pub fn new(order: usize, given: PosteriorInput<'a>) -> Result<Option<Self>, Stopped> {
         let information = match order {
-            2 => information::<2>(given),
-            3 => information::<3>(given),
-            4 => information::<4>(given),
-            5 => information::<5>(given),
-            6 => information::<6>(given),
-            _ => return None,
+            2 => information::<2>(given)?,
+            3 => information::<3>(given)?,
+            4 => information::<4>(given)?,
+            5 => information::<5>(given)?,
+            6 => information::<6>(given)?,
+            _ => return Ok(None),
         };
-        Some(Self { order, given, information })
+        Ok(Some(Self { order, given, information }))
     }
 
     /// Order, the number of entries of a state.
     pub fn order(&self) -> usize {
         self.order
+    }
+
+    /// Whether a computation with the chain should stop.
+    pub(crate) fn watch(&self) -> Watch<'a> {
+        self.given.watch
     }
 
     /// Number of samples.
@@ -130,13 +142,16 @@ impl Kernel for CovarianceKernel<'_> {
 }
 
 /// Square roots of the information, upper triangles by rows, sample 0 first.
-fn information<const N: usize>(given: PosteriorInput) -> Vec<f64> {
+fn information<const N: usize>(given: PosteriorInput) -> Result<Vec<f64>, Stopped> {
     let count = given.variance.len();
     let size = N * (N + 1) / 2;
-    let mut all = vec![0.0; count * size];
+    let mut all = filled(0.0, count.saturating_mul(size))?;
     let mut interval = IntervalNoise::<N>::new();
     let mut root = [[0.0; N]; N];
     for (k, packed) in all.chunks_exact_mut(size).enumerate().rev() {
+        if given.watch.stops_at(k) {
+            return Err(Stopped::Interrupted);
+        }
         if k + 1 < count {
             let noise = interval.noise(given, k);
             root = dispatch(TimeUpdate { root: &root, noise, phi: &interval.transition.phi }).rest;
@@ -150,7 +165,7 @@ fn information<const N: usize>(given: PosteriorInput) -> Vec<f64> {
             }
         }
     }
-    all
+    Ok(all)
 }
 
 /// Transition over one interval, and the root of its noise.
@@ -279,6 +294,7 @@ mod tests {
             variance: &VARIANCE,
             covariance,
             noise: ProcessNoise { segment: &SEGMENT, density },
+            watch: Watch::NEVER,
         }
     }
 
@@ -317,7 +333,7 @@ mod tests {
         let covariance: Vec<f64> = start.iter().copied().collect();
         let given = given(&covariance, &[1.0, 30.0, 0.02]);
         let wanted = dense::<N>(given);
-        let chain = Posterior::new(N, given).expect("an order from 2 to 6");
+        let chain = Posterior::new(N, given).expect("memory").expect("an order from 2 to 6");
         let mut before = DMatrix::zeros(N, N);
         for (k, step) in chain.steps().enumerate() {
             let (carry, noise) = (square(&step.transition, N), square(&step.noise_root, N));
@@ -343,13 +359,13 @@ mod tests {
 
     #[test]
     fn without_noise_there_is_no_deviation() {
-        let chain = Posterior::new(3, given(&[0.0; 9], &[0.0; 3])).expect("order 3");
+        let chain = Posterior::new(3, given(&[0.0; 9], &[0.0; 3])).expect("memory").expect("order 3");
         assert!(chain.steps().all(|step| step.noise_root == [[0.0; MAX_ORDER]; MAX_ORDER]));
     }
 
     #[test]
     fn orders_are_2_to_6() {
-        assert!(Posterior::new(1, given(&[1.0], &[1.0; 3])).is_none());
-        assert!(Posterior::new(7, given(&[1.0; 49], &[1.0; 3])).is_none());
+        assert!(Posterior::new(1, given(&[1.0], &[1.0; 3])).expect("memory").is_none());
+        assert!(Posterior::new(7, given(&[1.0; 49], &[1.0; 3])).expect("memory").is_none());
     }
 }

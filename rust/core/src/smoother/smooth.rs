@@ -3,39 +3,52 @@
 use super::data::{ProcessNoise, Samples, Smoothed, Start};
 use super::passes::ForwardBackward;
 use super::variance_recovery::{LostRange, recover_variances};
+use crate::error::Stopped;
 use crate::numeric::simd::{Kernel, dispatch};
 
 /// Likelihood by a forward pass: (sum of ln F, sum of v^2/F) over the innovations v and their variances F; None if `order` is not 2 to 6.
-#[must_use]
-pub fn likelihood(order: usize, samples: Samples, start: Start, noise: ProcessNoise) -> Option<(f64, f64)> {
-    match order {
+///
+/// # Errors
+/// [`Stopped::Interrupted`].
+pub fn likelihood(
+    order: usize,
+    samples: Samples,
+    start: Start,
+    noise: ProcessNoise,
+) -> Result<Option<(f64, f64)>, Stopped> {
+    let found = match order {
         2 => Some(dispatch(LikelihoodKernel::<2> { samples, start, noise })),
         3 => Some(dispatch(LikelihoodKernel::<3> { samples, start, noise })),
         4 => Some(dispatch(LikelihoodKernel::<4> { samples, start, noise })),
         5 => Some(dispatch(LikelihoodKernel::<5> { samples, start, noise })),
         6 => Some(dispatch(LikelihoodKernel::<6> { samples, start, noise })),
         _ => None,
-    }
+    };
+    samples.watch.check()?;
+    Ok(found)
 }
 
 /// Smoothed estimates by both passes; None if `order` is not 2 to 6.
+///
+/// # Errors
+/// [`Stopped`].
 pub fn smooth(
     order: usize,
     samples: Samples,
     start: Start,
     noise: ProcessNoise,
     out: &mut Smoothed,
-) -> Option<()> {
+) -> Result<Option<()>, Stopped> {
     let ranges = match order {
         2 => dispatch(SmoothKernel::<2> { samples, start, noise, out }),
         3 => dispatch(SmoothKernel::<3> { samples, start, noise, out }),
         4 => dispatch(SmoothKernel::<4> { samples, start, noise, out }),
         5 => dispatch(SmoothKernel::<5> { samples, start, noise, out }),
         6 => dispatch(SmoothKernel::<6> { samples, start, noise, out }),
-        _ => return None,
-    };
-    recover_variances(&ranges, order, samples, noise, out.variance);
-    Some(())
+        _ => return Ok(None),
+    }?;
+    recover_variances(&ranges, order, samples, noise, out.variance)?;
+    Ok(Some(()))
 }
 
 /// Variance over the size of its terms below which it has lost its digits in rounding.
@@ -73,14 +86,14 @@ struct SmoothKernel<'a, 'b, const N: usize> {
 
 impl<const N: usize> Kernel for SmoothKernel<'_, '_, N> {
     /// Ranges of samples whose variances are lost in rounding.
-    type Output = Vec<LostRange>;
+    type Output = Result<Vec<LostRange>, Stopped>;
 
     #[inline(always)]
-    fn run(self) -> Vec<LostRange> {
+    fn run(self) -> Self::Output {
         let Self { samples, start, noise, out } = self;
         let mut ranges = Vec::new();
         let mut passes = ForwardBackward::<N>::new();
-        passes.filter(samples, start, noise);
+        passes.filter(samples, start, noise)?;
         passes.backward(
             samples,
             noise,
@@ -110,7 +123,7 @@ impl<const N: usize> Kernel for SmoothKernel<'_, '_, N> {
                     LostRange::add(&mut ranges, k, &at.covariance);
                 }
             },
-        );
-        ranges
+        )?;
+        Ok(ranges)
     }
 }

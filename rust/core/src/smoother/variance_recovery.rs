@@ -5,6 +5,7 @@
 
 use super::data::{ProcessNoise, Samples};
 use super::posterior::{Posterior, PosteriorInput};
+use crate::error::Stopped;
 
 /// A range of samples with lost variances, and the covariance predicted for the first one.
 pub(super) struct LostRange {
@@ -38,7 +39,7 @@ pub(super) fn recover_variances(
     samples: Samples,
     noise: ProcessNoise,
     variance: &mut [[f64; 3]],
-) {
+) -> Result<(), Stopped> {
     let count = variance.len();
     let mut found = Vec::new();
     for range in ranges {
@@ -50,9 +51,11 @@ pub(super) fn recover_variances(
                 variance: &samples.variance[range.first..end],
                 covariance: &range.covariance,
                 noise: ProcessNoise { segment: &noise.segment[range.first..end - 1], density: noise.density },
+                watch: samples.watch,
             };
-            let Some(chain) = Posterior::new(order, given) else { return };
+            let Some(chain) = Posterior::new(order, given)? else { return Ok(()) };
             // One more than the range, to check whether enough samples were included.
+            samples.watch.check()?;
             found.clear();
             found.extend(chain.variances().take(range.last + 2 - range.first));
             let enough = end == count
@@ -69,4 +72,5 @@ pub(super) fn recover_variances(
         let length = range.last + 1 - range.first;
         variance[range.first..=range.last].copy_from_slice(&found[..length]);
     }
+    Ok(())
 }

@@ -1,7 +1,7 @@
 //! Link rows: deflection and load of each link in the undamped modes.
 
 use super::state::State;
-use crate::model::Link;
+use crate::model::{Link, ball_force};
 use crate::numeric::float::fma;
 
 /// A link in the undamped modes, per unit of each entry of the state (√J), and at rest.
@@ -65,10 +65,16 @@ impl LinkRow {
         self.link.is_damped_in_contact() && self.link.law().tangent(self.deflection_at(state)) == 0.0
     }
 
-    /// Elastic and damping load at a state, N.
+    /// Elastic and damping load at a state, N: to the last bit the values of the vector loops over many states, in which preloaded balls
+    /// have an expression of their own.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn loads(&self, state: &State) -> (f64, f64) {
         let damping = if self.damper_is_idle(state) { 0.0 } else { self.damping_load(state) };
-        (self.link.law().force(self.deflection_at(state)), damping)
+        let at = self.deflection_at(state);
+        let elastic = match self.link.law().balls() {
+            Some([opening, coefficient]) => coefficient * ball_force(opening, at),
+            None => self.link.law().force(at),
+        };
+        (elastic, damping)
     }
 }

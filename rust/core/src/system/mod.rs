@@ -86,7 +86,7 @@ impl System {
     ///
     /// # Errors
     /// [`SceneError::Unsupported`] with the motion that no link resists; [`SceneError::NoEquilibrium`] with the motion in which the weight
-    /// pushes the body away from its links; without `std` also [`SceneError::TooManyLinks`].
+    /// pushes the body away from its links; [`SceneError::FarEquilibrium`] if it rests a million times its size away; without `std` also [`SceneError::TooManyLinks`].
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
         let links = scene.links();
         let mut matrices = assemble(scene);
@@ -122,6 +122,7 @@ impl System {
         if !numbers.chain(influence.as_flattened()).all(|x| x.is_finite()) {
             return Err(OUT_OF_RANGE);
         }
+        check_travel(scene, &equilibrium.position)?;
         let free = scene.free();
         Ok(Self { matrices, free, model_level, shapes, frequency, damping, influence, equilibrium, rows })
     }
@@ -214,6 +215,26 @@ impl System {
 
 const OUT_OF_RANGE: SceneError =
     SceneError::NotFinite { field: "scene: mass, inertia, stiffness, damping or gravity out of range" };
+
+/// Largest travel of the body under its weight, in sizes of the machine. The model holds for small deflections, of which the audit warns
+/// much earlier. Beyond this a deflection is rounded to 1e-10 of the machine, so its dynamic part has few digits left.
+const MAX_TRAVEL: f64 = 1e6;
+
+/// Smallest machine that the largest travel is measured by, m.
+const SMALLEST_MACHINE: f64 = 1.0;
+
+/// The error for a body that its links hold, but so softly that it rests far from them.
+fn check_travel(scene: &Scene, position: &Vector6<f64>) -> Result<(), SceneError> {
+    let links = scene.links().iter();
+    let sizes = links.map(|link| f64::max(link.point().norm(), link.law().clearance()));
+    let size = sizes.fold(f64::max(SMALLEST_MACHINE, scene.body().center_of_mass().norm()), f64::max);
+    let [u, phi] = [0, 3].map(|first| position.fixed_rows::<3>(first).norm());
+    let travel = u + phi * size;
+    if travel <= MAX_TRAVEL * size {
+        return Ok(());
+    }
+    Err(SceneError::FarEquilibrium { motion: position / position.amax(), travel })
+}
 
 /// Static position, and the motions in which nothing resists the body there.
 #[derive(Debug, Clone, Copy)]

@@ -26,7 +26,7 @@ pub fn modes(system: &System) -> impl Iterator<Item = Mode> {
 }
 
 /// Eigenvalues of the damped system, 1/s: conjugate pairs `-ζω ± iω√(1-ζ²)`, or real where overdamped. The first
-/// `2 * mode_count` entries, slowest first; `None` if the iteration does not converge.
+/// `2 * mode_count` entries, slowest first; `None` if the iteration does not converge, or if numbers overflow.
 pub fn eigenvalues(system: &System) -> Option<[Complex<f64>; 12]> {
     let mut columns = SMatrix::<f64, 12, 12>::zeros();
     for j in 0..12 {
@@ -36,6 +36,9 @@ pub fn eigenvalues(system: &System) -> Option<[Complex<f64>; 12]> {
     }
     let schur = Schur::try_new(columns, f64::EPSILON, 1000)?;
     let mut values: [Complex<f64>; 12] = schur.complex_eigenvalues().into();
+    if !values.iter().all(|value| value.re.is_finite() && value.im.is_finite()) {
+        return None;
+    }
     values.sort_unstable_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr()));
     // The rows of absent modes are zero, and so are their eigenvalues: they come first.
     values.rotate_left(12 - 2 * system.mode_count());

@@ -1,6 +1,8 @@
 //! The three methods: agreement of loads, work, and steps at samples.
 
-use guideload::{Control, Exact, Excitation, Method, NamedMethod, Output, Radau, Rk45, State, Summary};
+use guideload::{
+    Control, Exact, Excitation, Method, NamedMethod, Output, Radau, Rk45, RunError, State, Summary,
+};
 
 use crate::common::{
     ADAPTIVE, Machine, Random, cart, cart_stiff, close, cycle, difference, largest, noise, paper,
@@ -248,4 +250,38 @@ fn same<M: Method>(
     assert_eq!(summary.recorded, times.len());
     let off = difference(&machine.loads_of(&states), &by_samples) / largest(&by_samples);
     assert!(off <= tolerance, "{off:e}");
+}
+
+/// Counts its instants, and stops the run after a number of them.
+struct Until {
+    instants: usize,
+    most: usize,
+}
+
+impl guideload::Record for Until {
+    fn reserve(&mut self, _: usize) -> Result<(), RunError> {
+        Ok(())
+    }
+
+    fn stops(&mut self) -> bool {
+        self.instants >= self.most
+    }
+
+    fn instant(&mut self, _: f64, _: &State, _: &[f64; 9]) {
+        self.instants += 1;
+    }
+}
+
+#[test]
+fn a_record_stops_a_run() {
+    let motion = cycle();
+    let excitation = Excitation::uniform(0.0, 1e-3, &motion).expect("a motion");
+    let system = cart().system();
+    for method in [NamedMethod::Exact, NamedMethod::Rk45, NamedMethod::Implicit] {
+        let mut record = Until { instants: 0, most: 2000 };
+        let stopped = method.run(&system, ADAPTIVE, &excitation, Output::Samples, &mut record);
+        let Err(RunError::Interrupted { time }) = stopped else { panic!("{method:?}: {stopped:?}") };
+        assert!((2000..motion.len()).contains(&record.instants), "{method:?}: {}", record.instants);
+        assert!(time >= 1.9 && time < 1e-3 * motion.len() as f64, "{method:?}: {time}");
+    }
 }

@@ -1,7 +1,7 @@
 //! Static equilibrium, and bodies without it.
 
 use guideload::reaction;
-use guideload::{Body, Dof, Free, Link, SceneError, System};
+use guideload::{Body, Dof, Free, Law, Link, SceneError, System, assemble, carriage_ends};
 use nalgebra::{Matrix3, Rotation3, Vector3, Vector6};
 
 use crate::common::{GRAVITY, Machine, Random, at, cart, close, paper, random_machine};
@@ -175,4 +175,52 @@ fn a_softly_supported_body_is_supported() {
         let weight = system.matrices().weight;
         assert!((carried - weight).amax() <= 1e-10 * weight.amax(), "{}", (carried - weight).amax());
     }
+}
+
+/// Two carriages that hold the body to one side each bear no moment about the line through them: the body turned 1e14 m away, where loads
+/// of 1e15 N balanced up to their rounding.
+#[test]
+fn a_body_that_falls_between_one_sided_carriages_is_refused() {
+    let body = Body::new(800.0, Vector3::new(-0.009, 1.592, -1.442), Matrix3::from_diagonal_element(90.0));
+    let sided = |up: f64, down: f64| Law::sided(up, down, 0.0).expect("a law");
+    let play = Law::sided(1e8, 1e8, 4.1e-6).expect("a law");
+    let machine = |front: Law, rear: Law| {
+        let mut links = Vec::new();
+        for (center, law) in [([0.3, 0.0, -0.25], front), ([-0.3, 0.0, 0.25], rear)] {
+            for (point, direction) in carriage_ends(center.into(), 0.04) {
+                let law = if direction.y > 0.0 { law } else { play };
+                links.push(Link::with_law(point, direction, law, 4e3).expect("a link"));
+            }
+        }
+        Machine { body: body.expect("a body"), links, gravity: GRAVITY, free: Free::GUIDED }
+    };
+    let falls = machine(sided(0.0, 1e8), sided(1e8, 0.0));
+    let error = System::new(&falls.scene()).expect_err("nothing holds it");
+    let SceneError::NoEquilibrium { motion } = error else { panic!("{error:?}") };
+    assert!(error.to_string().contains("rotation about (-0.7"), "{error}");
+    // The weight does work, and no link resists.
+    assert!(motion.dot(&assemble(&falls.scene()).weight) > 0.0);
+    for link in &falls.links {
+        let along = link.row().dot(&motion);
+        assert!(if link.law().segment(2).1 > 0.0 { along <= 1e-9 } else { along >= -1e-9 }, "{along}");
+        assert!(link.direction().y > 0.0 || along.abs() <= 1e-9);
+    }
+    let holds = machine(sided(1e7, 1e8), sided(1e8, 1e7));
+    let carried = at(&holds.guide_load(&holds.system()), &[0.0; 12]);
+    assert!((carried - holds.system().matrices().weight).amax() <= 1e-9 * 8e3);
+}
+
+/// Springs a billionth as stiff as any of a machine let it rest thousands of kilometres away.
+#[test]
+fn a_body_that_rests_far_away_is_refused_with_its_travel() {
+    let machine = |k: f64| {
+        let soft = cart().links;
+        let links =
+            soft.iter().map(|link| Link::new(link.point(), link.direction(), k, 1.0).expect("a link"));
+        Machine { links: links.collect(), ..cart() }
+    };
+    machine(1.0).system();
+    let error = System::new(&machine(1e-4).scene()).expect_err("far away");
+    assert!(matches!(error, SceneError::FarEquilibrium { travel, .. } if travel > 1e6), "{error:?}");
+    assert!(error.to_string().contains("rotation about"), "{error}");
 }

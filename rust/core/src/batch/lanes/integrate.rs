@@ -10,6 +10,7 @@ use super::time_statistics::{Reduce, STATISTICS, nothing};
 use super::timeline::{BLOCK, Timeline};
 use super::vector::{Complex, Real};
 use crate::batch::requirements::Requirements;
+use crate::numeric::watch::Watch;
 
 /// Memory of one thread, and the results of a run.
 #[derive(Debug, Default)]
@@ -34,6 +35,7 @@ pub(super) struct LaneIntegrator<'a, const N: usize> {
     /// Whether values at the samples are needed, not only extremes of rows.
     pub stores_values: bool,
     pub memory: &'a mut Memory,
+    pub watch: Watch<'a>,
 }
 
 impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
@@ -41,7 +43,7 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { modal, timeline, requirements, stores_values, memory } = self;
+        let Self { modal, timeline, requirements, stores_values, memory, watch } = self;
         let Memory { states, values, extremes, steps, last, found, end } = memory;
         let rows = modal.rows.next_multiple_of(TILE);
         for place in found.clear::<S>(requirements.signals.len() * STATISTICS).as_chunks_mut::<STATISTICS>().0
@@ -55,6 +57,9 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
         last.clear::<S>(rows);
         simd.vectorize(Steps { lengths: &timeline.lengths, modal, to: steps });
         for block in 0..timeline.blocks() {
+            if watch.stops_at(block) {
+                return;
+            }
             if let Some(kind) = timeline.kind(block) {
                 simd.vectorize(Advance::<N> { steps, kind, timeline, block, states, end });
             } else {

@@ -28,6 +28,7 @@ use super::instance::{Base, Instance};
 use super::requirements::{Requirements, Signal, SignalRequest};
 use super::time_statistics::RunningStatistics;
 use crate::excitation::Excitation;
+use crate::numeric::watch::Watch;
 use integrate::{LaneIntegrator, Memory};
 use modal::{ModalScenes, ModalSetup};
 use request::ModalRequest;
@@ -99,8 +100,15 @@ impl<'a> Lanes<'a> {
     }
 
     /// Runs up to [`Lanes::count`] scenes with linear links.
-    pub(super) fn run(&self, requirements: &Requirements, scenes: &[&Instance], memory: &mut LaneMemory) {
-        self.dispatch(Run { lanes: self, requirements, scenes, memory });
+    /// With meaningless results if the watch stops it.
+    pub(super) fn run(
+        &self,
+        requirements: &Requirements,
+        scenes: &[&Instance],
+        memory: &mut LaneMemory,
+        watch: Watch,
+    ) {
+        self.dispatch(Run { lanes: self, requirements, scenes, memory, watch });
     }
 
     /// Writes the statistics of each signal of a scene of the last run. False if rounding in the lanes leaves too few digits; such a scene
@@ -150,6 +158,7 @@ struct Run<'a, 'b> {
     requirements: &'a Requirements,
     scenes: &'a [&'a Instance],
     memory: &'a mut LaneMemory,
+    watch: Watch<'a>,
 }
 
 impl WithSimd for Run<'_, '_> {
@@ -171,7 +180,7 @@ impl WithSimd for Run<'_, '_> {
 impl Run<'_, '_> {
     #[inline(always)]
     fn run<S: Simd, const N: usize>(self, simd: S) {
-        let Self { lanes, requirements, scenes, memory } = self;
+        let Self { lanes, requirements, scenes, memory, watch } = self;
         let LaneMemory { modal, memory } = memory;
         // Unused lanes repeat the last scene.
         let mut all = [scenes[scenes.len() - 1]; MAX_LANES];
@@ -183,6 +192,7 @@ impl Run<'_, '_> {
             requirements,
             stores_values: lanes.stores_values,
             memory,
+            watch,
         });
     }
 }

@@ -15,8 +15,10 @@ use crate::batch::requirements::LoadRow;
 /// errors are below 1e-12 of the loads. Forming K and M squares the spread; `system::undamped_modes` does not form them.
 const MAX_SPREAD: f64 = 1e3;
 
-/// Smallest ω² [1/s²] whose square is within the range of numbers; 1 / SMALLEST is the largest.
-const SMALLEST: f64 = 1e-100;
+/// Smallest ω² [1/s²]: below, the body may rest kilometres away, which `System::new` judges; and the largest, whose square is within the
+/// range of numbers.
+const SMALLEST: f64 = 1e-3;
+const LARGEST: f64 = 1e100;
 
 /// Undamped modes of the scenes, their damping, modal forces and static position.
 pub(super) struct Undamped<S: Simd> {
@@ -75,7 +77,7 @@ impl<S: Simd> Undamped<S> {
         let accurate = high
             .less_than(low * pivots * low.constant(MAX_SPREAD))
             .and(low.constant(SMALLEST).less_than(low))
-            .and(high.less_than(high.constant(1.0 / SMALLEST)));
+            .and(high.less_than(high.constant(LARGEST)));
         let damping = projected(&shapes, &damping, n);
         // A loop and no iterator: a closure would be compiled for the oldest processor.
         let mut influence = Vec::with_capacity(request.components.len());

@@ -40,6 +40,7 @@ pub struct Stages {
 
 impl Method for Radau {
     type Memory = Stages;
+    const WORK: usize = 8;
     const ERROR_ORDER: Option<u32> = Some(5);
     const STABLE: bool = true;
 

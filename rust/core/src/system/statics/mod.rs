@@ -38,6 +38,14 @@ const ROUNDING: f64 = 1e-14;
 /// The balance uses the true force.
 const AT_EDGE: f64 = 1e-11;
 
+/// Largest force out of balance as a fraction of the weight. Rounding of the deflections is less than this even where links bear the
+/// weight a billion times as softly as others would.
+const OUT_OF_BALANCE: f64 = 1e-6;
+
+/// Deflection of a link, as a fraction of its largest one in a motion of the same length, up to which the motion does not move it.
+/// Rounding of a direction is about 1e-15. A link that resists by less bears the weight 1e18 times as softly as its nominal stiffness.
+const STILL: f64 = 1e-9;
+
 /// Largest number of Newton steps at each stiffness of the centring springs. Most scenes need a handful, one with a hundred edges some
 /// dozens.
 const MAX_STEPS: usize = 100;
@@ -62,7 +70,7 @@ pub(crate) fn equilibrium<'a>(
     }
     for _ in 0..MAX_STEPS {
         if let Some(found) = statics.refine(&y, true).or_else(|| statics.refine(&y, false)) {
-            return Ok(found);
+            return if statics.holds(&found.position.into()) { Ok(found) } else { Err(unit(&y).into()) };
         }
         // The centring springs have hidden an edge.
         y = statics.minimise(y, 0.0, 1)?;
@@ -105,6 +113,27 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
             size += (load.abs() + law.tangent(d) * c.abs().dot(&y.abs())) * c.norm();
         }
         Residual { force, size }
+    }
+
+    /// Whether y is an equilibrium beyond doubt: the loads balance the weight, not only up to rounding of deflections that may be huge; and
+    /// it is stable: farther along y the links bear more than the weight. (No law falls, so a position of balance is stable against all
+    /// else.)
+    fn holds(&self, y: &Vector6<f64>) -> bool {
+        let (direction, mut loads) = (unit(y), 0.0);
+        let (mut pull, mut resists) = (self.weight.dot(&direction), false);
+        for (law, c) in self.springs.clone() {
+            loads += law.force(c.dot(y)).abs() * c.norm();
+            let along = c.dot(&direction);
+            if along.abs() > STILL * c.norm() {
+                let last = if along > 0.0 { law.edges().len() } else { 0 };
+                let (load, stiffness) = law.segment(last);
+                pull -= along * load;
+                resists |= stiffness > 0.0;
+            }
+        }
+        let weight = self.weight.norm();
+        let balances = self.residual(y, 0.0).force.norm() <= OUT_OF_BALANCE * weight + NEGLIGIBLE * loads;
+        balances && (resists || pull <= OUT_OF_BALANCE * weight + NEGLIGIBLE * loads)
     }
 
     /// Tangent stiffness at y, with piecewise linear laws on their segments at `reference`; none if it is out of range.

@@ -228,3 +228,39 @@ fn overflow_is_an_error() {
     let springs = [(Law::linear(1e300).unwrap(), [1e300, 0.0, 0.0, 0.0, 0.0, 0.0])];
     assert!(solve(&springs, [1.0; 6], 1).is_err());
 }
+
+/// Links that push only, as many as coordinates: the weight is a sum of their rows in one way, and all factors must be positive.
+#[test]
+fn a_weight_is_borne_if_and_only_if_the_links_can_balance_it() {
+    let k = 1e8;
+    let push = Law::sided(k, 0.0, 0.0).unwrap();
+    let mut random = Random(8);
+    let (mut borne, mut lost) = (0, 0);
+    for round in 0..400 {
+        let count = 2 + round % 5;
+        let soft = Law::sided(k * random.between(1e-3, 1.0), 0.0, random.between(0.0, 1e-5)).unwrap();
+        let links: Vec<_> = (0..count).map(|i| ([push, soft][i % 2], random.vector(count))).collect();
+        let springs = scene(&links, count);
+        let share = |random: &mut Random| if random.between(0.0, 1.0) < 0.2 { -1.0 } else { 1.0 };
+        let factors: Vec<f64> = (0..count).map(|_| share(&mut random) * random.between(0.01, 1.0)).collect();
+        let mut weight = Vector6::zeros();
+        for ((_, c), factor) in springs.iter().zip(&factors) {
+            weight += Vector6::from(*c) * (factor * 1e3);
+        }
+        let found = solve(&springs, weight.into(), count);
+        if factors.iter().all(|&factor| factor > 0.0) {
+            borne += 1;
+            let rest = found.expect("an equilibrium");
+            assert!(unbalanced(&springs, weight.into(), &rest.position) <= 1e-9);
+        } else {
+            lost += 1;
+            // The weight does work in the motion that is named, and no link resists it.
+            let motion = Vector6::from(found.expect_err("no equilibrium"));
+            assert!(motion.dot(&weight) > 0.0, "{motion}");
+            for (_, c) in &springs {
+                assert!(Vector6::from(*c).dot(&motion) <= 1e-6 * Vector6::from(*c).norm());
+            }
+        }
+    }
+    assert!(borne > 50 && lost > 50, "{borne} {lost}");
+}

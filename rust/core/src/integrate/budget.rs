@@ -1,0 +1,106 @@
+//! How much work a run may take: a generous multiple of what its input lets expect.
+//!
+//! The unit is a step of an explicit method, a part of a search, or a part of a power series: 0.1 to 2 µs.
+
+use super::control::Control;
+use crate::error::{OtherMethod, RunError};
+use crate::excitation::Excitation;
+use crate::numeric::float::pow;
+use crate::output::Record;
+use crate::system::{State, System};
+
+/// Work that every run may take, about a second.
+const LEAST_WORK: f64 = 1e6;
+
+/// Work for each interval between samples and each output time. One step is usual; with contact changes and their searches some ten.
+const WORK_PER_INTERVAL: f64 = 100.0;
+
+/// Work for each radian of the fastest mode: one step of an explicit method at the limit of its stability takes 3 rad, and at a loose
+/// tolerance 0.5 rad; a link that rattles in its clearance changes contact twice in 6 rad, at a cost of some ten parts.
+const WORK_PER_RADIAN: f64 = 20.0;
+
+/// Work for each step of a fixed length.
+const WORK_PER_FIXED_STEP: f64 = 10.0;
+
+/// Most work beside that for each interval: some ten seconds, for steps that the user has chosen a minute. The modes of a guided body are
+/// slower than 10 kHz; to follow faster ones, which belong to wrong numbers, may take years.
+const MOST_WORK: f64 = 3e7;
+const MOST_FIXED_WORK: f64 = 1e8;
+
+/// Largest modal frequency at rest, rad/s; `damped`: or decay rate.
+fn fastest(system: &System, damped: bool) -> f64 {
+    let mut fastest = system.frequency.iter().fold(0.0, |most, x| f64::max(most, *x));
+    for column in system.damping.iter().filter(|_| damped) {
+        fastest = f64::max(fastest, column.iter().map(|x| x.abs()).sum());
+    }
+    fastest
+}
+
+/// Watches the work of a run.
+pub(super) struct Budget {
+    /// Work at which the run looks up next, and at which it gives up.
+    pause: usize,
+    most: usize,
+    /// Largest modal frequency, rad/s, for the error.
+    fastest: f64,
+}
+
+impl Budget {
+    /// The budget of a run. `error_order`: that of the method's error estimate.
+    pub fn new(
+        system: &System,
+        excitation: &Excitation,
+        outputs: usize,
+        control: Control,
+        error_order: Option<u32>,
+    ) -> Self {
+        let (duration, intervals) = (excitation.duration(), excitation.count() + outputs);
+        let radians = duration * fastest(system, error_order.is_some());
+        let (by_method, most) = match (control, error_order) {
+            (Control::Fixed { step }, _) => (WORK_PER_FIXED_STEP * duration / step, MOST_FIXED_WORK),
+            // The error of a step falls as its length to the power of the order plus one.
+            (Control::Adaptive { rtol }, Some(order)) => {
+                (WORK_PER_RADIAN * radians * pow(rtol, -1.0 / f64::from(order + 1)), MOST_WORK)
+            }
+            (Control::Adaptive { .. }, None) => (WORK_PER_RADIAN * radians, MOST_WORK),
+        };
+        // Not NaN, if a duration of zero meets an infinite decay rate.
+        let by_method = if by_method < most { by_method } else { most };
+        let work = LEAST_WORK + WORK_PER_INTERVAL * intervals as f64 + by_method;
+        Self { pause: 0, most: work as usize, fastest: fastest(system, true) }
+    }
+
+    /// Whether to look up after so much work.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub fn is_due(&self, work: usize) -> bool {
+        work >= self.pause
+    }
+
+    /// Ends the run in `state` if its record says so, the state has overflowed, or the budget is used up. Out of line and with values, so
+    /// that the loop keeps its own in registers.
+    #[inline(never)]
+    pub fn look_up(
+        &mut self,
+        work: usize,
+        steps: usize,
+        record: &mut dyn Record,
+        state: &State,
+        [time, step]: [f64; 2],
+        other: OtherMethod,
+    ) -> Result<(), RunError> {
+        if record.stops() {
+            return Err(RunError::Interrupted { time });
+        }
+        if state.iter().any(|entry| !entry.is_finite()) {
+            return Err(RunError::OutOfRange);
+        }
+        if work >= self.most {
+            return Err(RunError::TooManySteps { time, step, steps, fastest: self.fastest, other });
+        }
+        self.pause = usize::min(self.most, work + BETWEEN);
+        Ok(())
+    }
+}
+
+/// Work, or instants, between two questions to the record whether to stop: a millisecond or so.
+pub(super) const BETWEEN: usize = 1024;
