@@ -63,6 +63,11 @@ def test_a_run_tells_life_if_its_carriages_name_products(machine_file: Path, tmp
     assert "Not computed: carriage 1a carries a " in " ".join(text.split())
 
 
+def test_check_shows_the_products(machine_file: Path) -> None:
+    text = " ".join(guideload("check", machine_file).stdout.split())
+    assert "product HGH25CA (HIWIN; C 34.9 kN for 50 km, C0 52.8 kN): carriage 1a, 1b, 2a and 2b" in text
+
+
 def test_life_without_products_says_what_to_add() -> None:
     message = refused("life", EXAMPLES / "manipulator.toml", TRACE)
     assert "no carriage has a product" in message and "catalogue" in message

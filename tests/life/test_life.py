@@ -17,7 +17,7 @@ from guideload.catalogue.product import Product
 from guideload.life.arrangement import arrangements
 from guideload.life.by_place import rail_damage
 from guideload.life.life import Life, life_of
-from guideload.life.rating_life import system_life
+from guideload.life.rating_life import failure_probability, system_life
 from guideload.life.row_loads import row_loads
 from guideload.motion.motion import Motion
 from guideload.simulation.result import Result
@@ -77,6 +77,12 @@ def test_machine_and_rails_last_as_the_weibull_sum_of_their_carriages(life: Life
     assert life.machine == pytest.approx(system_life(list(life.rails.values())), rel=1e-13)
     assert system_life([3.0] * 4) == pytest.approx(3.0 * 4 ** (-1 / 1.5), rel=1e-14)
     assert system_life([3.0, np.inf]) == 3.0 and system_life([np.inf] * 2) == np.inf
+    for travel in (0.5 * life.machine, life.machine, 3.0 * life.machine):
+        failures = [failure_probability(travel, one, 0.9) for one in lives]
+        assert life.failure_probability(travel) == pytest.approx(
+            1 - np.prod(1 - np.array(failures)), rel=1e-12
+        )
+    assert life.failure_probability(life.machine) == pytest.approx(0.1, rel=1e-12)
     # Probabilities of survival multiply, if each life is that of 90 %.
     survival = np.prod(0.9 ** ((life.machine / lives) ** 1.5))
     assert survival == pytest.approx(0.9, rel=1e-13)

@@ -128,9 +128,9 @@ class EquivalentLoad:
 
     def groups(self, loads: Array) -> tuple[Array, Array]:
         """A and B [N] of loads (..., 6): force [N] and moment [N m]."""
-        parts = np.stack([np.maximum(loads[..., 1:], 0.0), np.maximum(-loads[..., 1:], 0.0)], axis=-1)
-        first, second = (np.einsum("...cs,cs->...", parts, weights) for weights in self.weights)
-        return first, second
+        parts = np.concatenate([np.maximum(loads[..., 1:], 0.0), np.maximum(-loads[..., 1:], 0.0)], axis=-1)
+        sums = parts @ self.weights.transpose(2, 1, 0).reshape(-1, 2)
+        return sums[..., 0], sums[..., 1]
 
     def without_preload(self, loads: Array) -> Array:
         """P [N] of loads (..., 6), without the effect of the preload."""

@@ -17,7 +17,7 @@ from guideload.life.by_place import RailDamage, rail_damage
 from guideload.life.carriage_life import CarriageLife, carriage_life
 from guideload.life.causes import phase_shares
 from guideload.life.limits import limit_notes
-from guideload.life.rating_life import system_life
+from guideload.life.rating_life import failure_probability, system_life
 from guideload.life.record import Record
 from guideload.simulation.result import Result
 
@@ -72,6 +72,10 @@ class Life:
         """Years in which the machine travels `life` [m]; nan without `hours_per_year`."""
         yearly = self.conditions.hours_per_year
         return float("nan") if yearly is None else self.hours(life) / yearly
+
+    def failure_probability(self, travel: float) -> float:
+        """Probability that a carriage of the machine fails by fatigue before `travel` [m]: 1 - R^((travel/L)^1.5)."""
+        return failure_probability(travel, self.machine, self.conditions.reliability)
 
     @property
     def holds(self) -> bool:

@@ -52,10 +52,10 @@ def load_parts(result: Result) -> LoadParts:
         arm = links.points[of_carriage] - center
         to_carriage[i][:, of_carriage] = np.hstack([direction, np.cross(arm, direction)]).T
 
+    to_loads = histories.response @ to_carriage.reshape(-1, len(links.names)).T  # (6, 6 for each carriage)
+
     def quasi_static(excitation: Array) -> Array:
-        return np.asarray(
-            np.einsum("cal,tl->tca", to_carriage, excitation @ histories.response, optimize=True)
-        )
+        return np.asarray((excitation @ to_loads).reshape(-1, len(machine.carriages), 6))
 
     process = quasi_static(histories.wrench)
     acceleration = quasi_static(histories.excitation - histories.wrench)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -23,6 +25,11 @@ def rating_life(
         value=effective_rating(rating, conditions, contact_factor), base=rating.base, exponent=rating.exponent
     )
     return reliability_factor(conditions.reliability) * float(rated.life(mean_load))
+
+
+def failure_probability(travel: float, life: float, reliability: float) -> float:
+    """Probability of a failure before a travel [m]: Weibull distribution whose `life` [m] has this reliability."""
+    return -math.expm1((travel / life) ** WEIBULL_SLOPE * math.log(reliability))
 
 
 def system_life(lives: ArrayLike) -> float:

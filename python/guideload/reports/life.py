@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from guideload.base.errors import LifeError
-from guideload.base.number_text import joined, load_in_table
+from guideload.base.number_text import joined, load_in_table, percent
 from guideload.life.equivalent_load import RULES
 from guideload.life.life import life_of
 from guideload.life.load_parts import CAUSES
@@ -83,12 +83,16 @@ def _answer(life: Life, band: LifeBand | None) -> str:
         else f", 95 % credible band {' to '.join(kilometres(end) for end in band.machine)} km"
     )
     time = f"{hours:.0f} h" + ("" if conditions.hours_per_year is None else f" or {years:.3g} years")
-    asked = "" if conditions.life is None else f" (wanted: {kilometres(conditions.life)} km)"
+    asked = risk = ""
+    if conditions.life is not None:
+        asked = f" (wanted: {kilometres(conditions.life)} km)"
+        risk = f"Before {kilometres(conditions.life)} km one fails with a probability of "
+        risk += f"{percent(life.failure_probability(conditions.life))}. "
     fulfilled = "Both are reached." if life.holds else "THIS IS NOT REACHED."
     return (
         f"With a probability of {100 * conditions.reliability:g} % all carriages last {kilometres(life.machine)} km"
-        f"{asked}, {time}{ends}. Carriage {shortest.name} alone: {kilometres(shortest.life)} km. The smallest static "
-        f"safety is {weakest.static.safety:.2f}, on carriage {weakest.name} at {weakest.worst.time:.3f} s, "
+        f"{asked}, {time}{ends}. {risk}Carriage {shortest.name} alone: {kilometres(shortest.life)} km. The smallest "
+        f"static safety is {weakest.static.safety:.2f}, on carriage {weakest.name} at {weakest.worst.time:.3f} s, "
         f"{weakest.worst.phase} (least for this use, {conditions.application}: {conditions.least_safety:g}). "
         f"{fulfilled}"
     )

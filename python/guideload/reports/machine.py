@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from guideload.audit.warnings import free_at_rest, open_row_notes, rest_notes
-from guideload.base.number_text import counted, load_in_table
+from guideload.base.number_text import counted, joined, load_in_table
 from guideload.machine.modes import Modes, moving_dofs
 from guideload.reports.elements import dofs_line, new_table, remark, section, to_text
 
@@ -52,6 +52,7 @@ def machine_report(machine: Machine, encoding: str = "utf-8") -> str:
     parts += [*section(f"Carriages and links ({count})"), *carriage_tables(machine)]
     if machine.links:
         parts.append(links_table(machine))
+    parts += product_lines(machine)
     if machine.carriages:
         parts += [*section("Static loads"), static_table(machine), *remark(STATIC_DEFINITIONS)]
     return to_text([*parts, *weight_lines(machine)], encoding=encoding)
@@ -119,6 +120,24 @@ def carriage_tables(machine: Machine) -> list[RenderableType]:
     for (axes, text), names in carriages_of.items():
         laws_table.add_row(Text(", ".join(names)), axes, text)
     return [table, NOMINAL, laws_table]
+
+
+def product_lines(machine: Machine) -> list[str]:
+    """The products of the carriages with their ratings, and what was not compared with the maker's page."""
+    lines = []
+    for product in machine.products:
+        users = [one.name for one in machine.carriages if one.product == product.name]
+        rating, static = product.dynamic, product.static
+        ratings = [] if rating is None else [f"C {1e-3 * rating.value:g} kN for {1e-3 * rating.base:g} km"]
+        ratings += [] if static is None else [f"C0 {1e-3 * static:g} kN"]
+        unverified = (
+            f"; not compared with its page: {joined(product.unverified)}" if product.unverified else ""
+        )
+        lines.append(
+            f"product {product.name} ({product.maker}; {', '.join(ratings) or 'no ratings'}): "
+            f"carriage {joined(users) if users else 'none'}{unverified}"
+        )
+    return lines
 
 
 def links_table(machine: Machine) -> Table:
