@@ -27,7 +27,7 @@ mod _core {
     #[pymodule_export]
     use super::law::PyLaw;
     #[pymodule_export]
-    use super::life::equivalent_load_integrals;
+    use super::life::{equivalent_load_integrals, largest_equivalent_load};
     #[pymodule_export]
     use super::scene::{PyScene, carriage_links};
     #[pymodule_export]

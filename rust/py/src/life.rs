@@ -74,3 +74,27 @@ pub fn equivalent_load_integrals<'py>(
     }
     Ok((powers, paths))
 }
+
+/// The index of the largest equivalent load without the effect of a preload, this load, and the largest size of each component (6,).
+#[pyfunction]
+pub fn largest_equivalent_load<'py>(
+    py: Python<'py>,
+    loads: PyReadonlyArray2<'py, f64>,
+    rule: Rule<'py>,
+) -> PyResult<(usize, f64, [f64; 6])> {
+    let (rule, loads) = (equivalent_load(&rule)?, rows::<6>(&loads, "loads")?);
+    py.detach(|| {
+        let (mut instant, mut peak, mut sizes) = (0, f64::NEG_INFINITY, [0.0; 6]);
+        for (k, load) in loads.iter().enumerate() {
+            for (size, value) in sizes.iter_mut().zip(load) {
+                *size = f64::max(*size, value.abs());
+            }
+            let [_, rest @ ..] = load;
+            let found = rule.without_preload(rest);
+            if found > peak {
+                (instant, peak) = (k, found);
+            }
+        }
+        Ok((instant, peak, sizes))
+    })
+}

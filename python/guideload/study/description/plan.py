@@ -82,7 +82,7 @@ class Plan:
             time=motion.time,
             acceleration=motion.acceleration,
             wrench=motion.wrench,
-            speed=None if motion.velocity is None else np.sqrt((motion.velocity**2).sum(axis=1)),
+            speed=None if motion.velocity is None else np.ascontiguousarray(motion.velocity[:, 0]),
             exponent=metadata.exponent,
             changes=self.changes,
             measures=metadata.measures,

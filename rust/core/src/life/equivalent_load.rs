@@ -58,7 +58,7 @@ impl EquivalentLoad {
         self.weights.map(|weights| {
             let mut sum = 0.0;
             for (value, [above, below]) in load.iter().zip(weights) {
-                sum += if *value >= 0.0 { above * value } else { -(below * value) };
+                sum += if *value >= 0.0 { above } else { -below } * value;
             }
             sum
         })
@@ -70,9 +70,14 @@ impl EquivalentLoad {
         larger + self.minor * smaller
     }
 
+    /// P of the components of a load, without the effect of the preload, N.
+    pub fn without_preload(&self, load: &[f64; COMPONENTS]) -> f64 {
+        self.combined(self.groups(load))
+    }
+
     /// P of the components of a load, N.
     pub fn of(&self, load: &[f64; COMPONENTS]) -> f64 {
-        let load = self.combined(self.groups(load));
+        let load = self.without_preload(load);
         match self.preload {
             Preload::Power(force) if load < self.preload.opening() => {
                 force * pow(load / self.preload.opening() + 1.0, 1.5)

@@ -20,15 +20,36 @@ pub(super) fn mean_of_product(first: f64, last: f64, speed: [f64; 3], exponent: 
     }
     // L^p = middle^p (1 + ratio x)^p, a binomial series; it ends by itself for a whole p.
     let [even, odd, bend] = speed;
-    let (mut sum, mut coefficient, mut k) = (0.0, 1.0, 0.0);
-    let mut is_even = true;
+    let (mut sum, mut coefficient, mut k) = (0.0, 1.0, 0);
     while f64::abs(coefficient) > NEGLIGIBLE {
-        sum += coefficient * if is_even { even / (k + 1.0) + bend / (k + 3.0) } else { odd / (k + 2.0) };
-        coefficient *= (exponent - k) / (k + 1.0) * ratio;
-        k += 1.0;
-        is_even = !is_even;
+        let moment = if k % 2 == 0 { even * over(k + 1) + bend * over(k + 3) } else { odd * over(k + 2) };
+        sum += coefficient * moment;
+        coefficient *= (exponent - k as f64) * over(k + 1) * ratio;
+        k += 1;
     }
-    pow(middle, exponent) * sum
+    power(middle, exponent) * sum
+}
+
+/// 1/k.
+fn over(k: usize) -> f64 {
+    const RECIPROCALS: [f64; 48] = {
+        let mut table = [f64::INFINITY; 48];
+        let mut k = 1;
+        while k < 48 {
+            table[k] = 1.0 / k as f64;
+            k += 1;
+        }
+        table
+    };
+    RECIPROCALS.get(k).copied().unwrap_or(1.0 / k as f64)
+}
+
+/// `x^p`, by products for the usual whole exponents.
+fn power(x: f64, exponent: f64) -> f64 {
+    match exponent {
+        3.0 => x * x * x,
+        _ => pow(x, exponent),
+    }
 }
 
 /// [`mean_of_product`] from the antiderivatives of `u^p`, `u^(p + 1)` and `u^(p + 2)`, with L = large u and u from small/large to 1.

@@ -50,13 +50,24 @@ impl Interval {
 
     /// Coefficients of 1, x, x² of the velocity between the fractions `from` and `to`, x from -1 to 1.
     fn on_piece(&self, from: f64, to: f64) -> [f64; 3] {
-        let [first, middle, last] = [from, 0.5 * (from + to), to].map(|s| self.speed(s));
-        [middle, 0.5 * (last - first), 0.5 * (first - 2.0 * middle + last)]
+        let [start, change, bend] = self.quadratic();
+        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+        let slope = change + bend * (2.0 * middle - 1.0);
+        [start + middle * (change + bend * (middle - 1.0)), half * slope, half * half * bend]
     }
 
     /// `∫ |v| dt`, m.
     pub fn path(&self) -> f64 {
-        self.moment(0)
+        self.path_between(&self.turns_in_order())
+    }
+
+    fn path_between(&self, turns: &Cuts) -> f64 {
+        let mut path = 0.0;
+        turns.for_each_piece(|from, to| {
+            let [even, _, bend] = self.on_piece(from, to);
+            path += f64::abs(even + bend / 3.0) * (to - from);
+        });
+        path * self.length
     }
 
     /// `∫ |v| x^k dt` with x from -1 to 1, m.
@@ -134,11 +145,11 @@ impl Cuts {
 impl EquivalentLoad {
     /// The integrals over an interval, for the components Fy, Fz, Mx, My, Mz of the load at both ends, N and N m, linear between them.
     pub fn integrals(&self, exponent: f64, travel: &Interval, loads: [&[f64; COMPONENTS]; 2]) -> Integrals {
-        let path = travel.path();
+        let mut cuts = travel.turns_in_order();
+        let path = travel.path_between(&cuts);
         if path == 0.0 {
             return Integrals { power: 0.0, path };
         }
-        let mut cuts = travel.turns_in_order();
         for component in 0..COMPONENTS {
             let (first, last) = (loads[0][component], loads[1][component]);
             if first * last < 0.0 && self.counts(component) {
