@@ -18,8 +18,9 @@ Segments = NDArray[np.uint32]
 # numbers; the N-th derivative is white process noise.
 SampledModel = tuple[Array, Array, Array, Array, Array, Segments, Array]
 
-# Equivalent load of a carriage: weights (2, 5, 2) of the groups A and B, of Fy, Fz, Mx, My, Mz, for positive and negative
-# values; factor on the smaller group; preload [N], and how it raises small loads: "power" (Rexroth) or "linear" (Thomson).
+# Equivalent load of a carriage: weights (2, 5, 2) of the groups A and B, of Fy, Fz, Mx, My, Mz, for positive and for
+# negative values; factor on the smaller group; preload [N], and how it raises small loads: "power" (Rexroth) or
+# "linear" (Thomson).
 Rule = tuple[Array, float, float, str]
 
 def equivalent_load_integrals(
@@ -320,9 +321,10 @@ class Batch:
     mass to damping_in_contact: as in `Scene`; the base need not be supported. inertia_about_reference: whether the
     inertia is about L and not about the centre of mass, also in samples that change mass or centre of mass. groups,
     centers: as in `Scene.peaks`. time, acceleration, wrench: as in `Scene.solve`. speed: (n,) m/s, of the cart along x
-    at the stamps, with its sign, for the mean load. exponent: p of the mean load. method: as in `Scene.solve`, or auto: exact if the laws of a
-    sample allow it, else rk45, or implicit if rk45 would be unstable. rules: of each group, the equivalent loads of
-    ("load", group, "mean") and of ("load", group, "max"), as in `equivalent_load_integrals`; by default |Fy| + |Fz|.
+    at the stamps, with its sign, for the mean load. exponent: p of the mean load. method: as in `Scene.solve`, or auto:
+    exact if the laws of a sample allow it, else rk45, or implicit if rk45 would be unstable. rules: of each group, the
+    equivalent loads of ("load", group, "mean") and of ("load", group, "max"), as in `equivalent_load_integrals`; by
+    default |Fy| + |Fz|.
 
     changes: (target, constant, [(column, factor), ...]) sets target = constant + sum(factor * value[column]); each
     target at most once. Targets: ("mass", 0, 0) kg, ("center_of_mass", axis, 0) m, ("inertia", i, j) kg m2,
@@ -334,9 +336,9 @@ class Batch:
     (about the centre) and resultant (hypot(Fy, Fz)) [N] of the group with this index; drive (reaction along x [N];
     nan if x is free), index 0. Statistics: min, time_of_min, max, time_of_max (first instant of equal values), rms
     (weighted by time), start. Also ("load", group, "mean"): (int P^p |v| dt / int |v| dt)^(1/p) of the equivalent load
-    P, exact for loads linear in time, nan if the speed is unknown or always 0; ("load", group, "max"): its largest value
-    at the stamps, by the second rule and without the effect of a preload; and ("contact", group, "lost"): 1 if at any stamp a link of the group has lost
-    contact or has a row open, else 0.
+    P, exact for loads linear in time, nan if the speed is unknown or always 0; ("load", group, "max"): its largest
+    value at the stamps, without the effect of a preload; and ("contact", group, "lost"): 1 if at any stamp a link of
+    the group has lost contact or has a row open, else 0.
 
     Raises SceneError for an impossible base, TraceError for an invalid motion, and ArgumentError for changes and
     measures that do not match the base.

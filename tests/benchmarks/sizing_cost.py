@@ -58,14 +58,18 @@ def moving() -> Motion:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--profile", action="store_true")
     arguments = parser.parse_args()
     on_cores(1)
     machine, motion = cart(), moving()
     catalogue = Catalogue(products=[product(i) for i in range(PRODUCTS)])
     seconds = [timed(lambda: size(machine, motion, catalogue, conditions=WANTED)) for _ in range(REPEATS)]
-    print(f"{PRODUCTS} products, {motion.time.size} samples, {len(machine.carriages)} carriages; {processor()}")
+    print(
+        f"{PRODUCTS} products, {motion.time.size} samples, {len(machine.carriages)} carriages; {processor()}"
+    )
     print(f"first {seconds[0]:.2f} s, median {statistics.median(seconds):.2f} s")
     if arguments.profile:
         with cProfile.Profile() as profile:

@@ -19,10 +19,7 @@ from guideload.life.mean_load import integrals, mean_load
 from guideload.life.rating_life import rating_life
 from guideload.life.record import Record
 from guideload.life.row_loads import row_loads
-from guideload.life.row_loads import row_loads
 from guideload.life.static_safety import StaticSafety, static_safety
-from guideload.machine.components import Carriage
-from guideload.machine.laws import EXPONENT
 from guideload.machine.laws import EXPONENT
 from guideload.motion.uncertainty import COVER
 

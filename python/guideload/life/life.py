@@ -177,4 +177,3 @@ def life_of(result: Result, conditions: LifeConditions | None = None) -> Life:
         left_out=tuple(machine.carriages[i].name for i in range(len(products)) if i not in rated),
         record=record,
     )
-

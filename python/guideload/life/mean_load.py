@@ -1,8 +1,8 @@
 """The mean load over distance: P_m = (int P^p |v| dt / int |v| dt)^(1/p), an exact integral of the history.
 
 Between two instants the loads are linear in time and the speed is quadratic, because the acceleration is linear. The
-core cuts an interval where the speed or a component of the load changes its sign, and where the rule changes its branch.
-On each piece P is a power of a linear load, and its integral is in closed form.
+core cuts an interval where the speed or a component of the load changes its sign, and where the rule changes branch. On
+each piece P is a power of a linear load, and its integral is in closed form.
 """
 
 from __future__ import annotations
