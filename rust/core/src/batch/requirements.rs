@@ -163,10 +163,10 @@ impl Requirements {
                     }
                 }
                 Source::Mean(signal) => self.travel.as_ref().map_or(f64::NAN, |travel| {
-                    pow(
-                        (statistics[signal].sum + statistics[signal].rest) / travel.path,
-                        1.0 / travel.exponent,
-                    )
+                    let RunningStatistics { sum, rest, .. } = statistics[signal];
+                    // The power may overflow, though the loads are finite.
+                    let power = if sum.is_finite() { sum + rest } else { f64::INFINITY };
+                    pow(power / travel.path, 1.0 / travel.exponent)
                 }),
                 Source::Contact(index) => f64::from(u8::from(lost[index])),
                 Source::Nothing => f64::NAN,

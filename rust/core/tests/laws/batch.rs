@@ -91,6 +91,8 @@ pub struct Trace {
     acceleration: Vec<[f64; 3]>,
     wrench: Vec<[f64; 6]>,
     speed: Vec<f64>,
+    /// Acceleration along x of the travel, which factors on the motion do not change.
+    along_x: Vec<f64>,
 }
 
 impl Trace {
@@ -103,9 +105,11 @@ impl Trace {
             })
             .collect();
         let mut vector = |size| <[f64; 3]>::from(random.vector(size));
+        let acceleration: Vec<[f64; 3]> = (0..count).map(|_| vector(2.0)).collect();
         Self {
             time,
-            acceleration: (0..count).map(|_| vector(2.0)).collect(),
+            along_x: acceleration.iter().map(|a| a[0]).collect(),
+            acceleration,
             wrench: (0..count)
                 .map(|_| {
                     let ([a, b, c], [d, e, f]) = (vector(2000.0), vector(300.0));
@@ -131,6 +135,7 @@ impl Trace {
             acceleration: self.acceleration.iter().map(|a| a.map(|x| x * acceleration)).collect(),
             wrench: self.wrench.iter().map(|a| a.map(|x| x * wrench)).collect(),
             speed: self.speed.clone(),
+            along_x: self.along_x.clone(),
         }
     }
 }
@@ -193,7 +198,13 @@ fn by_hand(
         }
         Measure::MeanLoad(group) | Measure::PeakLoad(group) => {
             let rules = [groups[group].mean_rule, groups[group].peak_rule];
-            let [mean, largest] = mean_and_largest(rules, &excitation, &trace.speed, exponent, &loads[group]);
+            let [mean, largest] = mean_and_largest(
+                rules,
+                &excitation,
+                [&trace.speed[..], &trace.along_x],
+                exponent,
+                &loads[group],
+            );
             if matches!(measure, Measure::MeanLoad(_)) { mean } else { largest }
         }
         Measure::ContactLost(group) => {

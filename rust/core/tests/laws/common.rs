@@ -267,7 +267,7 @@ pub fn rules() -> [EquivalentLoad; 4] {
 pub fn mean_and_largest(
     [mean, largest]: [EquivalentLoad; 2],
     excitation: &Excitation,
-    velocity: &[f64],
+    [velocity, acceleration]: [&[f64]; 2],
     exponent: f64,
     loads: &[[f64; 6]],
 ) -> [f64; 2] {
@@ -277,7 +277,7 @@ pub fn mean_and_largest(
         let travel = Interval {
             length: excitation.interval(k - 1),
             velocity: [velocity[k - 1], velocity[k]],
-            acceleration: [k - 1, k].map(|k| excitation.input(k)[0]),
+            acceleration: [acceleration[k - 1], acceleration[k]],
         };
         let found = mean.integrals(exponent, &travel, [&components(k - 1), &components(k)]);
         (power, path) = (power + found.power, path + found.path);
