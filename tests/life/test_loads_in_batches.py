@@ -79,5 +79,6 @@ def test_loads_of_samples_are_those_of_single_runs(laws: dict[str, Any], exponen
         for i, rule in enumerate(rules()):
             mean = mean_load(*integrals(travel, loads[:, i], rule, exponent), exponent)
             _, largest, _ = largest_equivalent_load(loads[:, i].copy(), rules()[i % 2].of_core)
-            # Smooth laws are integrated with a step error, and single runs of them in another order of operations.
-            assert row[2 * i : 2 * i + 2] == pytest.approx([mean, largest], rel=1e-12)
+            # Step sizes on smooth laws depend on estimated errors, which change with rounding.
+            rel = 1e-8 if laws is PRELOADED else 1e-12
+            assert row[2 * i : 2 * i + 2] == pytest.approx([mean, largest], rel=rel)
