@@ -30,8 +30,8 @@ def integrals(travel: Travel, loads: Array, rule: EquivalentLoad, exponent: floa
 
     loads: (n, 6) of one carriage, force [N] and moment [N m] at the instants, linear between them.
     """
-    histories = (np.ascontiguousarray(history) for history in (*travel, loads))
-    return equivalent_load_integrals(*histories, rule.of_core, exponent)
+    time, velocity, acceleration, load = (np.ascontiguousarray(history) for history in (*travel, loads))
+    return equivalent_load_integrals(time, velocity, acceleration, load, rule.of_core, exponent)
 
 
 def mean_load(load: Array, path: Array, exponent: float) -> float:
