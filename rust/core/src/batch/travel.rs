@@ -13,6 +13,10 @@ const PADDING: usize = 64;
 const TERMS: usize = 9;
 pub(super) const NEARLY_CONSTANT: f64 = 0.05;
 
+/// The same for the series on a piece, and the size of its terms that are left out.
+const LARGEST_RATIO: f64 = 1.0 / 3.0;
+const NEGLIGIBLE: f64 = 1e-17;
+
 /// The motion that all samples follow.
 #[derive(Debug, Clone, Copy)]
 pub struct Motion<'a> {
@@ -34,6 +38,10 @@ pub(super) struct Travel {
     /// Weights of `(a + b)^(p - k) (b - a)^k`, for each k those of the intervals that end at the samples; zero for the first sample, and
     /// after the last one, so that blocks are full.
     pub weights: Vec<Vec<f64>>,
+    /// [`Interval::one_way`] of the intervals that end at the samples.
+    pub one_way: Vec<Option<[f64; 3]>>,
+    /// Coefficients of the series on a piece of an interval, see [`series_on_piece`].
+    pub on_piece: Vec<[f64; 3]>,
     /// Whether the exponent is whole, so that the weights hold for any loads.
     pub whole: bool,
     pub power: Power,
@@ -64,7 +72,27 @@ impl Travel {
             factor *= (exponent - term as f64) / (term + 1) as f64;
         }
         let path = intervals.iter().map(Interval::path).sum();
-        let power = Power::new(exponent);
-        (path > 0.0).then_some(Self { intervals, weights, whole, power, exponent, path })
+        let one_way = core::iter::once(None).chain(intervals.iter().map(Interval::one_way)).collect();
+        let (power, on_piece) = (Power::new(exponent), series_on_piece(exponent, whole));
+        (path > 0.0).then_some(Self { intervals, weights, one_way, on_piece, whole, power, exponent, path })
     }
+
+    /// Largest |b - a|/(a + b) of the loads a and b at the ends of a piece for which its series is used.
+    pub(super) fn largest_ratio(&self) -> f64 {
+        if self.whole { f64::INFINITY } else { LARGEST_RATIO }
+    }
+}
+
+/// Coefficients with which the mean of `P^p v` over a piece is a series: with P linear, m in its middle and `m (1 + r)` at its end, and
+/// `v = c0 + c1 x + c2 x²` for x from -1 to 1, it is `m^p Σ r^(2 j) (c0 f_j + c2 g_j + c1 r h_j)`. It ends by itself for a whole p.
+fn series_on_piece(exponent: f64, whole: bool) -> Vec<[f64; 3]> {
+    let (mut out, mut binomial, mut largest, mut k) = (Vec::new(), 1.0, 1.0, 0.0);
+    while f64::abs(binomial) * largest > NEGLIGIBLE {
+        let next = binomial * (exponent - k) / (k + 1.0);
+        out.push([binomial / (k + 1.0), binomial / (k + 3.0), next / (k + 3.0)]);
+        binomial = next * (exponent - k - 1.0) / (k + 2.0);
+        largest *= if whole { 1.0 } else { LARGEST_RATIO * LARGEST_RATIO };
+        k += 2.0;
+    }
+    out
 }

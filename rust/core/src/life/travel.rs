@@ -92,6 +92,13 @@ impl Interval {
         0.5 * self.length * sum
     }
 
+    /// Coefficients of `|v| length = c0 + s (c1 + c2 (s - 1))` at a fraction s of the length, m; none if v changes its sign.
+    #[cfg(feature = "std")]
+    pub(crate) fn one_way(&self) -> Option<[f64; 3]> {
+        let length = copysign(self.length, self.speed(0.5));
+        (self.turns_in_order().count == 0).then(|| self.quadratic().map(|coefficient| length * coefficient))
+    }
+
     fn turns_in_order(&self) -> Cuts {
         let mut cuts = Cuts::new();
         let [start, change, bend] = self.quadratic();

@@ -7,6 +7,7 @@
 
 mod aligned_buffer;
 mod assemble;
+mod bent;
 mod damped;
 mod dense;
 mod integrate;

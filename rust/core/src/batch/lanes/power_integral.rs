@@ -13,9 +13,8 @@ pub(super) struct PowerIntegral<'a, S: Simd> {
     pub simd: S,
     pub equivalent: &'a EquivalentRows,
     pub travel: &'a Travel,
-    /// Values of each row in the block, their extremes, and the last value of each before it.
+    /// Values of each row in the block, and the last value of each before it.
     pub values: &'a [[S::f64s; BLOCK]],
-    pub extremes: &'a [[S::f64s; 2]],
     pub last: &'a [S::f64s],
 }
 
@@ -71,6 +70,17 @@ pub(super) fn equivalent_loads<S: Simd>(
     combined(simd, equivalent, &groups(simd, equivalent, values))
 }
 
+/// Lowers the numbers of the intervals in whose lanes the values change their sign below zero.
+#[inline(always)]
+fn changes_of_sign<S: Simd>(simd: S, bends: &mut [S::f64s; BLOCK], values: &[S::f64s; BLOCK], last: S::f64s) {
+    let mut then = Real::new(simd, last);
+    for k in 0..BLOCK {
+        let now = Real::new(simd, values[k]);
+        bends[k] = Real::new(simd, bends[k]).min(then * now).lanes;
+        then = now;
+    }
+}
+
 impl<S: Simd> PowerIntegral<'_, S> {
     /// The integral over the intervals that end in the block, whose first sample has the index `start`.
     #[inline(always)]
@@ -80,75 +90,71 @@ impl<S: Simd> PowerIntegral<'_, S> {
         if travel.weights[0][start..start + BLOCK].iter().all(|&weight| weight == 0.0) {
             return zero;
         }
-        let groups_now = groups(simd, self.equivalent, self.values);
-        let groups_then = groups(simd, self.equivalent, self.last.as_chunks::<1>().0);
-        let loads = combined(simd, self.equivalent, &groups_now);
-        let [mut before] = combined(simd, self.equivalent, &groups_then);
+        let now = groups(simd, self.equivalent, self.values);
+        let last = groups(simd, self.equivalent, self.last.as_chunks::<1>().0);
+        let loads = combined(simd, self.equivalent, &now);
+        let [mut before] = combined(simd, self.equivalent, &last);
         let (mut totals, mut changes) = ([zero.lanes; BLOCK], [zero.lanes; BLOCK]);
         for k in 0..BLOCK {
-            let [then, now] = [before, loads[k]].map(|load| Real::new(simd, load));
+            let (then, now) = (Real::new(simd, before), Real::new(simd, loads[k]));
             (totals[k], changes[k]) = ((then + now).lanes, (now - then).lanes);
             before = loads[k];
         }
         let terms = self.series(start, &totals, &changes);
-        let bends_anywhere = self.equivalent.is_preloaded()
-            || self.equivalent.rule.minor != 1.0
-            || !travel.whole
-            || self.may_change_sign();
+        let bends = self.bends(&now, &last, &totals, &changes);
         let mut sum = zero;
         for k in 0..BLOCK {
             let mut term = Real::new(simd, terms[k]);
-            if bends_anywhere {
-                let [a, b] = [0, 1].map(|group| {
-                    let then = if k == 0 { groups_then[group][0] } else { groups_now[group][k - 1] };
-                    [then, groups_now[group][k]].map(|load| Real::new(simd, load))
-                });
-                let [total, change] = [totals[k], changes[k]].map(|load| Real::new(simd, load));
-                let bends = self.bends(k, [a[0] - b[0], a[1] - b[1]], total, change);
-                if bends.any() {
-                    term = self.exact(start, k, bends, term);
-                }
+            let bends = Real::new(simd, bends[k]).less_than(zero);
+            if bends.any() {
+                let of_group = |group: usize| {
+                    let then = if k == 0 { last[group][0] } else { now[group][k - 1] };
+                    [Real::new(simd, then), Real::new(simd, now[group][k])]
+                };
+                term = self.bent(start, k, bends, term, [of_group(0), of_group(1)]);
             }
             sum = sum + term;
         }
         sum
     }
 
-    /// Lanes in which the load is not linear in the interval before a sample, or, for an exponent that is not whole, not nearly constant.
-    /// `differences`: A - B at both ends.
+    /// Numbers that are negative in the lanes in which the load is not linear in the interval before a sample, or, for an exponent that is
+    /// not whole, not nearly constant. Groups of the block and of the sample before it, sums and changes of the loads.
     #[inline(always)]
-    fn bends(&self, k: usize, differences: [Real<S>; 2], total: Real<S>, change: Real<S>) -> Mask<S> {
-        let zero = Real::splat(self.simd, 0.0);
-        let mut bends = zero.less_than(zero.constant(f64::from(u8::from(self.equivalent.is_preloaded()))));
+    fn bends(
+        &self,
+        now: &[[S::f64s; BLOCK]; 2],
+        last: &[[S::f64s; 1]; 2],
+        totals: &[S::f64s; BLOCK],
+        changes: &[S::f64s; BLOCK],
+    ) -> [S::f64s; BLOCK] {
+        let simd = self.simd;
+        let start = if self.equivalent.is_preloaded() { -1.0 } else { 0.0 };
+        let mut bends = [simd.splat_f64s(start); BLOCK];
+        for row in self.equivalent.rows.into_iter().flatten() {
+            changes_of_sign(simd, &mut bends, &self.values[row], self.last[row]);
+        }
         if self.equivalent.rule.minor != 1.0 {
-            bends = bends.or((differences[0] * differences[1]).less_than(zero));
+            let difference = |a: S::f64s, b: S::f64s| (Real::new(simd, a) - Real::new(simd, b)).lanes;
+            let mut differences = now[0];
+            for k in 0..BLOCK {
+                differences[k] = difference(now[0][k], now[1][k]);
+            }
+            changes_of_sign(simd, &mut bends, &differences, difference(last[0][0], last[1][0]));
         }
         if !self.travel.whole {
-            bends = bends.or((total * zero.constant(NEARLY_CONSTANT)).less_than(change.abs()));
-        }
-        for row in self.equivalent.rows.into_iter().flatten() {
-            let [then, now] = [self.before(row, k), self.values[row][k]].map(|x| Real::new(self.simd, x));
-            bends = bends.or((then * now).less_than(zero));
+            let nearly = Real::splat(simd, NEARLY_CONSTANT);
+            for k in 0..BLOCK {
+                let rest = nearly * Real::new(simd, totals[k]) - Real::new(simd, changes[k]).abs();
+                bends[k] = Real::new(simd, bends[k]).min(rest).lanes;
+            }
         }
         bends
     }
 
-    /// Whether a component may change its sign in the block, in any lane.
-    #[inline(always)]
-    fn may_change_sign(&self) -> bool {
-        let zero = Real::splat(self.simd, 0.0);
-        let mut may = zero.less_than(zero);
-        for row in self.equivalent.rows.into_iter().flatten() {
-            let [low, high] = self.extremes[row].map(|lanes| Real::new(self.simd, lanes));
-            let last = Real::new(self.simd, self.last[row]);
-            may = may.or(low.min(last).less_than(zero).and(zero.less_than(high.max(last))));
-        }
-        may.any()
-    }
-
     /// The value of a row one sample before one of the block.
     #[inline(always)]
-    fn before(&self, row: usize, k: usize) -> S::f64s {
+    pub(super) fn before(&self, row: usize, k: usize) -> S::f64s {
         if k == 0 { self.last[row] } else { self.values[row][k - 1] }
     }
 
@@ -207,7 +213,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
 
     /// `term`, and in the lanes in which the load is not linear, the exact integral instead.
     #[inline(always)]
-    fn exact(&self, start: usize, k: usize, bends: Mask<S>, term: Real<S>) -> Real<S> {
+    pub(super) fn exact(&self, start: usize, k: usize, bends: Mask<S>, term: Real<S>) -> Real<S> {
         let simd = self.simd;
         let bends = bends.select(Real::splat(simd, 1.0), Real::splat(simd, 0.0));
         Real::gather(simd, |lane| {

@@ -135,7 +135,7 @@ impl WithSimd for Reduce<'_> {
                 Signal::Power(index) => {
                     if let Some(travel) = &requirements.travel {
                         let equivalent = &requirements.equivalents[index];
-                        let integral = PowerIntegral { simd, equivalent, travel, values, extremes, last };
+                        let integral = PowerIntegral { simd, equivalent, travel, values, last };
                         found.add(integral.over_block(start));
                     }
                 }
