@@ -29,6 +29,7 @@ const MOST_CUTS: usize = 2 + COMPONENTS;
 
 impl Interval {
     /// Velocity at a fraction s of the length, m/s.
+    #[cfg(feature = "std")]
     fn speed(&self, s: f64) -> f64 {
         let [start, change, bend] = self.quadratic();
         start + s * (change + bend * (s - 1.0))
@@ -71,6 +72,7 @@ impl Interval {
     }
 
     /// `∫ |v| x^k dt` with x from -1 to 1, m.
+    #[cfg(feature = "std")]
     pub(crate) fn moment(&self, k: u32) -> f64 {
         let coefficients = self.on_piece(0.0, 1.0);
         let antiderivative = |x: f64| {
