@@ -14,6 +14,8 @@ settings.register_profile(
     database=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
+# For `pytest --hypothesis-profile=long`: other examples each time, and many.
+settings.register_profile("long", settings.get_profile("guideload"), derandomize=False, max_examples=1000)
 settings.load_profile("guideload")
 
 

@@ -38,6 +38,9 @@ if TYPE_CHECKING:
     from guideload.method_comparison import stability as stability
     from guideload.method_comparison import work_precision as work_precision
     from guideload.motion import Motion as Motion
+    from guideload.motion import Move as Move
+    from guideload.motion import MoveLimits as MoveLimits
+    from guideload.motion import Moves as Moves
     from guideload.simulation import Result as Result
     from guideload.simulation import peak_loads as peak_loads
     from guideload.simulation import simulate as simulate
@@ -67,12 +70,14 @@ _HOMES = {
     "life": ("Life", "life_of"),
     "machine": ("Body", "Carriage", "Drive", "Friction", "Link", "Machine", "Modes", "Rail"),
     "method_comparison": ("Stability", "WorkPrecision", "stability", "work_precision"),
-    "motion": ("Motion",),
+    "motion": ("Motion", "Move", "MoveLimits", "Moves"),
     "simulation": ("Result", "peak_loads", "simulate"),
     "study": ("Study", "StudyInterrupted", "StudyResult", "run_study"),
     "traces": ("Inspection", "Trace", "motion_from_trace", "read_trace"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+_PACKAGES = ("html_report", "plots")
 
 __all__ = sorted(_HOME_OF)
 
@@ -80,10 +85,10 @@ __all__ = sorted(_HOME_OF)
 def __getattr__(name: str) -> Any:
     if name in _HOME_OF:
         return getattr(import_module(f"guideload.{_HOME_OF[name]}"), name)
-    if name == "plots":
-        return import_module("guideload.plots")
+    if name in _PACKAGES:
+        return import_module(f"guideload.{name}")
     raise AttributeError(f"module 'guideload' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return [*__all__, "plots"]
+    return [*__all__, *_PACKAGES]

@@ -116,7 +116,7 @@ def draw_peaks(
 class Cancellation:
     """Ends calls of the core on other threads than the main one, which receive no signals."""
 
-    def __init__(self) -> None: ...
+    def __new__(cls) -> Cancellation: ...
     def set(self) -> None:
         """From now on every call of the core within `run` ends with KeyboardInterrupt."""
 

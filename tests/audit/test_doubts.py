@@ -10,7 +10,7 @@ import reference as ref
 from command_line import MACHINE, guideload, names, refused
 
 from guideload import DoubtfulResult, Machine, Motion, Result, peak_loads, simulate
-from guideload.audit.second_look import SENSITIVE
+from guideload.audit.second_look import NO_MOTION, SENSITIVE
 from guideload.reports import run as report
 
 BALANCE, DIFFERS, IMPACTS = "do not belong together", "another solution", "impacts amplify small differences"
@@ -102,14 +102,32 @@ def test_a_fixed_step_that_is_too_long_is_doubted_and_a_short_one_is_not(
 
 
 def test_energy_alone_doubts_a_result_that_cannot_be_repeated() -> None:
-    """Other instants than the samples, read from a file: a tenth of a millisecond resolves the modes."""
+    """Other instants than the samples, without the motion: a tenth of a millisecond resolves the modes."""
     times = np.arange(15000) * 1e-4
     for rtol, doubted in ((0.1, True), (1e-8, False)):
-        found = changed(
-            simulate(ref.cart(), rough(), "rk45", rtol=rtol, times=times), lambda data: None
-        ).audit
-        assert found.second_look is None
+        result = simulate(ref.cart(), rough(), "rk45", rtol=rtol, times=times)
+        bare = Result(result.machine, result.data.drop_dims("motion_time"))
+        found = bare.audit
+        assert found.second_look == NO_MOTION
+        assert doubted or (NO_MOTION in found.verdict and NO_MOTION in repr(bare))
         assert any("does not balance" in doubt for doubt in found.doubts) == doubted
+
+
+@pytest.mark.parametrize("machine", [ref.cart, ref.cart_clear, ref.preloaded])
+@pytest.mark.parametrize("ending", ["nc", "parquet", "csv"])
+def test_a_file_with_other_instants_is_judged_like_the_run(
+    machine: Callable[[], Machine], ending: str, tmp_path: Path
+) -> None:
+    """The samples of the motion are stored beside the instants, process forces included."""
+    motion = replace(rough(60), wrench=np.tile([0.0, 5.0, 0.0, 0.0, 1.0, 0.0], (60, 1)))
+    times = np.sort(np.random.default_rng(2).uniform(0.0, motion.time[-1], 50))
+    for rtol in (0.1, 1e-6):
+        result = simulate(machine(), motion, "implicit", rtol=rtol, times=times)
+        write = {"nc": result.to_netcdf, "parquet": result.to_parquet, "csv": result.to_csv}[ending]
+        write(tmp_path / f"loads.{ending}")
+        again = Result.load(tmp_path / f"loads.{ending}")
+        assert again.audit.second_look == result.audit.second_look is not None
+        assert again.audit.doubts == result.audit.doubts
 
 
 # ---- right results

@@ -7,7 +7,7 @@ fine or coarse against its modes. Its loads are computed in one of the WAYS, by 
 1e-3 to 1e-8. Truth is exact or, with preload, implicit at 1e-12; it is trusted where another method agrees with it to
 1e-7 of the load scale. A result is right if its error is at most what the audit says to be explained, wrong if it is
 more than twice that, or if its numbers were changed. Results read from a file with other instants than the samples
-("read") cannot be solved again: energy alone judges them and finds only gross errors, so they are counted apart.
+("read") are solved again from the motion that is stored beside them.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from guideload import Body, Carriage, GuideloadError, Machine, Motion, Rail, Res
 from guideload.audit.second_look import explained_error
 
 KINDS = ("linear", "play", "preloaded", "mixed")
-# As computed (twice as often), at given instants, the same as read from a file (energy alone can judge it), with a
+# As computed (twice as often), at given instants, the same as read from a file, with a
 # fixed step, with a looser tolerance than it claims, with numbers changed afterwards.
 WAYS = ("plain", "plain", "times", "read", "step", "claim", "changed")
 RTOLS = (1e-3, 1e-4, 1e-6, 1e-8)
@@ -180,10 +180,9 @@ def main() -> None:
                     cells.append(f"{state} {doubted + believed} (doubted {doubted})")
             print(f"{kind:10} {way:8} {', '.join(cells)}")
     for state, doubted, words in (("right", True, "false alarms"), ("wrong", False, "misses")):
-        for read, among in ((False, "solved again"), (True, "judged by energy alone")):
-            keys = [key for key in table if key[2] == state and (key[1] == "read") == read]
-            hits = sum(table[key] for key in keys if key[3] == doubted)
-            print(f"{words}, {among}: {hits} of {sum(table[key] for key in keys)}")
+        keys = [key for key in table if key[2] == state]
+        hits = sum(table[key] for key in keys if key[3] == doubted)
+        print(f"{words}: {hits} of {sum(table[key] for key in keys)}")
 
 
 if __name__ == "__main__":

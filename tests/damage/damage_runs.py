@@ -1,9 +1,9 @@
 """Reads damaged files by the thousand: `python tests/damage/damage_runs.py --seed 1 --count 2000 [--only npz,npy]`.
 
-Each file must end in a finite result, or in a GuideloadError whose message begins with the name of the file; within
-LIMIT seconds, without a warning and without the end of the process. Files are read in a process of their own, because
-damage may crash or stall the libraries below; it is started again after each such case. `--case N` of one format reads
-one file here, with its traceback.
+Each file must end in a finite result, or in a GuideloadError (a MemoryError, if damage asks for too much) whose message
+begins with the name of the file; within LIMIT seconds, without a warning and without the end of the process. Files are
+read in a process of their own, because damage may crash or stall the libraries below; it is started again after each
+such case. `--case N` of one format reads one file here, with its traceback.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def outcome(folder: Path, name: str, seed: int) -> str:
         warnings.simplefilter("error")
         try:
             reader_of(name)(folder, name, rng)
-        except GuideloadError as error:
+        except (GuideloadError, MemoryError) as error:
             text = str(error)
             is_named = text.startswith((str(named), named.name)) and len(text) < 4000
             return "refused" if is_named else f"no file name: {type(error).__name__}: {text[:160]}"

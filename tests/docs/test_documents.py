@@ -17,7 +17,7 @@ import pytest
 from click.testing import CliRunner
 from matplotlib.figure import Figure
 
-from guideload import Machine, Study
+from guideload import Machine, Moves, Study
 from guideload.cli.main import main
 
 if sys.version_info >= (3, 11):
@@ -49,8 +49,14 @@ def with_code(*languages: str) -> list[str]:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with the packaged examples, as working directory. Pictures are drawn there, but not rendered."""
-    monkeypatch.setattr(Figure, "savefig", lambda figure, path, **options: Path(path).touch())
+    """A folder with the packaged examples, as working directory. Picture files are drawn there, but not rendered."""
+    draw = Figure.savefig
+
+    def touch(figure: Figure, path: Any, **options: Any) -> None:
+        """Pictures within an HTML report are drawn: they go into text."""
+        Path(path).touch() if isinstance(path, str | Path) else draw(figure, path, **options)
+
+    monkeypatch.setattr(Figure, "savefig", touch)
     monkeypatch.chdir(tmp_path)
     for file in EXAMPLES.iterdir():
         Path(file.name).write_bytes(file.read_bytes())
@@ -117,13 +123,15 @@ def test_toml_of_a_page_is_accepted(page: str, folder: Path) -> None:
 
 
 def accept(text: str) -> None:
-    """A machine, a part of one, a study, or keys of a carriage, one row each."""
+    """A machine, a part of one, a study, a motion, or keys of a carriage, one row each."""
     if not re.search(r"^\[", text, re.MULTILINE):
         for row in text.splitlines():
             law_of(row)
         return
     values = tomllib.loads(text)
-    if "vary" in values or "limits" in values:
+    if "moves" in values:
+        assert Moves(**values).motion().exact
+    elif "vary" in values or "limits" in values:
         Path("study.toml").write_text(text, encoding="utf-8")
         Path("machine.toml").write_bytes((EXAMPLES / "manipulator.toml").read_bytes())
         assert Study.from_toml("study.toml").vary

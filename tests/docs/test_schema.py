@@ -24,6 +24,7 @@ FILES = {
     "manipulator.toml": "machine",
     "study.toml": "study",
     "catalogue.toml": "catalogue",
+    "moves.toml": "motion",
 }
 
 
@@ -40,16 +41,21 @@ def test_packaged_files_are_valid(name: str, kind: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "kind"),
-    [([], "machine"), (["--study"], "study"), (["--catalogue"], "catalogue")],
-    ids=["machine", "study", "catalogue"],
+    ("arguments", "kind", "name"),
+    [
+        ([], "machine", "machine"),
+        (["--study"], "study", "study"),
+        (["--moves"], "motion", "moves"),
+        (["--catalogue"], "catalogue", "catalogue"),
+    ],
+    ids=["machine", "study", "motion", "catalogue"],
 )
 def test_the_file_that_init_writes_is_valid(
-    arguments: list[str], kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    arguments: list[str], kind: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     CliRunner().invoke(main, ["init", *arguments], catch_exceptions=False)
-    values = tomllib.loads((tmp_path / f"{kind}.toml").read_text(encoding="utf-8"))
+    values = tomllib.loads((tmp_path / f"{name}.toml").read_text(encoding="utf-8"))
     assert not list(schema(kind).iter_errors(values))
 
 
@@ -69,12 +75,19 @@ def test_the_file_that_init_writes_is_valid(
         ("study", {"sample": 10}),
         ("study", {"samples": 1.5}),
         ("study", {"life": {"rating": "27 kN"}}),
+        ("motion", {"repeats": 2}),
+        ("motion", {"repeat": 0}),
+        ("motion", {"repeat": 1.5}),
+        ("motion", {"moves": []}),
+        ("motion", {"moves": [{"distance": 1, "profile": "triangle"}]}),
+        ("motion", {"limits": {"speed": 0}}),
         ("study", {"vary": [{"path": "body.mass", "distribution": "gaussian"}]}),
     ],
     ids=str,
 )
 def test_what_the_program_refuses_is_not_valid(kind: str, change: dict[str, Any]) -> None:
-    name = {"machine": "manipulator.toml", "study": "study.toml", "catalogue": "catalogue.toml"}[kind]
+    names = {"machine": "manipulator", "study": "study", "motion": "moves", "catalogue": "catalogue"}
+    name = f"{names[kind]}.toml"
     values = tomllib.loads((EXAMPLES / name).read_text(encoding="utf-8"))
     assert list(schema(kind).iter_errors(values | change))
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import EXAMPLES, MACHINE, TRACE, guideload, refused
 from machines import carriage, link, machine
 from moves import BRISK
 from reference import example
@@ -154,17 +155,16 @@ def test_saved_whole_or_not_at_all(tmp_path: Path, result: Result) -> None:
         html_report.save(result, tmp_path / "missing" / "report.html")
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium to open the report with")
-def test_a_browser_draws_every_chart_without_an_error(tmp_path: Path, page: str) -> None:
-    """Chromium finds no error in the script, and draws a line for each line of each chart."""
-    path = tmp_path / "report.html"
+def opened(page: str, folder: Path) -> str:
+    """The page as Chromium shows it; fails on an error of its script."""
+    path = folder / "report.html"
     path.write_text(page, encoding="utf-8")
     options = [
         "--headless",
         "--no-sandbox",
         "--disable-gpu",
         "--enable-logging=stderr",
-        f"--user-data-dir={tmp_path}",
+        f"--user-data-dir={folder}",
     ]
     ended = subprocess.run(
         [str(CHROMIUM), *options, "--virtual-time-budget=5000", "--dump-dom", path.as_uri()],
@@ -173,7 +173,52 @@ def test_a_browser_draws_every_chart_without_an_error(tmp_path: Path, page: str)
         timeout=120,
     )
     assert ended.returncode == 0
-    assert "CONSOLE" not in ended.stderr
-    drawn = re.findall(r'<path d="M[\d. L-]+" stroke="[^"]+" class="line"', ended.stdout)
+    assert "CONSOLE" not in ended.stderr and "NaN" not in ended.stdout
+    return ended.stdout
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium to open the report with")
+def test_a_browser_draws_every_chart_without_an_error(tmp_path: Path, page: str) -> None:
+    """Chromium finds no error in the script, and draws a line for each line of each chart."""
+    drawn = re.findall(r'<path d="M[\d. L-]+" stroke="[^"]+" class="line"', opened(page, tmp_path))
     assert len(drawn) == sum(len(one["lines"]) for one in charts(page))  # type: ignore[arg-type]
-    assert "NaN" not in ended.stdout
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory, result: Result) -> dict[str, str]:
+    """The reports that commands write, by command."""
+    home = tmp_path_factory.mktemp("reports")
+    other = home / "other.toml"
+    other.write_text(
+        Path(MACHINE).read_text(encoding="utf-8").replace("1250 kg", "1300 kg"), encoding="utf-8"
+    )
+    study = EXAMPLES / "study.toml"
+    commands = {
+        "run": ("run", MACHINE, TRACE, "-o", home / "out", "--no-pictures"),
+        "compare": ("compare", MACHINE, other, TRACE),
+        "size": ("size", MACHINE, TRACE, "--from", EXAMPLES / "catalogue.toml", "--life", "5000 km"),
+        "study": ("study", study, "-o", home / "study", "--samples", 32, "--no-pictures"),
+    }
+    found = {}
+    for name, words in commands.items():
+        report = home / f"{name}.html"
+        assert str(report) in guideload(*words, "--report", report).stdout
+        found[name] = report.read_text(encoding="utf-8")
+    assert "exists" in refused(*commands["compare"], "--report", home / "compare.html")
+    assert "no folder" in refused(*commands["compare"], "--report", home / "none" / "compare.html")
+    assert ".html" in refused(*commands["compare"], "--report", home / "compare.pdf")
+    return found
+
+
+@pytest.mark.parametrize("command", ["run", "compare", "size", "study"])
+def test_reports_of_commands(pages: dict[str, str], command: str, tmp_path: Path) -> None:
+    """Each is a whole page without network, below 2 MB, that a browser opens without an error."""
+    page = pages[command]
+    assert len(page) < 2e6
+    for tag, attributes in Elements(page).found:
+        assert tag not in ("link", "iframe", "object")
+        assert (attributes.get("src") or "data:").startswith("data:")
+    assert "<table>" in page and ("<svg" in page or charts(page))
+    if CHROMIUM is not None:
+        shown = opened(page, tmp_path)
+        assert len(re.findall('class="line"', shown)) == sum(len(one["lines"]) for one in charts(page))  # type: ignore[arg-type]

@@ -408,7 +408,7 @@ def test_refusals_tell_what_does_not_agree() -> None:
     with pytest.raises(TraceError, match="uncertainty: expected one of 3 stamps, got 12"):
         Motion.along_x([0.0, 1.0, 2.0], [0.0, 0.0, 0.0], uncertainty=uncertainty)
     wrong = replace(uncertainty, variance=np.where(np.arange(12) == 4, 0.0, 1.0))
-    with pytest.raises(ValueError, match=r"variance\[4\]: expected > 0, got 0"):
+    with pytest.raises(ValueError, match=r"variance\[4\]: expected a number > 0, got 0"):
         wrong.draws(1, np.random.default_rng(SEED))
     with pytest.raises(ValueError, match="lengths do not agree"):
         replace(uncertainty, step=np.ones(3)).draws(1, np.random.default_rng(SEED))

@@ -266,7 +266,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"method": "auto", "step": 1e-3}, r'step: method "auto".*use rk45 or implicit'),
     ({"method": "rk45", "rtol": 0.0}, r"rtol: expected 1e-13 to 0.1.*got 0"),
     ({"method": "rk45", "rtol": -1e-6}, r"rtol: .*got -1e-6"),
-    ({"method": "implicit", "rtol": 1e-15}, r'rtol: .*use method "exact"'),
+    ({"method": "implicit", "rtol": 1e-15}, r'rtol: .*method "exact" has no step error'),
     ({"method": "implicit", "rtol": 0.5}, r"rtol: .*got 5e-1"),
     ({"method": "rk45", "rtol": float("nan")}, r"rtol: .*got NaN"),
     ({"method": "rk45", "step": 0.0}, r"step: expected > 0 s and at least 1e-9 .*, got 0"),

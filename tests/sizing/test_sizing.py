@@ -15,9 +15,12 @@ from reference import cart
 from guideload import (
     ArgumentError,
     Catalogue,
+    Life,
     LifeConditions,
     Machine,
     Motion,
+    Move,
+    Moves,
     Product,
     RunError,
     life_of,
@@ -120,6 +123,34 @@ def test_limits_are_where_a_requirement_fails(quantity: str) -> None:
     assert not margins.hold and margins.first_to_fail == limit.margins.first_to_fail
 
 
+@pytest.mark.parametrize("name", ["speed", "acceleration", "deceleration", "jerk"])
+def test_limits_of_moves_are_where_a_requirement_fails(name: str) -> None:
+    """A bound in the middle of what the limit changes: it is met at the value found, and not a thousandth beyond."""
+    machine = with_product(cart(), CATALOGUE["large"], "Z0")
+    jerk = 60.0 if name == "jerk" else 8.0  # slower ramps make the machine vibrate too little to tell
+    limits = {"acceleration": 1.0, "deceleration": 1.2, "jerk": jerk, "dwell": 0.3}
+    # At the lower speed it is the speed that limits the acceleration.
+    speeds = (0.05, 0.04) if name == "speed" else (0.8, 0.7)
+    listed = [
+        Move(distance=way, speed=speed, **limits) for way, speed in zip((0.4, -0.4), speeds, strict=True)
+    ]
+    moves = Moves(moves=listed, rate=512)
+
+    def found(factor: float, conditions: LifeConditions) -> Life:
+        return life_of(simulate(machine, moves.with_limit(name, factor).motion()), conditions)  # type: ignore[arg-type]
+
+    low, high = (found(factor, WANTED).weakest.static.safety for factor in (1.0, 2.0))
+    assert high < 0.999 * low
+    wanted = LifeConditions(safety=0.5 * (low + high))
+    limit = largest(machine, moves, name, conditions=wanted)  # type: ignore[arg-type]
+    factor = limit.value / moves.limit(name)  # type: ignore[arg-type]
+    assert 1.0 < factor < 2.0 and limit.margins.hold
+    assert margins_of(found(factor, wanted)).hold and not margins_of(found(1.001 * factor, wanted)).hold
+    # Asked for more than it has, it is lowered.
+    lowered = largest(machine, moves.with_limit(name, 2.0), name, conditions=wanted)  # type: ignore[arg-type]
+    assert lowered.value == pytest.approx(limit.value, rel=1e-3)
+
+
 def changed(machine: Machine, mass: float, at: tuple[float, float, float]) -> Machine:
     return machine.model_copy(update={"body": with_payload(machine.body, mass, np.array(at))})
 
@@ -166,7 +197,14 @@ def test_what_cannot_be_sized_is_refused() -> None:
     with pytest.raises(ArgumentError, match="direction"):
         largest(machine, MOTION, "overhang", direction=(0, 0, 0))
     with pytest.raises(ArgumentError, match="quantity"):
-        largest(machine, MOTION, "speed")  # type: ignore[arg-type]
+        largest(machine, MOTION, "price")  # type: ignore[arg-type]
+    with pytest.raises(ArgumentError, match="speed: expected planned moves"):
+        largest(machine, MOTION, "speed")
+    trapezoid = Moves(moves=[Move(distance=1, speed=1, acceleration=1, profile="trapezoid")], rate=64)
+    with pytest.raises(ArgumentError, match="jerk: no move has this limit"):
+        largest(machine, trapezoid, "jerk")
+    with pytest.raises(RunError, match="at 0.015625 of the speed"):
+        largest(machine, trapezoid, "speed", conditions=LifeConditions(life=1e12))
     endless = largest(machine, replace(MOTION), "pace", conditions=LifeConditions(safety=1e-9))
     assert math.isinf(endless.value)
 

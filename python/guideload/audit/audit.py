@@ -52,8 +52,8 @@ class Audit:
     simpler_models  peaks of simpler models, and the dynamic factor
     energy          energy balance; None if the excitation jumps between the reported instants
     force_balance   force balance of the reported loads
-    second_look     comparison with a second solution, and sensitivity to the motion; text if that solution failed;
-                    None if the run cannot be repeated from the result, or needs none (linear, exact, energy balances)
+    second_look     comparison with a second solution, and sensitivity to the motion; text if that solution failed, or
+                    why there can be none; None if none is needed (linear, exact, energy balances)
     free_at_rest    dofs of L in each motion in which the body is free within its clearance at rest
     doubts          warnings of a result that contradicts itself or cannot be predicted: its loads are not to be used
     warnings        each with its figure and a way out, the gravest first: the doubts, then those on model and samples
@@ -78,12 +78,12 @@ class Audit:
     def of(cls, machine: Machine, data: Quantities, modes: Modes, solve: Solve | None = None) -> Audit:
         """The audit of a result, from its machine, its quantities and the modes of the machine.
 
-        solve: solves the run again; default: from the quantities, if they contain all samples of the motion.
+        solve: solves the run again; default: from the quantities, if they contain the motion.
         """
         histories = Histories(machine, data)
         rotation, contact = figures.rotation(histories), figures.contact(histories)
         sampling, balance = figures.sampling(histories, modes), energy(histories)
-        solve = solve or (histories.solve if histories.shows_samples else None)
+        solve = solve or (histories.solve_motion if histories.has_motion else None)
         look, forces = second_look(histories, balance, solve), force_balance(histories)
         doubts = (*force_doubts(forces), *solution_doubts(histories, look, balance))
         resolution = figures.resolution(histories, modes)
@@ -116,9 +116,21 @@ class Audit:
 
     @property
     def verdict(self) -> str:
-        """The number of warnings, and whether the result is doubtful, as a sentence."""
-        count = counted(len(self.warnings), "warning")
-        return f"DOUBTFUL, {count}:" if self.doubts else f"{count}:" if self.warnings else "No warnings."
+        """The number of warnings, and whether the result is doubtful or not judged, in words."""
+        count = counted(len(self.warnings), "warning") if self.warnings else "No warnings"
+        count = (
+            f"DOUBTFUL, {count}"
+            if self.doubts
+            else f"{count}, {self.not_judged}"
+            if self.not_judged
+            else count
+        )
+        return f"{count}:" if self.warnings else f"{count}."
+
+    @property
+    def not_judged(self) -> str:
+        """Why no second solution judges the result; empty if one does, or if none is needed."""
+        return f"NOT JUDGED: {self.second_look}" if isinstance(self.second_look, str) else ""
 
     @property
     def lines(self) -> tuple[str, ...]:

@@ -84,14 +84,26 @@ class Histories:
         return 0.0 < self.step <= 1.001 * self.trace_step
 
     @property
-    def shows_samples(self) -> bool:
-        """Whether the instants are the samples of the motion; False also for files that do not say so."""
-        return self.starts_at_rest and self.data.attrs.get("instants") == "samples of the motion"
+    def has_motion(self) -> bool:
+        """Whether the quantities contain all samples of the motion; False also for files that do not say so."""
+        shown = self.starts_at_rest and self.data.attrs.get("instants") == "samples of the motion"
+        return shown or "motion_acceleration" in self.data
 
     @property
     def repeatable(self) -> bool:
         """Whether the instants contain the whole excitation from the start, so that the run can be repeated."""
         return self.starts_at_rest and self.as_fine_as_motion and not self.hidden_jumps
+
+    def solve_motion(self, method: str, rtol: float, factor: float) -> Array:
+        """Link loads (time, link) [N] under the motion of `has_motion` times a factor."""
+        if "motion_acceleration" not in self.data:
+            return self.solve(method, rtol, factor)
+        wrench = factor * self.data["motion_wrench"] if "motion_wrench" in self.data else None
+        acceleration = factor * self.data["motion_acceleration"]
+        motion = self.data["motion_time"], acceleration, wrench
+        return self.machine.scene.solve(*motion, method=method, rtol=rtol, times=self.time).link_loads(
+            "total"
+        )
 
     def solve(self, method: str, rtol: float, factor: float, scene: Scene | None = None) -> Array:
         """Link loads (time, link) [N] of a scene, by default the machine's, under the excitation times a factor."""

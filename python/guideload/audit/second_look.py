@@ -40,6 +40,10 @@ MOST_STEPS = (
     20  # steps of rk45 per step of the result up to which it checks implicit; a step costs about a fifth
 )
 
+NO_MOTION = (
+    "the samples of its motion are not stored with it; compute it again, or keep the result of `simulate`"
+)
+
 
 @dataclass(frozen=True)
 class SecondLook:
@@ -82,18 +86,19 @@ class SecondLook:
 
 
 def second_look(histories: Histories, energy: Energy | None, solve: Solve | None) -> SecondLook | str | None:
-    """The second look at a result; text if the second solution failed.
+    """The second look at a result; text if it failed, or if the run cannot be solved again.
 
-    None if the run cannot be repeated, or needs no second look: a linear run by exact has no step error, and its
-    energy balances.
+    None if none is needed: a linear run by exact has no step error, and its energy balances.
     """
-    if solve is None:
-        return None
-    look = _Look(histories, solve)
     balanced = energy is not None and energy.residual <= UNBALANCED
+    if balanced and histories.linear and histories.data.attrs["method"] == "exact":
+        return None
+    if solve is None:
+        return NO_MOTION
+    look = _Look(histories, solve)
     try:
         if histories.linear and look.exact:
-            return None if balanced else look.compare("implicit", perturbed=False)
+            return look.compare("implicit", perturbed=False)
         found = look.compare("exact" if look.exact else _other_method(histories), not histories.linear)
         if look.exact and found.agrees and found.predictable and not balanced:
             return look.compare("implicit", perturbed=False, known=found.sensitivity)
@@ -111,11 +116,8 @@ class _Look:
         self.load: Array = histories.data["link_load"]
         self.scale = float(attributes["load_scale_N"]) or 1.0
         self.exact = attributes["method"] == "exact"
-        rtol = float(attributes["rtol"])
-        self.rtol = LOOSEST if self.exact else float(np.clip(TIGHTER * rtol, TIGHTEST, LOOSEST))
+        self.rtol = LOOSEST if self.exact or "step_s" in attributes else tighter(float(attributes["rtol"]))
         self.explained = explained_error(attributes)
-        if "step_s" in attributes:
-            self.rtol = LOOSEST
 
     def compare(self, method: str, perturbed: bool, known: float | None = None) -> SecondLook:
         """The second look by a method. known: the sensitivity, if the motion is not perturbed."""
@@ -154,6 +156,11 @@ def explained_error(attributes: Mapping[str, str | float | int]) -> float:
     if attributes["method"] == "exact":
         return ROUNDING
     return max(min(EXPLAINED * float(attributes["rtol"]), MOST_EXPLAINED), ROUNDING)
+
+
+def tighter(rtol: float) -> float:
+    """The tolerance of the second solution of a run with this tolerance."""
+    return float(np.clip(TIGHTER * rtol, TIGHTEST, LOOSEST))
 
 
 def _other_method(histories: Histories) -> str:

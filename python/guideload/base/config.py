@@ -38,7 +38,7 @@ class ConfigModel(BaseModel):
         try:
             super().__init__(**values)
         except ValidationError as error:
-            items = error.errors(include_url=False)
+            items = [item for item in error.errors(include_url=False) if not _miscounted(item)]
             problems = [_problem(item, type(self)) for item in items[:MOST_PROBLEMS]]
             raise ConfigError(problems, others=len(items) - len(problems)) from None
 
@@ -126,6 +126,16 @@ EXPECTED = {
     "bool_type": "true or false",
     "too_short": "at least one entry",
 }
+
+
+def _miscounted(item: ErrorDetails) -> bool:
+    """Whether pydantic says that a list is too short because it does not count the entries that are refused anyway."""
+    entries = item["input"]
+    return (
+        item["type"] == "too_short"
+        and isinstance(entries, list | tuple)
+        and len(entries) >= item.get("ctx", {}).get("min_length", 0)
+    )
 
 
 def _problem(item: ErrorDetails, model: type[BaseModel]) -> Problem:

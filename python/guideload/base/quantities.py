@@ -16,7 +16,15 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     import xarray as xr
 
-DIMENSIONS = ("time", "carriage", "rail", "link", "axis", "dof")  # order of the dimensions of every array
+DIMENSIONS = (
+    "time",
+    "motion_time",
+    "carriage",
+    "rail",
+    "link",
+    "axis",
+    "dof",
+)  # order of the dimensions of every array
 
 
 class Quantity(NamedTuple):

@@ -54,8 +54,10 @@ LENGTH = Range("a length", "m", 1e-9, 1e4, "from a nanometre to ten kilometres")
 ACCELERATION = Range(
     "an acceleration", "m/s^2", 0.0, 1e8, "ten million g: more than a projectile in its barrel"
 )
+JERK = Range("a jerk", "m/s^3", 0.0, 1e12, "the largest acceleration within a tenth of a millisecond")
 STIFFNESS = Range("a stiffness", "N/m", 1e-3, 1e15, "1 N on 1 km, to a million times a rail's 1 kN/um")
 DAMPING = Range("a damping", "N s/m", 0.0, 1e12, "a million times the damper of a bridge")
+RATE = Range("a sampling rate", "1/s", 1e-9, 1e9, "from a sample in thirty years to one per nanosecond")
 CLEARANCE = Range("a clearance", "m", 1e-12, 10.0, "from a hundredth of an atom to ten metres")
 DEFLECTION = Range("a deflection", "m", 1e-12, 1e3, "from a hundredth of an atom to a kilometre")
 FORCE = Range("a force", "N", 0.0, 1e12, "a hundred thousand times the load of the largest carriage")
@@ -75,4 +77,4 @@ OF_MACHINES = (
     MASS, INERTIA, POSITION, LENGTH, ACCELERATION, STIFFNESS, DAMPING, CLEARANCE, DEFLECTION, FORCE, PRELOAD, RATIO,
     DIRECTION, ANGLE, EFFICIENCY, FRICTION,
 )  # fmt: skip
-OF_MOTIONS = (TIME, ACCELERATION, SPEED, TRAVEL, ANGULAR_SPEED, FORCE, MOMENT)
+OF_MOTIONS = (TIME, ACCELERATION, JERK, SPEED, TRAVEL, ANGULAR_SPEED, FORCE, MOMENT, RATE)

@@ -32,8 +32,13 @@ class Place:
     text: str
 
 
-def read_toml(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
-    """Values of a TOML file and their places. Raises ConfigError if the file cannot be read."""
+def read_toml(
+    file: str | PathLike[str], writer: str = "guideload init"
+) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
+    """Values of a TOML file and their places. Raises ConfigError if the file cannot be read.
+
+    writer: the command that writes such a file, for the message if there is none.
+    """
 
     def refusal(expected: str, hint: str, row: int | None, written: str) -> ConfigError:
         return ConfigError([Problem((), None, expected, hint, row, written)], str(file))
@@ -41,7 +46,7 @@ def read_toml(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, 
     try:
         content = Path(file).read_bytes()
     except OSError as error:
-        expected = f"a readable file, `guideload init` writes one ({error.strerror})"
+        expected = f"a readable file, `{writer}` writes one ({error.strerror})"
         raise refusal(expected, "", None, "no file") from None
     try:
         text = content.decode("utf-8-sig")  # editors on Windows put the byte order mark before the text

@@ -63,6 +63,7 @@ DIMENSIONS = {
     "kg m^2": "a moment of inertia",
     "m/s": "a speed",
     "m/s^2": "an acceleration",
+    "m/s^3": "a jerk",
     "rad/s": "an angular speed",
     "1/s": "a frequency",
 }

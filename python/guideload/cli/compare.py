@@ -3,34 +3,44 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from guideload.cli import options
-from guideload.cli.inputs import read_machine, read_motion
-from guideload.cli.outputs import picture_draft
+from guideload.cli.inputs import is_motion_file, paths, read_machine, read_motion
+from guideload.cli.outputs import picture_draft, require_report
 from guideload.cli.terminal import output_encoding, print_text, status
+
+if TYPE_CHECKING:
+    from guideload.motion.moves import Moves
 
 
 @click.command()
-@click.argument("files", nargs=-1, metavar="MACHINE.TOML... TRACE...", type=options.InputFile)
+@options.or_moves("files", "MACHINE.TOML... TRACE...", nargs=-1)
 @options.picture_option
+@options.report_option
 @options.overwrite_picture_option
 @options.trace_options
-def compare(files: tuple[Path, ...], output: Path | None, overwrite: bool, **reading: Any) -> None:
+def compare(
+    files: tuple[Path | Moves, ...], output: Path | None, report: Path | None, overwrite: bool, **reading: Any
+) -> None:
     """Compare machines under a motion, or a machine under several motions.
 
-    Files that end in .toml are machines, all others traces; every machine runs under every trace.
+    A file that ends in .toml is a machine, or a motion if it has [[moves]]; all others are traces. Every machine runs
+    under every motion.
     """
     from guideload.reports.compare import comparison_report
     from guideload.simulation.simulation import simulate
 
-    machines = [file for file in files if file.suffix.lower() == ".toml"]
+    machines = [file for file in paths(*files) if file.suffix.lower() == ".toml" and not is_motion_file(file)]
     traces = [file for file in files if file not in machines]
     if not machines or not traces or len(machines) * len(traces) < 2:
-        raise click.UsageError("expected machine files (.toml) and traces, together at least two runs")
-    with picture_draft(output, overwrite, *files) as draft:
+        raise click.UsageError(
+            "expected machine files (.toml) and traces or motion files, together at least two runs"
+        )
+    require_report(report, overwrite, *paths(*files))
+    with picture_draft(output, overwrite, *paths(*files)) as draft:
         results = {}
         for machine_file in machines:
             with status(f"running {machine_file}"):
@@ -47,10 +57,15 @@ def compare(files: tuple[Path, ...], output: Path | None, overwrite: bool, **rea
             from guideload import plots
 
             plots.save(plots.comparison(results)[0], draft)
+        if report is not None:
+            from guideload import html_report
+
+            html_report.save_page(html_report.comparison_page(results), report)
     print_text(text)
-    if output is not None:
-        print_text(f"Wrote {output}.")
+    for written in filter(None, (output, report)):
+        print_text(f"Wrote {written}.")
 
 
-def _title(machine: Path, trace: Path, machines: bool, traces: bool) -> str:
-    return " ".join([machine.stem] * machines + [trace.stem] * traces)
+def _title(machine: Path, trace: Path | Moves, machines: bool, traces: bool) -> str:
+    motion = trace.stem if isinstance(trace, Path) else "--move"
+    return " ".join([machine.stem] * machines + [motion] * traces)

@@ -14,7 +14,7 @@ from guideload.cli.terminal import output_encoding, print_text, status
 
 
 @click.command()
-@options.trace_argument
+@options.trace_file_argument
 @click.option(
     "--machine",
     "machine_file",

@@ -1,4 +1,4 @@
-"""The JSON schema of machine, study and catalogue files, from their pydantic models."""
+"""The JSON schema of machine, study, catalogue and motion files, from their pydantic models."""
 
 from __future__ import annotations
 
@@ -50,13 +50,15 @@ class FileSchema(GenerateJsonSchema):
         return {"type": "integer" if bounds else ["number", "string", "array"], **bounds}
 
 
-def file_schema(kind: Literal["machine", "study", "catalogue"]) -> dict[str, Any]:
-    """The schema of a machine, study or catalogue file. A description ends with the SI unit of the value, as [N/m]."""
+def file_schema(kind: Literal["machine", "study", "catalogue", "motion"]) -> dict[str, Any]:
+    """The schema of a kind of file. A description ends with the SI unit of the value, as [N/m]."""
     model: type[BaseModel]
     if kind == "machine":
         from guideload.machine.machine import Machine as model
     elif kind == "catalogue":
         from guideload.catalogue.catalogue import Catalogue as model
+    elif kind == "motion":
+        from guideload.motion.moves import Moves as model
     else:
         from guideload.study.description.options import StudyFile as model
     schema = model.model_json_schema(schema_generator=FileSchema)

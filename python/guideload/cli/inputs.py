@@ -1,17 +1,18 @@
-"""Reading of machines and traces with the options of the command line."""
+"""Reading of machines, traces and motion files with the options of the command line."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from guideload.base.errors import SceneError
+from guideload.base.errors import ConfigError, SceneError
 from guideload.cli.exit_codes import InputError
 from guideload.traces.options import SmoothingOptions
 
 if TYPE_CHECKING:
     from guideload.machine.machine import Machine
     from guideload.motion.motion import Motion
+    from guideload.motion.moves import Moves
     from guideload.traces.inspection import Inspection
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
@@ -34,10 +35,43 @@ def read_machine(machine_file: Path, free: str | None = None) -> Machine:
     return machine
 
 
-def read_motion(trace_file: Path, machine: Machine, **options: Any) -> Motion:
-    """The motion of a trace. options: see `options.trace_options`."""
+def paths(*inputs: Path | Moves | None) -> tuple[Path, ...]:
+    """The files among the inputs of a command; moves of the option --move are in no file."""
+    return tuple(one for one in inputs if isinstance(one, Path))
+
+
+def read_moves(trace_file: Path | Moves, **options: Any) -> Moves | None:
+    """The moves of a motion file (.toml) or of --move; None for a trace. options: they are refused beside moves."""
+    if isinstance(trace_file, Path) and trace_file.suffix.lower() != ".toml":
+        return None
+    from guideload.motion.moves import Moves
+
+    if given := [name for name, value in options.items() if value is not None]:
+        option = "--no-cross-check" if given[0] == "cross_check" else f"--{given[0].replace('_', '-')}"
+        raise InputError(
+            f"{option} is for traces; planned moves are known exactly, and nothing is read or smoothed"
+        )
+    return Moves.from_toml(trace_file) if isinstance(trace_file, Path) else trace_file
+
+
+def is_motion_file(file: Path) -> bool:
+    """Whether a file is a TOML file with moves."""
+    from guideload.base.toml import read_toml
+
+    try:
+        return file.suffix.lower() == ".toml" and "moves" in read_toml(file)[0]
+    except ConfigError:
+        return False  # its reader gives the message
+
+
+def read_motion(trace_file: Path | Moves, machine: Machine, **options: Any) -> Motion:
+    """The motion of a trace, of a motion file or of --move. options: see `options.trace_options`."""
+    moves = read_moves(trace_file, **options)
+    if moves is not None:
+        return moves.motion()
     from guideload.traces.reading import motion_from_trace, read_trace
 
+    assert isinstance(trace_file, Path)
     reading, smoothing = _split(options)
     return motion_from_trace(read_trace(trace_file, **reading), drive=machine.drive, **smoothing)
 
@@ -47,6 +81,9 @@ def read_inspection(trace_file: Path, machine: Machine | None, **options: Any) -
     from guideload.traces.inspection import Inspection
     from guideload.traces.reading import read_trace
 
+    if is_motion_file(trace_file):
+        reason = "its moves are known exactly: there are no samples to judge or to smooth"
+        raise InputError(f"{trace_file}: is a motion file; {reason}. For its loads: guideload run")
     reading, smoothing = _split(options)
     return Inspection.of(read_trace(trace_file, **reading), machine, **smoothing)
 

@@ -1,16 +1,19 @@
-"""The command `guideload life`: life and static safety under a measured motion."""
+"""The command `guideload life`: life and static safety under a motion."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from guideload.cli import options
-from guideload.cli.inputs import read_machine, read_motion
+from guideload.cli.inputs import paths, read_machine, read_motion
 from guideload.cli.outputs import picture_draft
 from guideload.cli.terminal import output_encoding, print_text, status
+
+if TYPE_CHECKING:
+    from guideload.motion.moves import Moves
 
 RULES = ("sum", "thk", "hiwin", "hiwin_mg", "iko", "rexroth", "thomson")
 CONDITIONS = ("rule", "reliability", "life", "safety")
@@ -30,9 +33,14 @@ CONDITIONS = ("rule", "reliability", "life", "safety")
 @options.overwrite_picture_option
 @options.trace_options
 def life(
-    machine_file: Path, trace_file: Path, no_bands: bool, output: Path | None, overwrite: bool, **given: Any
+    machine_file: Path,
+    trace_file: Path | Moves,
+    no_bands: bool,
+    output: Path | None,
+    overwrite: bool,
+    **given: Any,
 ) -> None:
-    """Show life and static safety of the carriages under a measured motion, and their causes.
+    """Show life and static safety of the carriages under a measured or planned motion, and their causes.
 
     The carriages name products of a catalogue. The picture shows the damage along the rails.
     """
@@ -42,7 +50,7 @@ def life(
 
     changes = {key: given.pop(key) for key in CONDITIONS}
     changes = {key: value for key, value in changes.items() if value is not None}
-    with picture_draft(output, overwrite, machine_file, trace_file) as draft:
+    with picture_draft(output, overwrite, *paths(machine_file, trace_file)) as draft:
         with status("reading"):
             machine = read_machine(machine_file)
             conditions = machine.life.model_copy(update=changes)

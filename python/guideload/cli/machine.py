@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,6 +14,9 @@ from guideload.cli.exit_codes import InputError
 from guideload.cli.inputs import EXAMPLES, read_machine, read_motion
 from guideload.cli.outputs import picture_draft, unwritable
 from guideload.cli.terminal import output_encoding, print_text
+
+if TYPE_CHECKING:
+    from guideload.motion.moves import Moves
 
 
 @click.command()
@@ -27,8 +30,9 @@ from guideload.cli.terminal import output_encoding, print_text
 @click.option(
     "--catalogue", "kind", flag_value="catalogue", help="Write a catalogue.toml with example carriages."
 )
+@click.option("--moves", "kind", flag_value="moves", help="Write a moves.toml, a motion of planned moves.")
 def init(path: Path | None, kind: str | None) -> None:
-    """Write a commented machine.toml, study.toml or catalogue.toml to fill in."""
+    """Write a commented machine.toml, study.toml, catalogue.toml or moves.toml to fill in."""
     name = f"{kind or 'machine'}.toml"
     path = path or Path(name)
     template = (EXAMPLES / name).read_text(encoding="utf-8")
@@ -47,6 +51,8 @@ def init(path: Path | None, kind: str | None) -> None:
         ) from None
     if kind == "catalogue":
         print_text(f"Wrote {path}. Add your carriages, then: guideload catalogue check {path}")
+    elif kind == "moves":
+        print_text(f"Wrote {path}. Fill it in, then: guideload run machine.toml {path} -o out/")
     elif kind == "study":
         inputs = "put machine.toml (from `guideload init`) and trace.csv, a measured motion, into its folder"
         print_text(f"Wrote {path}. Fill it in and {inputs}, then: guideload study {path} -o out/")
@@ -58,7 +64,7 @@ def init(path: Path | None, kind: str | None) -> None:
 @options.machine_argument
 @options.optional_trace_argument
 @options.trace_options
-def check(machine_file: Path, trace_file: Path | None, **reading: Any) -> None:
+def check(machine_file: Path, trace_file: Path | Moves | None, **reading: Any) -> None:
     """Check a machine, and optionally a trace, and show their contents.
 
     With a trace the report also shows which modes of the machine the trace can show.

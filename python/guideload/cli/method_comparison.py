@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from guideload.cli import options
-from guideload.cli.inputs import read_machine, read_motion
+from guideload.cli.inputs import paths, read_machine, read_motion
 from guideload.cli.outputs import (
     CHART,
     atomic_output,
@@ -17,6 +17,9 @@ from guideload.cli.outputs import (
     write_manifest,
 )
 from guideload.cli.terminal import output_encoding, print_text, status
+
+if TYPE_CHECKING:
+    from guideload.motion.moves import Moves
 
 
 @click.command()
@@ -36,7 +39,7 @@ from guideload.cli.terminal import output_encoding, print_text, status
 @options.trace_options
 def chart(
     machine_file: Path,
-    trace_file: Path,
+    trace_file: Path | Moves,
     output: Path,
     budget: float,
     free: str | None,
@@ -46,14 +49,15 @@ def chart(
 ) -> None:
     """Draw the work-precision diagram of all methods.
 
-    Every method computes the loads of a machine under a measured motion, with a range of tolerances and fixed steps.
-    The error is the difference of the loads from a reference, whose own error is reported.
+    Every method computes the loads of a machine under a motion, with a range of tolerances and fixed steps. The error
+    is the difference of the loads from a reference, whose own error is reported.
     """
     from guideload.method_comparison.runner import work_precision
     from guideload.reports.work_precision import chart_report
 
     names = {"report.txt", *(name for name in CHART if not (no_pictures and name.endswith(".png")))}
-    with atomic_output(output, {"": names}, overwrite, inputs=(machine_file, trace_file)) as folder:
+    inputs = paths(machine_file, trace_file)
+    with atomic_output(output, {"": names}, overwrite, inputs) as folder:
         with status("reading"):
             machine = read_machine(machine_file, free)
             motion = read_motion(trace_file, machine, **reading)
@@ -82,7 +86,7 @@ def chart(
 @options.trace_options
 def stability(
     machine_file: Path,
-    trace_file: Path | None,
+    trace_file: Path | Moves | None,
     output: Path | None,
     rtol: float,
     free: str | None,
@@ -92,12 +96,12 @@ def stability(
     """Find the longest stable step of rk45, and the steps and time of every method.
 
     With a longer step an eigenvalue of the machine leaves the stability region of rk45. Steps and time are those of a
-    run under a measured motion, or under a standard move if no trace is given.
+    run under a motion, or under a standard move if no trace is given.
     """
     from guideload.method_comparison.step_stability import stability as step_stability
     from guideload.reports.stability import stability_report
 
-    with picture_draft(output, overwrite, *filter(None, (machine_file, trace_file))) as draft:
+    with picture_draft(output, overwrite, *paths(machine_file, trace_file)) as draft:
         with status("reading"):
             machine = read_machine(machine_file, free)
             motion = None if trace_file is None else read_motion(trace_file, machine, **reading)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
@@ -42,6 +43,7 @@ class NumberOrText(click.ParamType[float | str]):
 
 
 POSITIVE = Positive()
+MOVES = "guideload.moves"  # key of the texts of --move in the context
 # click types of the options for traces, by the types of their values; other options are text.
 OPTION_TYPES: dict[frozenset[type], click.ParamType[Any]] = {
     frozenset((float, str)): NumberOrText(),
@@ -50,20 +52,24 @@ OPTION_TYPES: dict[frozenset[type], click.ParamType[Any]] = {
 }
 
 machine_argument = click.argument("machine_file", metavar="MACHINE.TOML", type=InputFile)
-trace_argument = click.argument("trace_file", metavar="TRACE", type=InputFile)
-optional_trace_argument = click.argument("trace_file", metavar="[TRACE]", type=InputFile, required=False)
+trace_file_argument = click.argument("trace_file", metavar="TRACE", type=InputFile)
 picture_option = click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path, dir_okay=False),
     help=f"Picture to write ({', '.join(ending[1:] for ending in PICTURE_ENDINGS)}).",
 )
-overwrite_picture_option = click.option("--overwrite", is_flag=True, help="Replace the picture if it exists.")
+overwrite_picture_option = click.option("--overwrite", is_flag=True, help="Replace files that exist.")
 overwrite_option = click.option(
     "--overwrite", is_flag=True, help="Replace the files of an earlier run in the folder."
 )
 no_pictures_option = click.option("--no-pictures", is_flag=True, help="Write the numbers only.")
 folder_option = partial(click.option, "-o", "--output", type=Folder, help="Folder to write.")
+report_option = click.option(
+    "--report",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="HTML report to write: one file that opens in any browser and prints on A4.",
+)
 free_option = click.option("--free", help="Free dofs of L, e.g. y,z,rx,ry,rz, instead of the machine file's.")
 rtol_option = click.option(
     "--rtol",
@@ -72,6 +78,46 @@ rtol_option = click.option(
     show_default=True,
     help="Tolerance of the loads, relative to the load scale.",
 )
+
+
+def _moves_or_file(ctx: click.Context, param: click.Parameter, given: Any) -> Any:
+    """The files given, or the moves of --move; UsageError for both in one place, or neither where one is needed."""
+    texts = ctx.meta.get(MOVES)
+    several = param.nargs != 1
+    if texts and (not given or several):
+        from guideload.motion.moves import Moves
+
+        moves = Moves.from_texts(texts)
+        return (*given, moves) if several else moves
+    if texts:
+        raise click.UsageError(f"expected a TRACE or --move, got both: {given}")
+    if not given and param.metavar == "TRACE":
+        raise click.UsageError("Missing argument 'TRACE': a trace, a motion file (.toml), or --move")
+    return given
+
+
+def or_moves(name: str, metavar: str, nargs: int = 1) -> Callable[[Any], Any]:
+    """Decorator: an argument for a trace or a motion file, and the option --move, which stands for one."""
+
+    def decorate(command: Any) -> Any:
+        command = click.option(
+            "--move",
+            multiple=True,
+            is_eager=True,
+            expose_value=False,
+            callback=lambda ctx, _, texts: ctx.meta.update({MOVES: texts}),
+            help='Planned move in place of TRACE, e.g. "distance=1.2 m, speed=2 m/s, acceleration=5 m/s^2, '
+            'jerk=200 m/s^3, dwell=0.5 s"; several times for several.',
+        )(command)
+        return click.argument(
+            name, metavar=metavar, type=InputFile, nargs=nargs, required=False, callback=_moves_or_file
+        )(command)
+
+    return decorate
+
+
+trace_argument = or_moves("trace_file", "TRACE")
+optional_trace_argument = or_moves("trace_file", "[TRACE]")
 
 
 def trace_options(command: Any) -> Any:

@@ -96,12 +96,28 @@ def picture_draft(output: Path | None, overwrite: bool, *inputs: Path) -> Iterat
         if not overwrite:
             raise InputError(f"{output} exists; give another name, or --overwrite")
         if any(path.exists() and output.samefile(path) for path in inputs):
-            raise InputError(f"{output} is read by this run; give another name for the picture")
+            raise InputError(f"{output} is read by this run; give another name")
     try:
         with atomic_write(output, replace=overwrite) as draft:
             yield draft
     except OSError as error:
         raise unwritable(output, error) from error
+
+
+def require_report(report: Path | None, overwrite: bool, *inputs: Path, folder: Path | None = None) -> None:
+    """Raise InputError unless an HTML report may be written: before the computation, as it is written after it.
+
+    folder: the output folder of the run, which need not exist yet.
+    """
+    if report is None:
+        return
+    if report.suffix.lower() != ".html":
+        raise InputError(f"{report}: expected a name that ends in .html")
+    if report.exists() and not overwrite:
+        raise InputError(f"{report} exists; give another name, or --overwrite")
+    require_unread([report], inputs)
+    if not report.parent.is_dir() and (folder is None or report.parent.absolute() != folder.absolute()):
+        raise InputError(f"{report}: there is no folder {report.parent}")
 
 
 @contextmanager

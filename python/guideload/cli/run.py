@@ -13,11 +13,19 @@ import click
 from guideload.base.errors import PictureError
 from guideload.cli import options
 from guideload.cli.exit_codes import exit_if, picture_failure
-from guideload.cli.inputs import EXAMPLES, read_machine, read_motion
-from guideload.cli.outputs import FORMATS, PICTURES, atomic_output, write_errors, write_manifest
+from guideload.cli.inputs import EXAMPLES, paths, read_machine, read_motion
+from guideload.cli.outputs import (
+    FORMATS,
+    PICTURES,
+    atomic_output,
+    require_report,
+    write_errors,
+    write_manifest,
+)
 from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
+    from guideload.motion.moves import Moves
     from guideload.simulation.result import Result
     from guideload.simulation.simulation import Method
 
@@ -87,13 +95,14 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
     "--format", "file_format", type=click.Choice(list(FORMATS)), default="netcdf", show_default=True
 )
 @options.no_pictures_option
+@options.report_option
 @options.overwrite_option
 @click.option("--strict", is_flag=True, help="Fail, and write nothing, if the audit doubts the result.")
 @options.trace_options
 @no_garbage_collection()
 def run(
     machine_file: Path,
-    trace_file: Path,
+    trace_file: Path | Moves,
     output: Path,
     method: Method,
     rtol: float,
@@ -101,17 +110,23 @@ def run(
     free: str | None,
     file_format: str,
     no_pictures: bool,
+    report: Path | None,
     overwrite: bool,
     strict: bool,
     **reading: Any,
 ) -> None:
-    """Compute the load of every carriage under a measured motion."""
+    """Compute the load of every carriage under a measured or planned motion.
+
+    TRACE: a measured motion, or a motion file (.toml) with planned moves, as everywhere.
+    """
     from guideload.simulation.simulation import simulate
 
     if step is not None and method in ("auto", "exact"):
         raise click.UsageError(f"--step needs --method rk45 or implicit; {method} has no fixed step")
     names = _output_names(file_format, not no_pictures)
-    with atomic_output(output, {"": names}, overwrite, inputs=(machine_file, trace_file)) as folder:
+    inputs = paths(machine_file, trace_file)
+    require_report(report, overwrite, *inputs, folder=output)
+    with atomic_output(output, {"": names}, overwrite, inputs) as folder:
         with status("reading"):
             machine = read_machine(machine_file, free)
             motion = read_motion(trace_file, machine, **reading)
@@ -123,7 +138,12 @@ def run(
 
         text = result_report(result, encoding=encoding)
     print_text(text)
-    print_text(f"Wrote {output}.")
+    if report is not None:
+        with status("writing the HTML report"):
+            from guideload import html_report
+
+            html_report.save(result, report)
+    print_text(f"Wrote {output}." if report is None else f"Wrote {output} and {report}.")
     exit_if(failure)
 
 

@@ -1,4 +1,4 @@
-"""The command `guideload schema`: JSON schema of machine, study and catalogue files, for editors."""
+"""The command `guideload schema`: JSON schema of the files, for editors."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import click
 
 
 @click.command()
-@click.argument("kind", type=click.Choice(["machine", "study", "catalogue"]))
-def schema(kind: Literal["machine", "study", "catalogue"]) -> None:
-    """Print the JSON schema of machine, study or catalogue files, for completion and checks in an editor."""
+@click.argument("kind", type=click.Choice(["machine", "study", "catalogue", "motion"]))
+def schema(kind: Literal["machine", "study", "catalogue", "motion"]) -> None:
+    """Print the JSON schema of machine, study, catalogue or motion files, for completion and checks in an editor."""
     from guideload.cli.file_schema import file_schema
 
     click.echo(json.dumps(file_schema(kind), indent=2, ensure_ascii=False))

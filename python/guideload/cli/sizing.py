@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from guideload.cli import options
-from guideload.cli.inputs import read_machine, read_motion
+from guideload.cli.inputs import paths, read_machine, read_motion, read_moves
+from guideload.cli.outputs import require_report
 from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
     from guideload.catalogue.conditions import LifeConditions
     from guideload.machine.machine import Machine
+    from guideload.motion.moves import Moves
 
 life_option = click.option("--life", help='Life to be reached, e.g. "20000 km".')
 safety_option = click.option("--safety", type=options.POSITIVE, help="Static safety to be reached, e.g. 3.")
@@ -45,21 +47,26 @@ class Vector(click.ParamType[tuple[float, ...]]):
 @click.option("--product", "products", multiple=True, help="A product to try; several times for several.")
 @life_option
 @safety_option
+@options.report_option
+@options.overwrite_picture_option
 @options.trace_options
 def size(
     machine_file: Path,
-    trace_file: Path,
+    trace_file: Path | Moves,
     catalogue_file: Path,
     products: tuple[str, ...],
     life: str | None,
     safety: float | None,
+    report: Path | None,
+    overwrite: bool,
     **reading: Any,
 ) -> None:
-    """Find the smallest product of a catalogue whose carriages last, and are safe, under a measured motion."""
+    """Find the smallest product of a catalogue whose carriages last, and are safe, under a motion."""
     from guideload.catalogue.catalogue import Catalogue
     from guideload.reports.sizing import sizing_report
     from guideload.sizing.size import size as find
 
+    require_report(report, overwrite, *paths(machine_file, trace_file), catalogue_file)
     with status("reading"):
         machine = read_machine(machine_file)
         motion = read_motion(trace_file, machine, **reading)
@@ -68,6 +75,11 @@ def size(
         conditions = _conditions(machine, life, safety)
         found = find(machine, motion, catalogue, products=products or None, conditions=conditions)
     print_text(sizing_report(machine, found, encoding=output_encoding()))
+    if report is not None:
+        from guideload import html_report
+
+        html_report.save_page(html_report.sizing_page(machine, found), report)
+        print_text(f"Wrote {report}.")
 
 
 @click.command()
@@ -76,10 +88,11 @@ def size(
 @click.option(
     "--of",
     "quantity",
-    type=click.Choice(["pace", "payload", "overhang"]),
+    type=click.Choice(["pace", "payload", "overhang", "speed", "acceleration", "deceleration", "jerk"]),
     default="pace",
     show_default=True,
-    help="What grows until a requirement fails: pace of the motion, payload [kg], shift of the centre of mass [m].",
+    help="What grows until a requirement fails: pace of the motion, payload [kg], shift of the centre of mass [m], or "
+    "a limit of planned moves.",
 )
 @click.option("--at", type=Vector(), default=(0.0, 0.0, 0.0), help="Place of the payload from L, in m.")
 @click.option("--direction", type=Vector(), default=(1.0, 0.0, 0.0), help="Direction of the overhang.")
@@ -88,7 +101,7 @@ def size(
 @options.trace_options
 def limit(
     machine_file: Path,
-    trace_file: Path,
+    trace_file: Path | Moves,
     quantity: Any,
     at: tuple[float, float, float],
     direction: tuple[float, float, float],
@@ -102,7 +115,7 @@ def limit(
 
     with status("reading"):
         machine = read_machine(machine_file)
-        motion = read_motion(trace_file, machine, **reading)
+        motion = read_moves(trace_file, **reading) or read_motion(trace_file, machine, **reading)
     with status("searching the limit"):
         conditions = _conditions(machine, life, safety)
         found = largest(machine, motion, quantity, at=at, direction=direction, conditions=conditions)

@@ -14,7 +14,7 @@ import click
 from guideload.base.visible_text import visible
 from guideload.cli import outputs
 from guideload.cli.exit_codes import INTERRUPTED, InputError, exit_if, picture_failure
-from guideload.cli.options import InputFile, folder_option, no_pictures_option
+from guideload.cli.options import InputFile, folder_option, no_pictures_option, report_option
 from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
@@ -32,7 +32,9 @@ if TYPE_CHECKING:
 @click.option("--samples", type=click.IntRange(min=1), help="Number of samples, instead of the file's.")
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of all random numbers, instead of the file's.")
 @click.option("--threads", type=click.IntRange(min=1), help="Number of threads; default: number of cores.")
+@click.option("--strict", is_flag=True, help="Fail if a second look at some samples doubts them.")
 @no_pictures_option
+@report_option
 def study(
     study_file: Path,
     output: Path,
@@ -41,7 +43,9 @@ def study(
     samples: int | None,
     seed: int | None,
     threads: int | None,
+    strict: bool,
     no_pictures: bool,
+    report: Path | None,
 ) -> None:
     """Run a Monte Carlo study: the distribution of the loads of a machine with varied parameters.
 
@@ -52,8 +56,9 @@ def study(
 
     if resume and overwrite:
         raise click.UsageError("--resume keeps the study in the folder and --overwrite replaces it: give one")
+    outputs.require_report(report, overwrite or resume, study_file, folder=output)
     options = {"--samples": samples, "--seed": seed, "--threads": threads}
-    again = _resume_command(study_file, output, options, no_pictures)
+    again = _resume_command(study_file, output, options, {"--no-pictures": no_pictures, "--strict": strict})
     may_resume, interrupted, failure = resume, "", None
     try:
         with status("reading"):
@@ -73,7 +78,13 @@ def study(
             from guideload.reports.study import study_report
 
             print_text(study_report(result, encoding=output_encoding()))
-            print_text(f"Wrote {output}.")
+            if report is not None:
+                from guideload import html_report
+
+                html_report.save_page(html_report.study_page(result), report)
+            print_text(f"Wrote {output}." if report is None else f"Wrote {output} and {report}.")
+            if strict and not interrupted:
+                result.require_no_doubts()
     except SystemExit:  # a signal
         click.echo(f"Terminated. To resume: {again}" if may_resume else "Terminated.", err=True)
         raise
@@ -86,11 +97,11 @@ def study(
 
 
 def _resume_command(
-    study_file: Path, output: Path, options: Mapping[str, int | None], no_pictures: bool
+    study_file: Path, output: Path, options: Mapping[str, int | None], flags: Mapping[str, bool]
 ) -> str:
     words = ["guideload", "study", str(study_file), "-o", str(output)]
     words += [word for name, value in options.items() if value is not None for word in (name, str(value))]
-    return shlex.join([*words, *(["--no-pictures"] if no_pictures else []), "--resume"])
+    return shlex.join([*words, *(name for name, given in flags.items() if given), "--resume"])
 
 
 def _read(study_file: Path, resumed: Path | None, samples: int | None, seed: int | None) -> Study:

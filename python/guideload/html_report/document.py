@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 # Longer histories are drawn as an envelope: on paper and on a screen there are at most some thousand pixels.
 MOST_POINTS = 12_000
+LARGEST_SVG = 200_000  # characters; a picture as PNG takes up to about as much
 
 
 @dataclass(frozen=True)
@@ -143,15 +144,20 @@ def _envelope(time: Array, lines: Sequence[Line]) -> tuple[Array, list[Line]]:
 
 
 def picture(ax: Axes, caption: str) -> str:
-    """A picture as SVG in the document, with its caption."""
+    """A picture in the document, with its caption: SVG, or PNG where it has so many elements that this is smaller."""
     from matplotlib import rc_context
 
-    from guideload.plots.saving import figure_of, quiet_glyphs
+    from guideload.plots.saving import DOTS_PER_INCH, figure_of, quiet_glyphs
 
-    buffer = io.StringIO()
+    buffer, figure = io.StringIO(), figure_of(ax)
     # Letters as outlines: the reader's computer may lack the font. A fixed salt gives the same file for the same input.
     with rc_context({"svg.fonttype": "path", "svg.hashsalt": caption}), quiet_glyphs():
-        figure_of(ax).savefig(buffer, format="svg", metadata={"Date": None})
-    drawing = buffer.getvalue()
-    drawing = drawing[drawing.index("<svg") :]
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+        drawing = buffer.getvalue()
+        drawing = drawing[drawing.index("<svg") :]
+        if len(drawing) > LARGEST_SVG:
+            pixels = io.BytesIO()
+            figure.savefig(pixels, format="png", dpi=DOTS_PER_INCH)
+            data = base64.b64encode(pixels.getvalue()).decode("ascii")
+            drawing = f'<img alt="{escape(caption)}" src="data:image/png;base64,{data}">'
     return f"<figure>\n{drawing}<figcaption>{escape(caption)}</figcaption>\n</figure>"

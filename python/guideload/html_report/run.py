@@ -17,8 +17,8 @@ from rich.text import Text
 
 from guideload.audit.audit import LABEL
 from guideload.base.arrays import Array
-from guideload.base.atomic import atomic_write
 from guideload.html_report.document import Line, chart, document, folded, html_of, picture, section
+from guideload.html_report.page import footer, save_page
 from guideload.plots.machine import modes as modes_picture
 from guideload.plots.machine import scene
 from guideload.plots.style import INK, carriage_look
@@ -67,10 +67,7 @@ def save(result: Result, path: str | PathLike[str]) -> Path:
 
     Raises OSError if the file cannot be written, and the errors of `run_page`.
     """
-    text = run_page(result)
-    with atomic_write(Path(path)) as draft:
-        draft.write_text(text, encoding="utf-8")
-    return Path(path)
+    return save_page(run_page(result), path)
 
 
 def run_page(result: Result) -> str:
@@ -102,7 +99,7 @@ def _body(result: Result) -> Iterator[str]:
     yield section("Method and audit", html_of(solution_lines(data)), html_of([_audit_table(result)]))
     yield section("Assumptions and formulas", html_of([_assumptions_table()]))
     yield section("Input, for repetition", *_input(result), long=True)
-    yield f"<footer><p>Written by guideload {version('guideload')}.</p></footer>"
+    yield footer()
 
 
 def _load_charts(result: Result) -> Iterator[str]:

@@ -48,6 +48,7 @@ class Motion:
     notes         what was detected and chosen when the trace was read, for reports
     bandwidth     Hz, of the acceleration along x; inf if the acceleration is exact, or if its bandwidth is unknown
     uncertainty   of the acceleration along x, or None; if its `time` is None, it has the stamps of the motion
+    exact         whether the acceleration is known between the stamps too, as that of planned moves: it hides nothing
 
     The arrays are read-only copies in float64. Raises TraceError with the history and the index.
     """
@@ -62,6 +63,7 @@ class Motion:
     notes: tuple[str, ...] = ()
     bandwidth: float = np.inf
     uncertainty: Uncertainty | None = None
+    exact: bool = False
 
     def __repr__(self) -> str:
         source = f" of {self.source}" if self.source else ""
@@ -108,6 +110,7 @@ class Motion:
         notes: tuple[str, ...] = (),
         bandwidth: float = np.inf,
         uncertainty: Uncertainty | None = None,
+        exact: bool = False,
     ) -> Motion:
         """A motion along the rails: acceleration (n,) m/s2, velocity (n,) m/s and position (n,) m along x."""
         stamps = _history("time", time, (np.size(time),))
@@ -125,6 +128,7 @@ class Motion:
             notes=notes,
             bandwidth=bandwidth,
             uncertainty=uncertainty,
+            exact=exact,
         )
 
     def with_force(

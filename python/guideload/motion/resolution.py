@@ -48,6 +48,11 @@ def usable_bandwidth(time: Array, bandwidth: float) -> float:
     return float(min(bandwidth, 0.5 / step))
 
 
+def usable_bandwidth_of(motion: Motion) -> float:
+    """Frequency [Hz] up to which a motion shows accelerations; inf if it is known exactly."""
+    return np.inf if motion.exact else usable_bandwidth(motion.time, motion.bandwidth)
+
+
 def ramp_time(bandwidth: float) -> float:
     """Duration [s] of the ramp as which a sudden change appears: it leaves half of the ringing at `bandwidth` [Hz]."""
     return float(RAMP / bandwidth)
@@ -141,7 +146,7 @@ class TraceResolution:
     @classmethod
     def of_motion(cls, machine: Machine, motion: Motion) -> TraceResolution:
         """The resolution of a motion on a machine."""
-        bandwidth = usable_bandwidth(motion.time, motion.bandwidth)
+        bandwidth = usable_bandwidth_of(motion)
         step = float(np.median(np.diff(motion.time)))
         return cls.of(machine, Modes.of(machine), motion.time, motion.acceleration[:, 0], bandwidth, step)
 

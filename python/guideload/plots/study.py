@@ -189,15 +189,20 @@ def save_study(result: StudyResult, folder: str | Path) -> list[Path]:
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
+    return save_each({f"{name}.png": draw for name, draw in study_drawings(result).items()}, folder)
+
+
+def study_drawings(result: StudyResult) -> dict[str, Callable[[], Axes]]:
+    """The pictures of a study by name, as functions that draw them; see `save_study`."""
     chosen, is_quantity = result.metadata.chosen, result.leading in result.quantities
     drawn = {distributions: is_quantity, exceedance: is_quantity and not chosen, tornado: not chosen}
     drawings: dict[str, Callable[[], Axes]] = {
-        f"{draw.__name__}.png": partial(draw, result) for draw, wanted in drawn.items() if wanted
+        draw.__name__: partial(draw, result) for draw, wanted in drawn.items() if wanted
     }
-    drawings["scatter.png"] = lambda: scatter(result)[0]
+    drawings["scatter"] = lambda: scatter(result)[0]
     if result.histories is not None and result.histories.sizes["sample"]:
-        drawings["histories.png"] = partial(_bands, result)
-    return save_each(drawings, folder)
+        drawings["histories"] = partial(_bands, result)
+    return drawings
 
 
 def _bands(result: StudyResult) -> Axes:

@@ -29,6 +29,11 @@ DEFINITIONS = (
 
 def comparison_report(results: Mapping[str, Result], encoding: str = "utf-8") -> str:
     """Differences of the machines, a row of figures per run, and the peaks of each carriage, by title of the run."""
+    return to_text(comparison_parts(results), encoding=encoding)
+
+
+def comparison_parts(results: Mapping[str, Result]) -> list[RenderableType]:
+    """The elements of `comparison_report`."""
     machines: dict[str, Machine] = {}
     for title, result in results.items():
         if result.machine not in machines.values():
@@ -39,7 +44,7 @@ def comparison_report(results: Mapping[str, Result], encoding: str = "utf-8") ->
     warned = [
         f"{title}: {result.audit.verdict}" for title, result in results.items() if result.audit.warnings
     ]
-    return to_text([*parts, *remark("", *warned)], encoding=encoding)
+    return [*parts, *remark("", *warned)]
 
 
 def _differences(machines: Mapping[str, Machine]) -> list[RenderableType]:

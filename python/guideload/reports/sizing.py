@@ -1,9 +1,10 @@
-"""Reports of sizing: the ranked candidates, and the largest pace, payload or overhang."""
+"""Reports of sizing: the ranked candidates, and the largest pace, payload, overhang or limit."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rich.console import RenderableType
 from rich.text import Text
 
 from guideload.base.number_text import counted, load_in_table
@@ -23,11 +24,24 @@ DEFINITIONS = (
     "gives ratings and, if its record has them, stiffness, preload and length; damping is scaled so that damping "
     "ratios stay, and the mass stays."
 )
-UNITS = {"pace": "of the given pace", "payload": "kg more", "overhang": "m more"}
+UNITS = {
+    "pace": "of the given pace",
+    "payload": "kg more",
+    "overhang": "m more",
+    "speed": "m/s as the limit of the speed",
+    "acceleration": "m/s2 as the limit of the acceleration",
+    "deceleration": "m/s2 as the limit of the deceleration",
+    "jerk": "m/s3 as the limit of the jerk",
+}
 
 
 def sizing_report(machine: Machine, sizing: Sizing, encoding: str = "utf-8") -> str:
     """The answer, a row per candidate, and the reasons of those that could not be run."""
+    return to_text(sizing_parts(machine, sizing), encoding=encoding)
+
+
+def sizing_parts(machine: Machine, sizing: Sizing) -> list[RenderableType]:
+    """The elements of `sizing_report`."""
     table = new_table(
         "product", "life\nkm", "S0\n", "margin", "drive\nN", "mode 1\nHz", texts=("fails first",)
     )
@@ -47,15 +61,12 @@ def sizing_report(machine: Machine, sizing: Sizing, encoding: str = "utf-8") -> 
         )
     failed = [f"{one.name}: {one.reason}." for one in sizing.candidates if one.reason]
     marks = "* the smallest that holds; - does not hold." if table.row_count else ""
-    return to_text(
-        [
-            *remark(_answer(machine, sizing)),
-            *([table] if table.row_count else []),
-            *remark(marks, DEFINITIONS),
-            *([*section("Not run"), *remark(*failed)] if failed else []),
-        ],
-        encoding=encoding,
-    )
+    return [
+        *remark(_answer(machine, sizing)),
+        *([table] if table.row_count else []),
+        *remark(marks, DEFINITIONS),
+        *([*section("Not run"), *remark(*failed)] if failed else []),
+    ]
 
 
 def _answer(machine: Machine, sizing: Sizing) -> str:

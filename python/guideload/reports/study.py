@@ -56,11 +56,16 @@ CONTACT_COUNTS = {
 
 def study_report(result: StudyResult, width: int = WIDTH, encoding: str = "utf-8") -> str:
     """The report of a study; lines have at most `width` characters."""
+    return to_text(study_parts(result), width, encoding)
+
+
+def study_parts(result: StudyResult) -> list[RenderableType]:
+    """The elements of the report of a study."""
     metadata, summary = result.metadata, result.summary()
     parts: list[RenderableType] = [*heading(metadata.machine)]
     if not summary.empty:
         answer = cases_answer(result) if metadata.chosen else answer_lines(result, summary)
-        parts += [*section("Result"), *remark("\n".join(answer))]
+        parts += [*section("Result"), *remark(*result.doubts, "\n".join(answer))]
     if warnings := list(study_warnings(result, summary)):
         parts += [*section("Warnings"), *remark(*warnings)]
     parts += [*section("Study"), *study_lines(result), parameters_table(result)]
@@ -71,7 +76,7 @@ def study_report(result: StudyResult, width: int = WIDTH, encoding: str = "utf-8
     elif not summary.empty:
         parts += [*statistics_tables(result, summary), *section("Definitions")]
         parts += remark(" ".join(definitions(result, summary)))
-    return to_text(parts, width, encoding)
+    return parts
 
 
 # ---- result
@@ -168,7 +173,7 @@ def study_lines(result: StudyResult) -> Iterator[str]:
     metadata = result.metadata
     motion = f"motion {metadata.motion}: " if metadata.motion else "motion: "
     yield f"{motion}{metadata.duration:.4g} s, {metadata.instants} samples"
-    if metadata.motion:
+    if metadata.motion and not metadata.motion_exact:
         yield "the study neglects the uncertainty of the motion; `guideload run` gives its credible bands"
     if metadata.sensitivity:
         rows = metadata.runs // (len(metadata.parameters) + 2)
@@ -178,6 +183,8 @@ def study_lines(result: StudyResult) -> Iterator[str]:
     words = {"sobol": "by a scrambled Sobol sequence", "latin hypercube": "in a Latin hypercube"}
     drawn = f"drawn {words.get(metadata.sampling, 'at random')}, seed {metadata.seed}"
     yield "given cases" if metadata.chosen else drawn
+    if not result.doubts:
+        yield result.second_look_text
 
 
 def parameters_table(result: StudyResult) -> Table:

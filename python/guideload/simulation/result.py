@@ -42,6 +42,8 @@ class Result:
     resultant (y-z), link_load, rail_force, rail_moment, reaction (of the held dofs; of x: the drive force);
     displacement, velocity, acceleration (of L in the carriage frame); and static values.
     A load is the force that the body exerts on its guide: weight makes y negative.
+    If instants were given: motion_acceleration and motion_wrench at motion_time, the samples of the motion, up to
+    200 000, so that a result that is read from a file can be judged.
     If the motion has an uncertainty: standard deviations force_sd, moment_sd, resultant_sd, moment_magnitude_sd,
     link_load_sd and cart_acceleration_sd, and the 95 % credible band of the peaks, peak_resultant_lower to
     peak_resultant_upper; `data.attrs["band_method"]` describes their computation.
@@ -129,7 +131,8 @@ class Result:
         if not self._estimate["time"].size:
             return f"Result({self.machine.name!r}, method={self.method!r}, no instants)"
         try:
-            doubts, warnings = self.audit.doubts, f"{counted(len(self.audit.warnings), 'warning')}"
+            doubts, warnings = self.audit.doubts, counted(len(self.audit.warnings), "warning")
+            warnings = ", ".join(filter(None, (warnings, self.audit.not_judged)))
         except GuideloadError as error:  # a representation never fails
             doubts, warnings = (f"Doubtful: the audit failed: {error}",), ""
         load = self._estimate["resultant" if self.machine.carriages else "link_load"]

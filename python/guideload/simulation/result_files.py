@@ -128,6 +128,8 @@ def read(path: str | PathLike[str]) -> tuple[Machine, xr.Dataset]:
         machine = Machine(**{key: value for key, value in values.items() if value is not None})
         _check(data, machine)
         return machine, data
+    except MemoryError as error:
+        raise MemoryError(f"{path}: not enough memory to read it, unless it is damaged: {error}") from None
     except Exception as error:  # of a dozen types, from HDF5, xarray, pyarrow, pydantic and the disk
         reason = f"no {error}" if isinstance(error, KeyError) else str(error) or type(error).__name__
         raise TraceError(
@@ -155,8 +157,11 @@ def _check(data: xr.Dataset, machine: Machine) -> None:
             raise ValueError(
                 f"the {label} labels {shown(data[label].values.tolist())}, not {shown(expected)}"
             )
-    if np.any(np.diff(data["time"].values) < 0.0):
+    steps = np.diff(data["time"].values)
+    if np.any(steps < 0.0):
         raise ValueError("times that go back")
+    if np.any((steps > 0.0) & (steps < 1.0 / LARGEST)):
+        raise ValueError(f"times less than {1.0 / LARGEST:g} s apart")
 
 
 def _data(path: Path) -> xr.Dataset:

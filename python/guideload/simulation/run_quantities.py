@@ -10,10 +10,11 @@ import numpy as np
 from guideload.base.arrays import Array, median_step
 from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.machine.machine import DOFS
-from guideload.motion.resolution import usable_bandwidth
+from guideload.motion.resolution import usable_bandwidth_of
 from guideload.simulation.run import AXES, Run
 
 Row = tuple[str, tuple[str, ...], Array, str, str]
+MOST_STORED = 200_000  # samples of the motion beside other instants: 5 MB
 LOAD_UNITS = "N, N, N, N m, N m, N m"
 POSITION_UNITS = "m, m, m, rad, rad, rad"
 
@@ -32,7 +33,10 @@ def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
         "dof": DOFS,
     }
     rows = [*_loads(run, carriage_loads), *_reference_point(run), *_static(run), *_motion(run)]
-    variables = quantities([*rows, ("time", ("time",), run.time, "s", "time")])
+    rows.append(("time", ("time",), run.time, "s", "time"))
+    variables = quantities(
+        sorted(rows, key=lambda row: row[1] == (row[0],))
+    )  # coordinates last, as xarray writes
     variables |= {name: Quantity((name,), np.array(names), {}) for name, names in labels.items()}
     return Quantities(variables, _attributes(run))
 
@@ -92,6 +96,19 @@ def _motion(run: Run) -> Iterator[Row]:
             yield "cart_position", ("time", "axis"), motion.position, "m", "position of the cart"
         if motion.motor_speed is not None:
             yield "motor_speed", ("time",), motion.motor_speed, "rad/s", "measured speed of the motor"
+    elif motion.time.size <= MOST_STORED:  # so that the audit of a stored result can solve the run again
+        samples = ("motion_time",)
+        yield "motion_time", samples, motion.time, "s", "samples of the motion"
+        yield (
+            "motion_acceleration",
+            (*samples, "axis"),
+            motion.acceleration,
+            "m/s2",
+            "acceleration of the cart",
+        )
+        if motion.wrench is not None:
+            text = "external force and moment about L"
+            yield "motion_wrench", (*samples, "dof"), motion.wrench, LOAD_UNITS, text
 
 
 def _attributes(run: Run) -> dict[str, str | float | int]:
@@ -110,7 +127,7 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "contact_changes": solution.contact_changes,
         "instants": "samples of the motion" if run.times is None else "given",
         "motion_step_s": median_step(run.motion.time),
-        "motion_bandwidth_Hz": usable_bandwidth(run.motion.time, run.motion.bandwidth),
+        "motion_bandwidth_Hz": usable_bandwidth_of(run.motion),
         "motion_jumps": int(np.count_nonzero(np.diff(run.motion.time) == 0.0)),
         "motion_source": run.motion.source,
         "motion_notes": "\n".join(run.motion.notes),

@@ -1,4 +1,4 @@
-"""How far a machine may go until a requirement is no longer met: faster, heavier, or with more overhang."""
+"""How far a machine may go until a requirement is no longer met: faster, heavier, with more overhang."""
 
 from __future__ import annotations
 
@@ -16,14 +16,16 @@ from guideload.life.life import life_of
 from guideload.machine.components import Body
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.motion.moves import LimitName, Moves
 from guideload.simulation.simulation import simulate
 from guideload.sizing.requirements import Margins, margins_of
 
-Quantity = Literal["pace", "payload", "overhang"]
+Quantity = Literal["pace", "payload", "overhang", "speed", "acceleration", "deceleration", "jerk"]
 # Relative accuracy of the largest value: catalogues are no better than some percent.
 ACCURACY = 1e-4
-# Where the search ends: 64 times the pace, a thousand times the mass, a thousand times the size of the machine.
-MOST_DOUBLINGS = {"pace": 6, "payload": 10, "overhang": 10}
+# Where the search ends: 64 times the pace or a limit of the moves; a thousand times mass or size of the machine.
+MOST_DOUBLINGS = 6
+MOST_DOUBLINGS_OF_ADDED = 10
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,8 @@ class Limit:
     """The largest value of a quantity at which all requirements are met.
 
     quantity  pace: factor on the speed of the whole motion (acceleration grows with its square, jerk with its cube);
-              payload: kg, added at a point; overhang: m, shift of the body's centre of mass along a direction
+              payload: kg, added at a point; overhang: m, shift of the body's centre of mass along a direction;
+              speed, acceleration, deceleration, jerk: SI, the largest among the planned moves, all scaled alike
     value     its largest value; inf if the search ends before anything fails
     margins   at this value
     """
@@ -43,27 +46,33 @@ class Limit:
 
 def largest(
     machine: Machine,
-    motion: Motion,
+    motion: Motion | Moves,
     quantity: Quantity,
     *,
     at: tuple[float, float, float] = (0.0, 0.0, 0.0),
     direction: tuple[float, float, float] = (1.0, 0.0, 0.0),
     conditions: LifeConditions | None = None,
 ) -> Limit:
-    """The largest pace, payload or overhang at which the machine meets its requirements.
+    """The largest pace, payload, overhang or limit of planned moves at which the machine meets its requirements.
 
-    A bracketed root, with an exact run at each try.
+    A bracketed root, with an exact run at each try. Vibration need not grow steadily with a limit of the moves: it also
+    depends on the length of a ramp against the periods of the modes. The limit is doubled until the first failure.
 
     at          m from L, the place of the payload
     direction   of the overhang
     conditions  requirements; default: the table [life] of the machine
 
-    Raises ArgumentError for an unknown quantity or a zero direction, RunError if the machine does not meet its
-    requirements even without payload or overhang, or at a 64th of the pace. Errors as for `simulate` and `life_of`.
+    Raises ArgumentError for an unknown quantity, a zero direction or a limit that the motion does not have, RunError if
+    the machine does not meet its requirements even without payload or overhang, or at a 64th of the pace or of the
+    limit. Errors as for `simulate` and `life_of`.
     """
     if quantity not in get_args(Quantity):
         raise ArgumentError(f"quantity: expected one of {', '.join(get_args(Quantity))}, got {quantity!r}")
-    vary, unit = _variation(machine, motion, quantity, np.array(at), np.array(direction))
+    vary, unit = (
+        _variation_of_limit(machine, motion, quantity)
+        if quantity in ("speed", "acceleration", "deceleration", "jerk")
+        else _variation(machine, motion, quantity, np.array(at), np.array(direction))
+    )
 
     def margins(value: float) -> Margins:
         changed, moved = vary(value)
@@ -81,34 +90,51 @@ def largest(
 
 def _bracket(margins: Callable[[float], Margins], unit: float, quantity: Quantity) -> tuple[float, float]:
     """A value that holds and a larger one that does not, or inf; `unit`: the first value tried."""
+    added = quantity in ("payload", "overhang")
+    doublings = MOST_DOUBLINGS_OF_ADDED if added else MOST_DOUBLINGS
     if margins(unit).hold:
         low = unit
-        for _ in range(MOST_DOUBLINGS[quantity]):
+        for _ in range(doublings):
             if not margins(2.0 * low).hold:
                 return low, 2.0 * low
             low *= 2.0
         return low, math.inf
     high = unit
-    if quantity == "pace":
-        for _ in range(MOST_DOUBLINGS[quantity]):
+    if not added:
+        for _ in range(doublings):
             if margins(0.5 * high).hold:
                 return 0.5 * high, high
             high *= 0.5
     elif margins(0.0).hold:
         return 0.0, high
-    found = margins(high if quantity == "pace" else 0.0)
-    where = f"at {high:g} of the pace" if quantity == "pace" else f"without {quantity}"
+    found = margins(0.0 if added else high)
+    where = f"without {quantity}" if added else f"at {high / unit:g} of the {quantity}"
     raise RunError(
         f"{quantity}: {found.first_to_fail} is not reached even {where} ({found.smallest:.3g} of what is wanted); "
         "take a larger product, or lower the requirement"
     )
 
 
+def _variation_of_limit(
+    machine: Machine, motion: Motion | Moves, quantity: LimitName
+) -> tuple[Callable[[float], tuple[Machine, Motion]], float]:
+    """Machine and motion by the value of a limit of the moves, and its present value."""
+    if not isinstance(motion, Moves):
+        raise ArgumentError(
+            f"{quantity}: expected planned moves, as of a motion file: a trace has no limits to raise"
+        )
+    present = motion.limit(quantity)
+    if not present:
+        raise ArgumentError(f"{quantity}: no move has this limit; give it, or vary another one")
+    return lambda value: (machine, motion.with_limit(quantity, value / present).motion()), present
+
+
 def _variation(
-    machine: Machine, motion: Motion, quantity: Quantity, at: np.ndarray, direction: np.ndarray
+    machine: Machine, motion: Motion | Moves, quantity: Quantity, at: np.ndarray, direction: np.ndarray
 ) -> tuple[Callable[[float], tuple[Machine, Motion]], float]:
     """Machine and motion by the value of the quantity, and a first value to try."""
     body = machine.body
+    motion = motion.motion() if isinstance(motion, Moves) else motion
     if quantity == "pace":
         return lambda factor: (machine, at_pace(motion, factor)), 1.0
     if quantity == "payload":

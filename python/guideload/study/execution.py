@@ -20,6 +20,7 @@ from guideload.study.description.plan import Plan
 from guideload.study.description.study import Study
 from guideload.study.histories import are_of, histories
 from guideload.study.results.result import StudyResult
+from guideload.study.second_look import second_look
 from guideload.study.storage.folder import open_store
 from guideload.study.storage.store import Chunk, FolderStore, Range, SampleStore
 
@@ -50,6 +51,7 @@ def run_study(
     in_flight: int = IN_FLIGHT,
     resume: bool = False,
     progress: Progress | None = None,
+    strict: bool = False,
 ) -> StudyResult:
     """Run all samples of a study. The arguments below do not change any bit of the samples and their results.
 
@@ -61,6 +63,7 @@ def run_study(
     in_flight  chunks that the executor gets at once: at least twice its workers
     resume     resume the study in `output`, if there is one; damaged chunks are run again
     progress   called repeatedly with the number of finished samples and the number of all samples
+    strict     raise DoubtfulResult if the second look at some samples doubts them: see `StudyResult.doubts`
 
     Raises ArgumentError (an argument, or a folder with another study), RunError (a full disk, a lost executor) and
     StudyInterrupted (Ctrl-C), all of which keep the finished samples; for a file also what Study.from_toml raises.
@@ -88,11 +91,16 @@ def run_study(
                 else:
                     _run_on(executor, plan, missing, threads, in_flight, writer)
                 writer.finish()
+            looks = second_look(plan, StudyResult(store, plan.metadata), cores() if executor else threads)
+            store.describe(plan.metadata.model_copy(update={"second_look": looks}))
         except KeyboardInterrupt:
-            raise StudyInterrupted(StudyResult(store, plan.metadata), _samples_done(store)) from None
+            raise StudyInterrupted(StudyResult(store, store.metadata), _samples_done(store)) from None
         except RunError as error:
             raise RunError(f"{error}. {_samples_done(store)}") from error
-    return StudyResult(store, plan.metadata)
+    result = StudyResult(store, store.metadata)
+    if strict:
+        result.require_no_doubts()
+    return result
 
 
 def executor_chunk(runs: int) -> int:

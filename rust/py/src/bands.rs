@@ -1,7 +1,7 @@
 //! Credible bands of loads, and random motions and peaks, over arrays.
 
 use guideload::bands::{self, Deviation, NominalLoads, StandardDeviations};
-use guideload::smoother::{self, Posterior, PosteriorInput, ProcessNoise};
+use guideload::smoother::{self, Posterior, PosteriorInput};
 use guideload::{Part, Stopped, Watch, Wrench};
 use numpy::{
     PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods,
@@ -9,7 +9,10 @@ use numpy::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{Array1, Array2, CoreError, numbers, rows, zeros};
+use crate::chain::Chain;
+use crate::convert::{
+    Array1, Array2, CoreError, List, check_ascending, check_finite, check_results, numbers, rows, zeros,
+};
 use crate::interrupt::compute;
 use crate::links::group_loads;
 use crate::scene::PyScene;
@@ -17,7 +20,7 @@ use crate::scene::PyScene;
 type Array3<'py> = Bound<'py, PyArray3<f64>>;
 
 /// The arrays of a chain: step, variance, covariance, segment, density.
-type Chain<'py> = (
+type ChainArrays<'py> = (
     PyReadonlyArray1<'py, f64>,
     PyReadonlyArray1<'py, f64>,
     PyReadonlyArray2<'py, f64>,
@@ -26,65 +29,26 @@ type Chain<'py> = (
 );
 
 /// Checked copies of the arrays of a chain.
-struct Checked {
-    order: usize,
-    step: Vec<f64>,
-    variance: Vec<f64>,
-    covariance: Vec<f64>,
-    segment: Vec<u32>,
-    density: Vec<f64>,
+fn checked(
+    (step, variance, covariance, segment, density): &ChainArrays<'_>,
+    derivative: usize,
+) -> PyResult<Chain> {
+    let chain = Chain::new(step, variance, covariance, segment, density)?;
+    let order = chain.order;
+    if derivative >= order {
+        return Err(PyValueError::new_err(format!(
+            "derivative: expected one below {order}, got {derivative}"
+        )));
+    }
+    Ok(chain)
 }
 
-impl Checked {
-    fn new((step, variance, covariance, segment, density): &Chain<'_>, derivative: usize) -> PyResult<Self> {
-        let order = covariance.shape()[0];
-        let given = Self {
-            order,
-            step: numbers(step, "step")?,
-            variance: numbers(variance, "variance")?,
-            covariance: numbers(covariance, "covariance")?,
-            segment: numbers(segment, "segment")?,
-            density: numbers(density, "density")?,
-        };
-        let intervals = [given.step.len(), given.segment.len()];
-        let fits = intervals.iter().all(|length| length + 1 == given.variance.len());
-        let segments = given.density.len();
-        if !fits
-            || covariance.shape()[1] != order
-            || given.segment.iter().any(|&segment| segment as usize >= segments)
-        {
-            return Err(PyValueError::new_err(
-                "step, variance, covariance, segment, density: lengths do not agree",
-            ));
-        }
-        if !(2..=smoother::MAX_ORDER).contains(&order) {
-            return Err(PyValueError::new_err(format!("covariance: expected 2 to 6 rows, got {order}")));
-        }
-        if derivative >= order {
-            return Err(PyValueError::new_err(format!(
-                "derivative: expected one below {order}, got {derivative}"
-            )));
-        }
-        for (name, values) in [("step", &given.step), ("variance", &given.variance)] {
-            if let Some(at) = values.iter().position(|&x| x.is_nan() || x <= 0.0) {
-                return Err(PyValueError::new_err(format!("{name}[{at}]: expected > 0, got {}", values[at])));
-            }
-        }
-        Ok(given)
-    }
-
-    fn chain<'a>(&'a self, watch: Watch<'a>) -> Result<Posterior<'a>, Stopped> {
-        let given = PosteriorInput {
-            step: &self.step,
-            variance: &self.variance,
-            covariance: &self.covariance,
-            noise: ProcessNoise { segment: &self.segment, density: &self.density },
-            watch,
-        };
-        match Posterior::new(self.order, given)? {
-            Some(chain) => Ok(chain),
-            None => unreachable!("the order has been checked"),
-        }
+fn posterior<'a>(chain: &'a Chain, watch: Watch<'a>) -> Result<Posterior<'a>, Stopped> {
+    let Chain { step, variance, covariance, .. } = chain;
+    let given = PosteriorInput { step, variance, covariance, noise: chain.noise(), watch };
+    match Posterior::new(chain.order, given)? {
+        Some(posterior) => Ok(posterior),
+        None => unreachable!("the order has been checked"),
     }
 }
 
@@ -92,18 +56,19 @@ impl Checked {
 #[pyfunction]
 pub fn draw_motion<'py>(
     py: Python<'py>,
-    chain: Chain<'py>,
+    chain: ChainArrays<'py>,
     derivative: usize,
     count: usize,
     seed: u64,
 ) -> PyResult<Array2<'py>> {
-    let checked = Checked::new(&chain, derivative)?;
-    let drawn = zeros(py, &[count, checked.variance.len()])?;
+    let model = checked(&chain, derivative)?;
+    let drawn = zeros(py, &[count, model.variance.len()])?;
     {
         let mut out = drawn.readwrite();
         let out = out.as_slice_mut()?;
-        compute(py, |watch| smoother::draw(&checked.chain(watch)?, derivative, seed, out))?
+        compute(py, |watch| smoother::draw(&posterior(&model, watch)?, derivative, seed, out))?
             .map_err(CoreError::from)?;
+        check_results(&[out])?;
     }
     Ok(drawn)
 }
@@ -125,6 +90,7 @@ impl<'a> Loads<'a> {
     ) -> PyResult<Self> {
         let groups = group_loads(&scene.0, groups, &rows::<3>(centers, "centers")?, Part::Total)?;
         let instants = numbers(instants, "instants")?;
+        check_ascending(&instants, "instants")?;
         if loads.shape() != [instants.len(), groups.len(), 6] || !loads.is_c_contiguous() {
             return Err(PyValueError::new_err(format!(
                 "loads: expected shape ({}, {}, 6), C-contiguous, got {:?}",
@@ -133,20 +99,24 @@ impl<'a> Loads<'a> {
                 loads.shape()
             )));
         }
-        Ok(Self { instants, loads: numbers(loads, "loads")?, groups })
+        let loads = numbers(loads, "loads")?;
+        check_finite(&loads, "loads")?;
+        Ok(Self { instants, loads, groups })
     }
 }
 
 /// One number for each sample.
-fn per_sample(array: &PyReadonlyArray1<'_, f64>, name: &str, checked: &Checked) -> PyResult<Vec<f64>> {
-    let expected = checked.variance.len();
+fn per_sample(array: &PyReadonlyArray1<'_, f64>, name: &str, model: &Chain) -> PyResult<Vec<f64>> {
+    let expected = model.variance.len();
     if array.len() != expected {
         return Err(PyValueError::new_err(format!(
             "{name}: expected {expected} numbers, got {}",
             array.len()
         )));
     }
-    numbers(array, name)
+    let numbers = numbers(array, name)?;
+    check_finite(&numbers, name)?;
+    Ok(numbers)
 }
 
 fn not_linear() -> PyErr {
@@ -159,18 +129,19 @@ fn not_linear() -> PyErr {
 pub fn load_spread<'py>(
     py: Python<'py>,
     scene: PyRef<'py, PyScene>,
-    chain: Chain<'py>,
+    chain: ChainArrays<'py>,
     derivative: usize,
     unit: PyReadonlyArray1<'py, f64>,
     time: PyReadonlyArray1<'py, f64>,
     instants: PyReadonlyArray1<'py, f64>,
     loads: PyReadonlyArray3<'py, f64>,
-    groups: Vec<PyReadonlyArray1<'py, i64>>,
+    groups: List<PyReadonlyArray1<'py, i64>>,
     centers: PyReadonlyArray2<'py, f64>,
 ) -> PyResult<(Array1<'py>, Array3<'py>, Array3<'py>, Array2<'py>)> {
-    let checked = Checked::new(&chain, derivative)?;
-    let (time, unit) = (per_sample(&time, "time", &checked)?, per_sample(&unit, "unit", &checked)?);
-    let Loads { instants, loads, groups } = Loads::new(&scene, &instants, &loads, &groups, &centers)?;
+    let model = checked(&chain, derivative)?;
+    let (time, unit) = (per_sample(&time, "time", &model)?, per_sample(&unit, "unit", &model)?);
+    check_ascending(&time, "time")?;
+    let Loads { instants, loads, groups } = Loads::new(&scene, &instants, &loads, &groups.0, &centers)?;
     let system = &scene.0;
     let (count, links) = (instants.len(), system.links().len());
     let width = groups.len();
@@ -187,12 +158,13 @@ pub fn load_spread<'py>(
             links: l.as_slice_mut()?,
         };
         compute(py, |watch| {
-            let chain = checked.chain(watch)?;
+            let chain = posterior(&model, watch)?;
             let deviation = Deviation { posterior: &chain, time: &time, derivative, unit: &unit };
             bands::standard_deviations(system, deviation, &instants, &groups, &loads, &mut out)
         })?
         .map_err(CoreError::from)?
         .ok_or_else(not_linear)?;
+        check_results(&[out.acceleration, out.groups, out.sizes, out.links])?;
     }
     Ok((acceleration, of_groups, sizes, of_links))
 }
@@ -203,22 +175,23 @@ pub fn load_spread<'py>(
 pub fn draw_peaks<'py>(
     py: Python<'py>,
     scene: PyRef<'py, PyScene>,
-    chain: Chain<'py>,
+    chain: ChainArrays<'py>,
     derivative: usize,
     unit: PyReadonlyArray1<'py, f64>,
     time: PyReadonlyArray1<'py, f64>,
     instants: PyReadonlyArray1<'py, f64>,
     loads: PyReadonlyArray3<'py, f64>,
     wanted: PyReadonlyArray2<'py, bool>,
-    groups: Vec<PyReadonlyArray1<'py, i64>>,
+    groups: List<PyReadonlyArray1<'py, i64>>,
     centers: PyReadonlyArray2<'py, f64>,
     count: usize,
     seed: u64,
     threads: usize,
 ) -> PyResult<Array2<'py>> {
-    let checked = Checked::new(&chain, derivative)?;
-    let (time, unit) = (per_sample(&time, "time", &checked)?, per_sample(&unit, "unit", &checked)?);
-    let Loads { instants, loads, groups } = Loads::new(&scene, &instants, &loads, &groups, &centers)?;
+    let model = checked(&chain, derivative)?;
+    let (time, unit) = (per_sample(&time, "time", &model)?, per_sample(&unit, "unit", &model)?);
+    check_ascending(&time, "time")?;
+    let Loads { instants, loads, groups } = Loads::new(&scene, &instants, &loads, &groups.0, &centers)?;
     if wanted.shape() != [instants.len(), groups.len()] || !wanted.is_c_contiguous() {
         return Err(PyValueError::new_err("wanted: expected shape (instants, groups), C-contiguous"));
     }
@@ -229,13 +202,14 @@ pub fn draw_peaks<'py>(
         let mut out = peaks.readwrite();
         let out = out.as_slice_mut()?;
         compute(py, |watch| {
-            let chain = checked.chain(watch)?;
+            let chain = posterior(&model, watch)?;
             let deviation = Deviation { posterior: &chain, time: &time, derivative, unit: &unit };
             let nominal = NominalLoads { instants: &instants, loads: &loads, wanted: &wanted };
             bands::draw_peaks(system, deviation, nominal, &groups, seed, threads, out)
         })?
         .map_err(CoreError::from)?
         .ok_or_else(not_linear)?;
+        check_results(&[out])?;
     }
     Ok(peaks)
 }

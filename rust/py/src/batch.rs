@@ -7,7 +7,7 @@ use numpy::{PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUnty
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array2, CoreError, Samples, matrix3, numbers, rows, zeros};
+use crate::convert::{self, Array2, CoreError, List, Samples, matrix3, numbers, rows, zeros};
 use crate::interrupt::compute;
 use crate::law::PyLaw;
 use crate::life::{Rule, equivalent_load};
@@ -44,7 +44,7 @@ enum Place {
 }
 
 /// A target, a constant, and columns with their factors.
-type ChangeArguments = ((String, usize, Place), f64, Vec<(usize, f64)>);
+type ChangeArguments = ((String, usize, Place), f64, List<(usize, f64)>);
 
 #[pymethods]
 impl PyBatch {
@@ -58,31 +58,31 @@ impl PyBatch {
         inertia: [[f64; 3]; 3],
         inertia_about_reference: bool,
         gravity: [f64; 3],
-        free: Vec<String>,
+        free: List<String>,
         points: PyReadonlyArray2<'_, f64>,
         directions: PyReadonlyArray2<'_, f64>,
-        laws: Vec<PyRef<'_, PyLaw>>,
+        laws: List<PyRef<'_, PyLaw>>,
         damping: PyReadonlyArray1<'_, f64>,
         damping_in_contact: PyReadonlyArray1<'_, bool>,
-        groups: Vec<PyReadonlyArray1<'_, i64>>,
+        groups: List<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
         time: PyReadonlyArray1<'_, f64>,
         acceleration: PyReadonlyArray2<'_, f64>,
         wrench: Option<PyReadonlyArray2<'_, f64>>,
         speed: Option<PyReadonlyArray1<'_, f64>>,
         exponent: f64,
-        changes: Vec<ChangeArguments>,
-        measures: Vec<(String, usize, String)>,
+        changes: List<ChangeArguments>,
+        measures: List<(String, usize, String)>,
         method: &str,
         rtol: f64,
-        rules: Option<Vec<(Rule<'_>, Rule<'_>)>>,
+        rules: Option<List<(Rule<'_>, Rule<'_>)>>,
     ) -> PyResult<Self> {
-        let links = links(&points, &directions, &laws, &damping, &damping_in_contact)?;
-        let mut groups: Vec<Group> = group_links(links.len(), &groups, &rows::<3>(&centers, "centers")?)?
+        let links = links(&points, &directions, &laws.0, &damping, &damping_in_contact)?;
+        let mut groups: Vec<Group> = group_links(links.len(), &groups.0, &rows::<3>(&centers, "centers")?)?
             .into_iter()
             .map(|(links, center)| Group::new(links, center.into()))
             .collect();
-        let rules = rules.unwrap_or_default();
+        let rules = rules.map_or_else(Vec::new, |rules| rules.0);
         if ![0, groups.len()].contains(&rules.len()) {
             let (expected, got) = (groups.len(), rules.len());
             return Err(PyValueError::new_err(format!("rules: expected {expected}, got {got}")));
@@ -96,14 +96,14 @@ impl PyBatch {
             inertia,
             inertia_about_reference,
             gravity,
-            free: convert::free(&free)?,
+            free: convert::free(&free.0)?,
             links,
             groups,
             samples: Samples::new(&time, &acceleration, wrench.as_ref())?,
             speed: speed.map(|speed| numbers(&speed, "speed")).transpose()?,
             exponent,
-            changes: changes.into_iter().map(change).collect::<PyResult<_>>()?,
-            measures: measures.iter().map(measure).collect::<PyResult<_>>()?,
+            changes: changes.0.into_iter().map(change).collect::<PyResult<_>>()?,
+            measures: measures.0.iter().map(measure).collect::<PyResult<_>>()?,
             solver: solver(method)?,
             rtol,
         };
@@ -205,7 +205,7 @@ fn change(((name, index, place), constant, terms): ChangeArguments) -> PyResult<
         ("wrench", _) => Target::Wrench,
         _ => return Err(unknown()),
     };
-    Ok(Change { target, constant, terms })
+    Ok(Change { target, constant, terms: terms.0 })
 }
 
 fn measure((quantity, index, statistic): &(String, usize, String)) -> PyResult<Measure> {

@@ -8,9 +8,10 @@ use numpy::{
     Element, PyArray, PyArray1, PyArray2, PyReadonlyArray, PyReadonlyArray1, PyReadonlyArray2,
     PyUntypedArrayMethods,
 };
-use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyValueError};
+use pyo3::Borrowed;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyString, PyTuple};
 
 /// The exception tree is `guideload.base.errors`.
 mod errors {
@@ -147,6 +148,71 @@ pub fn zeros<'py, D: numpy::ndarray::Dimension>(
         if too_large { PyMemoryError::new_err(error.value(py).to_string()) } else { error }
     })?;
     Ok(array.cast_into()?)
+}
+
+/// An error that names the first of the numbers that is not as `expected`, which `holds` tells.
+pub fn check(numbers: &[f64], name: &str, expected: &str, holds: impl Fn(f64) -> bool) -> PyResult<()> {
+    // Without an early end, so that it becomes vector code.
+    if numbers.iter().fold(true, |all, &x| all & holds(x)) {
+        return Ok(());
+    }
+    let at = numbers.iter().position(|&x| !holds(x)).unwrap_or(0);
+    Err(PyValueError::new_err(format!("{name}[{at}]: expected {expected}, got {}", numbers[at])))
+}
+
+pub fn check_finite(numbers: &[f64], name: &str) -> PyResult<()> {
+    check(numbers, name, "a finite number", f64::is_finite)
+}
+
+/// `numbers`, of which no one is less than the one before.
+pub fn check_ascending(numbers: &[f64], name: &str) -> PyResult<()> {
+    check_finite(numbers, name)?;
+    match numbers.windows(2).position(|pair| pair[1] < pair[0]) {
+        None => Ok(()),
+        Some(at) => Err(PyValueError::new_err(format!(
+            "{name}[{}]: expected >= {} (the one before), got {}",
+            at + 1,
+            numbers[at],
+            numbers[at + 1]
+        ))),
+    }
+}
+
+/// An error if a result has left the range of numbers.
+pub fn check_results(results: &[&[f64]]) -> PyResult<()> {
+    let finite = |result: &&[f64]| result.iter().fold(true, |all, x| all & x.is_finite());
+    if results.iter().all(finite) {
+        return Ok(());
+    }
+    Err(errors::RunError::new_err(
+        "the result is beyond the range of numbers: check the units of step, value, variance, covariance, density and unit",
+    ))
+}
+
+/// The entries of a sequence. Unlike `Vec` it does not believe what the sequence says of its length.
+pub struct List<T>(pub Vec<T>);
+
+/// Most entries of a list.
+const MOST_ENTRIES: usize = 1_000_000;
+
+impl<'py, T: FromPyObjectOwned<'py>> FromPyObject<'_, 'py> for List<T> {
+    type Error = PyErr;
+
+    fn extract(list: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if list.is_instance_of::<PyString>() {
+            return Err(PyTypeError::new_err("expected a list, got one text"));
+        }
+        let mut all = Vec::new();
+        for entry in list.try_iter()? {
+            if all.len() == MOST_ENTRIES {
+                return Err(PyValueError::new_err(format!(
+                    "expected a list of up to {MOST_ENTRIES} entries"
+                )));
+            }
+            all.push(entry?.extract().map_err(Into::into)?);
+        }
+        Ok(Self(all))
+    }
 }
 
 /// The samples of an excitation.

@@ -3,6 +3,7 @@
 
 mod bands;
 mod batch;
+mod chain;
 mod convert;
 mod interrupt;
 mod law;

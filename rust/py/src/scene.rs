@@ -11,7 +11,7 @@ use numpy::{Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array1, Array2, CoreError, Samples, matrix3, numbers, room, rows};
+use crate::convert::{self, Array1, Array2, CoreError, List, Samples, matrix3, numbers, room, rows};
 use crate::interrupt::compute;
 use crate::law::PyLaw;
 use crate::links::{self, group_loads};
@@ -37,16 +37,16 @@ impl PyScene {
         center_of_mass: [f64; 3],
         inertia: [[f64; 3]; 3],
         gravity: [f64; 3],
-        free: Vec<String>,
+        free: List<String>,
         points: PyReadonlyArray2<'_, f64>,
         directions: PyReadonlyArray2<'_, f64>,
-        laws: Vec<PyRef<'_, PyLaw>>,
+        laws: List<PyRef<'_, PyLaw>>,
         damping: PyReadonlyArray1<'_, f64>,
         damping_in_contact: PyReadonlyArray1<'_, bool>,
     ) -> PyResult<Self> {
         let body = Body::new(mass, center_of_mass.into(), matrix3(inertia)).map_err(CoreError::from)?;
-        let links = links::links(&points, &directions, &laws, &damping, &damping_in_contact)?;
-        let free = convert::free(&free)?;
+        let links = links::links(&points, &directions, &laws.0, &damping, &damping_in_contact)?;
+        let free = convert::free(&free.0)?;
         let scene = Scene::new(body, &links, gravity.into(), free).map_err(CoreError::from)?;
         let system = System::new(&scene).map_err(CoreError::from)?;
         Ok(Self(Arc::new(system)))
@@ -88,10 +88,10 @@ impl PyScene {
         let mut inputs: Vec<Input> = room(times.as_ref().map_or(0, Vec::len))?;
         Ok(compute(py, |watch| {
             let excitation = samples.excitation()?;
-            let mut states: Vec<State> = Vec::new();
-            let mut record = Watched { record: &mut states, watch };
+            let mut record = Watched { record: Vec::<State>::new(), watch };
             let (control, output) = (convert::control(rtol, step), convert::output(times.as_deref()));
             let summary = method.run(&system, control, &excitation, output, &mut record)?;
+            let states = record.record;
             if let Some(times) = times {
                 for some in times.chunks(AT_A_TIME).take_while(|_| !watch.stops()) {
                     inputs.extend(some.iter().map(|&time| excitation.input_at(time)));
@@ -115,17 +115,20 @@ impl PyScene {
         method: &str,
         rtol: f64,
         step: Option<f64>,
-        groups: Vec<PyReadonlyArray1<'_, i64>>,
+        groups: List<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<[Array2<'py>; 4]> {
         let method = named_method(method)?;
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
-        let loads = group_loads(&self.0, &groups, &rows::<3>(&centers, "centers")?, Part::Total)?;
+        let loads = group_loads(&self.0, &groups.0, &rows::<3>(&centers, "centers")?, Part::Total)?;
         let extremes = compute(py, |watch| {
             let excitation = samples.excitation()?;
             let mut extremes = vec![Extremes::NONE; loads.len()];
-            let mut record = Watched { record: &mut Peaks::new(&loads, &mut extremes), watch };
+            let mut record = Watched { record: Peaks::new(&loads, &mut extremes), watch };
             method.run(&self.0, convert::control(rtol, step), &excitation, Output::Samples, &mut record)?;
+            if !extremes.iter().all(Extremes::is_finite) {
+                return Err(RunError::OutOfRange.into());
+            }
             Ok::<_, CoreError>(extremes)
         })??;
         let table = |pick: fn(&Extremes) -> [f64; 8]| table(py, extremes.iter().map(pick));
@@ -185,11 +188,15 @@ impl PyScene {
     fn static_group_loads<'py>(
         &self,
         py: Python<'py>,
-        groups: Vec<PyReadonlyArray1<'_, i64>>,
+        groups: List<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Array2<'py>> {
-        let loads = group_loads(&self.0, &groups, &rows::<3>(&centers, "centers")?, Part::Total)?;
-        table(py, loads.iter().map(|load| load.at_rest()))
+        let loads = group_loads(&self.0, &groups.0, &rows::<3>(&centers, "centers")?, Part::Total)?;
+        let at_rest: Vec<[f64; 6]> = loads.iter().map(|load| load.at_rest()).collect();
+        if !at_rest.as_flattened().iter().all(|x| x.is_finite()) {
+            return Err(CoreError::Run(RunError::OutOfRange).into());
+        }
+        table(py, at_rest.into_iter())
     }
 }
 

@@ -2,13 +2,14 @@
 
 use guideload::Watch;
 use guideload::smoother::{
-    self, AdaptationRule, Adapted, ProcessNoise, Rounded, Samples, SiteApproximations, Smoothed, Start,
+    self, AdaptationRule, Adapted, Rounded, Samples, SiteApproximations, Smoothed, Start,
 };
 use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{Array1, Array2, CoreError, numbers, zeros};
+use crate::chain::Chain;
+use crate::convert::{Array1, Array2, CoreError, check_finite, check_results, numbers, zeros};
 use crate::interrupt::compute;
 
 /// The arrays of samples and of the model of their motion: step, value, variance, mean, covariance, segment, density.
@@ -27,55 +28,29 @@ type AdaptedArrays<'py> = (Array1<'py>, f64, Array1<'py>, Array1<'py>, Array1<'p
 
 /// Checked copies of the arrays of one motion.
 struct Checked {
-    order: usize,
-    step: Vec<f64>,
+    chain: Chain,
     value: Vec<f64>,
-    variance: Vec<f64>,
     mean: Vec<f64>,
-    covariance: Vec<f64>,
-    segment: Vec<u32>,
-    density: Vec<f64>,
 }
 
 impl Checked {
     fn new((step, value, variance, mean, covariance, segment, density): &Arrays<'_>) -> PyResult<Self> {
-        let checked = Self {
-            order: mean.len(),
-            step: numbers(step, "step")?,
-            value: numbers(value, "value")?,
-            variance: numbers(variance, "variance")?,
-            mean: numbers(mean, "mean")?,
-            covariance: numbers(covariance, "covariance")?,
-            segment: numbers(segment, "segment")?,
-            density: numbers(density, "density")?,
-        };
-        let (count, order, segments) = (checked.value.len(), checked.order, checked.density.len());
-        let intervals = [checked.step.len(), checked.segment.len()];
-        let fits = intervals.iter().all(|length| length + 1 == count) && checked.variance.len() == count;
-        if !fits
-            || checked.covariance.len() != order * order
-            || checked.segment.iter().any(|&segment| segment as usize >= segments)
-        {
-            return Err(PyValueError::new_err(
-                "step, value, variance, segment, mean, covariance: lengths do not agree",
-            ));
+        let (value, mean) = (numbers(value, "value")?, numbers(mean, "mean")?);
+        let chain = Chain::new(step, variance, covariance, segment, density)?;
+        if value.len() != chain.variance.len() || mean.len() != chain.order {
+            return Err(PyValueError::new_err("value, variance, mean, covariance: lengths do not agree"));
         }
-        if !(2..=6).contains(&order) {
-            return Err(PyValueError::new_err(format!("mean: expected 2 to 6 numbers, got {order}")));
-        }
-        Ok(checked)
+        check_finite(&value, "value")?;
+        check_finite(&mean, "mean")?;
+        Ok(Self { chain, value, mean })
     }
 
     fn samples<'a>(&'a self, watch: Watch<'a>) -> Samples<'a> {
-        Samples { step: &self.step, value: &self.value, variance: &self.variance, watch }
+        Samples { step: &self.chain.step, value: &self.value, variance: &self.chain.variance, watch }
     }
 
     fn start(&self) -> Start<'_> {
-        Start { mean: &self.mean, covariance: &self.covariance }
-    }
-
-    fn noise(&self) -> ProcessNoise<'_> {
-        ProcessNoise { segment: &self.segment, density: &self.density }
+        Start { mean: &self.mean, covariance: &self.chain.covariance }
     }
 }
 
@@ -83,9 +58,13 @@ impl Checked {
 pub fn motion_likelihood(py: Python<'_>, given: Arrays<'_>) -> PyResult<Option<(f64, f64)>> {
     let given = Checked::new(&given)?;
     let found = compute(py, |watch| {
-        smoother::likelihood(given.order, given.samples(watch), given.start(), given.noise())
-    })?;
-    Ok(found.map_err(CoreError::from)?)
+        smoother::likelihood(given.chain.order, given.samples(watch), given.start(), given.chain.noise())
+    })?
+    .map_err(CoreError::from)?;
+    if let Some((determinant, misfit)) = found {
+        check_results(&[&[determinant, misfit]])?;
+    }
+    Ok(found)
 }
 
 #[pyfunction]
@@ -105,12 +84,17 @@ pub fn smooth_motion<'py>(
             residual: residuals.as_slice_mut()?.as_chunks_mut().0,
         };
         compute(py, |watch| {
-            smoother::smooth(given.order, given.samples(watch), given.start(), given.noise(), &mut out)
+            let (samples, start) = (given.samples(watch), given.start());
+            smoother::smooth(given.chain.order, samples, start, given.chain.noise(), &mut out)
         })?
         .map_err(CoreError::from)?;
+        check_results(&[means.as_slice()?, variances.as_slice()?, residuals.as_slice()?])?;
     }
     Ok(arrays)
 }
+
+/// Most rounds of an adaptation; it settles in some ten.
+const MOST_ROUNDS: usize = 10_000;
 
 #[pyfunction]
 pub fn adapt_motion<'py>(
@@ -128,12 +112,22 @@ pub fn adapt_motion<'py>(
             return Err(PyValueError::new_err(format!("{name}: expected a number above 0, got {number}")));
         }
     }
+    for (name, number) in [("quantum", quantum), ("weight", weight)] {
+        if !(number >= 0.0 && number.is_finite()) {
+            return Err(PyValueError::new_err(format!("{name}: expected a number >= 0, got {number}")));
+        }
+    }
+    if rounds > MOST_ROUNDS {
+        return Err(PyValueError::new_err(format!("rounds: expected up to {MOST_ROUNDS}, got {rounds}")));
+    }
     let count = given.value.len();
     if rounded.len() != count {
         return Err(PyValueError::new_err(format!("rounded: expected {count} numbers")));
     }
     let rounded = numbers(&rounded, "rounded")?;
-    let Checked { order, step, mut value, mut variance, mean, covariance, segment, mut density } = given;
+    check_finite(&rounded, "rounded")?;
+    let Checked { chain, mut value, mean } = given;
+    let Chain { order, step, mut variance, covariance, segment, mut density } = chain;
     let (log_density, noise_ratio) = (zeros(py, &[count])?, zeros(py, &[density.len()])?);
     let rule =
         AdaptationRule { rounds, typical_density: usual, prior_weight: weight, min_noise_variance: floor };
@@ -157,6 +151,13 @@ pub fn adapt_motion<'py>(
             Ok::<_, CoreError>(adapted.noise_variance)
         })??
     };
+    check_results(&[
+        &density,
+        &[level],
+        &value,
+        log_density.readonly().as_slice()?,
+        noise_ratio.readonly().as_slice()?,
+    ])?;
     Ok((
         density.into_pyarray(py),
         level,

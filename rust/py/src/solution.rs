@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use guideload::input_from;
-use guideload::{Input, State, Summary, System, Wrench, link_load};
+use guideload::{Input, RunError, State, Summary, System, Wrench, link_load};
 use guideload::{Recovery, acceleration, evaluate, position, reaction, velocity};
 use numpy::ndarray::Dimension;
 use numpy::{PyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use crate::convert::{self, rows, zeros};
+use crate::convert::{self, CoreError, List, rows, zeros};
 use crate::interrupt::compute;
 use crate::links::group_loads;
 
@@ -64,12 +64,12 @@ impl PySolution {
     fn group_loads<'py>(
         &self,
         py: Python<'py>,
-        groups: Vec<PyReadonlyArray1<'_, i64>>,
+        groups: List<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
         part: &str,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let loads =
-            group_loads(&self.system, &groups, &rows::<3>(&centers, "centers")?, convert::part(part)?)?;
+            group_loads(&self.system, &groups.0, &rows::<3>(&centers, "centers")?, convert::part(part)?)?;
         self.recover(py, &loads, &[self.states.len(), loads.len(), 6])
     }
 
@@ -133,12 +133,18 @@ impl PySolution {
         {
             let mut out = array.readwrite();
             let parts = out.as_slice_mut()?.chunks_mut(AT_A_TIME * width);
-            compute(py, |watch| {
+            let finite = compute(py, |watch| {
+                let mut finite = true;
                 let parts = self.states.chunks(AT_A_TIME).zip(parts).enumerate();
                 for (part, (states, out)) in parts.take_while(|_| !watch.stops()) {
                     evaluate(quantities, states, |k| self.inputs.at(part * AT_A_TIME + k), out);
+                    finite &= out.iter().fold(true, |all, x| all & x.is_finite());
                 }
+                finite
             })?;
+            if !finite {
+                return Err(CoreError::Run(RunError::OutOfRange).into());
+            }
         }
         Ok(array)
     }

@@ -44,12 +44,40 @@ class ParameterMetadata(BaseModel, frozen=True):
     distribution: str = ""
 
 
+class SecondLooks(BaseModel, frozen=True):
+    """Some samples, solved a second time under a motion times 1 + `perturbation`, in numbers over their largest load.
+
+    method, rtol   of the second solution
+    explained      difference of a link load that the tolerances explain
+    solved         number of samples with a second solution
+    failed         number of samples without one; reason: why the first of them has none
+    doubtful       number of samples in which a peak of a link load differs by more than `explained`
+    unpredictable  number of samples in which the change of the motion changes a peak by more than 1e-3
+    difference     largest difference of a peak; in the sample difference_in
+    sensitivity    largest change of a peak by that of the motion, in the sample sensitivity_in
+    """
+
+    method: str
+    rtol: float
+    perturbation: float
+    explained: float
+    solved: NonNegativeInt
+    failed: NonNegativeInt
+    reason: str = ""
+    doubtful: NonNegativeInt
+    unpredictable: NonNegativeInt
+    difference: float
+    difference_in: NonNegativeInt
+    sensitivity: float
+    sensitivity_in: NonNegativeInt
+
+
 class StudyMetadata(BaseModel, frozen=True):
     """Machine, motion, design and columns of a study.
 
     fingerprint     SHA-256 of everything that the result of a run depends on
     versions        of guideload, NumPy and SciPy
-    motion          source of the trace; motion_digest: SHA-256 of its arrays
+    motion          source of the motion; motion_digest: SHA-256 of its arrays; motion_exact: it has no uncertainty
     duration        of the motion [s]; instants: its samples
     sampling        "sobol", "latin hypercube" or "random"; "cases" for given cases, without a seed
     runs            all runs of the study, those of a Saltelli design included
@@ -60,6 +88,7 @@ class StudyMetadata(BaseModel, frozen=True):
     exponent        p of the mean load
     limits          by quantity, in its unit: {"peak_resultant_N": 7000.0}
     life            rating and travel of a carriage, or None
+    second_look     samples solved again when all were done; text if none had to be; None in an unfinished study
     """
 
     content: str = CONTENT
@@ -71,6 +100,7 @@ class StudyMetadata(BaseModel, frozen=True):
     machine: Machine
     motion: str
     motion_digest: str = ""
+    motion_exact: bool = False
     duration: float
     instants: int
     method: Method = "auto"
@@ -86,6 +116,7 @@ class StudyMetadata(BaseModel, frozen=True):
     exponent: float
     limits: dict[str, float]
     life: Life | None = None
+    second_look: SecondLooks | str | None = None
 
     @model_validator(mode="after")
     def _complete(self) -> Self:

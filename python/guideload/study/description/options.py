@@ -20,10 +20,11 @@ from guideload.base.toml import Place, read_toml
 from guideload.catalogue.rating import exponent_of
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.motion.moves import Moves
 from guideload.simulation.simulation import Method
 from guideload.study.description.correlation import Correlation
 from guideload.study.description.measures import STATISTICS, Life, Recorded, Statistic
-from guideload.study.description.refusals import problem_at
+from guideload.study.description.refusals import problem_at, refused_at
 from guideload.study.description.varied_parameter import DistributionSpec, NumberOrText, optional
 from guideload.study.sampling.sequences import Sampling, Sobol
 from guideload.traces.options import ReadingOptions, SmoothingOptions
@@ -68,8 +69,14 @@ class TraceOptions(Keys):
     """Options for reading the trace, as in `guideload run`; by default they are detected."""
 
     def motion(self, trace: Path, machine: Machine) -> Motion:
-        """The motion of the machine in a trace. Raises TraceError."""
+        """The motion of the machine in a trace or a motion file (.toml). Raises TraceError, ConfigError."""
         options = self.model_dump(exclude_none=True)
+        if trace.suffix.lower() == ".toml":
+            if options:
+                raise refused_at(
+                    ("reading",), "no [reading] beside planned moves", options, "they are known exactly"
+                )
+            return Moves.from_toml(trace).motion()
         smoothing = {key: options.pop(key) for key in SMOOTHING.keys() & options}
         return motion_from_trace(read_trace(trace, **options), drive=machine.drive, **smoothing)
 
@@ -105,7 +112,13 @@ class StudyFile(StudyOptions):
     """A study file: options of the study, and names of the files beside it."""
 
     machine: Annotated[StrictStr, Field(min_length=1, description='a machine file, e.g. "machine.toml"')]
-    trace: Annotated[StrictStr, Field(min_length=1, description='a measured trace, e.g. "trace.csv"')]
+    trace: Annotated[
+        StrictStr,
+        Field(
+            min_length=1,
+            description='a measured trace, e.g. "trace.csv", or planned moves, e.g. "moves.toml"',
+        ),
+    ]
     reading: TraceOptions = optional("the table [reading]: how the trace is read", TraceOptions())
     cases: StrictStr | None = optional("a table of given cases in place of [[vary]]; its headers are paths")
 
@@ -130,14 +143,7 @@ TOP_KEYS = StudyFile.model_fields.keys() - TABLES  # keys outside all tables
 
 def read_study(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
     """The values of a study file and their rows. Raises ConfigError if the file cannot be read."""
-    try:
-        return read_toml(file)
-    except ConfigError as error:
-        problems = [
-            replace(one, expected=one.expected.replace("`guideload init`", "`guideload init --study`"))
-            for one in error.problems
-        ]
-        raise ConfigError(problems, error.file, error.others) from None
+    return read_toml(file, writer="guideload init --study")
 
 
 def with_hint_on_place(error: ConfigError) -> ConfigError:

@@ -63,6 +63,37 @@ class Plan:
 
     @cached_property
     def _batch(self) -> Batch:
+        return self._batch_with(
+            groups=self.metadata.machine.links_of_carriages,
+            centers=self.metadata.machine.carriage_centers,
+            changes=self.changes,
+            measures=self.metadata.measures,
+        )
+
+    def batch_of_links(self, method: str, rtol: float, factor: float) -> Batch:
+        """A batch by a method under the excitation times a factor.
+
+        Its measures are the smallest and largest load of each link along x, y and z.
+        """
+        points = self.metadata.machine.link_table().points
+        return self._batch_with(
+            groups=list(np.arange(len(points))[:, None]),
+            centers=points,
+            changes=[change for change in self.changes if change[0][0] != "center"],  # of carriages
+            measures=[
+                (load, i, end)
+                for i in range(len(points))
+                for load in ("Fx", "Fy", "Fz")
+                for end in ("min", "max")
+            ],
+            method=method,
+            rtol=rtol,
+            factor=factor,
+        )
+
+    def _batch_with(
+        self, *, method: str | None = None, rtol: float | None = None, factor: float = 1.0, **keys: Any
+    ) -> Batch:
         metadata, machine, motion = self.metadata, self.metadata.machine, self.motion
         body, table = machine.body, machine.link_table()
         return Batch(
@@ -77,17 +108,14 @@ class Plan:
             laws=table.laws,
             damping=table.damping,
             damping_in_contact=table.damping_in_contact,
-            groups=machine.links_of_carriages,
-            centers=machine.carriage_centers,
             time=motion.time,
-            acceleration=motion.acceleration,
-            wrench=motion.wrench,
+            acceleration=factor * motion.acceleration,
+            wrench=None if motion.wrench is None else factor * motion.wrench,
             speed=None if motion.velocity is None else np.ascontiguousarray(motion.velocity[:, 0]),
             exponent=metadata.exponent,
-            changes=self.changes,
-            measures=metadata.measures,
-            method=metadata.method,
-            rtol=metadata.rtol,
+            method=method or metadata.method,
+            rtol=rtol or metadata.rtol,
+            **keys,
         )
 
     def __getstate__(self) -> dict[str, Any]:
@@ -101,7 +129,16 @@ def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any
     of samples for a Latin hypercube only, whose draws depend on it: other studies can be resumed with more samples.
     """
     resumed_with_more = design is not None and design.sampling != "latin hypercube"
-    free = {"motion", "duration", "instants", "limits", "life", *(("runs",) if resumed_with_more else ())}
+    free = {
+        "motion",
+        "motion_exact",
+        "duration",
+        "instants",
+        "limits",
+        "life",
+        "second_look",
+        *(("runs",) if resumed_with_more else ()),
+    }
     exact = (*exact, None if design is None else design.copula)
     text = json.dumps([metadata.model_dump(mode="json", exclude=free), exact], default=_plain, sort_keys=True)
     return metadata.model_copy(update={"fingerprint": hashlib.sha256(text.encode()).hexdigest()})

@@ -118,6 +118,7 @@ class Study(StudyOptions):
         metadata = StudyMetadata(
             **{key: getattr(self, key) for key in ("machine", "method", "rtol", "exponent", "life")},
             motion=motion.source,
+            motion_exact=motion.exact,
             motion_digest=digest(*(getattr(motion, name) for name in ("time", *HISTORIES))),
             duration=float(motion.time[-1] - motion.time[0]),
             instants=int(motion.time.size),

@@ -79,7 +79,7 @@ class StudyColumns:
 
         Raises ValueRefused with the nearest names.
         """
-        return self._samples(self._of_all_runs(name))
+        return self._samples(self.of_all_runs(name))
 
     def _samples(self, runs: Array) -> Array:
         """The samples among all runs: for a Saltelli design the rows of A and B."""
@@ -87,7 +87,7 @@ class StudyColumns:
             return runs
         return runs.reshape(-1, len(self.metadata.parameters) + 2)[:, :2].ravel()
 
-    def _of_all_runs(self, name: str) -> Array:
+    def of_all_runs(self, name: str) -> Array:
         stem, _, label = name.partition("[")
         quantity, owner = QUANTITIES.get(stem), label.removesuffix("]")
         if stem in self.quantities and quantity is not None:

@@ -16,11 +16,13 @@ from pyarrow.parquet import ParquetWriter
 
 from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
-from guideload.base.errors import ArgumentError, ValueRefused, shown
+from guideload.base.errors import ArgumentError, DoubtfulResult, ValueRefused, shown
 from guideload.base.units import quantity as to_unit
 from guideload.study.description.measures import CONTACT, LIFE, QUANTITIES, unit_of
+from guideload.study.description.metadata import SecondLooks
 from guideload.study.results import statistics
 from guideload.study.results.columns import StudyColumns, summarised
+from guideload.study.results.judgement import doubts_of, outcome_of
 from guideload.study.results.statistics import Estimate, Exceedance
 from guideload.study.results.titles import title_of
 from guideload.study.storage.store import FolderStore
@@ -39,13 +41,36 @@ class StudyResult(StudyColumns):
     """
 
     def __repr__(self) -> str:
-        return f"StudyResult({self.metadata.machine.name!r}, runs={self.runs}, failed={self.failed})"
+        head = f"StudyResult({self.metadata.machine.name!r}, runs={self.runs}, failed={self.failed}"
+        return f"{head}, {' '.join(self.doubts) or self.second_look_text})"
 
     @classmethod
     def load(cls, folder: str | PathLike[str]) -> StudyResult:
         """The finished or interrupted study in a folder. Raises ArgumentError if the folder holds none."""
         store = FolderStore.open(Path(folder))
         return cls(store, store.metadata)
+
+    # ---- judgement of the samples
+
+    @property
+    def second_look(self) -> SecondLooks | str | None:
+        """Samples that were solved again; text if none had to be or could be; None in an unfinished study."""
+        return self.metadata.second_look
+
+    @cached_property
+    def doubts(self) -> tuple[str, ...]:
+        """Warnings that samples are wrong or unpredictable, from those that were solved again."""
+        return doubts_of(self.second_look, "case" if self.metadata.chosen else "sample")
+
+    @property
+    def second_look_text(self) -> str:
+        """The outcome of the second look without doubts, in words."""
+        return outcome_of(self.second_look, "case" if self.metadata.chosen else "sample")
+
+    def require_no_doubts(self) -> None:
+        """Raise DoubtfulResult if samples are wrong or unpredictable; see `doubts`."""
+        if self.doubts:
+            raise DoubtfulResult(" ".join(self.doubts))
 
     def failures(self) -> pd.DataFrame:
         """A row per kind of failure: count, share of the finished runs, first sample.
@@ -177,7 +202,7 @@ class StudyResult(StudyColumns):
                 "sensitivity: expected a Saltelli design, got samples that are drawn once; set sensitivity = true in "
                 "the study, or use rank_correlation()"
             )
-        matrices = self._of_all_runs(name or self.leading).reshape(-1, len(self.metadata.parameters) + 2)
+        matrices = self.of_all_runs(name or self.leading).reshape(-1, len(self.metadata.parameters) + 2)
         indices = statistics.sobol_indices(matrices[:, 0], matrices[:, 1], matrices[:, 2:], confidence)
         table = _with_ends("first_order", indices.first) | _with_ends("total", indices.total)
         return pd.DataFrame(table | {"rows": indices.rows}, index=self._parameters())
@@ -211,7 +236,7 @@ class StudyResult(StudyColumns):
         """A row per run: these columns, or all stored ones, and `reason`, None for a run with a result."""
         names = self.store.columns if columns is None else columns
         index = pd.RangeIndex(self.runs, name="sample")
-        table = pd.DataFrame({name: self._of_all_runs(name) for name in names}, index=index)
+        table = pd.DataFrame({name: self.of_all_runs(name) for name in names}, index=index)
         table["reason"] = [self.reasons.get(i) for i in range(self.runs)] if self.reasons else None
         return table
 
@@ -243,6 +268,7 @@ class StudyResult(StudyColumns):
             "runs": self.runs,
             "finished": self.finished,
             "failed": self.failed,
+            "doubts": self.doubts,
             **{name: json.loads(table.to_json(orient="records")) for name, table in tables.items()},
         }
         with atomic_write(_ending(path, ".json")) as draft:

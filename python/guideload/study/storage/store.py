@@ -79,6 +79,10 @@ class SampleStore:
         self._stored[chunk.start, chunk.stop] = self._save(table, (chunk.start, chunk.stop))
         self._ahead.clear()
 
+    def describe(self, metadata: StudyMetadata) -> None:
+        """Store the metadata with what was found when all samples were done. Raises RunError."""
+        self.metadata = metadata
+
     def histories(self) -> xr.Dataset | None:
         """The stored histories."""
         return self._histories
@@ -205,6 +209,10 @@ class FolderStore(SampleStore):
         except DAMAGE as error:
             hint = "resuming the study runs its samples again"
             raise RunError(f"{path} is damaged ({error}); {hint}") from error
+
+    def describe(self, metadata: StudyMetadata) -> None:
+        metadata.write(self.folder)
+        super().describe(metadata)
 
     def histories(self) -> xr.Dataset | None:
         path = self.folder / HISTORIES

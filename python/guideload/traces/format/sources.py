@@ -52,6 +52,10 @@ def _file(path: Path) -> Table:
         loaded = _numpy(path)
     except TraceError:
         raise
+    except MemoryError as error:
+        raise MemoryError(
+            f"{path.name}: not enough memory to read it, unless it is damaged: {error}"
+        ) from None
     except Exception as error:  # of a dozen types, from pyarrow, pandas, NumPy, zipfile, zlib and the disk
         reason = shortened(f"{type(error).__name__}: {error}")
         hint = "it is damaged or of another kind; export or copy it again"

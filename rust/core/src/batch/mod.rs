@@ -350,7 +350,12 @@ impl Worker {
             for (lane, &index) in linear.iter().enumerate() {
                 if batch.lanes.statistics(&batch.requirements, &self.lanes, lane, &mut self.statistics) {
                     let out = &mut rows[index * width..(index + 1) * width];
-                    batch.requirements.write_measures(&batch.motion.excitation, &self.statistics, &lost, out);
+                    let excitation = &batch.motion.excitation;
+                    let done = batch.requirements.write_measures(excitation, &self.statistics, &lost, out);
+                    if let Err(error) = done {
+                        out.fill(f64::NAN);
+                        self.failures.push((first + index, error.into()));
+                    }
                 } else {
                     rest.push(index);
                 }

@@ -62,9 +62,9 @@ impl<'a> Reduce<'a> {
     }
 
     /// Ends the reduction; writes one number per measure to `out`.
-    pub(super) fn finish(mut self, out: &mut [f64]) {
+    pub(super) fn finish(mut self, out: &mut [f64]) -> Result<(), RunError> {
         self.flush();
-        self.requirements.write_measures(self.excitation, &self.memory.statistics, &self.memory.lost, out);
+        self.requirements.write_measures(self.excitation, &self.memory.statistics, &self.memory.lost, out)
     }
 
     #[inline(never)]

@@ -5,6 +5,7 @@ use super::instance::Group;
 use super::measure::{Measure, Quantity, Statistic, time_weights};
 use super::time_statistics::RunningStatistics;
 use super::travel::{Motion, Travel};
+use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::life::{COMPONENTS, EquivalentLoad};
 use crate::numeric::float::{pow, sqrt};
@@ -141,14 +142,16 @@ impl Requirements {
         index
     }
 
-    /// Writes one number per measure to `out`, from the statistics of each signal and whether each monitored group lost contact.
+    /// Writes one number per measure to `out`, from the statistics of each signal and whether each monitored group lost contact. An error if
+    /// one is beyond the range of numbers.
     pub(super) fn write_measures(
         &self,
         excitation: &Excitation,
         statistics: &[RunningStatistics],
         lost: &[bool],
         out: &mut [f64],
-    ) {
+    ) -> Result<(), RunError> {
+        let mut finite = true;
         for (to, source) in out.iter_mut().zip(&self.sources) {
             *to = match *source {
                 Source::Statistic(signal, statistic) => {
@@ -171,7 +174,9 @@ impl Requirements {
                 Source::Contact(index) => f64::from(u8::from(lost[index])),
                 Source::Nothing => f64::NAN,
             };
+            finite &= to.is_finite() || matches!(source, Source::Nothing);
         }
+        if finite { Ok(()) } else { Err(RunError::OutOfRange) }
     }
 
     /// Whether the drive force is needed, into which the excitation enters directly.

@@ -28,12 +28,13 @@ pub(super) struct RunSettings<'a> {
 }
 
 impl RunSettings<'_> {
-    fn run<R: Record>(&self, system: &System, factors: [f64; 2], record: &mut R) -> Result<(), RunError> {
+    /// Runs a system and returns the record.
+    fn run<R: Record>(&self, system: &System, factors: [f64; 2], record: R) -> Result<R, RunError> {
         let scaled = ScaledExcitation { excitation: self.excitation, peak: self.peak, factors };
         let (control, output) = (Control::Adaptive { rtol: self.rtol }, Output::Samples);
         let mut record = Watched { record, watch: self.watch };
         self.method_for(system).run_scaled(system, control, &scaled, output, &mut record)?;
-        Ok(())
+        Ok(record.record)
     }
 
     /// The method for a system; resolves `Auto`.
@@ -74,10 +75,9 @@ pub(super) fn measure(
 ) -> Result<(), SampleError> {
     let system = System::new(&sample.scene()?)?;
     memory.rows.set_system(&system, requirements, groups, sample.centers(), sample.factors());
-    let mut reduce = Reduce::new(requirements, runs.excitation, memory);
-    runs.run(&system, sample.factors(), &mut reduce)?;
-    reduce.finish(out);
-    Ok(())
+    let reduce = Reduce::new(requirements, runs.excitation, memory);
+    let reduce = runs.run(&system, sample.factors(), reduce)?;
+    Ok(reduce.finish(out)?)
 }
 
 /// Runs a sample and writes the loads of its groups to `out`, (time, group, 6).
@@ -88,8 +88,7 @@ pub(super) fn history(
     out: &mut [f64],
 ) -> Result<(), SampleError> {
     let system = System::new(&sample.scene()?)?;
-    let mut states: Vec<State> = Vec::new();
-    runs.run(&system, sample.factors(), &mut states)?;
+    let states = runs.run(&system, sample.factors(), Vec::<State>::new())?;
     let loads: Vec<_> = groups
         .iter()
         .zip(sample.centers())
@@ -97,5 +96,9 @@ pub(super) fn history(
         .collect();
     // Loads of links do not depend on the excitation directly.
     evaluate(&loads, &states, |_| input_from([0.0; 3], [0.0; 6]), out);
-    Ok(())
+    if out.iter().fold(true, |all, x| all & x.is_finite()) {
+        Ok(())
+    } else {
+        Err(RunError::OutOfRange.into())
+    }
 }

@@ -41,9 +41,15 @@ impl<const N: usize> DeflectionPath<N> {
     }
 
     /// The first fraction up to `limit` at which the path leaves `low..=high`, and whether upwards. A path that starts outside leaves
-    /// once it moves farther out.
+    /// once it moves farther out. Adds the number of parts looked at to `examined`.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn first_exit(&self, low: f64, high: f64, limit: f64) -> Option<(f64, bool)> {
+    pub(super) fn first_exit(
+        &self,
+        low: f64,
+        high: f64,
+        limit: f64,
+        examined: &mut usize,
+    ) -> Option<(f64, bool)> {
         let mut start = [self.terms[0], self.terms[1]];
         if start[0] > high && start[1] > 0.0 || start[0] < low && start[1] < 0.0 {
             return Some((0.0, start[0] > high));
@@ -52,14 +58,14 @@ impl<const N: usize> DeflectionPath<N> {
         // Ends of the parts still to be examined, the nearest last.
         let mut ends = [(0.0, [0.0; 2]); HALVINGS + 1];
         ends[0] = (limit, self.at(limit));
-        let (mut ahead, mut a, mut examined) = (1, 0.0, 0);
+        let (mut ahead, mut a, most) = (1, 0.0, *examined + MAX_EXAMINED);
         while ahead > 0 {
             let (b, end) = ends[ahead - 1];
-            examined += 1;
+            *examined += 1;
             match self.test_part(a, start, b, end, low, high) {
                 PartTest::Inside => {}
                 PartTest::Exit(theta, up) => return Some((theta, up)),
-                PartTest::Undecided if ahead <= HALVINGS && examined < MAX_EXAMINED => {
+                PartTest::Undecided if ahead <= HALVINGS && *examined < most => {
                     let middle = 0.5 * (a + b);
                     ends[ahead] = (middle, self.at(middle));
                     ahead += 1;

@@ -46,7 +46,10 @@ impl Kernel for SearchKernel<'_> {
             searched += work(series.parts(part.h));
             if series.parts(part.h) <= 1.0 {
                 let terms = series.terms(equations, &part, &state);
-                if let Some(Change { theta, crossing }) = first_exit(segments.blocks.as_slice(), &terms) {
+                let mut examined = 0;
+                let found = first_exit(segments.blocks.as_slice(), &terms, &mut examined);
+                searched += examined / EXAMINED_PER_WORK;
+                if let Some(Change { theta, crossing }) = found {
                     return (Some(Change { theta: fma(theta, to - from, from), crossing }), searched);
                 }
                 for term in &terms[1..] {
@@ -68,9 +71,17 @@ impl Kernel for SearchKernel<'_> {
     }
 }
 
-/// The first change on the path of a state over a part of a step, a polynomial in the fraction of the part.
+/// Parts of the path of a link that cost as much as a part of a power series.
+pub(super) const EXAMINED_PER_WORK: usize = 32;
+
+/// The first change on the path of a state over a part of a step, a polynomial in the fraction of the part. Adds the parts of paths that
+/// were looked at to `examined`.
 #[cfg_attr(feature = "std", inline(always))]
-pub(super) fn first_exit<const N: usize>(blocks: &[LinkBlock], terms: &[State; N]) -> Option<Change> {
+pub(super) fn first_exit<const N: usize>(
+    blocks: &[LinkBlock],
+    terms: &[State; N],
+    examined: &mut usize,
+) -> Option<Change> {
     let mut first: Option<Change> = None;
     for (index, block) in blocks.iter().enumerate() {
         let mut paths = [[0.0; LANES]; N];
@@ -92,7 +103,7 @@ pub(super) fn first_exit<const N: usize>(blocks: &[LinkBlock], terms: &[State; N
                 path[k] = paths[k][lane];
             }
             let limit = if let Some(change) = first { change.theta } else { 1.0 };
-            if let Some((theta, up)) = DeflectionPath::new(path).first_exit(low, high, limit) {
+            if let Some((theta, up)) = DeflectionPath::new(path).first_exit(low, high, limit, examined) {
                 first = Some(Change { theta, crossing: Some((index * LANES + lane, up)) });
             }
         }

@@ -127,6 +127,21 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
         (left.abs() > 0.5 * tolerance && (moving > 0.0) == up && moving != 0.0).then(|| left / moving)
     }
 
+    /// Whether a link with a smooth law would reach an edge within `time` at its present rate.
+    pub(super) fn nears_smooth_edge(&self, time: f64, state: &State) -> bool {
+        let rows = self.system.rows();
+        self.blocks.as_slice().iter().zip(self.links.as_slice().chunks(LANES)).any(|(block, links)| {
+            let (at, moving) = (block.deflections(state), block.rates(state));
+            links.iter().enumerate().any(|(lane, &(index, _))| {
+                let travel = time * moving[lane];
+                // Without motion, or without an edge on that side, the comparison fails.
+                let nears = travel > 0.0 && block.high[lane] - at[lane] <= travel
+                    || travel < 0.0 && at[lane] - block.low[lane] <= -travel;
+                nears && !rows[index].link.law().is_piecewise_linear()
+            })
+        })
+    }
+
     /// Sets edges and equations to those of the present segments.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn update(&mut self) {

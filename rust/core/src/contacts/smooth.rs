@@ -5,7 +5,7 @@
 //! beyond an edge is missed only if the dense output does not show it, and that is as accurate as the steps.
 
 use super::block::LinkBlock;
-use super::search::first_exit;
+use super::search::{EXAMINED_PER_WORK, first_exit};
 use super::segments::{Change, Segments};
 use crate::equations::SmoothEquations;
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
@@ -19,6 +19,9 @@ pub(crate) const DENSE_POINTS: usize = 6;
 /// Part of the tolerance by which a load may be wrong because its link has passed an edge that does not count as passed yet. A link
 /// that trembles about an edge by less than the error of the steps would change at each of them.
 const SLACK: f64 = 1e-4;
+
+/// Part of a step within which a preloaded row must be about to open for the step to count as one that ends at that edge.
+const NEAR: f64 = 0.25;
 
 /// Combinations of segments whose equations are cached. They are cheap to make; those that come again keep the tangents of a method.
 const CACHED_COMBINATIONS: usize = 4;
@@ -35,6 +38,8 @@ pub(crate) struct SmoothContacts<'a> {
     change: Option<Change>,
     /// Links that have changed their segment so far.
     pub changes: usize,
+    /// Parts of the paths of links that searches have looked at so far.
+    examined: usize,
 }
 
 impl<'a> SmoothContacts<'a> {
@@ -44,7 +49,7 @@ impl<'a> SmoothContacts<'a> {
         segments.update();
         let equations = SmoothEquations::new(system, segments.current.equations);
         let starts = BoundedVec::filled([0.0; LANES], segments.blocks.as_slice().len());
-        Self { segments, equations, starts, speed: 0.0, change: None, changes: 0 }
+        Self { segments, equations, starts, speed: 0.0, change: None, changes: 0, examined: 0 }
     }
 
     /// The equations until the next change.
@@ -73,11 +78,21 @@ impl<'a> SmoothContacts<'a> {
         far
     }
 
-    /// The fraction at which the first link passes an edge in a step through these states at equal distances, if one does.
+    /// The fraction at which the first link passes an edge in a step of length `h` through these states at equal distances, if one does;
+    /// the whole step if its end is so near the edge of a preloaded law that its error must be judged as at the edge.
     #[inline(never)]
-    pub(crate) fn first_change(&mut self, path: &[State; DENSE_POINTS]) -> Option<f64> {
-        self.change = dispatch(ChangeKernel { blocks: self.segments.blocks.as_slice(), path });
+    pub(crate) fn first_change(&mut self, h: f64, path: &[State; DENSE_POINTS]) -> Option<f64> {
+        let examined = &mut self.examined;
+        self.change = dispatch(ChangeKernel { blocks: self.segments.blocks.as_slice(), path, examined });
+        if self.change.is_none() && self.segments.nears_smooth_edge(NEAR * h, &path[DENSE_POINTS - 1]) {
+            self.change = Some(Change { theta: 1.0, crossing: None });
+        }
         self.change.map(|change| change.theta)
+    }
+
+    /// Work of all searches so far.
+    pub(crate) fn searched(&self) -> usize {
+        self.examined / EXAMINED_PER_WORK
     }
 
     /// How much later than in `state` the link of the change that was found is where it counts as past its edge, s; none if it is there
@@ -134,6 +149,7 @@ fn speed(state: &State) -> f64 {
 struct ChangeKernel<'a> {
     blocks: &'a [LinkBlock],
     path: &'a [State; DENSE_POINTS],
+    examined: &'a mut usize,
 }
 
 impl Kernel for ChangeKernel<'_> {
@@ -141,7 +157,7 @@ impl Kernel for ChangeKernel<'_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> Option<Change> {
-        first_exit(self.blocks, &power_terms(self.path))
+        first_exit(self.blocks, &power_terms(self.path), self.examined)
     }
 }
 

@@ -8,9 +8,9 @@ use super::switched::SwitchedEquations;
 use crate::equations::Equations;
 use crate::error::{OtherMethod, RunError};
 use crate::excitation::{Forcing, Ramp};
-use crate::numeric::float::{ceil, floor, sqrt};
+use crate::numeric::float::{ceil, floor};
 use crate::numeric::simd::{Kernel, dispatch};
-use crate::system::State;
+use crate::system::{State, finite, speed};
 
 /// State of a run in progress.
 pub(super) struct Runner<'a, M: Method, C> {
@@ -120,7 +120,8 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             let work = M::WORK * steps + self.equations.searched();
             if self.budget.is_due(work) {
                 let (at, other) = ([start + done, plan.h], self.steps.other);
-                self.budget.look_up(work, steps, self.recorder.record, state, at, other)?;
+                self.budget.pause =
+                    self.budget.look_up(work, steps, self.recorder.record, state, at, other)?;
             }
             self.steps.update_plan(&mut plan, length - done, length);
             let mut last = plan.left == 1.0;
@@ -151,7 +152,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                     continue;
                 }
                 plan = Plan { left: 1.0, h: ramp.h };
-                last = false;
+                last &= theta == 1.0;
             }
             self.record_step(&mut k, &ramp, state, interval, done, last)?;
             core::mem::swap(state, next);
@@ -384,25 +385,6 @@ const MAX_LANDINGS: usize = 4;
 
 /// Largest speed of a stable run over the bound from the impulse of the excitation.
 const DIVERGENCE: f64 = 100.0;
-
-/// Square root of twice the kinetic energy.
-#[cfg_attr(feature = "std", inline(always))]
-fn speed(state: &State) -> f64 {
-    sqrt(state[6..].iter().map(|entry| entry * entry).sum())
-}
-
-/// Whether no entry is infinite or NaN.
-#[cfg_attr(feature = "std", inline(always))]
-fn finite(state: &State) -> bool {
-    // Four sums side by side, of zeros unless an entry is not finite.
-    let mut sums = [0.0; 4];
-    for entries in state.as_chunks::<4>().0 {
-        for (sum, entry) in sums.iter_mut().zip(entries) {
-            *sum += 0.0 * entry;
-        }
-    }
-    sums == [0.0; 4]
-}
 
 /// Shortest step, as a fraction of the interval that it lies in.
 const SHORTEST: f64 = 1e-9;

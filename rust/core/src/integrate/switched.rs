@@ -144,7 +144,7 @@ impl<'a> SwitchedEquations for SmoothContacts<'a> {
             let theta = point as f64 / (DENSE_POINTS - 1) as f64;
             path[point] = method.between(self.equations(), memory, ramp, state, theta);
         }
-        SmoothContacts::first_change(self, &path)
+        SmoothContacts::first_change(self, ramp.h, &path)
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -162,6 +162,6 @@ impl<'a> SwitchedEquations for SmoothContacts<'a> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn searched(&self) -> usize {
-        0
+        SmoothContacts::searched(self)
     }
 }

@@ -84,7 +84,7 @@ impl Record for Vec<State> {
 #[derive(Debug)]
 pub struct Watched<'a, R> {
     /// Receives the instants.
-    pub record: &'a mut R,
+    pub record: R,
     /// Whether the run should stop.
     pub watch: Watch<'a>,
 }
@@ -130,6 +130,11 @@ impl Extremes {
         time_of_smallest: [f64::NAN; 8],
         time_of_largest: [f64::NAN; 8],
     };
+
+    /// Whether all values are within the range of numbers.
+    pub fn is_finite(&self) -> bool {
+        self.smallest.iter().chain(&self.largest).all(|x| x.is_finite())
+    }
 
     #[cfg_attr(feature = "std", inline(always))]
     fn update(&mut self, time: f64, [x, y, z, mx, my, mz]: [f64; 6]) {

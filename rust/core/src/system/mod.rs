@@ -25,7 +25,7 @@ pub use modes::{Mode, eigenvalues, modes};
 pub use state::{Input, State, input_from};
 
 pub(crate) use link_row::LinkRow;
-pub(crate) use state::{Force, NO_FORCE, NO_INPUT, Square, size};
+pub(crate) use state::{Force, NO_FORCE, NO_INPUT, Square, finite, size, speed};
 
 use nalgebra::{Matrix6, Vector6};
 
@@ -119,6 +119,8 @@ impl System {
         let loads = rows.as_slice().iter().map(|row| &row.load);
         let position = &equilibrium.position;
         let numbers = frequency.iter().chain(position).chain(damping.as_flattened()).chain(loads);
+        let Matrices { mass, damping: dampers, stiffness, weight } = &matrices;
+        let numbers = numbers.chain(mass).chain(dampers).chain(stiffness).chain(weight);
         if !numbers.chain(influence.as_flattened()).all(|x| x.is_finite()) {
             return Err(OUT_OF_RANGE);
         }

@@ -39,3 +39,22 @@ pub(crate) fn size(state: &State) -> f64 {
     }
     sqrt(sums[0] + sums[1] + (sums[2] + sums[3]))
 }
+
+/// Square root of twice the kinetic energy.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn speed(state: &State) -> f64 {
+    sqrt(state[6..].iter().map(|entry| entry * entry).sum())
+}
+
+/// Whether no entry is infinite or NaN.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn finite(state: &State) -> bool {
+    // Four sums side by side, of zeros unless an entry is not finite.
+    let mut sums = [0.0; 4];
+    for entries in state.as_chunks::<4>().0 {
+        for (sum, entry) in sums.iter_mut().zip(entries) {
+            *sum += 0.0 * entry;
+        }
+    }
+    sums == [0.0; 4]
+}

@@ -360,7 +360,8 @@ fn motions_far_shorter_than_any_period() {
 #[test]
 fn any_size_of_numbers() {
     let mut random = Random::new(9);
-    for size in [1e-120, 1e-60, 1e60, 1e120] {
+    // The cube of a load, for the mean load, stays within the range of numbers.
+    for size in [1e-90, 1e-60, 1e60, 1e90] {
         let mut machine = random_machine(&mut random);
         let body = &machine.body;
         machine.body = guideload::Body::new(size * body.mass(), body.center_of_mass(), size * body.inertia())

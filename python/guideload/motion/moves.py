@@ -1,0 +1,225 @@
+"""Planned moves: a motion from distances and limits, of a motion file or in code."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from functools import cached_property, partial
+from os import PathLike
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, PlainValidator, PrivateAttr, model_validator
+
+from guideload.base.config import ConfigModel, in_range
+from guideload.base.errors import ABSENT, ConfigError, KeyPath, Problem, ValueRefused, shown
+from guideload.base.number_text import counted
+from guideload.base.ranges import ACCELERATION, JERK, LENGTH, POSITION, RATE, SPEED, TIME
+from guideload.base.toml import located, read_toml
+from guideload.motion.motion import Motion
+from guideload.motion.profiles import DEVIATION, LINES, Limits, Profile, fastest_move
+from guideload.motion.sampling import Leg, grid_step, sampled
+
+LimitName = Literal["speed", "acceleration", "deceleration", "jerk"]
+MOST_STAMPS = 5_000_000  # 0.5 GB of memory for the motion, far more for the loads
+FEWEST_STAMPS = 4  # of a move
+# Slower than 3 cm in a year, smaller limits end in numbers that a double does not hold.
+SPEEDS, ACCELERATIONS, JERKS = (replace(one, least=1e-9) for one in (SPEED, ACCELERATION, JERK))
+SHORTEST = LENGTH.least  # m: a shorter distance is rounding of positions
+NO_JERK = "no jerk beside a trapezoid"
+FASTEST = 'its acceleration jumps; with a limit of the jerk, "jerk limited" is the fastest profile'
+
+
+def _whole_number(value: object, least: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+        raise ValueRefused(f"a whole number, at least {least}", value)
+    return value
+
+
+class MoveLimits(ConfigModel):
+    """Profile and limits; in [limits] those of all moves that do not give their own."""
+
+    profile: Profile | None = Field(
+        default=None, description='shape of the acceleration over time; "jerk limited" if left out everywhere'
+    )
+    speed: Annotated[float, in_range(SPEEDS, above=0.0)] | None = Field(
+        default=None, description='largest speed, e.g. "2 m/s"'
+    )
+    acceleration: Annotated[float, in_range(ACCELERATIONS, above=0.0)] | None = Field(
+        default=None, description='largest acceleration, e.g. "5 m/s^2"'
+    )
+    deceleration: Annotated[float, in_range(ACCELERATIONS, above=0.0)] | None = Field(
+        default=None, description="largest deceleration; as the acceleration if left out"
+    )
+    jerk: Annotated[float, in_range(JERKS, above=0.0)] | None = Field(
+        default=None, description='largest jerk, e.g. "200 m/s^3"; for profiles other than a trapezoid'
+    )
+
+
+class Move(MoveLimits):
+    """A move from rest to rest, in the shortest time that its limits and its profile allow."""
+
+    distance: Annotated[float, in_range(LENGTH, nonzero=True)] | None = Field(
+        default=None, description='signed, e.g. "1.2 m"; or a target'
+    )
+    target: Annotated[float, in_range(POSITION)] | None = Field(
+        default=None, description="position of the cart where it ends; or a distance"
+    )
+    dwell: Annotated[float, in_range(TIME, least=0.0)] = Field(
+        default=0.0, description='pause at rest after the move, e.g. "0.5 s"'
+    )
+
+    @model_validator(mode="after")
+    def _one_end(self) -> Move:
+        if (self.distance is None) == (self.target is None):
+            raise ValueRefused("either distance or target", self.model_dump(exclude_none=True))
+        return self
+
+
+class Moves(ConfigModel):
+    """A planned motion along x, known exactly: moves one after the other. Raises ConfigError with all problems at once.
+
+    The motion begins and ends at rest. Its acceleration is linear between its stamps, without approximation for the
+    profiles "jerk limited" and "trapezoid"; others are drawn with straight lines, and a note states the deviation.
+    """
+
+    limits: MoveLimits = Field(default=MoveLimits(), description="of all moves that do not give their own")
+    start: Annotated[float, in_range(POSITION)] = Field(
+        default=0.0, description="position of the cart before the first move"
+    )
+    repeat: Annotated[int, PlainValidator(partial(_whole_number, least=1))] = Field(
+        default=1, description="how often the list of moves is run"
+    )
+    rate: Annotated[float, in_range(RATE, above=0.0)] = Field(
+        default=2048.0,
+        description="least number of stamps per second, at which loads are reported; rounded up to a power of two",
+    )
+    moves: tuple[Move, ...] = Field(min_length=1, description="one [[moves]] table for each move")
+    _source: str = PrivateAttr("planned moves")
+
+    @classmethod
+    def from_toml(cls, file: str | PathLike[str]) -> Moves:
+        """The moves of a motion file. Raises ConfigError naming file, row, key and value."""
+        values, places = read_toml(file, writer="guideload init --moves")
+        try:
+            if "moves" not in values:
+                hint = "`guideload init --moves` writes a motion file"
+                raise _refusal(("moves",), "[[moves]] tables, as a motion file has", None, hint)
+            moves = cls(**values)
+        except ConfigError as error:
+            raise located(error, str(file), places) from None
+        moves._source = Path(file).name
+        return moves
+
+    @classmethod
+    def from_texts(cls, texts: Iterable[str]) -> Moves:
+        """Moves from texts such as "distance=1.2 m, speed=2 m/s, acceleration=5 m/s^2, jerk=200 m/s^3"."""
+        moves: list[dict[str, str]] = []
+        for i, text in enumerate(texts):
+            pairs = [[word.strip() for word in part.partition("=")] for part in text.split(",")]
+            moves.append({key: value for key, _, value in pairs})
+            if len(moves[i]) < len(pairs) or not all(key and value for key, value in moves[i].items()):
+                expected = "key=value, separated by commas, each key once"
+                raise _refusal(("moves", i), expected, text, 'as in "distance=1.2 m, speed=2 m/s"')
+        values: dict[str, Any] = {"moves": moves}
+        return cls(**values)
+
+    def motion(self) -> Motion:
+        """The motion; its first stamp is 0 s."""
+        places = [self.start, *(leg.end for leg in self._legs)]
+        travel = f"{min(places):.6g} to {max(places):.6g}"
+        notes = [f"planned, known exactly: {counted(len(self._legs), 'move')}, cart from {travel} m"]
+        notes += [
+            f"{profile}: drawn with {LINES} straight lines, within {DEVIATION[profile]:.1e} of the peak acceleration"
+            for profile in DEVIATION
+            if any(move.profile == profile for move in self.complete)
+        ]
+        return sampled(self._legs, self.rate, self._source, tuple(notes))
+
+    @cached_property
+    def complete(self) -> tuple[Move, ...]:
+        """The moves with the values of [limits] where they give none. Their deceleration may be None."""
+        shared = self.limits.model_dump(exclude_none=True)
+        completed = []
+        for move in self.moves:
+            values = {"profile": "jerk limited"} | shared | move.model_dump(exclude_none=True)
+            if values["profile"] == "trapezoid" and move.jerk is None:
+                values.pop("jerk", None)
+            completed.append(Move.model_construct(**values))
+        return tuple(completed)
+
+    def limit(self, name: LimitName) -> float:
+        """The largest value [SI] of a limit among the moves; 0 if no move has it."""
+        return max(_limit(move, name) or 0.0 for move in self.complete)
+
+    def with_limit(self, name: LimitName, factor: float) -> Moves:
+        """The same moves with a limit times `factor`, for the moves that have it."""
+        scaled = []
+        for move in self.complete:
+            value = _limit(move, name)
+            scaled.append(move if value is None else move.model_copy(update={name: factor * value}))
+        return self.model_copy(update={"limits": MoveLimits(), "moves": scaled})
+
+    @model_validator(mode="after")
+    def _possible(self) -> Moves:
+        if problems := [*self._wrong_limits()]:
+            raise ConfigError(problems)
+        count = float(len(self.moves) * self.repeat * FEWEST_STAMPS)
+        if count <= MOST_STAMPS:
+            time = sum(float(leg.pieces.length.sum()) + leg.dwell for leg in self._legs)
+            count = sum(leg.pieces.length.size for leg in self._legs) + time / grid_step(self.rate)
+        if not count <= MOST_STAMPS:
+            key, hint = ("repeat", "fewer repetitions") if self.repeat > 1 else ("rate", "fewer per second")
+            expected = f"a motion of at most {MOST_STAMPS:.0e} stamps"
+            raise _refusal((key,), expected, f"{count:.2g} stamps", f"{hint}, or shorter moves")
+        return self
+
+    def _wrong_limits(self) -> Iterator[Problem]:
+        """Limits that a move lacks, or that its profile does not have."""
+        for i, (own, move) in enumerate(zip(self.moves, self.complete, strict=True)):
+            for key in ("speed", "acceleration", "jerk"):
+                needed = key != "jerk" or move.profile == "jerk limited"
+                if needed and getattr(move, key) is None:
+                    hint = "here, or in [limits] for all moves"
+                    hint += '; or profile = "trapezoid", which has none' if key == "jerk" else ""
+                    yield _refusal(("moves", i, key), f"a largest {key}", None, hint).problems[0]
+            if move.profile == "trapezoid" and own.jerk is not None:
+                yield _refusal(("moves", i, "jerk"), NO_JERK, own.jerk, FASTEST).problems[0]
+        if self.limits.jerk is not None and all(move.profile == "trapezoid" for move in self.complete):
+            yield _refusal(("limits", "jerk"), NO_JERK, self.limits.jerk, FASTEST).problems[0]
+
+    @cached_property
+    def _legs(self) -> list[Leg]:
+        legs, place = [], self.start
+        for number in range(self.repeat):
+            for i, move in enumerate(self.complete):
+                end = place + (move.distance or 0.0) if move.target is None else move.target
+                if not abs(end - place) >= SHORTEST:
+                    again = f" in repetition {number + 1}" if number else ""
+                    hint = "for a pause alone, lengthen the dwell of the move before"
+                    raise _refusal(("moves", i, "target"), f"another place than the cart's{again}", end, hint)
+                # A distance as given, not as the difference of places, recurs to the bit: it is planned once.
+                length = abs(end - place if move.distance is None else move.distance)
+                legs.append(Leg(fastest_move(length, _limits(move)), place, end, move.dwell))
+                place = end
+        return legs
+
+
+def _limit(move: Move, name: LimitName) -> float | None:
+    """A limit of a complete move [SI]; None if it has none."""
+    given: float | None = getattr(move, name)
+    return move.acceleration if name == "deceleration" and given is None else given
+
+
+def _limits(move: Move) -> Limits:
+    """The limits of a complete move."""
+    speed, acceleration, deceleration = (_limit(move, n) for n in ("speed", "acceleration", "deceleration"))
+    assert move.profile is not None and speed and acceleration and deceleration
+    return Limits(move.profile, speed, acceleration, deceleration, move.jerk or math.inf)
+
+
+def _refusal(path: KeyPath, expected: str, value: object, hint: str) -> ConfigError:
+    """The error for a value at its key; None: it is missing."""
+    written = ABSENT if value is None else shown(value)
+    return ConfigError([Problem(path, value, expected, hint, None, written)])

@@ -1,0 +1,133 @@
+"""Motion profiles: the acceleration of a move from rest to rest, as short as its limits and its profile allow.
+
+A move accelerates, keeps its speed and decelerates. While it accelerates, the acceleration is symmetric about the
+middle of that time, so the distance is half of the time times the speed reached; so too while it decelerates. A
+trapezoid of the velocity is the jerk-limited profile with infinite jerk.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+
+from guideload.base.arrays import Array
+
+Profile = Literal["jerk limited", "trapezoid", "sine squared", "polynomial 5"]
+# Straight lines in place of each curve of the smooth profiles.
+LINES = 512
+# Largest deviation of these lines from the curve, over its peak: lines of length h deviate by h^2/8 of the curvature.
+DEVIATION: dict[Profile, float] = {
+    "sine squared": (math.pi / LINES) ** 2 / 4.0,
+    "polynomial 5": 360.0 / (8.0 * LINES**2) / (10.0 / math.sqrt(3.0)),
+}
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a move may reach, in m/s, m/s2, m/s2 and m/s3; jerk: inf if it is not limited."""
+
+    profile: Profile
+    speed: float
+    acceleration: float
+    deceleration: float
+    jerk: float
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Acceleration of a move that is linear within each piece.
+
+    length      (k,) s, all above 0
+    start, end  (k,) m/s2, acceleration at the start and at the end of the piece
+    """
+
+    length: Array
+    start: Array
+    end: Array
+
+    def speeds(self) -> Array:
+        """Speed [m/s] at the start of each piece, and at the end: (k + 1,)."""
+        return np.append(0.0, np.cumsum(0.5 * self.length * (self.start + self.end)))
+
+    def distances(self) -> Array:
+        """Distance [m] travelled at the start of each piece, and at the end: (k + 1,)."""
+        gains = self.length * (self.speeds()[:-1] + self.length * (2.0 * self.start + self.end) / 6.0)
+        return np.append(0.0, np.cumsum(gains))
+
+
+@lru_cache(maxsize=256)
+def fastest_move(distance: float, limits: Limits) -> Pieces:
+    """The move from rest to rest over `distance` [m] > 0 in the shortest time that its limits and its profile allow."""
+    if limits.profile == "polynomial 5":
+        return _polynomial(distance, limits)
+
+    def travel(speed: float) -> float:
+        return 0.5 * speed * (up.duration(speed) + down.duration(speed))
+
+    up, down = (Ramp(limits, most) for most in (limits.acceleration, limits.deceleration))
+    speed = limits.speed
+    cruise = distance - travel(speed)
+    if cruise < 0.0:  # the limit of the speed is not reached: bisection to the last bit
+        low, high, cruise = 0.0, speed, 0.0
+        while low < (speed := 0.5 * (low + high)) < high:
+            low, high = (speed, high) if travel(speed) < distance else (low, speed)
+    constant = np.array([cruise / speed]), np.zeros(1), np.zeros(1)
+    length, start, end = (
+        np.concatenate(parts) for parts in zip(up.pieces(speed), constant, down.pieces(-speed), strict=True)
+    )
+    kept = length > 0.0
+    return Pieces(length[kept], start[kept], end[kept])
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """The part of a move from rest to a speed, or back, under a largest acceleration `most` [m/s2]."""
+
+    limits: Limits
+    most: float
+
+    def duration(self, speed: float) -> float:
+        """Shortest time [s] to a speed [m/s]."""
+        jerk = self.limits.jerk
+        if (
+            self.limits.profile == "sine squared"
+        ):  # mean acceleration most / 2, largest jerk pi most / duration
+            return max(2.0 * speed / self.most, math.sqrt(2.0 * math.pi * speed / jerk))
+        if speed * jerk >= self.most**2:
+            return speed / self.most + self.most / jerk
+        return 2.0 * math.sqrt(speed / jerk)
+
+    def pieces(self, change: float) -> tuple[Array, Array, Array]:
+        """Lengths [s], accelerations [m/s2] at start and end of the pieces, for a change of the speed [m/s]."""
+        speed, jerk = abs(change), self.limits.jerk
+        duration, sign = self.duration(speed), math.copysign(1.0, change)
+        if self.limits.profile == "sine squared":
+            heights = 2.0 * change / duration * np.sin(np.pi * np.linspace(0.0, 1.0, LINES + 1)) ** 2
+            heights[-1] = 0.0
+            return np.full(LINES, duration / LINES), heights[:-1], heights[1:]
+        peak = min(self.most, math.sqrt(speed * jerk))
+        rise = peak / jerk
+        lengths = np.array([rise, max(speed / peak - rise, 0.0), rise])
+        return lengths, sign * peak * np.array([0.0, 1.0, 1.0]), sign * peak * np.array([1.0, 1.0, 0.0])
+
+
+def _polynomial(distance: float, limits: Limits) -> Pieces:
+    """x = d (10 s^3 - 15 s^4 + 6 s^5) over the whole move; the lines are scaled so that their distance is exact."""
+    s = np.linspace(0.0, 1.0, LINES + 1)
+    shape = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s)
+    unit = Pieces(np.full(LINES, 1.0 / LINES), shape[:-1], shape[1:])
+    scale = distance / float(unit.distances()[-1])
+    speed, acceleration, jerk = (
+        scale * float(np.abs(values).max()) for values in (unit.speeds(), shape, LINES * np.diff(shape))
+    )
+    duration = max(
+        speed / limits.speed,
+        math.sqrt(acceleration / min(limits.acceleration, limits.deceleration)),
+        (jerk / limits.jerk) ** (1.0 / 3.0),
+    )
+    heights = scale / duration**2 * shape
+    return Pieces(np.full(LINES, duration / LINES), heights[:-1], heights[1:])

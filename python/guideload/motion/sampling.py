@@ -1,0 +1,95 @@
+"""Stamps of a planned motion: at every corner of its acceleration, and a grid between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from guideload.base.arrays import Array
+from guideload.motion.motion import Motion
+from guideload.motion.profiles import Pieces
+
+CLOSE = 0.01  # of the grid's step: a grid stamp so close to a corner is left out
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """A move of a motion and the pause after it.
+
+    pieces      of the move in positive direction
+    start, end  m, positions of the cart before and after it
+    dwell       s, the pause
+    """
+
+    pieces: Pieces
+    start: float
+    end: float
+    dwell: float
+
+
+def grid_step(rate: float) -> float:
+    """Step [s] of the grid: a power of two, at most 1 / rate. Its multiples are exact, so all steps are equal."""
+    return 2.0 ** -math.ceil(math.log2(rate))
+
+
+def sampled(legs: Sequence[Leg], rate: float, source: str, notes: tuple[str, ...]) -> Motion:
+    """The motion of legs, one after the other, with at least `rate` [1/s] stamps per second.
+
+    Velocity and position at the stamps are the integrals of the acceleration, which is linear between the stamps. Each
+    leg ends with velocity 0 at its end, without rounding.
+    """
+    parts = [_states(leg) for leg in legs]
+    length, start, end, speed, place = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    corner = np.append(0.0, np.cumsum(length))
+    lasting = np.diff(corner) > 0.0  # a piece below the resolution of the stamps becomes a jump
+    length, start, end, speed, place = (values[lasting] for values in (length, start, end, speed, place))
+    corner = np.append(0.0, corner[1:][lasting])
+    before, after = np.append(0.0, end), np.append(start, 0.0)
+    speed, place = np.append(speed, 0.0), np.append(place, legs[-1].end)
+
+    index = np.repeat(np.arange(corner.size), 1 + (before != after))  # a jump has two stamps
+    late = np.append(False, index[1:] == index[:-1])
+    step = grid_step(rate)
+    grid = step * np.arange(1, math.ceil(corner[-1] / step))
+    piece = np.searchsorted(corner, grid, side="right") - 1
+    free = np.minimum(grid - corner[piece], corner[piece + 1] - grid) > CLOSE * step
+    grid, piece = grid[free], piece[free]
+    since = grid - corner[piece]
+    slope = (end - start)[piece] / length[piece]
+    bent = start[piece] + slope * since
+    gained = since * (start[piece] + slope * since / 2.0)
+    moved = since * (speed[piece] + since * (start[piece] / 2.0 + slope * since / 6.0))
+
+    time = np.concatenate([corner[index], grid])
+    order = np.argsort(time, kind="stable")
+    return Motion.along_x(
+        time[order],
+        np.concatenate([np.where(late, after[index], before[index]), bent])[order],
+        velocity=np.concatenate([speed[index], speed[piece] + gained])[order],
+        position=np.concatenate([place[index], place[piece] + moved])[order],
+        source=source,
+        notes=notes,
+        exact=True,
+    )
+
+
+def _states(leg: Leg) -> tuple[Array, Array, Array, Array, Array]:
+    """Of the pieces of a leg: length [s], acceleration at start and end [m/s2]; speed [m/s] and place [m] at start."""
+    pieces, sign = leg.pieces, math.copysign(1.0, leg.end - leg.start)
+    states = (
+        pieces.length,
+        sign * pieces.start,
+        sign * pieces.end,
+        sign * pieces.speeds()[:-1],
+        leg.start + sign * pieces.distances()[:-1],
+    )
+    if leg.dwell == 0.0:
+        return states
+    pause = (leg.dwell, 0.0, 0.0, 0.0, leg.end)
+    length, start, end, speed, place = (
+        np.append(values, last) for values, last in zip(states, pause, strict=True)
+    )
+    return length, start, end, speed, place

@@ -1,0 +1,106 @@
+"""Planned moves on the command line: wherever a trace is taken, a motion file or --move is taken."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from command_line import MACHINE, TRACE, guideload, refused
+
+from guideload import Moves, Result
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.main import main
+
+MOVE = "distance=0.8 m, speed=1.5 m/s, acceleration=4 m/s^2, jerk=200 m/s^3, dwell=0.2 s"
+
+
+@pytest.fixture
+def moves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The motion file that `init` writes, in the working directory."""
+    monkeypatch.chdir(tmp_path)
+    assert "guideload run machine.toml moves.toml" in guideload("init", "--moves").stdout
+    assert "exists and is not replaced" in refused("init", "--moves")
+    return "moves.toml"
+
+
+def loads(*arguments: str) -> Result:
+    guideload("run", MACHINE, *arguments, "-o", "out", "--no-pictures", "--overwrite")
+    return Result.load("out/loads.nc")
+
+
+def test_run_takes_a_motion_file(moves: str) -> None:
+    data, motion = loads(moves).data, Moves.from_toml(moves).motion()
+    assert np.array_equal(data["cart_acceleration"], motion.acceleration)
+    assert np.array_equal(data["cart_position"], motion.position)
+    report = Path("out/report.txt").read_text(encoding="utf-8")
+    assert "the motion is known exactly, at all frequencies" in report and "credible band" not in report
+
+
+def test_run_takes_moves_of_the_command_line(moves: str) -> None:
+    back = MOVE.replace("distance=0.8", "distance=-0.8")
+    data = loads("--move", MOVE, "--move", back).data
+    assert data["cart_position"].values.max() == 0.8
+    assert np.array_equal(data["cart_acceleration"], Moves.from_texts([MOVE, back]).motion().acceleration)
+
+
+@pytest.mark.parametrize(
+    "command", ["check", "stability", "chart --budget 1 --no-pictures", "compare --move"], ids=str
+)
+def test_other_commands_take_it(moves: str, command: str) -> None:
+    name, *options = command.split()
+    if name == "compare":
+        text = guideload(name, MACHINE, moves, TRACE, *options, MOVE).stdout
+        assert all(run in text for run in ("moves", "manipulator", "--move"))
+        return
+    assert guideload(name, MACHINE, moves, *options).stdout
+
+
+def test_life_size_and_limit_take_it(moves: str) -> None:
+    catalogue = EXAMPLES / "catalogue.toml"
+    assert "* HGH25CA" in guideload("size", MACHINE, moves, "--from", catalogue, "--life", "5000 km").stdout
+    guideload("init")
+    machine = Path("machine.toml")
+    text = machine.read_text(encoding="utf-8").replace("# catalogue =", "catalogue =")
+    text = text.replace("[[carriages]]", '[[carriages]]\nproduct = "HGH25CA"\npreload_class = "ZA"')
+    machine.write_text(text, encoding="utf-8")
+    guideload("init", "--catalogue")
+    assert "carriages last" in guideload("life", machine, moves, "--no-bands").stdout
+    text = guideload("limit", machine, moves, "--of", "acceleration", "--safety", 14.5).stdout
+    assert "m/s2 as the limit of the acceleration" in " ".join(text.split())
+
+
+def test_a_study_takes_it(moves: str) -> None:
+    text = (EXAMPLES / "study.toml").read_text(encoding="utf-8").replace("10_000", "16")
+    text = text.replace("histories = 20", "histories = 0").replace('"manipulator.csv"', f'"{moves}"')
+    text = text.replace('"manipulator.toml"', repr(MACHINE))
+    Path("study.toml").write_text(text, encoding="utf-8")
+    report = guideload("study", "study.toml", "-o", "out", "--no-pictures").stdout
+    assert "motion moves.toml: " in report and "neglects the uncertainty" not in report
+    text = text.replace("# [reading]", "[reading]\nclock = 'uniform'")
+    Path("study.toml").write_text(text, encoding="utf-8")
+    assert "reading: expected no [reading] beside planned moves" in refused(
+        "study", "study.toml", "-o", "new"
+    )
+
+
+def test_what_does_not_fit_planned_moves_is_refused(moves: str) -> None:
+    run = ("run", MACHINE, moves, "-o", "out")
+    assert "--rate is for traces" in refused(*run, "--rate", 1000)
+    assert "--no-cross-check is for traces" in refused(*run, "--no-cross-check")
+    assert "--smoothing is for traces" in refused(
+        "run", MACHINE, "-o", "out", "--move", MOVE, "--smoothing", "auto"
+    )
+    assert "no samples to judge" in refused("encoder", moves)
+    assert "got both" in refused(*run, "--move", MOVE)
+    assert "Missing argument 'TRACE'" in refused("run", MACHINE, "-o", "out")
+    assert "[[moves]] tables" in refused("run", MACHINE, MACHINE, "-o", "out")
+    assert "moves[0].distanz: expected a known key" in refused(
+        "run", MACHINE, "-o", "out", "--move", "distanz=1 m"
+    )
+    assert not Path("out").exists()
+
+
+def test_help_names_the_option() -> None:
+    for command in ("run", "life", "size", "limit", "compare", "check", "chart", "stability"):
+        assert "--move" in CliRunner().invoke(main, [command, "--help"]).stdout
+    assert "--move" not in CliRunner().invoke(main, ["encoder", "--help"]).stdout
