@@ -18,6 +18,25 @@ Segments = NDArray[np.uint32]
 # numbers; the N-th derivative is white process noise.
 SampledModel = tuple[Array, Array, Array, Array, Array, Segments, Array]
 
+# Equivalent load of a carriage: weights (2, 5, 2) of the groups A and B, of Fy, Fz, Mx, My, Mz, for positive and for
+# negative values; factor on the smaller group; preload [N], and how it raises small loads: "power" (Rexroth) or
+# "linear" (Thomson).
+Rule = tuple[Array, float, float, str]
+
+def equivalent_load_integrals(
+    time: Array, velocity: Array, acceleration: Array, loads: Array, rule: Rule, exponent: float
+) -> tuple[Array, Array]:
+    """int P^p |v| dt [N^p m] and int |v| dt [m] of the n - 1 intervals between instants; p: exponent > 0.
+
+    Exact, with rounding, for loads (n, 6) [N, N m] and an acceleration along x (n,) [m/s2] linear in time.
+    """
+
+def largest_equivalent_load(loads: Array, rule: Rule) -> tuple[int, float, list[float]]:
+    """Index of the largest equivalent load without the effect of a preload, this load [N], largest size of each column.
+
+    loads: (n, 6) N and N m. The index is the first of equal loads; 0 and -inf without loads.
+    """
+
 def motion_likelihood(given: SampledModel) -> tuple[float, float]:
     """Sum of ln F and sum of v^2/F, where v are the innovations of a Kalman filter and F their variances."""
 
@@ -301,9 +320,11 @@ class Batch:
 
     mass to damping_in_contact: as in `Scene`; the base need not be supported. inertia_about_reference: whether the
     inertia is about L and not about the centre of mass, also in samples that change mass or centre of mass. groups,
-    centers: as in `Scene.peaks`. time, acceleration, wrench: as in `Scene.solve`. speed: (n,) m/s, of L at the stamps,
-    for the mean load. exponent: p of the mean load. method: as in `Scene.solve`, or auto: exact if the laws of a
-    sample allow it, else rk45, or implicit if rk45 would be unstable.
+    centers: as in `Scene.peaks`. time, acceleration, wrench: as in `Scene.solve`. speed: (n,) m/s, of the cart along x
+    at the stamps, with its sign, for the mean load. exponent: p of the mean load. method: as in `Scene.solve`, or auto:
+    exact if the laws of a sample allow it, else rk45, or implicit if rk45 would be unstable. rules: of each group, the
+    equivalent loads of ("load", group, "mean") and of ("load", group, "max"), as in `equivalent_load_integrals`; by
+    default |Fy| + |Fz|.
 
     changes: (target, constant, [(column, factor), ...]) sets target = constant + sum(factor * value[column]); each
     target at most once. Targets: ("mass", 0, 0) kg, ("center_of_mass", axis, 0) m, ("inertia", i, j) kg m2,
@@ -314,9 +335,10 @@ class Batch:
     measures: (quantity, index, statistic) over the stamps of the motion. Quantities: Fx Fy Fz [N], Mx My Mz [N m]
     (about the centre) and resultant (hypot(Fy, Fz)) [N] of the group with this index; drive (reaction along x [N];
     nan if x is free), index 0. Statistics: min, time_of_min, max, time_of_max (first instant of equal values), rms
-    (weighted by time), start. Also ("load", group, "mean"): (int P^p |v| dt / int |v| dt)^(1/p), P = |Fy| + |Fz|, nan
-    if the speed is unknown or always 0; and ("contact", group, "lost"): 1 if at any stamp a link of the group has lost
-    contact or has a row open, else 0.
+    (weighted by time), start. Also ("load", group, "mean"): (int P^p |v| dt / int |v| dt)^(1/p) of the equivalent load
+    P, exact for loads linear in time, nan if the speed is unknown or always 0; ("load", group, "max"): its largest
+    value at the stamps, without the effect of a preload; and ("contact", group, "lost"): 1 if at any stamp a link of
+    the group has lost contact or has a row open, else 0.
 
     Raises SceneError for an impossible base, TraceError for an invalid motion, and ArgumentError for changes and
     measures that do not match the base.
@@ -347,6 +369,7 @@ class Batch:
         measures: Sequence[tuple[str, int, str]],
         method: str,
         rtol: float,
+        rules: Sequence[tuple[Rule, Rule]] | None = None,
     ) -> Batch: ...
     def run(self, values: Array, threads: int, width: str = "widest") -> tuple[Array, list[tuple[int, str]]]:
         """Measures (n, measures) of samples with values (n, columns), and (row, reason) of each failed sample.

@@ -11,7 +11,7 @@ import numpy as np
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.machine.drive import Drive
-from guideload.machine.machine import Machine
+from guideload.machine.machine import DOFS, Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import friction_force, require_held_x
 from guideload.simulation.result import Result
@@ -109,19 +109,20 @@ def drive_requirements(result: Result) -> DriveRequirements:
 
     Raises ArgumentError if x is free, if there is friction but no velocity, and if the result reports no instant.
     """
-    machine, data = result.machine, result.quantities
+    machine = result.machine
     require_held_x(machine)
-    if not data["time"].size:
+    time, reactions = result.history("time"), result.history("reaction")
+    if time is None or reactions is None or not time.size:
         raise ArgumentError("times: the result reports no instant, so the drive has no peak force")
-    velocity = data["cart_velocity"] if "cart_velocity" in data else None
-    reaction = data.by_label("reaction")["x"]
+    velocity, reaction = result.history("cart_velocity"), reactions[:, DOFS.index("x")]
     friction = friction_force(machine, result.carriage_loads, velocity)
     motor = None
     if machine.drive is not None and not machine.drive.linear_motor and velocity is not None:
-        acceleration = data["cart_acceleration"][:, 0]
-        motor = _motor(machine.drive, data["time"], velocity[:, 0], acceleration, reaction + friction)
+        acceleration = result.history("cart_acceleration")
+        assert acceleration is not None
+        motor = _motor(machine.drive, time, velocity[:, 0], acceleration[:, 0], reaction + friction)
     along_x = None if velocity is None else velocity[:, 0]
-    return DriveRequirements(data["time"], along_x, reaction, friction, motor, machine)
+    return DriveRequirements(time, along_x, reaction, friction, motor, machine)
 
 
 def _motor(drive: Drive, time: Array, velocity: Array, acceleration: Array, force: Array) -> Motor:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -19,7 +20,6 @@ from guideload.life.rating_life import rating_life
 from guideload.life.record import Record
 from guideload.life.row_loads import row_loads
 from guideload.life.static_safety import StaticSafety, static_safety
-from guideload.machine.components import Carriage
 from guideload.machine.laws import EXPONENT
 from guideload.motion.uncertainty import COVER
 
@@ -28,23 +28,19 @@ SMALL_MOMENT = 1e-6  # N m per N of load: a smaller moment without rating is rou
 
 @dataclass(frozen=True, eq=False)
 class CarriageLife:
-    """Life and static safety of one carriage.
+    """Life and static safety of one carriage; damage, factors, rows and causes are computed when first used.
 
     name, rail, product       names of the carriage, its rail and its product
     rating                    dynamic rating of the product
     contact_factor            f_C
-    rule                      the rule of the equivalent load
+    rule, static_rule         rules of the equivalent load, for the life and for the static safety
     index                     of the carriage in the machine
-    damage                    (n - 1,) share of the life that each interval of the record costs
+    power                     (n - 1,) N^p m, integral of P^p over the path in each interval of the record
     distance                  m, travel in the record
     mean_load                 N, over distance
     life                      m
     static                    static safety
-    factor_life, factor_safety  f_W: the load factors with which the catalogue's formula, under the loads of
-                              statics with m a, gives the life and the safety of the simulated loads
-    worst                     causes of the worst instant
-    rows                      N, largest load of the loaded row and smallest of the other one along y, of a carriage
-                              with preloaded rows; None for others
+    record                    the loads
     """
 
     name: str
@@ -53,16 +49,57 @@ class CarriageLife:
     rating: Rating
     contact_factor: float
     rule: EquivalentLoad
+    static_rule: EquivalentLoad
     index: int
-    damage: Array
+    power: Array
     distance: float
     mean_load: float
     life: float
     static: StaticSafety
-    factor_life: float
-    factor_safety: float
-    worst: WorstInstant
-    rows: tuple[float, float] | None
+    record: Record
+
+    @cached_property
+    def damage(self) -> Array:
+        """Share of the life that each interval of the record costs (n - 1,)."""
+        total = float(self.power.sum())
+        return self.power * (self.distance / self.life / total if total else 0.0)
+
+    @cached_property
+    def factor_life(self) -> float:
+        """f_W that, put into the catalogue's formula with statics with m a, gives the life of the simulated loads."""
+        quasi_static = self.record.quasi_static[:, self.index]
+        exponent = self.rating.exponent
+        mean = mean_load(*integrals(self.record.travel, quasi_static, self.rule, exponent), exponent)
+        return self.mean_load / mean if mean else float("nan")
+
+    @cached_property
+    def factor_safety(self) -> float:
+        """f_W that, put into the catalogue's formula with statics with m a, gives the safety of the simulated loads."""
+        peak = float(self.static_rule.without_preload(self.record.quasi_static[:, self.index]).max())
+        return self.static.peak / peak if peak else float("nan")
+
+    @cached_property
+    def rows(self) -> tuple[float, float] | None:
+        """Largest load of the loaded row and smallest of the other one along y [N], if the law has two rows."""
+        carriage = self.record.result.machine.carriages[self.index]
+        if carriage.preload_y is None or carriage.rolling is None:
+            return None
+        loads = self.record.result.carriage_loads[:, self.index, 1]
+        loaded, other = row_loads(loads, carriage.preload_y, EXPONENT[carriage.rolling])
+        return float(loaded.max()), float(other.min())
+
+    @cached_property
+    def worst(self) -> WorstInstant:
+        """Causes of the worst instant."""
+        at, record = self.static.instant, self.record
+        loads = record.result.carriage_loads[at, self.index]
+        shares = self.static_rule.shares(loads, record.parts.at(at, self.index))
+        noise, data = float("nan"), record.result.quantities
+        if "resultant_sd" in data:
+            noise = COVER * float(data["resultant_sd"][at, self.index])
+        when = PHASES[record.phase[min(at, record.phase.size - 1)]]
+        time = float(record.travel.time[at])
+        return WorstInstant(time, self.static.peak, shares_by_cause(shares), noise, when)
 
 
 def carriage_life(record: Record, index: int, place: Arrangement, conditions: LifeConditions) -> CarriageLife:
@@ -70,7 +107,7 @@ def carriage_life(record: Record, index: int, place: Arrangement, conditions: Li
 
     Raises LifeError if the product lacks a rated moment that the rule counts.
     """
-    machine, travel, loads = record.result.machine, record.travel, record.result.carriage_loads[:, index]
+    machine, loads = record.result.machine, np.ascontiguousarray(record.result.carriage_loads[:, index])
     carriage, product = machine.carriages[index], machine.product_of_carriage[index]
     assert product is not None and product.dynamic is not None
     preload = product.class_named(carriage.preload_class)
@@ -80,15 +117,8 @@ def carriage_life(record: Record, index: int, place: Arrangement, conditions: Li
     for name in dict.fromkeys((*rule.missing, *of_statics.missing)):
         _require_small(loads, name, carriage.name, product, conditions)
     rating, exponent = product.dynamic, product.dynamic.exponent
-    power, path = integrals(travel, loads, rule, exponent)
+    power, path = integrals(record.travel, loads, rule, exponent)
     mean = mean_load(power, path, exponent)
-    life = rating_life(rating, mean, conditions, contact)
-    quasi_static = record.parts.quasi_static[:, index]
-    static = static_safety(loads, product, of_statics, contact)
-    catalogue_mean = mean_load(*integrals(travel, quasi_static, rule, exponent), exponent)
-    catalogue_peak = float(of_statics.without_preload(quasi_static).max())
-    distance, total = float(path.sum()), float(power.sum())
-    share = distance / life / total if total else 0.0
     return CarriageLife(
         name=carriage.name,
         rail=carriage.rail,
@@ -96,35 +126,15 @@ def carriage_life(record: Record, index: int, place: Arrangement, conditions: Li
         rating=rating,
         contact_factor=contact,
         rule=rule,
+        static_rule=of_statics,
         index=index,
-        damage=power * share,
-        distance=distance,
+        power=power,
+        distance=float(path.sum()),
         mean_load=mean,
-        life=life,
-        static=static,
-        factor_life=mean / catalogue_mean if catalogue_mean else float("nan"),
-        factor_safety=static.peak / catalogue_peak if catalogue_peak else float("nan"),
-        worst=_worst(record, of_statics, static, index),
-        rows=_rows(carriage, loads),
+        life=rating_life(rating, mean, conditions, contact),
+        static=static_safety(loads, product, of_statics, contact),
+        record=record,
     )
-
-
-def _rows(carriage: Carriage, loads: Array) -> tuple[float, float] | None:
-    """Largest load of the loaded row and smallest load of the other one along y [N], if the law has two rows."""
-    if carriage.preload_y is None or carriage.rolling is None:
-        return None
-    loaded, other = row_loads(loads[:, 1], carriage.preload_y, EXPONENT[carriage.rolling])
-    return float(loaded.max()), float(other.min())
-
-
-def _worst(record: Record, rule: EquivalentLoad, static: StaticSafety, index: int) -> WorstInstant:
-    at, data = static.instant, record.result.quantities
-    shares = rule.shares(record.result.carriage_loads[at, index], record.parts.at(at, index))
-    noise = float("nan")
-    if "resultant_sd" in data:
-        noise = COVER * float(data["resultant_sd"][at, index])
-    when = PHASES[record.phase[min(at, record.phase.size - 1)]]
-    return WorstInstant(float(data["time"][at]), static.peak, shares_by_cause(shares), noise, when)
 
 
 def _require_small(

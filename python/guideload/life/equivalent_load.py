@@ -126,6 +126,11 @@ class EquivalentLoad:
         """Load [N] below which the preload acts."""
         return self.preload * (OPENING_THOMSON if self.thomson else OPENING)
 
+    @property
+    def of_core(self) -> tuple[Array, float, float, str]:
+        """The rule as an argument of `_core`."""
+        return self.weights, self.minor, self.preload, "linear" if self.thomson else "power"
+
     def groups(self, loads: Array) -> tuple[Array, Array]:
         """A and B [N] of loads (..., 6): force [N] and moment [N m]."""
         parts = np.concatenate([np.maximum(loads[..., 1:], 0.0), np.maximum(-loads[..., 1:], 0.0)], axis=-1)

@@ -36,11 +36,11 @@ class Life:
     machine          m, life of all carriages together
     distance         m, travel in the record
     duration         s, of one repetition: of the record, or as `cycles_per_hour` says
-    phases           share of the damage by phase of the cycle
-    places           damage along each rail; none if the position of the cart is unknown
     conditions       how it is judged
-    notes            limits of the formulas that are passed, and what was left out
+    left_out         names of the carriages without ratings
     record           the result, and the loads in parts
+
+    Phases, places, notes and the band are computed when first used.
     """
 
     carriages: tuple[CarriageLife, ...]
@@ -48,11 +48,40 @@ class Life:
     machine: float
     distance: float
     duration: float
-    phases: dict[str, float]
-    places: tuple[RailDamage, ...]
     conditions: LifeConditions
-    notes: tuple[str, ...]
+    left_out: tuple[str, ...]
     record: Record
+
+    @cached_property
+    def phases(self) -> dict[str, float]:
+        """Share of the damage by phase of the cycle."""
+        return phase_shares(self.record.phase, np.stack([one.damage for one in self.carriages]))
+
+    @cached_property
+    def places(self) -> tuple[RailDamage, ...]:
+        """Damage along each rail; none if the position of the cart is unknown."""
+        position = self.record.result.history("cart_position")
+        if position is None:
+            return ()
+        centers = self.record.result.machine.carriage_centers[:, 0]
+        by_rail: dict[str, list[CarriageLife]] = {}
+        for one in self.carriages:
+            by_rail.setdefault(one.rail, []).append(one)
+        return tuple(
+            rail_damage(
+                rail,
+                np.stack([position[:, 0] + centers[one.index] for one in group]),
+                np.stack([one.damage for one in group]),
+            )
+            for rail, group in by_rail.items()
+        )
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """Limits of the formulas that are passed, and what was left out."""
+        names = self.left_out
+        left_out = (f"without ratings, and left out: carriage {joined(names)}",) if names else ()
+        return (*left_out, *limit_notes(self.record, self.carriages, self.conditions))
 
     @property
     def shortest(self) -> CarriageLife:
@@ -132,40 +161,19 @@ def life_of(result: Result, conditions: LifeConditions | None = None) -> Life:
         )
     record = Record.of(result)
     carriages = tuple(carriage_life(record, i, places[i], conditions) for i in rated)
-    damage = np.stack([one.damage for one in carriages])
-    by_rail: dict[str, list[CarriageLife]] = {}
+    by_rail: dict[str, list[float]] = {}
     for one in carriages:
-        by_rail.setdefault(one.rail, []).append(one)
+        by_rail.setdefault(one.rail, []).append(one.life)
     duration = float(np.ptp(record.travel.time))
     if conditions.cycles_per_hour is not None:
         duration = SECONDS_PER_HOUR / conditions.cycles_per_hour
-    left_out = [machine.carriages[i].name for i in range(len(products)) if i not in rated]
-    notes = [f"without ratings, and left out: carriage {joined(left_out)}"] if left_out else []
     return Life(
         carriages=carriages,
-        rails={rail: system_life([one.life for one in group]) for rail, group in by_rail.items()},
+        rails={rail: system_life(lives) for rail, lives in by_rail.items()},
         machine=system_life([one.life for one in carriages]),
         distance=carriages[0].distance,
         duration=duration,
-        phases=phase_shares(record.phase, damage),
-        places=tuple(_places(result, by_rail)),
         conditions=conditions,
-        notes=(*notes, *limit_notes(record, carriages, conditions)),
+        left_out=tuple(machine.carriages[i].name for i in range(len(products)) if i not in rated),
         record=record,
     )
-
-
-def _places(result: Result, by_rail: dict[str, list[CarriageLife]]) -> list[RailDamage]:
-    data = result.quantities
-    if "cart_position" not in data:
-        return []
-    cart = data["cart_position"][:, 0]
-    centers = result.machine.carriage_centers[:, 0]
-    return [
-        rail_damage(
-            rail,
-            np.stack([cart + centers[one.index] for one in group]),
-            np.stack([one.damage for one in group]),
-        )
-        for rail, group in by_rail.items()
-    ]

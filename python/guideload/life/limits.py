@@ -42,11 +42,11 @@ def limit_notes(
 
 
 def _strokes(result: Result, carriages: Sequence[CarriageLife]) -> Iterator[str]:
-    data = result.quantities
-    if "cart_position" not in data:
+    position = result.history("cart_position")
+    if position is None:
         yield "the position of the cart is unknown: neither short strokes nor the damage by place are known"
         return
-    stroke = float(np.ptp(data["cart_position"][:, 0]))
+    stroke = float(np.ptp(position[:, 0]))
     short = [one.name for one in carriages if stroke < SHORT_STROKE * (one.product.carriage_length or 0.0)]
     if short:
         yield (

@@ -1,8 +1,9 @@
-"""A record: the result of a run, and what life needs of it, computed once for all carriages."""
+"""A record: the result of a run, and what life needs of it, computed when first used."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
 
 from guideload.base.arrays import Array
 from guideload.base.errors import LifeError
@@ -12,30 +13,45 @@ from guideload.life.mean_load import Travel
 from guideload.simulation.result import Result
 
 
-class Record(NamedTuple):
-    """The result of a run, the travel of the cart, the loads in parts, and the phase of the cycle in each interval."""
+@dataclass(frozen=True, eq=False)
+class Record:
+    """The result of a run, and the travel of the cart."""
 
     result: Result
     travel: Travel
-    parts: LoadParts
-    phase: Array
 
     @classmethod
     def of(cls, result: Result) -> Record:
         """Raises LifeError if the velocity of the cart is unknown or always zero."""
-        travel = travel_of(result)
-        return cls(result, travel, load_parts(result), phases(travel))
+        return cls(result, travel_of(result))
+
+    @cached_property
+    def parts(self) -> LoadParts:
+        """The loads of the carriages in parts."""
+        return load_parts(self.result)
+
+    @cached_property
+    def quasi_static(self) -> Array:
+        """Loads (time, carriage, 6) of statics with m a."""
+        return self.parts.quasi_static
+
+    @cached_property
+    def phase(self) -> Array:
+        """The phase of the cycle in each interval (n - 1,), as index into `PHASES`."""
+        return phases(self.travel)
 
 
 def travel_of(result: Result) -> Travel:
     """The travel of the cart along x. Raises LifeError if its velocity is unknown or always zero."""
-    data = result.quantities
-    if "cart_velocity" not in data:
+    time, velocity, acceleration = (
+        result.history(name) for name in ("time", "cart_velocity", "cart_acceleration")
+    )
+    if time is None or velocity is None or acceleration is None:
         raise LifeError(
             "the velocity of the cart is unknown, and the mean load is a mean over distance: give the motion a "
             "velocity (Motion.along_x(..., velocity=...)), and report all its samples (no times=)"
         )
-    travel = Travel(data["time"], data["cart_velocity"][:, 0], data["cart_acceleration"][:, 0])
+    travel = Travel(time, velocity[:, 0].copy(), acceleration[:, 0].copy())
     if not travel.velocity.any():
         raise LifeError("the cart does not move along x, so there is no mean load over distance")
     return travel

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from guideload._core import largest_equivalent_load
 from guideload.base.arrays import Array
 from guideload.catalogue.product import Product
 from guideload.life.equivalent_load import AXES, EquivalentLoad
@@ -38,15 +39,12 @@ def static_safety(
     """
     assert product.static is not None
     rating = contact_factor * product.static
-    history = rule.without_preload(loads)
-    instant = int(history.argmax())
-    peak = float(history[instant])
-    largest = np.abs(loads).max(axis=0)
+    instant, peak, largest = largest_equivalent_load(np.ascontiguousarray(loads), rule.of_core)
     rated = {name: (rating, largest[i]) for i, name in enumerate(FORCES, start=1)}
     for i, axis in enumerate(AXES, start=3):
         if (moment := getattr(product.static_moments, axis)) is not None:
             rated[axis] = (contact_factor * moment, largest[i])
-    alone = {name: _over(limit, float(load)) for name, (limit, load) in rated.items()}
+    alone = {name: _over(limit, load) for name, (limit, load) in rated.items()}
     return StaticSafety(_over(rating, peak), peak, instant, alone)
 
 

@@ -90,6 +90,15 @@ class Result:
         """(time, carriage, 6) force [N] and moment about the carriage centre [N m]."""
         return np.concatenate([self._estimate["force"], self._estimate["moment"]], axis=2)
 
+    def history(self, name: str) -> Array | None:
+        """A history of the cart or its drive, without computing the other quantities; None if it is unknown.
+
+        Names: time, cart_position, cart_velocity, cart_acceleration, reaction, as in `quantities`.
+        """
+        if "_run" in self.__dict__:
+            return self._run.history(name)
+        return self._estimate[name] if name in self._estimate else None
+
     def drawn_loads(self, count: int) -> Iterator[Array]:
         """Loads (time, carriage, 6) [N, N m] under `count` motions drawn from the uncertainty of the trace.
 

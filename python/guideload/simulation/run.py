@@ -56,6 +56,18 @@ class Run:
         )
         return solution.link_loads("total")
 
+    def history(self, name: str) -> Array | None:
+        """A history of the cart or its drive, by its name among the quantities; None if it is unknown."""
+        if name == "reaction":
+            return self.solution.reaction()
+        if name == "cart_acceleration":
+            return self.solution.inputs()[:, :3]
+        if name == "time":
+            return self.time
+        # Measured histories are not interpolated to other instants.
+        known = {"cart_velocity": self.motion.velocity, "cart_position": self.motion.position}
+        return known[name] if self.times is None else None
+
     def carriage_loads(self, part: str = "total", solution: Solution | None = None) -> Array:
         """Loads (time, carriage, 6): force [N] and moment about the carriage centre [N m].
 

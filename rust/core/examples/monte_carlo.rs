@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for (point, direction) in carriage_ends(center, 0.12) {
             links.push(Link::with_law(point, direction, law, LINK[1])?);
         }
-        groups.push(Group { links: (first..links.len()).collect(), center });
+        groups.push(Group::new((first..links.len()).collect(), center));
     }
     let base = Base {
         mass: 1250.0,

@@ -47,6 +47,7 @@
 //! - `equations`: the equations of motion (linear, piecewise linear, smooth) and the exact solution over a step.
 //! - `contacts`: the instants at which a link leaves a segment of its law.
 //! - `output`: loads and motions from states; what a run records.
+//! - `life`: the equivalent load of a carriage, and integrals of its power over the travel.
 //! - `integrate`: the loop over the samples, step-size control, and the methods. **A new integrator goes into `integrate`.**
 //! - `smoother`, `bands`, `batch`: with `std` only. A new statistic of Monte Carlo samples goes into `batch/measure` and
 //!   `batch/requirements`.
@@ -61,6 +62,7 @@ mod equations;
 mod error;
 mod excitation;
 mod integrate;
+mod life;
 mod model;
 mod numeric;
 mod output;
@@ -93,6 +95,9 @@ pub use output::{
 
 #[cfg(feature = "std")]
 pub use output::Watched;
+
+// Judge: the equivalent load of a carriage over its travel.
+pub use life::{EquivalentLoad, Integrals, Interval, Preload};
 
 // Errors.
 #[cfg(feature = "std")]

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The layers, lowest first.
-const LAYERS: [&str; 12] = [
+const LAYERS: [&str; 13] = [
     "error",
     "numeric",
     "model",
@@ -13,6 +13,7 @@ const LAYERS: [&str; 12] = [
     "equations",
     "contacts",
     "output",
+    "life",
     "integrate",
     "smoother",
     "bands",

@@ -10,6 +10,7 @@ use pyo3::prelude::*;
 use crate::convert::{self, Array2, CoreError, List, Samples, matrix3, numbers, rows, zeros};
 use crate::interrupt::compute;
 use crate::law::PyLaw;
+use crate::life::{Rule, equivalent_load};
 use crate::links::{group_links, links};
 
 /// A batch, with the data that it borrows.
@@ -48,7 +49,7 @@ type ChangeArguments = ((String, usize, Place), f64, List<(usize, f64)>);
 #[pymethods]
 impl PyBatch {
     #[new]
-    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol))]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol, rules=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         py: Python<'_>,
@@ -74,12 +75,21 @@ impl PyBatch {
         measures: List<(String, usize, String)>,
         method: &str,
         rtol: f64,
+        rules: Option<List<(Rule<'_>, Rule<'_>)>>,
     ) -> PyResult<Self> {
         let links = links(&points, &directions, &laws.0, &damping, &damping_in_contact)?;
-        let groups = group_links(links.len(), &groups.0, &rows::<3>(&centers, "centers")?)?
+        let mut groups: Vec<Group> = group_links(links.len(), &groups.0, &rows::<3>(&centers, "centers")?)?
             .into_iter()
-            .map(|(links, center)| Group { links, center: center.into() })
+            .map(|(links, center)| Group::new(links, center.into()))
             .collect();
+        let rules = rules.map_or_else(Vec::new, |rules| rules.0);
+        if ![0, groups.len()].contains(&rules.len()) {
+            let (expected, got) = (groups.len(), rules.len());
+            return Err(PyValueError::new_err(format!("rules: expected {expected}, got {got}")));
+        }
+        for (group, (mean, peak)) in groups.iter_mut().zip(&rules) {
+            (group.mean_rule, group.peak_rule) = (equivalent_load(mean)?, equivalent_load(peak)?);
+        }
         let batch = Self {
             mass,
             center_of_mass,

@@ -7,6 +7,7 @@ mod chain;
 mod convert;
 mod interrupt;
 mod law;
+mod life;
 mod links;
 #[cfg(all(target_os = "linux", target_env = "gnu", target_arch = "x86_64"))]
 mod old_glibc;
@@ -26,6 +27,8 @@ mod _core {
     use super::interrupt::PyCancellation;
     #[pymodule_export]
     use super::law::PyLaw;
+    #[pymodule_export]
+    use super::life::{equivalent_load_integrals, largest_equivalent_load};
     #[pymodule_export]
     use super::scene::{PyScene, carriage_links};
     #[pymodule_export]

@@ -111,7 +111,7 @@ class Plan:
             time=motion.time,
             acceleration=factor * motion.acceleration,
             wrench=None if motion.wrench is None else factor * motion.wrench,
-            speed=None if motion.velocity is None else np.sqrt((motion.velocity**2).sum(axis=1)),
+            speed=None if motion.velocity is None else np.ascontiguousarray(motion.velocity[:, 0]),
             exponent=metadata.exponent,
             method=method or metadata.method,
             rtol=rtol or metadata.rtol,

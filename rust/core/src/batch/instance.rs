@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::change::{Change, Target};
 use super::error::{BatchError, SampleError};
+use crate::life::EquivalentLoad;
 use crate::model::Body;
 use crate::model::Free;
 use crate::model::Link;
@@ -50,6 +51,18 @@ pub struct Group {
     pub links: Vec<usize>,
     /// Reference point of the moments, m from L.
     pub center: Vector3<f64>,
+    /// Rule of the equivalent load whose mean is measured.
+    pub mean_rule: EquivalentLoad,
+    /// Rule of the equivalent load whose largest value is measured, for the static safety; its preload has no effect.
+    pub peak_rule: EquivalentLoad,
+}
+
+impl Group {
+    /// Links whose equivalent loads are `|Fy| + |Fz|`.
+    pub fn new(links: Vec<usize>, center: Vector3<f64>) -> Self {
+        let [mean_rule, peak_rule] = [EquivalentLoad::SUM_OF_FORCES; 2];
+        Self { links, center, mean_rule, peak_rule }
+    }
 }
 
 /// The base scene with the values of one sample.

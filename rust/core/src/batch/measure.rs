@@ -76,18 +76,21 @@ pub enum Measure {
     Load(usize, Quantity, Statistic),
     /// Statistic of the drive force, the reaction of a held x, N; NaN where x is free.
     Drive(Statistic),
-    /// Distance-weighted mean load of a group, `(∫ P^p |v| dt / ∫ |v| dt)^(1/p)` with `P = |Fy| + |Fz|`, by [`travel_weights`], N. NaN
-    /// if the speed of the motion is not known or always zero.
+    /// Mean load of a group over the distance, `(∫ P^p |v| dt / ∫ |v| dt)^(1/p)`, with P by the group's rule: an exact integral, with loads
+    /// linear in time between the samples. N; NaN if the speed of the motion is not known or always zero.
     MeanLoad(usize),
+    /// Largest equivalent load of a group at the samples, by the group's rule for static safety, N.
+    PeakLoad(usize),
     /// 1 if at some sample of the motion a link of the group has neither force nor stiffness or, if preloaded, an open row; otherwise 0.
     ContactLost(usize),
 }
 
 impl Measure {
-    /// A measure by names: a [`Quantity`] or `drive` with a [`Statistic`], `load` with `mean`, `contact` with `lost`.
+    /// A measure by names: a [`Quantity`] or `drive` with a [`Statistic`], `load` with `mean` or `max`, `contact` with `lost`.
     pub fn from_names(quantity: &str, group: usize, statistic: &str) -> Option<Self> {
         match (quantity, statistic) {
             ("load", "mean") => Some(Self::MeanLoad(group)),
+            ("load", "max") => Some(Self::PeakLoad(group)),
             ("contact", "lost") => Some(Self::ContactLost(group)),
             ("drive", _) => Some(Self::Drive(Statistic::from_name(statistic)?)),
             _ => Some(Self::Load(group, Quantity::from_name(quantity)?, Statistic::from_name(statistic)?)),
@@ -97,7 +100,10 @@ impl Measure {
     /// Index of its group, if it has one.
     pub fn group(self) -> Option<usize> {
         match self {
-            Self::Load(group, ..) | Self::MeanLoad(group) | Self::ContactLost(group) => Some(group),
+            Self::Load(group, ..)
+            | Self::MeanLoad(group)
+            | Self::PeakLoad(group)
+            | Self::ContactLost(group) => Some(group),
             Self::Drive(_) => None,
         }
     }
@@ -117,20 +123,4 @@ pub fn time_weights(excitation: &Excitation) -> Vec<f64> {
         weights[k + 1] += half;
     }
     weights
-}
-
-/// Weight of each sample in means over distance at `speed` m/s, by the trapezoidal rule over time; none for a motion that never moves.
-pub fn travel_weights(excitation: &Excitation, speed: &[f64]) -> Option<Vec<f64>> {
-    let mut weights = time_weights(excitation);
-    for (weight, speed) in weights.iter_mut().zip(speed) {
-        *weight *= speed.abs();
-    }
-    let distance: f64 = weights.iter().sum();
-    if distance == 0.0 {
-        return None;
-    }
-    for weight in &mut weights {
-        *weight /= distance;
-    }
-    Some(weights)
 }

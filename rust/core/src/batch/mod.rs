@@ -5,28 +5,31 @@
 //! `measure`. The result of a sample depends on its own values only, to the last bit.
 
 mod change;
+mod equivalent;
 mod error;
 mod instance;
 mod lanes;
 mod load_rows;
 mod measure;
+mod power_integral;
 mod reduce;
 mod requirements;
 mod single;
 mod solver;
 mod time_statistics;
+mod travel;
 
 pub use change::{Change, Target};
 pub use error::{BatchError, SampleError};
 pub use instance::{Base, Group, Instance, Plan};
 pub use lanes::Width;
-pub use measure::{Measure, Quantity, Statistic, time_weights, travel_weights};
+pub use measure::{Measure, Quantity, Statistic, time_weights};
 pub use solver::Solver;
+pub use travel::Motion;
 
 use std::sync::Mutex;
 
 use crate::error::{RunError, Stopped};
-use crate::excitation::Excitation;
 use crate::integrate::Control;
 use crate::model::Dof;
 use crate::numeric::watch::{Watch, check_memory, on_threads, room};
@@ -35,17 +38,6 @@ use reduce::Memory;
 use requirements::Requirements;
 use single::RunSettings;
 use time_statistics::RunningStatistics;
-
-/// The motion that all samples follow.
-#[derive(Debug, Clone, Copy)]
-pub struct Motion<'a> {
-    /// Excitation of all samples.
-    pub excitation: Excitation<'a>,
-    /// Speed of travel at its samples, m/s, for mean loads.
-    pub speed: Option<&'a [f64]>,
-    /// Exponent p of the mean load: 3 for balls, 10/3 for rollers.
-    pub exponent: f64,
-}
 
 /// Number of samples that a thread runs at a time.
 pub const SAMPLES: usize = 64;
@@ -70,6 +62,8 @@ pub struct Batch<'a> {
 /// Memory of a batch for each sample of its motion: times, intervals, kinds and weights, and for each component value, change and range.
 const BYTES_PER_SAMPLE: usize = 48;
 const BYTES_PER_COMPONENT: usize = 17;
+/// Memory of the travel for each sample: an interval and up to nine weights.
+const BYTES_OF_TRAVEL: usize = 112;
 
 impl<'a> Batch<'a> {
     /// A batch of `changes` of a `base` under a `motion`. `rtol`: error of the link loads relative to [`crate::load_scale`], for methods
@@ -109,14 +103,14 @@ impl<'a> Batch<'a> {
         }
         Control::Adaptive { rtol }.check(solver != Solver::Exact)?;
         let components = excitation.peak().iter().filter(|peak| **peak > 0.0).count();
-        let bytes = BYTES_PER_SAMPLE + BYTES_PER_COMPONENT * components;
+        let travel = if motion.speed.is_some() { BYTES_OF_TRAVEL } else { 0 };
+        let bytes = BYTES_PER_SAMPLE + BYTES_PER_COMPONENT * components + travel;
         check_memory(bytes.saturating_mul(excitation.count()))?;
         let drive_is_held = !base.free.contains(Dof::X);
         let mut intervals: Vec<f64> = (1..excitation.count()).map(|k| excitation.interval(k - 1)).collect();
         intervals.retain(|length| *length > 0.0);
         intervals.sort_unstable_by(f64::total_cmp);
-        let requirements =
-            Requirements::new(measures, drive_is_held, excitation, motion.speed, motion.exponent);
+        let requirements = Requirements::new(measures, drive_is_held, base.groups, &motion);
         Ok(Self {
             lanes: Lanes::new(&base, excitation, &requirements, Width::Widest),
             plan: Plan::new(&base, changes)?,

@@ -1,6 +1,7 @@
 //! Measures from the states of a run, block by block: no history is stored, and only the loads that the measures need are computed.
 
 use super::load_rows::{BLOCK, LoadRows, StateBlock};
+use super::power_integral::{Ends, equivalent_loads, power_integral};
 use super::requirements::{Requirements, Signal};
 use super::time_statistics::RunningStatistics;
 use crate::error::RunError;
@@ -16,12 +17,20 @@ pub(super) struct Memory {
     pub rows: LoadRows,
     block: StateBlock,
     statistics: Vec<RunningStatistics>,
+    /// The last instant before the block, of each equivalent load.
+    ends: Vec<Ends>,
     lost: Vec<bool>,
 }
 
 impl Memory {
     pub(super) fn new() -> Self {
-        Self { rows: LoadRows::new(), block: StateBlock::new(), statistics: Vec::new(), lost: Vec::new() }
+        Self {
+            rows: LoadRows::new(),
+            block: StateBlock::new(),
+            statistics: Vec::new(),
+            ends: Vec::new(),
+            lost: Vec::new(),
+        }
     }
 }
 
@@ -45,6 +54,8 @@ impl<'a> Reduce<'a> {
     ) -> Self {
         memory.statistics.clear();
         memory.statistics.resize(requirements.signals.len(), RunningStatistics::NONE);
+        memory.ends.clear();
+        memory.ends.resize(requirements.equivalents.len(), Ends::default());
         memory.lost.clear();
         memory.lost.resize(requirements.contacts.len(), false);
         Self { requirements, excitation, memory, before: 0, filled: 0 }
@@ -94,7 +105,7 @@ impl Kernel for FlushKernel<'_, '_> {
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
         let Reduce { requirements, excitation, memory, before, filled } = self.0;
-        let Memory { rows, block, statistics, lost } = &mut **memory;
+        let Memory { rows, block, statistics, ends, lost } = &mut **memory;
         let (before, filled) = (*before, *filled);
         // The last instant is repeated past the end; these copies do not count.
         block.pad(filled);
@@ -112,20 +123,25 @@ impl Kernel for FlushKernel<'_, '_> {
                         values[i] = sqrt(fma(y[i], y[i], z[i] * z[i]));
                     }
                 }
-                Signal::SumOfSizes(y, z) => {
-                    let (y, z) = (&rows.values[y], &rows.values[z]);
-                    for i in 0..BLOCK {
-                        values[i] = y[i].abs() + z[i].abs();
+                Signal::Equivalent(index) => {
+                    values = equivalent_loads(&requirements.equivalents[index], &rows.values);
+                }
+                Signal::Power(index) => {
+                    if let Some(travel) = &requirements.travel {
+                        let equivalent = &requirements.equivalents[index];
+                        statistics.add(power_integral(
+                            equivalent,
+                            travel,
+                            &rows.values,
+                            before,
+                            &mut ends[index],
+                        ));
                     }
+                    continue;
                 }
             }
             if before == 0 {
                 statistics.start = values[0];
-            }
-            if let Signal::SumOfSizes(..) = wanted.signal {
-                requirements.power.raise(&mut values);
-                statistics.sum += weighted(&values, &requirements.travel[before..before + filled]);
-                continue;
             }
             if wanted.extremes {
                 let (smallest, largest) = extremes(&values);

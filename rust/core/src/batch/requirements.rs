@@ -1,11 +1,14 @@
 //! Requirements of the measures of a batch: loads, signals computed from them, and the statistics of each signal.
 
-use super::measure::{Measure, Quantity, Statistic, time_weights, travel_weights};
+use super::equivalent::EquivalentRows;
+use super::instance::Group;
+use super::measure::{Measure, Quantity, Statistic, time_weights};
 use super::time_statistics::RunningStatistics;
+use super::travel::{Motion, Travel};
 use crate::error::RunError;
 use crate::excitation::Excitation;
-use crate::numeric::float::sqrt;
-use crate::numeric::power::Power;
+use crate::life::{COMPONENTS, EquivalentLoad};
+use crate::numeric::float::{pow, sqrt};
 
 /// A signal: a history from which statistics are computed, by the indices of its load rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,8 +16,10 @@ pub(super) enum Signal {
     Row(usize),
     /// `√(y² + z²)` of two rows.
     Resultant(usize, usize),
-    /// `|y| + |z|` of two rows, to be raised to the exponent of the mean load.
-    SumOfSizes(usize, usize),
+    /// Equivalent load by the index of its rows.
+    Equivalent(usize),
+    /// The same, whose power is integrated over the distance.
+    Power(usize),
 }
 
 /// One load: a component of a group's load, or the drive force.
@@ -41,10 +46,12 @@ pub(super) struct Requirements {
     pub contacts: Vec<usize>,
     pub signals: Vec<SignalRequest>,
     sources: Vec<Source>,
-    /// Weights of the samples in time and in distance; empty for a motion without speed, or that never moves.
+    /// Equivalent loads of groups.
+    pub equivalents: Vec<EquivalentRows>,
+    /// Weights of the samples in time.
     pub time: Vec<f64>,
-    pub travel: Vec<f64>,
-    pub power: Power,
+    /// None for a motion without speed, or that never moves.
+    pub travel: Option<Travel>,
 }
 
 /// A signal and the statistics that it is needed for.
@@ -58,22 +65,17 @@ pub(super) struct SignalRequest {
 }
 
 impl Requirements {
-    pub(super) fn new(
-        measures: &[Measure],
-        drive_is_held: bool,
-        excitation: &Excitation,
-        speed: Option<&[f64]>,
-        exponent: f64,
-    ) -> Self {
-        let travel = speed.and_then(|speed| travel_weights(excitation, speed));
+    pub(super) fn new(measures: &[Measure], drive_is_held: bool, groups: &[Group], motion: &Motion) -> Self {
+        let has_mean = measures.iter().any(|measure| matches!(measure, Measure::MeanLoad(_)));
+        let travel = motion.speed.filter(|_| has_mean);
         let mut requirements = Self {
             rows: Vec::new(),
             contacts: Vec::new(),
             signals: Vec::new(),
             sources: Vec::new(),
-            time: time_weights(excitation),
-            travel: travel.unwrap_or_default(),
-            power: Power::new(exponent),
+            equivalents: Vec::new(),
+            time: time_weights(&motion.excitation),
+            travel: travel.and_then(|speed| Travel::new(&motion.excitation, speed, motion.exponent)),
         };
         for &measure in measures {
             let source = match measure {
@@ -91,12 +93,13 @@ impl Requirements {
                     let signal = Signal::Row(requirements.row(LoadRow::Drive));
                     Source::Statistic(requirements.signal(signal, Some(statistic)), statistic)
                 }
-                Measure::MeanLoad(group) if !requirements.travel.is_empty() => {
-                    let signal = Signal::SumOfSizes(
-                        requirements.row(LoadRow::Group(group, 1)),
-                        requirements.row(LoadRow::Group(group, 2)),
-                    );
+                Measure::MeanLoad(group) if requirements.travel.is_some() => {
+                    let signal = Signal::Power(requirements.equivalent(group, groups[group].mean_rule));
                     Source::Mean(requirements.signal(signal, None))
+                }
+                Measure::PeakLoad(group) => {
+                    let signal = Signal::Equivalent(requirements.equivalent(group, groups[group].peak_rule));
+                    Source::Statistic(requirements.signal(signal, Some(Statistic::Max)), Statistic::Max)
                 }
                 Measure::Drive(_) | Measure::MeanLoad(_) => Source::Nothing,
                 Measure::ContactLost(group) => Source::Contact(index_of(&mut requirements.contacts, group)),
@@ -108,6 +111,15 @@ impl Requirements {
 
     fn row(&mut self, row: LoadRow) -> usize {
         index_of(&mut self.rows, row)
+    }
+
+    /// The index of the equivalent load of a group by a rule.
+    fn equivalent(&mut self, group: usize, rule: EquivalentLoad) -> usize {
+        let rows = core::array::from_fn::<_, COMPONENTS, _>(|component| {
+            rule.counts(component).then(|| self.row(LoadRow::Group(group, 1 + component)))
+        });
+        self.equivalents.push(EquivalentRows::new(rule, rows));
+        self.equivalents.len() - 1
     }
 
     fn signal(&mut self, signal: Signal, statistic: Option<Statistic>) -> usize {
@@ -153,7 +165,12 @@ impl Requirements {
                         Statistic::Start => statistics.start,
                     }
                 }
-                Source::Mean(signal) => self.power.root(statistics[signal].sum),
+                Source::Mean(signal) => self.travel.as_ref().map_or(f64::NAN, |travel| {
+                    let RunningStatistics { sum, rest, .. } = statistics[signal];
+                    // The power may overflow, though the loads are finite.
+                    let power = if sum.is_finite() { sum + rest } else { f64::INFINITY };
+                    pow(power / travel.path, 1.0 / travel.exponent)
+                }),
                 Source::Contact(index) => f64::from(u8::from(lost[index])),
                 Source::Nothing => f64::NAN,
             };

@@ -8,8 +8,10 @@ pub(super) struct RunningStatistics {
     /// Instants of the extremes.
     pub at_smallest: usize,
     pub at_largest: usize,
-    /// Weighted sum of squares, or of powers.
+    /// Weighted sum of squares, or integral of powers.
     pub sum: f64,
+    /// Rounding errors of the integral so far.
+    pub rest: f64,
     pub start: f64,
 }
 
@@ -21,6 +23,16 @@ impl RunningStatistics {
         at_smallest: 0,
         at_largest: 0,
         sum: 0.0,
+        rest: 0.0,
         start: 0.0,
     };
+
+    /// Adds to the integral, and the rounding error to `rest` (Knuth), so that the length of the motion costs no digits.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn add(&mut self, term: f64) {
+        let sum = self.sum + term;
+        let added = sum - self.sum;
+        self.rest += (self.sum - (sum - added)) + (term - added);
+        self.sum = sum;
+    }
 }

@@ -2,7 +2,7 @@
 
 use core::f64::consts::{LN_2, LOG2_E};
 
-use super::float::{fma, pow};
+use super::float::fma;
 use super::simd::{LANES, Lanes};
 
 /// An exponent p, and whether it is a whole number.
@@ -37,11 +37,6 @@ impl Power {
             }
         }
         raised
-    }
-
-    /// `x^(1/p)`.
-    pub(crate) fn root(&self, sum: f64) -> f64 {
-        pow(sum, 1.0 / self.exponent)
     }
 }
 
@@ -126,7 +121,8 @@ fn two_to(k: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{LANES, pow, power};
+    use super::super::float::pow;
+    use super::{LANES, power};
 
     #[test]
     fn powers_are_those_of_the_library() {

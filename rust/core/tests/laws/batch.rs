@@ -3,7 +3,6 @@
 use guideload::LawParameter;
 use guideload::batch::{
     Base, Batch, Change, Group, Measure, Motion, Quantity, Solver, Statistic, Target, time_weights,
-    travel_weights,
 };
 use guideload::reaction;
 use guideload::{
@@ -12,7 +11,7 @@ use guideload::{
 };
 use nalgebra::Vector3;
 
-use crate::common::{ADAPTIVE, CART_CENTERS, Machine, Random, cart, close, cycle};
+use crate::common::{ADAPTIVE, CART_CENTERS, Machine, Random, cart, close, cycle, mean_and_largest, rules};
 
 /// `cart` with other laws, and its carriages.
 pub fn cart_on(law: Law) -> (Machine, Vec<Group>) {
@@ -21,8 +20,10 @@ pub fn cart_on(law: Law) -> (Machine, Vec<Group>) {
         *link = Link::with_law(link.point(), link.direction(), law, link.damping()).expect("a link");
     }
     let groups = CART_CENTERS.iter().enumerate();
-    let groups =
-        groups.map(|(i, center)| Group { links: (4 * i..4 * i + 4).collect(), center: (*center).into() });
+    let groups = groups.map(|(i, center)| {
+        let [mean_rule, peak_rule] = [rules()[i], rules()[i % 2]];
+        Group { mean_rule, peak_rule, ..Group::new((4 * i..4 * i + 4).collect(), (*center).into()) }
+    });
     (machine, groups.collect())
 }
 
@@ -78,7 +79,7 @@ fn all_measures(groups: usize) -> Vec<Measure> {
         for quantity in Quantity::ALL {
             measures.extend(Statistic::ALL.map(|statistic| Measure::Load(group, quantity, statistic)));
         }
-        measures.extend([Measure::MeanLoad(group), Measure::ContactLost(group)]);
+        measures.extend([Measure::MeanLoad(group), Measure::PeakLoad(group), Measure::ContactLost(group)]);
     }
     measures.extend(Statistic::ALL.map(Measure::Drive));
     measures
@@ -90,6 +91,8 @@ pub struct Trace {
     acceleration: Vec<[f64; 3]>,
     wrench: Vec<[f64; 6]>,
     speed: Vec<f64>,
+    /// Acceleration along x of the travel, which factors on the motion do not change.
+    along_x: Vec<f64>,
 }
 
 impl Trace {
@@ -102,9 +105,11 @@ impl Trace {
             })
             .collect();
         let mut vector = |size| <[f64; 3]>::from(random.vector(size));
+        let acceleration: Vec<[f64; 3]> = (0..count).map(|_| vector(2.0)).collect();
         Self {
             time,
-            acceleration: (0..count).map(|_| vector(2.0)).collect(),
+            along_x: acceleration.iter().map(|a| a[0]).collect(),
+            acceleration,
             wrench: (0..count)
                 .map(|_| {
                     let ([a, b, c], [d, e, f]) = (vector(2000.0), vector(300.0));
@@ -130,6 +135,7 @@ impl Trace {
             acceleration: self.acceleration.iter().map(|a| a.map(|x| x * acceleration)).collect(),
             wrench: self.wrench.iter().map(|a| a.map(|x| x * wrench)).collect(),
             speed: self.speed.clone(),
+            along_x: self.along_x.clone(),
         }
     }
 }
@@ -190,11 +196,16 @@ fn by_hand(
             let at = |(k, state)| drive.at(state, &excitation.input(k))[0];
             statistic(&states.iter().enumerate().map(at).collect::<Vec<_>>(), of)
         }
-        Measure::MeanLoad(group) => {
-            let weights = travel_weights(&excitation, &trace.speed).expect("a motion that moves");
-            let terms = loads[group].iter().zip(weights);
-            let sum: f64 = terms.map(|(load, w)| w * (load[1].abs() + load[2].abs()).powf(exponent)).sum();
-            sum.powf(1.0 / exponent)
+        Measure::MeanLoad(group) | Measure::PeakLoad(group) => {
+            let rules = [groups[group].mean_rule, groups[group].peak_rule];
+            let [mean, largest] = mean_and_largest(
+                rules,
+                &excitation,
+                [&trace.speed[..], &trace.along_x],
+                exponent,
+                &loads[group],
+            );
+            if matches!(measure, Measure::MeanLoad(_)) { mean } else { largest }
         }
         Measure::ContactLost(group) => {
             let position = guideload::position(&system);

@@ -5,6 +5,7 @@ use guideload::{
     Axial, Body, Control, Exact, Excitation, Free, Link, Method, Output, Part, RunError, Scene, State,
     Summary, System, Wrench, carriage_links, group_load, link_load, run,
 };
+use guideload::{EquivalentLoad, Interval, Preload};
 use nalgebra::{Matrix3, Vector3};
 
 pub const GRAVITY: Vector3<f64> = Vector3::new(0.0, -9.80665, 0.0);
@@ -244,4 +245,43 @@ impl Random {
     pub fn vector(&mut self, size: f64) -> Vector3<f64> {
         Vector3::from_fn(|_, _| self.between(-size, size))
     }
+}
+
+/// Rules of the equivalent load: the plain sum of forces; two groups with moments and a lift factor; and such ones with a preload, N.
+pub fn rules() -> [EquivalentLoad; 4] {
+    let mut weights = [[[0.0; 2]; 5]; 2];
+    weights[0][0] = [1.3, 1.0];
+    weights[1][1] = [0.9; 2];
+    (weights[0][2], weights[1][3], weights[0][4]) = ([4.0; 2], [7.0; 2], [5.0; 2]);
+    let two = EquivalentLoad { weights, minor: 0.6, preload: Preload::None };
+    let [power, linear] = [Preload::Power(900.0), Preload::Linear(900.0)];
+    [
+        EquivalentLoad::SUM_OF_FORCES,
+        two,
+        EquivalentLoad { preload: power, ..two },
+        EquivalentLoad { preload: linear, minor: 1.0, ..two },
+    ]
+}
+
+/// Mean load over the distance, interval by interval, and largest load at the samples; the mean is NaN for a motion that does not move.
+pub fn mean_and_largest(
+    [mean, largest]: [EquivalentLoad; 2],
+    excitation: &Excitation,
+    [velocity, acceleration]: [&[f64]; 2],
+    exponent: f64,
+    loads: &[[f64; 6]],
+) -> [f64; 2] {
+    let components = |k: usize| -> [f64; 5] { std::array::from_fn(|component| loads[k][1 + component]) };
+    let (mut power, mut path) = (0.0, 0.0);
+    for k in 1..loads.len() {
+        let travel = Interval {
+            length: excitation.interval(k - 1),
+            velocity: [velocity[k - 1], velocity[k]],
+            acceleration: [acceleration[k - 1], acceleration[k]],
+        };
+        let found = mean.integrals(exponent, &travel, [&components(k - 1), &components(k)]);
+        (power, path) = (power + found.power, path + found.path);
+    }
+    let peak = (0..loads.len()).map(|k| largest.without_preload(&components(k))).fold(0.0, f64::max);
+    [(power / path).powf(1.0 / exponent), peak]
 }

@@ -14,6 +14,7 @@ mod extremes;
 mod invariance;
 mod lanes;
 mod law;
+mod life;
 mod loads;
 mod methods;
 mod modes;

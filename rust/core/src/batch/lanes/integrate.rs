@@ -19,6 +19,8 @@ pub(super) struct Memory {
     values: AlignedBuffer,
     extremes: AlignedBuffer,
     steps: AlignedBuffer,
+    /// Last values of the rows before a block.
+    last: AlignedBuffer,
     /// [`STATISTICS`] numbers for each signal.
     pub found: AlignedBuffer,
     /// v at the end.
@@ -42,7 +44,7 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { modal, timeline, requirements, stores_values, memory, watch } = self;
-        let Memory { states, values, extremes, steps, found, end } = memory;
+        let Memory { states, values, extremes, steps, last, found, end } = memory;
         let rows = modal.rows.next_multiple_of(TILE);
         for place in found.clear::<S>(requirements.signals.len() * STATISTICS).as_chunks_mut::<STATISTICS>().0
         {
@@ -52,6 +54,7 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
         states.clear::<S>(2 * N * BLOCK);
         values.clear::<S>(if stores_values { rows * BLOCK } else { 0 });
         extremes.clear::<S>(rows * 2);
+        last.clear::<S>(rows);
         simd.vectorize(Steps { lengths: &timeline.lengths, modal, to: steps });
         for block in 0..timeline.blocks() {
             if watch.stops_at(block) {
@@ -77,6 +80,7 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
                     starts: &modal.starts,
                     values,
                     extremes,
+                    last,
                     found,
                 });
             }
@@ -89,6 +93,7 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
                 starts: &modal.starts,
                 values,
                 extremes,
+                last,
                 found,
             });
         }

@@ -7,6 +7,7 @@
 
 mod aligned_buffer;
 mod assemble;
+mod bent;
 mod damped;
 mod dense;
 mod integrate;
@@ -14,6 +15,7 @@ mod jacobi;
 mod loads;
 mod matrix;
 mod modal;
+mod power_integral;
 mod request;
 mod step;
 mod time_statistics;
@@ -78,7 +80,7 @@ impl<'a> Lanes<'a> {
         requirements: &Requirements,
         width: Width,
     ) -> Self {
-        let timeline = Timeline::new(excitation, &requirements.time, &requirements.travel);
+        let timeline = Timeline::new(excitation, &requirements.time);
         let request = ModalRequest {
             dofs: base.free.iter().map(|dof| dof as usize).collect(),
             groups: base.groups,

@@ -3,12 +3,11 @@
 use pulp::{Simd, WithSimd};
 
 use super::aligned_buffer::AlignedBuffer;
+use super::power_integral::{PowerIntegral, equivalent_loads};
 use super::timeline::{BLOCK, Timeline};
 use super::vector::Real;
 use crate::batch::requirements::{Requirements, Signal, SignalRequest};
 use crate::batch::time_statistics::RunningStatistics;
-use crate::numeric::power::Power;
-use crate::numeric::simd;
 
 /// Number of statistics of a signal, in the order of [`RunningStatistics`]; for a resultant, statistics of its square.
 pub(super) const STATISTICS: usize = 6;
@@ -53,6 +52,7 @@ pub(super) fn statistics(
             at_smallest: number(2) as usize,
             at_largest: number(3) as usize,
             sum: number(4),
+            rest: number(2),
             start: root(number(5)) + 0.0,
         });
     }
@@ -67,6 +67,8 @@ pub(super) struct Reduce<'a> {
     pub starts: &'a AlignedBuffer,
     pub values: &'a AlignedBuffer,
     pub extremes: &'a AlignedBuffer,
+    /// Last values of the rows before the block; afterwards, in it.
+    pub last: &'a mut AlignedBuffer,
     pub found: &'a mut AlignedBuffer,
 }
 
@@ -75,17 +77,16 @@ impl WithSimd for Reduce<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { requirements, timeline, block, starts, values, extremes, found } = self;
+        let Self { requirements, timeline, block, starts, values, extremes, last, found } = self;
         let starts = starts.vectors::<S>();
         let values = values.vectors::<S>().as_chunks::<BLOCK>().0;
         let extremes = extremes.vectors::<S>().as_chunks::<2>().0;
         let start = block * BLOCK;
-        let (Some(time), Some(travel)) =
-            (timeline.time[start..].first_chunk::<BLOCK>(), timeline.travel[start..].first_chunk::<BLOCK>())
-        else {
-            return;
-        };
-        let moves = travel.iter().any(|&weight| weight > 0.0);
+        let Some(time) = timeline.time[start..].first_chunk::<BLOCK>() else { return };
+        let last = last.vectors_mut::<S>();
+        if block == 0 {
+            last.iter_mut().zip(values).for_each(|(last, values)| *last = values[0]);
+        }
         for (wanted, place) in
             requirements.signals.iter().zip(found.vectors_mut::<S>().as_chunks_mut::<STATISTICS>().0)
         {
@@ -126,13 +127,22 @@ impl WithSimd for Reduce<'_> {
                         found.take_squares(simd, &squares, time, |square, sum| square + sum);
                     }
                 }
-                Signal::SumOfSizes(y, z) if moves => {
-                    found.take_loads(simd, [&values[y], &values[z]], travel, &requirements.power);
+                Signal::Equivalent(index) => {
+                    let loads = equivalent_loads(simd, &requirements.equivalents[index], values);
+                    let extremes = least_and_largest(simd, &loads);
+                    found.take_extremes(simd, wanted, extremes, Some(&loads), start);
                 }
-                Signal::SumOfSizes(..) => {}
+                Signal::Power(index) => {
+                    if let Some(travel) = &requirements.travel {
+                        let equivalent = &requirements.equivalents[index];
+                        let integral = PowerIntegral { simd, equivalent, travel, values, last };
+                        found.add(integral.over_block(start));
+                    }
+                }
             }
             *place = found.lanes();
         }
+        last.iter_mut().zip(values).for_each(|(last, values)| *last = values[BLOCK - 1]);
     }
 }
 
@@ -208,20 +218,13 @@ impl<S: Simd> LaneStatistics<S> {
         }
     }
 
-    /// Adds the weighted powers of the loads of a block.
+    /// Adds to the integral of a power, and the rounding error to `low_at`: see [`RunningStatistics::add`].
     #[inline(always)]
-    fn take_loads(&mut self, simd: S, [y, z]: [&[S::f64s; BLOCK]; 2], travel: &[f64; BLOCK], power: &Power) {
-        let load = |k: usize| Real::new(simd, y[k]).abs() + Real::new(simd, z[k]).abs();
-        let weight = |k: usize| Real::splat(simd, travel[k]);
-        for k in 0..BLOCK {
-            let load = load(k);
-            let mut loads = [0.0; simd::LANES];
-            for lane in 0..S::F64_LANES {
-                loads[lane] = load.lane(lane);
-            }
-            let raised = power.of(&loads);
-            self.sum = Real::gather(simd, |lane| raised[lane]).mul_add(weight(k), self.sum);
-        }
+    fn add(&mut self, term: Real<S>) {
+        let sum = self.sum + term;
+        let added = sum - self.sum;
+        self.low_at = self.low_at + ((self.sum - (sum - added)) + (term - added));
+        self.sum = sum;
     }
 }
 

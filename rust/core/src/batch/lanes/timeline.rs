@@ -26,16 +26,15 @@ pub(super) struct Timeline {
     /// Recurring lengths, and which of them each interval has; none if there are too many.
     pub lengths: Vec<f64>,
     pub kinds: Option<Vec<u32>>,
-    /// Weights of the samples in time and in distance, zero past the last one.
+    /// Weights of the samples in time, zero past the last one.
     pub time: Vec<f64>,
-    pub travel: Vec<f64>,
     /// Duration, s.
     pub duration: f64,
 }
 
 impl Timeline {
-    /// The timeline of an excitation. `time`, `travel`: weights of its samples in time and in distance (empty if there are none).
-    pub(super) fn new(excitation: &Excitation, time: &[f64], travel: &[f64]) -> Self {
+    /// The timeline of an excitation. `time`: weights of its samples in time.
+    pub(super) fn new(excitation: &Excitation, time: &[f64]) -> Self {
         let count = excitation.count();
         let peak = excitation.peak();
         let components: Vec<usize> = (0..9).filter(|&component| peak[component] > 0.0).collect();
@@ -47,25 +46,10 @@ impl Timeline {
             intervals[k] = excitation.interval(k - 1);
         }
         let (lengths, kinds) = recurring_lengths(&intervals);
-        let padded = |weights: &[f64]| {
-            let mut weights = weights.to_vec();
-            weights.resize(whole, 0.0);
-            weights
-        };
+        let mut time = time.to_vec();
+        time.resize(whole, 0.0);
         let duration = excitation.duration();
-        Self {
-            count,
-            components,
-            values,
-            changes,
-            ranges,
-            intervals,
-            lengths,
-            kinds,
-            time: padded(time),
-            travel: padded(travel),
-            duration,
-        }
+        Self { count, components, values, changes, ranges, intervals, lengths, kinds, time, duration }
     }
 
     /// Number of blocks of [`BLOCK`] samples, the last one filled up.

@@ -1,0 +1,98 @@
+//! The travel of a motion: weights with which the powers of the loads of all samples are summed over the distance.
+
+use crate::excitation::Excitation;
+use crate::life::Interval;
+use crate::numeric::float::{floor, pow};
+use crate::numeric::power::Power;
+
+/// The weights fill blocks of samples of any size up to this one.
+const PADDING: usize = 64;
+
+/// Terms of the series for an exponent that is not whole, and the largest |b - a|/(a + b) of the loads a and b at the ends of an interval
+/// for which it is used: the first term left out is then below 1e-13 for exponents up to 5.
+const TERMS: usize = 9;
+pub(super) const NEARLY_CONSTANT: f64 = 0.05;
+
+/// The same for the series on a piece, and the size of its terms that are left out.
+const LARGEST_RATIO: f64 = 1.0 / 3.0;
+const NEGLIGIBLE: f64 = 1e-17;
+
+/// The motion that all samples follow.
+#[derive(Debug, Clone, Copy)]
+pub struct Motion<'a> {
+    /// Excitation of all samples.
+    pub excitation: Excitation<'a>,
+    /// Velocity of the cart along x at its samples, m/s, for mean loads.
+    pub speed: Option<&'a [f64]>,
+    /// Exponent p of the mean load: 3 for balls, 10/3 for rollers.
+    pub exponent: f64,
+}
+
+/// Weights of the intervals of a motion.
+///
+/// On an interval, a load P that is linear from a to b has `P^p = ((a + b)/2)^p Σ C(p, k) r^k x^k` with `r = (b - a)/(a + b)` and x from -1
+/// to 1. The integral of `P^p |v|` is therefore a sum of products of powers of a + b and b - a with weights that depend on the motion only.
+#[derive(Debug, Clone)]
+pub(super) struct Travel {
+    pub intervals: Vec<Interval>,
+    /// Weights of `(a + b)^(p - k) (b - a)^k`, for each k those of the intervals that end at the samples; zero for the first sample, and
+    /// after the last one, so that blocks are full.
+    pub weights: Vec<Vec<f64>>,
+    /// [`Interval::one_way`] of the intervals that end at the samples.
+    pub one_way: Vec<Option<[f64; 3]>>,
+    /// Coefficients of the series on a piece of an interval, see [`series_on_piece`].
+    pub on_piece: Vec<[f64; 3]>,
+    /// Whether the exponent is whole, so that the weights hold for any loads.
+    pub whole: bool,
+    pub power: Power,
+    pub exponent: f64,
+    /// Distance, m.
+    pub path: f64,
+}
+
+impl Travel {
+    /// The travel at a velocity along x, m/s, at the samples; none for a motion that never moves.
+    pub(super) fn new(excitation: &Excitation, velocity: &[f64], exponent: f64) -> Option<Self> {
+        let whole = exponent == floor(exponent) && exponent < 17.0;
+        let terms = if whole { exponent as usize + 1 } else { TERMS };
+        let mut weights = vec![vec![0.0; excitation.count().next_multiple_of(PADDING)]; terms];
+        let at = |k: usize| excitation.component(k, 0);
+        let intervals: Vec<Interval> = (1..excitation.count())
+            .map(|k| Interval {
+                length: excitation.interval(k - 1),
+                velocity: [velocity[k - 1], velocity[k]],
+                acceleration: [at(k - 1), at(k)],
+            })
+            .collect();
+        let mut factor = pow(0.5, exponent);
+        for (term, weights) in weights.iter_mut().enumerate() {
+            for (weight, interval) in weights[1..].iter_mut().zip(&intervals) {
+                *weight = factor * interval.moment(term as u32);
+            }
+            factor *= (exponent - term as f64) / (term + 1) as f64;
+        }
+        let path = intervals.iter().map(Interval::path).sum();
+        let one_way = core::iter::once(None).chain(intervals.iter().map(Interval::one_way)).collect();
+        let (power, on_piece) = (Power::new(exponent), series_on_piece(exponent, whole));
+        (path > 0.0).then_some(Self { intervals, weights, one_way, on_piece, whole, power, exponent, path })
+    }
+
+    /// Largest |b - a|/(a + b) of the loads a and b at the ends of a piece for which its series is used.
+    pub(super) fn largest_ratio(&self) -> f64 {
+        if self.whole { f64::INFINITY } else { LARGEST_RATIO }
+    }
+}
+
+/// Coefficients with which the mean of `P^p v` over a piece is a series: with P linear, m in its middle and `m (1 + r)` at its end, and
+/// `v = c0 + c1 x + c2 x²` for x from -1 to 1, it is `m^p Σ r^(2 j) (c0 f_j + c2 g_j + c1 r h_j)`. It ends by itself for a whole p.
+fn series_on_piece(exponent: f64, whole: bool) -> Vec<[f64; 3]> {
+    let (mut out, mut binomial, mut largest, mut k) = (Vec::new(), 1.0, 1.0, 0.0);
+    while f64::abs(binomial) * largest > NEGLIGIBLE {
+        let next = binomial * (exponent - k) / (k + 1.0);
+        out.push([binomial / (k + 1.0), binomial / (k + 3.0), next / (k + 3.0)]);
+        binomial = next * (exponent - k - 1.0) / (k + 2.0);
+        largest *= if whole { 1.0 } else { LARGEST_RATIO * LARGEST_RATIO };
+        k += 2.0;
+    }
+    out
+}

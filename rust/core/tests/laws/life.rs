@@ -1,0 +1,71 @@
+//! Integrals of equivalent loads over the travel are exact for loads and accelerations linear in time.
+
+use guideload::{EquivalentLoad, Interval, Preload};
+
+use crate::common::{Random, close, rules};
+
+/// Midpoint rule; kinks of the integrand cost it 1/CELLS² of its value, and the jump of a few percent at which the effect of a preload by
+/// Rexroth's formula begins, that jump over CELLS.
+const CELLS: usize = 40_000;
+const AT_KINKS: f64 = 1e-8;
+const AT_JUMPS: f64 = 0.1 / CELLS as f64;
+
+/// `∫ P^p |v| dt` and `∫ |v| dt` by their definition.
+fn by_cells(rule: &EquivalentLoad, exponent: f64, travel: &Interval, loads: [&[f64; 5]; 2]) -> [f64; 2] {
+    let Interval { length, velocity: [v0, v1], acceleration: [a0, a1] } = *travel;
+    let (mut power, mut path) = (0.0, 0.0);
+    for cell in 0..CELLS {
+        let s = (cell as f64 + 0.5) / CELLS as f64;
+        let load: [f64; 5] = std::array::from_fn(|j| (1.0 - s) * loads[0][j] + s * loads[1][j]);
+        // The integral of an acceleration linear in time that ends at v1.
+        let speed = (v0 + s * (v1 - v0) - 0.5 * length * (a1 - a0) * s * (1.0 - s)).abs();
+        power += rule.of(&load).powf(exponent) * speed;
+        path += speed;
+    }
+    [power, path].map(|sum| sum * length / CELLS as f64)
+}
+
+#[test]
+fn integrals_agree_with_their_definition() {
+    let mut random = Random::new(1);
+    for rule in rules() {
+        for exponent in [3.0, 10.0 / 3.0, 1.0, 2.7, 5.0] {
+            for size in [10.0, 1e3, 4e3] {
+                let mut pair = |size: f64| [random.between(-size, size), random.between(-size, size)];
+                let travel = Interval { length: 0.7, velocity: pair(1.0), acceleration: pair(8.0) };
+                let components: [[f64; 2]; 5] =
+                    std::array::from_fn(|j| pair(if j < 2 { size } else { 0.2 * size }));
+                let [first, last] = [0, 1].map(|end| components.map(|ends| ends[end]));
+                let found = rule.integrals(exponent, &travel, [&first, &last]);
+                let [power, path] = by_cells(&rule, exponent, &travel, [&first, &last]);
+                let jumps = matches!(rule.preload, Preload::Power(_));
+                close(found.power, power, if jumps { AT_JUMPS } else { AT_KINKS }, power);
+                close(found.path, path, AT_KINKS, path);
+                assert_eq!(found.path, travel.path());
+            }
+        }
+    }
+}
+
+/// On a load without sign changes the whole interval and its parts agree to rounding, for small and large changes of the load.
+#[test]
+fn integrals_add_up_over_parts_of_an_interval() {
+    let mut random = Random::new(2);
+    for exponent in [3.0, 10.0 / 3.0, 2.7, 8.0] {
+        for change in [0.0, 1e-6, 0.1, 0.9, 1.1, 30.0] {
+            let [v0, a0, jerk] = [1.5, 0.4, random.between(-1.0, 1.0)];
+            let velocity = |t: f64| v0 + t * (a0 + 0.5 * jerk * t);
+            let load = |t: f64| [1e3 * (1.0 + change * t), 0.0, 0.0, 0.0, 0.0];
+            let over = |from: f64, to: f64| {
+                let travel = Interval {
+                    length: to - from,
+                    velocity: [velocity(from), velocity(to)],
+                    acceleration: [from, to].map(|t| a0 + jerk * t),
+                };
+                rules()[0].integrals(exponent, &travel, [&load(from), &load(to)]).power
+            };
+            let parts: f64 = (0..64).map(|k| over(k as f64 / 64.0, (k + 1) as f64 / 64.0)).sum();
+            close(over(0.0, 1.0), parts, 2e-14, parts);
+        }
+    }
+}

@@ -1,0 +1,84 @@
+"""Mean and largest equivalent loads of the samples of a batch are those of single runs, for any laws and rules."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from lives import moved
+from moves import GENTLE
+from reference import cart
+
+from guideload import simulate
+from guideload._core import Batch, largest_equivalent_load
+from guideload.life.equivalent_load import EquivalentLoad
+from guideload.life.mean_load import Travel, integrals, mean_load
+from guideload.machine.machine import Machine
+
+MOTION = moved(GENTLE, 500.0)
+FACTORS = np.array([[0.8, 1.1], [1.0, 1.0], [1.3, 0.9]])  # of the mass and of the acceleration
+PRELOADED = {"preload_y": 8e3, "preload_z": 8e3, "rolling": "ball"}
+
+
+def rules() -> list[EquivalentLoad]:
+    """A plain sum, and two groups with moments and a lift factor, without and with both kinds of preload."""
+    plain, both = np.zeros((2, 5, 2)), np.zeros((2, 5, 2))
+    plain[0, :2] = 1.0
+    both[0, 0], both[1, 1], both[0, 2], both[1, 3], both[0, 4] = (1.3, 1.0), 0.9, 4.0, 7.0, 5.0
+    loads = [EquivalentLoad(both, 0.6, (), preload, preload == 800.0) for preload in (0.0, 700.0, 800.0)]
+    return [EquivalentLoad(plain, 1.0), *loads]
+
+
+def batch(machine: Machine, exponent: float) -> Batch:
+    body, table, assigned = machine.body, machine.link_table(), rules()
+    assert MOTION.velocity is not None
+    return Batch(
+        mass=body.mass,
+        center_of_mass=body.center_of_mass,
+        inertia=body.inertia,
+        inertia_about_reference=False,
+        gravity=machine.gravity,
+        free=machine.free,
+        points=table.points,
+        directions=table.directions,
+        laws=table.laws,
+        damping=table.damping,
+        damping_in_contact=table.damping_in_contact,
+        groups=machine.links_of_carriages,
+        centers=machine.carriage_centers,
+        time=MOTION.time,
+        acceleration=MOTION.acceleration,
+        wrench=None,
+        speed=MOTION.velocity[:, 0].copy(),
+        exponent=exponent,
+        changes=[(("mass", 0, 0), 0.0, [(0, body.mass)]), (("acceleration", 0, 0), 0.0, [(1, 1.0)])],
+        measures=[("load", i, statistic) for i in range(4) for statistic in ("mean", "max")],
+        method="auto",
+        rtol=1e-6,
+        rules=[(rule.of_core, assigned[i % 2].of_core) for i, rule in enumerate(assigned)],
+    )
+
+
+@pytest.mark.parametrize("laws", [{}, {"clearance_y": 5e-6, "clearance_z": 5e-6}, PRELOADED])
+@pytest.mark.parametrize("exponent", [3.0, 10.0 / 3.0])
+def test_loads_of_samples_are_those_of_single_runs(laws: dict[str, Any], exponent: float) -> None:
+    machine = cart(**laws)
+    samples = batch(machine, exponent)
+    table, failures = samples.run(FACTORS, 1)
+    assert not failures
+    for width in ("four", "one"):
+        again, _ = samples.run(FACTORS, 2, width)
+        assert again.tobytes() == table.tobytes()
+    assert MOTION.velocity is not None
+    travel = Travel(MOTION.time, MOTION.velocity[:, 0], MOTION.acceleration[:, 0])
+    for row, (mass, scale) in zip(table, FACTORS, strict=True):
+        heavier = machine.body.model_copy(update={"mass": mass * machine.body.mass})
+        motion = MOTION.along_x(MOTION.time, scale * MOTION.acceleration[:, 0])
+        loads = simulate(machine.model_copy(update={"body": heavier}), motion).carriage_loads
+        for i, rule in enumerate(rules()):
+            mean = mean_load(*integrals(travel, loads[:, i], rule, exponent), exponent)
+            _, largest, _ = largest_equivalent_load(loads[:, i].copy(), rules()[i % 2].of_core)
+            # Step sizes on smooth laws depend on estimated errors, which change with rounding.
+            rel = 1e-8 if laws is PRELOADED else 1e-12
+            assert row[2 * i : 2 * i + 2] == pytest.approx([mean, largest], rel=rel)
