@@ -235,6 +235,7 @@ def test_the_commented_lines_of_the_template_work_too(tmp_path: Path, output: st
         text = text.replace(f"\n{key}", f"\n# {key}")
     file = tmp_path / "machine.toml"
     file.write_text(text + link, encoding="utf-8")
+    (tmp_path / "catalogue.toml").write_bytes((EXAMPLES / "catalogue.toml").read_bytes())
     built = Machine.from_toml(file)
     assert built.link_table().names[-1] == "rack"
     assert built.friction is not None and built.friction.seal == 12.0

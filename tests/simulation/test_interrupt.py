@@ -1,6 +1,7 @@
 """Ctrl-C ends every call that takes long; a thread that writes into an array meanwhile changes nothing."""
 
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -76,6 +77,7 @@ def test_arrays_that_another_thread_changes_during_a_call() -> None:
         while not over.is_set():
             segment[:] = 7  # there is only segment 0
             segment[:] = 0
+            time.sleep(1e-4)  # else no call might find it sound
 
     thread = threading.Thread(target=spoil)
     thread.start()

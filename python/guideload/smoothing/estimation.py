@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 
 from guideload.base.arrays import Array, runs_of
 from guideload.base.cores import cores, threads
-from guideload.base.errors import TraceError
+from guideload.base.errors import RunError, TraceError
 from guideload.motion.uncertainty import Uncertainty
 from guideload.smoothing.adaptive import COLOUR, AdaptedModel, adapted, adapted_in_pieces
 from guideload.smoothing.kinematics import (
@@ -124,10 +124,16 @@ def _selected(samples: ScaledSamples, kind: Kind) -> tuple[int, AdaptedModel]:
     excerpts = samples.excerpts(2 - taken)
 
     def trial(order: int) -> tuple[float, StationaryFit, list[AdaptedModel]]:
-        fit, predictive = fitted(excerpts, order - taken)
-        if not (np.isfinite(predictive) and 0.0 < fit.time_constant < np.inf):  # long gaps, beyond doubles
+        fit = StationaryFit(order - taken, 1.0, 1.0)
+        try:
+            fit, predictive = fitted(excerpts, order - taken)
+            if not (
+                np.isfinite(predictive) and 0.0 < fit.time_constant < np.inf
+            ):  # long gaps, beyond doubles
+                return -np.inf, fit, []
+            models = [adapted(part, fit, order) for part in excerpts]
+        except RunError:  # beyond the range of numbers
             return -np.inf, fit, []
-        models = [adapted(part, fit, order) for part in excerpts]
         sound = all(np.isfinite(model.gain) and np.isfinite(model.fit.density).all() for model in models)
         after = sum(model.gain for model in models)
         score = predictive + ADAPTED_WEIGHT * max(predictive, after) - HANDICAP[order]

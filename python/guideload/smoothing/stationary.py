@@ -15,6 +15,7 @@ import numpy as np
 
 from guideload._core import adapt_motion, motion_likelihood, smooth_motion
 from guideload.base.arrays import Array
+from guideload.base.errors import RunError
 from guideload.motion.uncertainty import Segments
 
 if TYPE_CHECKING:
@@ -127,8 +128,14 @@ class Smoother:
         self.mean, self.covariance = _initial_state(time, samples.value, fit)
 
     def likelihood(self) -> tuple[float, float]:
-        """(sum of ln F, sum of v^2/F) over the innovations v and their variances F, for normal samples."""
-        return motion_likelihood(self._model(self.normal_sites, self.uniform(self.fit.density)))
+        """(sum of ln F, sum of v^2/F) over the innovations v and their variances F, for normal samples.
+
+        nan where the filter breaks down in rounding, as it can far from the maximum.
+        """
+        try:
+            return motion_likelihood(self._model(self.normal_sites, self.uniform(self.fit.density)))
+        except RunError:  # beyond the range of numbers
+            return np.nan, np.nan
 
     def uniform(self, density: float) -> Partition:
         """One segment with this density, and one for all gaps."""
@@ -188,7 +195,6 @@ def _with_normal_noise(excerpts: list[ScaledSamples], states: int) -> Stationary
         unit = StationaryFit(states, 1.0, 10.0**place)
         sums = np.array([Smoother(part, unit).likelihood() for part in excerpts]).sum(axis=0)
         determinant, misfit = float(sums[0]), float(sums[1])
-        # Far from the maximum the filter can break down in rounding.
         if not (np.isfinite(sums).all() and misfit > 0.0):
             return -np.inf, least
         noise = max(misfit / count, least)
