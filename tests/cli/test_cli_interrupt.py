@@ -9,7 +9,7 @@ from interrupts import run_process
 
 COMMANDS = {
     "run": ["run", "{machine}", "{trace}", "-o", "{folder}/out"],
-    "chart": ["chart", "{machine}", "{trace}", "--budget", "100"],
+    "chart": ["chart", "{machine}", "{trace}", "--budget", "100", "-o", "{folder}/out"],
     "encoder": ["encoder", "{trace}"],
 }
 
@@ -22,6 +22,9 @@ def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     position = 0.3 * np.sin(0.7 * time) + np.random.default_rng(0).normal(0.0, 1e-6, time.size)
     lines = (f"{t:.3f},{x:.7f}\n" for t, x in zip(time, position, strict=True))
     path.write_text("time_s,position_m\n" + "".join(lines), encoding="utf-8")
+    # Into the cache of the disk: a first import may take longer than the time to Ctrl-C, which then ends the import.
+    modules = "traces.reading", "simulation.simulation", "method_comparison", "plots", "reports.run"
+    run_process("\n".join(["print()", *(f"import guideload.{module}" for module in modules)]))
     return path
 
 
