@@ -17,7 +17,9 @@ INTO = 0.7  # s from the start of the call to Ctrl-C
 
 def run_process(source: str, *, interrupt: bool = False) -> subprocess.CompletedProcess[str]:
     """Run Python code that prints a line before its call; then send SIGINT if asked, and wait for the end."""
-    lines = f"import sys; sys.path.insert(0, {str(TESTS)!r})\n{source}"
+    # A process that was started in the background ignores Ctrl-C, and so do the processes that it starts.
+    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    lines = f"import sys; sys.path.insert(0, {str(TESTS)!r})\n{heard}\n{source}"
     with (
         TemporaryFile("w+") as errors,
         subprocess.Popen(
