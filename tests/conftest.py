@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-# The same examples in every run, on any machine: a failure is one of the program.
 # Tests that were started in the background, or by nohup, and the processes that they start would ignore these signals.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP"):
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
+# The same examples in every run, on any machine: a failure is one of the program.
 settings.register_profile(
     "guideload",
     derandomize=True,
