@@ -25,7 +25,7 @@ const WORK_PER_FIXED_STEP: f64 = 10.0;
 
 /// Most work beside that for each interval: some ten seconds, for steps that the user has chosen a minute. The modes of a guided body are
 /// slower than 10 kHz; to follow faster ones, which belong to wrong numbers, may take years.
-const MOST_WORK: f64 = 3e7;
+const MOST_WORK: f64 = 1e8;
 const MOST_FIXED_WORK: f64 = 1e8;
 
 /// Addition to the most work for each interval. A mode of 170 Hz, excited anew every 10 ms, takes the implicit method 600 at a tolerance of
