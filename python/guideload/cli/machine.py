@@ -32,9 +32,14 @@ if TYPE_CHECKING:
 )
 @click.option("--moves", "kind", flag_value="moves", help="Write a moves.toml, a motion of planned moves.")
 def init(path: Path | None, kind: str | None) -> None:
-    """Write a commented machine.toml, study.toml, catalogue.toml or moves.toml to fill in."""
+    """Write a commented machine.toml, study.toml, catalogue.toml or moves.toml to fill in.
+
+    PATH is the name of the file, or a folder.
+    """
     name = f"{kind or 'machine'}.toml"
     path = path or Path(name)
+    if path.is_dir():
+        path /= name
     template = (EXAMPLES / name).read_text(encoding="utf-8")
     if kind == "study":  # the example names the packaged machine and trace
         template = template.replace('"manipulator.toml"', '"machine.toml"')
