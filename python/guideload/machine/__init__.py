@@ -4,5 +4,6 @@ from guideload.machine.components import Body, Carriage, Link, Rail
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
+from guideload.machine.points import PointOfInterest
 
-__all__ = ["Body", "Carriage", "Drive", "Friction", "Link", "Machine", "Modes", "Rail"]
+__all__ = ["Body", "Carriage", "Drive", "Friction", "Link", "Machine", "Modes", "PointOfInterest", "Rail"]
