@@ -28,12 +28,14 @@ if TYPE_CHECKING:
     from guideload.machine import Body as Body
     from guideload.machine import Carriage as Carriage
     from guideload.machine import Drive as Drive
+    from guideload.machine import FrequencyResponse as FrequencyResponse
     from guideload.machine import Friction as Friction
     from guideload.machine import Link as Link
     from guideload.machine import Machine as Machine
     from guideload.machine import Modes as Modes
     from guideload.machine import PointOfInterest as PointOfInterest
     from guideload.machine import Rail as Rail
+    from guideload.machine import frequency_response as frequency_response
     from guideload.method_comparison import Stability as Stability
     from guideload.method_comparison import WorkPrecision as WorkPrecision
     from guideload.method_comparison import stability as stability
@@ -75,12 +77,14 @@ _HOMES = {
         "Body",
         "Carriage",
         "Drive",
+        "FrequencyResponse",
         "Friction",
         "Link",
         "Machine",
         "Modes",
         "PointOfInterest",
         "Rail",
+        "frequency_response",
     ),
     "method_comparison": ("Stability", "WorkPrecision", "stability", "work_precision"),
     "motion": ("Forces", "Motion", "Move", "MoveLimits", "Moves"),

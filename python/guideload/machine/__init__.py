@@ -5,5 +5,18 @@ from guideload.machine.drive import Drive, Friction
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.machine.points import PointOfInterest
+from guideload.machine.response import FrequencyResponse, frequency_response
 
-__all__ = ["Body", "Carriage", "Drive", "Friction", "Link", "Machine", "Modes", "PointOfInterest", "Rail"]
+__all__ = [
+    "Body",
+    "Carriage",
+    "Drive",
+    "FrequencyResponse",
+    "Friction",
+    "Link",
+    "Machine",
+    "Modes",
+    "PointOfInterest",
+    "Rail",
+    "frequency_response",
+]
