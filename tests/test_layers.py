@@ -25,7 +25,7 @@ PYTHON = (
     "html_report",
     "cli",
 )
-TRACES = ("options", "format", "content", "quality", "reading", "inspection")
+TRACES = ("options", "format", "content", "quality", "forces", "reading", "inspection")
 STUDY = ("sampling", "description", "storage", "results", "histories", "execution")
 
 Imports = dict[str, set[str]]

@@ -50,7 +50,7 @@ def life(
 
     changes = {key: given.pop(key) for key in CONDITIONS}
     changes = {key: value for key, value in changes.items() if value is not None}
-    with picture_draft(output, overwrite, *paths(machine_file, trace_file)) as draft:
+    with picture_draft(output, overwrite, *paths(machine_file, trace_file, given["forces"])) as draft:
         with status("reading"):
             machine = read_machine(machine_file)
             conditions = machine.life.model_copy(update=changes)

@@ -11,7 +11,7 @@ import click
 from guideload.base.atomic import atomic_write
 from guideload.cli import options
 from guideload.cli.exit_codes import InputError
-from guideload.cli.inputs import EXAMPLES, read_machine, read_motion
+from guideload.cli.inputs import EXAMPLES, read_machine, read_optional_motion
 from guideload.cli.outputs import picture_draft, unwritable
 from guideload.cli.terminal import output_encoding, print_text
 
@@ -77,13 +77,13 @@ def check(machine_file: Path, trace_file: Path | Moves | None, **reading: Any) -
     from guideload.reports.machine import machine_report
 
     machine = read_machine(machine_file)
+    motion = read_optional_motion(trace_file, machine, **reading)
     print_text(machine_report(machine, encoding=output_encoding()))
-    if trace_file is not None:
+    if motion is not None:
         from guideload.motion.resolution import TraceResolution
         from guideload.reports.run import motion_report
         from guideload.reports.trace import resolution_report
 
-        motion = read_motion(trace_file, machine, **reading)
         print_text(motion_report(motion, encoding=output_encoding()))
         resolution = TraceResolution.of_motion(machine, motion)
         print_text("\n" + resolution_report(resolution, encoding=output_encoding()))

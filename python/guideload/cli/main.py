@@ -29,6 +29,7 @@ from guideload.cli.exit_codes import CommandInterrupted, InputError
 from guideload.cli.life import life
 from guideload.cli.machine import check, init, modes
 from guideload.cli.method_comparison import chart, stability
+from guideload.cli.response import response
 from guideload.cli.run import demo, run
 from guideload.cli.schema import schema
 from guideload.cli.signals import orderly_end
@@ -79,6 +80,7 @@ for command in (
     init,
     check,
     modes,
+    response,
     encoder,
     run,
     life,

@@ -129,7 +129,7 @@ def run(
     if step is not None and method in ("auto", "exact"):
         raise click.UsageError(f"--step needs --method rk45 or implicit; {method} has no fixed step")
     names = _output_names(file_format, not no_pictures)
-    inputs = paths(machine_file, trace_file)
+    inputs = paths(machine_file, trace_file, reading["forces"])
     require_report(report, overwrite, *inputs, folder=output)
     with atomic_output(output, {"": names}, overwrite, inputs) as folder:
         with status("reading"):

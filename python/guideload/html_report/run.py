@@ -27,6 +27,7 @@ from guideload.reports.elements import dofs_line, new_table
 from guideload.reports.elements import section as heading
 from guideload.reports.life import life_answer, life_of_run, life_section
 from guideload.reports.machine import body_lines, carriage_tables, links_table, modes_table, nominal_lines
+from guideload.reports.points import points_section
 from guideload.reports.run import (
     DEFINITIONS,
     answer,
@@ -94,6 +95,9 @@ def _body(result: Result) -> Iterator[str]:
         yield section("Peak loads of the carriages", html_of(peaks_tables(result)), definitions)
     if parts := life_section(life):
         yield section("Life and static safety", html_of(parts[len(heading("")) :]))
+    if parts := points_section(result):
+        text = html_of(parts[len(heading("")) :])
+        yield section("Motion of the points", text, *_point_charts(result), long=True)
     yield section("Load histories", *_load_charts(result), long=True)
     yield section("Motion of the cart", html_of(motion_lines_of(data)), *_motion_charts(result), long=True)
     yield section("Drive and held dofs", html_of(reactions_section(result)[len(heading("")) :]))
@@ -147,6 +151,14 @@ def _motion_charts(result: Result) -> Iterator[str]:
                 if axis == "x" or values[:, i].any()
             ]
             yield chart(title, unit, data["time"], lines, group="run")
+
+
+def _point_charts(result: Result) -> Iterator[str]:
+    data = result.quantities
+    moving = 1e6 * (data["point_displacement"] - data["static_point_displacement"])
+    for i, point in enumerate(result.machine.points):
+        lines = [_line(axis, "xyz"[axis], moving[:, i, axis]) for axis in range(3)]
+        yield chart(f"{point.name}: displacement from rest", "um", data["time"], lines, group="run")
 
 
 def _machine(result: Result) -> Iterator[str]:

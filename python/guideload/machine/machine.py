@@ -22,7 +22,7 @@ from pydantic_core import InitErrorDetails
 from guideload._core import Law, Scene
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel
-from guideload.base.errors import MOST_PROBLEMS, ConfigError, KeyPath, ValueRefused, shown
+from guideload.base.errors import MOST_PROBLEMS, ArgumentError, ConfigError, KeyPath, ValueRefused, shown
 from guideload.base.toml import located, read_toml
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
@@ -30,6 +30,7 @@ from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Ra
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
 from guideload.machine.links import ENDS, LinkTable, read_only, table_of
+from guideload.machine.points import PointOfInterest
 from guideload.machine.products import filled, product_problems, with_catalogue
 
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
@@ -58,6 +59,9 @@ class Machine(ConfigModel):
     rails: tuple[Rail, ...] = Field(default=(), description="one [[rails]] table per rail")
     carriages: tuple[Carriage, ...] = Field(default=(), description="one [[carriages]] table per carriage")
     links: tuple[Link, ...] = Field(default=(), description="one [[links]] table for each extra link")
+    points: tuple[PointOfInterest, ...] = Field(
+        default=(), description="one [[points]] table for each point of the body whose motion matters"
+    )
     catalogue: Name | None = Field(
         default=None, description='a catalogue file, relative to the machine file, e.g. "catalogue.toml"'
     )
@@ -110,6 +114,17 @@ class Machine(ConfigModel):
         if problems:
             raise ValidationError.from_exception_data(cls.__name__, problems)
         return machine
+
+    def point(self, name: str) -> PointOfInterest:
+        """The point of [[points]] with this name. Raises ArgumentError if there is none."""
+        for one in self.points:
+            if one.name == name:
+                return one
+        known = ", ".join(one.name for one in self.points)
+        there = f"it has {known}" if known else "it has no [[points]]"
+        raise ArgumentError(
+            f"{self.name}: expected the name of a point of the machine, got {name!r}; {there}"
+        )
 
     @cached_property
     def carriage_centers(self) -> Array:
@@ -224,7 +239,8 @@ def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
         near = get_close_matches(rail, sorted(known), n=1) if number < MOST_PROBLEMS else []
         hint = f'did you mean "{near[0]}"?' if near else "add a [[rails]] table with that name"
         yield ("carriages", i, "rail"), ValueRefused(expected, rail, hint)
-    for key, named in (("rails", rails), ("carriages", carriages), ("links", links)):
+    points = _names(values, "points", "name")
+    for key, named in (("rails", rails), ("carriages", carriages), ("links", links), ("points", points)):
         first: dict[str, int] = {}
         for i, name in named:
             if first.setdefault(name, i) < i:

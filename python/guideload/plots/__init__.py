@@ -14,6 +14,7 @@ from guideload.plots.drivers import scatter, tornado
 from guideload.plots.life import rail_damage
 from guideload.plots.loads import load_y, load_z, moments, motor_speed, paper_figures, resultant
 from guideload.plots.machine import equivalent_box, modes, scene
+from guideload.plots.response import frequency_response
 from guideload.plots.saving import save, save_each
 from guideload.plots.spectrum import load_density, spectrum
 from guideload.plots.stability_region import stability
@@ -35,6 +36,7 @@ __all__ = [
     "encoder",
     "equivalent_box",
     "exceedance",
+    "frequency_response",
     "load_density",
     "load_y",
     "load_z",

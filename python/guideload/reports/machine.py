@@ -59,7 +59,7 @@ def machine_report(machine: Machine, encoding: str = "utf-8") -> str:
 
 
 def body_lines(machine: Machine) -> list[str]:
-    """Mass, centre of mass and inertia of the body, and the travel per turn of the motor."""
+    """Mass, centre of mass and inertia of the body, the travel per turn of the motor, and the points."""
     body = machine.body
     weight = body.mass * float(np.linalg.norm(machine.gravity))
     principal = np.linalg.eigvalsh(body.central_inertia())
@@ -71,6 +71,8 @@ def body_lines(machine: Machine) -> list[str]:
     if machine.drive is not None and not machine.drive.linear_motor:
         per_turn = 2e3 * np.pi * machine.drive.speed_per_motor_speed
         lines.append(f"drive: the cart moves {per_turn:.4g} mm per turn of the motor")
+    for point in machine.points:
+        lines.append(f"point {point.name} {_millimetres(point.at)} from L")
     return lines
 
 

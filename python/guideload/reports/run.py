@@ -17,6 +17,7 @@ from guideload.reports.drive import drive_parts
 from guideload.reports.elements import WIDTH, dofs_line, new_table, remark, section, to_text
 from guideload.reports.life import life_answer, life_of_run, life_section
 from guideload.reports.machine import modes_table, nominal_lines, weight_lines
+from guideload.reports.points import points_section
 
 if TYPE_CHECKING:
     from guideload.base.arrays import Array
@@ -44,6 +45,7 @@ def result_report(result: Result, encoding: str = "utf-8") -> str:
             dofs_line(machine),
             *_peaks_section(result),
             *life_section(life),
+            *points_section(result),
             *reactions_section(result),
             *section("Natural modes"),
             modes_table(machine, result.modes),

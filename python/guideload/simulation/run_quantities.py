@@ -11,9 +11,9 @@ from guideload.base.arrays import Array, median_step
 from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.machine.machine import DOFS
 from guideload.motion.resolution import usable_bandwidth_of
+from guideload.simulation.point_motion import Row, point_rows
 from guideload.simulation.run import AXES, Run
 
-Row = tuple[str, tuple[str, ...], Array, str, str]
 MOST_STORED = 200_000  # samples of the motion beside other instants: 5 MB
 LOAD_UNITS = "N, N, N, N m, N m, N m"
 POSITION_UNITS = "m, m, m, rad, rad, rad"
@@ -32,7 +32,15 @@ def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
         "axis": AXES,
         "dof": DOFS,
     }
-    rows = [*_loads(run, carriage_loads), *_reference_point(run), *_static(run), *_motion(run)]
+    if machine.points:
+        labels["point"] = [point.name for point in machine.points]
+    rows = [
+        *_loads(run, carriage_loads),
+        *_reference_point(run),
+        *_static(run),
+        *_motion(run),
+        *point_rows(run),
+    ]
     rows.append(("time", ("time",), run.time, "s", "time"))
     variables = quantities(
         sorted(rows, key=lambda row: row[1] == (row[0],))

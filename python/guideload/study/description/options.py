@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
 
 import numpy as np
 from pydantic import Field, PlainValidator, StrictBool, StrictStr, create_model
@@ -27,6 +27,7 @@ from guideload.study.description.measures import STATISTICS, Life, Recorded, Sta
 from guideload.study.description.refusals import problem_at, refused_at
 from guideload.study.description.varied_parameter import DistributionSpec, NumberOrText, optional
 from guideload.study.sampling.sequences import Sampling, Sobol
+from guideload.traces.forces import read_forces
 from guideload.traces.options import ReadingOptions, SmoothingOptions
 from guideload.traces.reading import motion_from_trace, read_trace
 
@@ -81,6 +82,24 @@ class TraceOptions(Keys):
         return motion_from_trace(read_trace(trace, **options), drive=machine.drive, **smoothing)
 
 
+class ForcesOptions(ConfigModel):
+    """Process forces on the body in all samples, from a table with columns such as Fx [N] and Mz [N m]."""
+
+    file: StrictStr = Field(min_length=1, description='a table with its own time stamps, e.g. "forces.csv"')
+    at: StrictStr = Field(description="name of the point of the machine file ([[points]]) where they act")
+    axes: Literal["machine", "point"] = optional(
+        "axes of the forces: of the machine, or the point's own", "machine"
+    )
+    start: Annotated[float, PlainValidator(partial(number, unit="s"))] | None = optional(
+        'time in the motion of the zero of their time stamps, e.g. "0.35 s"'
+    )
+
+    def added_to(self, motion: Motion, folder: Path, machine: Machine) -> Motion:
+        """The motion with the forces. Raises TraceError, ArgumentError."""
+        point, forces = machine.point(self.at), read_forces(folder / self.file)
+        return motion.with_forces(forces, point, own_axes=self.axes == "point", start=self.start)
+
+
 class StudyOptions(ConfigModel):
     """The options of a study, in a file and in code."""
 
@@ -120,6 +139,7 @@ class StudyFile(StudyOptions):
         ),
     ]
     reading: TraceOptions = optional("the table [reading]: how the trace is read", TraceOptions())
+    forces: ForcesOptions | None = optional("the table [forces]: process forces beside the motion")
     cases: StrictStr | None = optional("a table of given cases in place of [[vary]]; its headers are paths")
 
     def require_files(self, folder: Path) -> None:
@@ -127,6 +147,7 @@ class StudyFile(StudyOptions):
         files: dict[KeyPath, str | None] = {
             (key,): getattr(self, key) for key in ("machine", "trace", "cases")
         }
+        files["forces", "file"] = None if self.forces is None else self.forces.file
         files |= {("vary", i, "file"): getattr(one, "file", None) for i, one in enumerate(self.vary)}
         problems = [
             problem_at(place, ValueRefused("a file that exists", name, f"there is no {folder / name}"))
@@ -137,7 +158,7 @@ class StudyFile(StudyOptions):
             raise ConfigError(problems)
 
 
-TABLES = {"reading", "limits", "life", "vary", "correlation"}
+TABLES = {"reading", "forces", "limits", "life", "vary", "correlation"}
 TOP_KEYS = StudyFile.model_fields.keys() - TABLES  # keys outside all tables
 
 

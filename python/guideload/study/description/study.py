@@ -57,6 +57,10 @@ class Study(StudyOptions):
             described.require_files(folder)
             machine = Machine.from_toml(folder / described.machine)
             motion = described.reading.motion(folder / described.trace, machine)
+            sources = [Path(file), folder / described.machine, folder / described.trace]
+            if described.forces is not None:
+                motion = described.forces.added_to(motion, folder, machine)
+                sources.append(folder / described.forces.file)
             options = {key: getattr(described, key) for key in StudyOptions.model_fields}
             options["vary"] = tuple(
                 entry.model_copy(update={"file": str(folder / entry.file)})
@@ -65,8 +69,7 @@ class Study(StudyOptions):
                 for entry in described.vary
             )
             cases = None if described.cases is None else folder / described.cases
-            sources = (Path(file), folder / described.machine, folder / described.trace)
-            return cls(machine=machine, motion=motion, cases=cases, sources=sources, **options)
+            return cls(machine=machine, motion=motion, cases=cases, sources=tuple(sources), **options)
         except ConfigError as error:
             if error.file is not None:  # the machine's own file
                 raise
