@@ -248,7 +248,8 @@ class Scene:
         """Smallest and largest loads of groups of links, without histories, and their times [s]; each (groups, 8).
 
         Columns: Fx Fy Fz [N], Mx My Mz about the centre [N m], y-z resultant [N], magnitude of the moment [N m].
-        groups: indices of the links of each group. centers: (groups, 3) m from L. Other arguments: as in `solve`.
+        groups: indices of the links of each group. centers: (groups, 3) m from L, or (groups, 4) with
+        the roll [rad] about x of the axes in which the loads are given. Other arguments: as in `solve`.
         """
 
     def matrices(self) -> tuple[list[Array], Array]:
@@ -380,9 +381,3 @@ class Batch:
 
     def histories(self, values: Array) -> tuple[Array, list[tuple[int, str]]]:
         """Loads (n, time, groups, 6): force [N] and moment about the centre [N m]; (row, reason) of failed samples."""
-
-def carriage_links(center: Vector, length: float) -> tuple[Array, Array]:
-    """The four links of a carriage (paper, 4.1): along y and z at the end -x, along y and z at the end +x.
-
-    Returns points (4, 3) m from L and unit vectors (4, 3). center: m from L. length: m, distance of the ends.
-    """

@@ -60,6 +60,7 @@ DIMENSIONS = {
     "N m": "a moment",
     "N/m": "a stiffness",
     "N s/m": "a damping",
+    "N m/rad": "a rotational stiffness",
     "kg m^2": "a moment of inertia",
     "m/s": "a speed",
     "m/s^2": "an acceleration",

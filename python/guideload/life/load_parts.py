@@ -45,12 +45,11 @@ def load_parts(result: Result) -> LoadParts:
     weight = np.concatenate([data["static_force"], data["static_moment"]], axis=1)
     links = histories.links
     to_carriage = np.zeros((len(machine.carriages), 6, len(links.names)))
-    for i, (of_carriage, center) in enumerate(
-        zip(machine.links_of_carriages, machine.carriage_centers, strict=True)
-    ):
+    places = zip(machine.links_of_carriages, machine.carriage_centers, machine.carriage_axes, strict=True)
+    for i, (of_carriage, center, axes) in enumerate(places):
         direction = links.directions[of_carriage]
-        arm = links.points[of_carriage] - center
-        to_carriage[i][:, of_carriage] = np.hstack([direction, np.cross(arm, direction)]).T
+        moment = np.cross(links.points[of_carriage] - center, direction)
+        to_carriage[i][:, of_carriage] = np.hstack([direction @ axes.T, moment @ axes.T]).T
 
     to_loads = histories.response @ to_carriage.reshape(-1, len(links.names)).T  # (6, 6 for each carriage)
 

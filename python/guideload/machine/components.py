@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Annotated, Literal, cast
+from typing import Annotated, Literal, NamedTuple, cast
 
 import numpy as np
 from pydantic import (
@@ -17,12 +17,14 @@ from pydantic import (
     StrictStr,
     ValidationInfo,
     field_validator,
+    model_validator,
 )
+from pydantic_core import PydanticKnownError
 
 from guideload._core import Law
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, entries, in_range, not_required
-from guideload.base.errors import ValueRefused
+from guideload.base.config import ConfigModel, entries, in_range
+from guideload.base.errors import SceneError, ValueRefused
 from guideload.base.ranges import (
     ACCELERATION,
     DAMPING,
@@ -32,7 +34,9 @@ from guideload.base.ranges import (
     MASS,
     POSITION,
     RATIO,
+    ROLL,
     SMALLEST_MOMENT,
+    TILTING,
 )
 from guideload.base.visible_text import HIDDEN, escaped
 from guideload.machine.laws import (
@@ -62,6 +66,8 @@ def _printable(name: str) -> str:
 Name = Annotated[StrictStr, Field(min_length=1), AfterValidator(_printable)]
 Length = Annotated[float, in_range(POSITION)]
 PositiveLength = Annotated[float, in_range(LENGTH, above=0.0)]
+RotationalStiffness = Annotated[float, in_range(TILTING, above=0.0)]
+Roll = Annotated[float, in_range(ROLL)]
 Mass = Annotated[float, in_range(MASS, above=0.0)]
 Inertia = Annotated[float, in_range(INERTIA)]
 Damping = Annotated[float, in_range(DAMPING, least=0.0)]
@@ -156,21 +162,56 @@ class Rail(ConfigModel):
 
     name: Name = Field(description='a unique name, e.g. "1"')
     position: Cross = Field(description='y, z from L, e.g. ["50 mm", "-350 mm"]')
+    roll: Roll = Field(
+        default=0.0,
+        description='angle about x by which y and z of its carriages are turned, y towards z, e.g. "90 deg"',
+    )
+
+
+class Distances(NamedTuple):
+    """Distances [m] between the links of a carriage, which with their stiffness resist its rotations.
+
+    pitch  of the links along y, along the rail
+    yaw    of the links along z, along the rail
+    roll   of the links along y, across the rail; 0 if they are in the middle of the rail
+    """
+
+    pitch: float
+    yaw: float
+    roll: float
 
 
 class Carriage(ElasticModel):
     """A carriage: one link along y and one along z at each of its ends, x - length/2 and x + length/2 (paper, 4.1).
 
-    Its elastic law along y and z follows from stiffness, clearance, preload or curve; see `guideload.machine.laws`.
+    With `width` it has two links along y at each end, at z - width/2 and z + width/2, which resist roll. y and z are
+    those of its rail. Its elastic law along y and z follows from stiffness, clearance, preload or curve; see
+    `guideload.machine.laws`.
     """
-
-    model_config = not_required("length")
 
     name: Name = Field(description='a unique name, e.g. "1"')
     rail: Name = Field(description="the name of the rail it runs on")
     x: Length = Field(description='x of its centre from L, e.g. "-500 mm"')
-    length: PositiveLength = Field(
-        description='distance between its two ends along x, e.g. "85 mm"; a product may give it'
+    stiffness_pitch: RotationalStiffness | None = Field(
+        default=None,
+        description='stiffness against rotation about z, e.g. "250 kN m/rad", in place of the one by length',
+    )
+    stiffness_yaw: RotationalStiffness | None = Field(
+        default=None,
+        description='stiffness against rotation about y, e.g. "250 kN m/rad", in place of the one by length',
+    )
+    stiffness_roll: RotationalStiffness | None = Field(
+        default=None, description='stiffness against rotation about x, e.g. "80 kN m/rad" (or width instead)'
+    )
+    length: PositiveLength | None = Field(
+        default=None,
+        validate_default=True,
+        description='distance between its two ends along x, e.g. "85 mm"; a product may give it',
+    )
+    width: PositiveLength | None = Field(
+        default=None,
+        description='distance across the rail of its rows of balls or rollers, e.g. "23 mm", which resist roll; '
+        "a product may give it",
     )
     curve_y: Curve | None = curve_field("of the whole carriage along y", "_y")
     curve_z: Curve | None = curve_field("of the whole carriage along z", "_z")
@@ -196,6 +237,61 @@ class Carriage(ElasticModel):
     def laws(self) -> tuple[Law, Law]:
         """The elastic laws of the whole carriage along y and along z."""
         return self._law("_y"), self._law("_z")
+
+    @field_validator("length")
+    @classmethod
+    def _length_or_stiffness(cls, length: float | None, info: ValidationInfo) -> float | None:
+        """Require length unless pitch and yaw stiffness, which replace it, are both given."""
+        replaced = all(info.data.get(key, 0.0) is not None for key in ("stiffness_pitch", "stiffness_yaw"))
+        if length is None and not replaced:
+            raise PydanticKnownError("missing")
+        if length is not None and replaced:
+            way_out = "they replace what length gives: keep one of them"
+            raise ValueRefused("no length beside stiffness_pitch and stiffness_yaw", length, way_out)
+        return length
+
+    @field_validator("width")
+    @classmethod
+    def _width_or_stiffness(cls, width: float | None, info: ValidationInfo) -> float | None:
+        if width is not None and info.data.get("stiffness_roll") is not None:
+            way_out = "either gives the stiffness against roll: keep one of them"
+            raise ValueRefused("no width beside stiffness_roll", width, way_out)
+        return width
+
+    @model_validator(mode="after")
+    def _possible(self) -> Carriage:
+        """Refuse a rotational stiffness that links with the carriage's stiffness cannot have in any machine."""
+        try:
+            distances = self.distances
+        except SceneError:  # an impossible law: the scene tells it
+            return self
+        for key, distance in distances._asdict().items():
+            if not LENGTH.holds(distance):
+                axis = "z" if key == "yaw" else "y"
+                reason = (
+                    f"with stiffness_{axis} its links would be {distance:.3g} m apart: is the unit right?"
+                )
+                raise ValueRefused(f"a possible stiffness_{key}", getattr(self, f"stiffness_{key}"), reason)
+        return self
+
+    @property
+    def resists_roll(self) -> bool:
+        """Whether its links along y are in two rows."""
+        return self.width is not None or self.stiffness_roll is not None
+
+    @property
+    def distances(self) -> Distances:
+        """The distances of its links; a stiffness k_r against a rotation takes 2 sqrt(k_r/k), with the nominal k."""
+
+        def distance(rotational: float | None, law: Law, otherwise: float | None) -> float:
+            return (otherwise or 0.0) if rotational is None else 2.0 * math.sqrt(rotational / law.stiffness)
+
+        along_y, along_z = self.laws
+        return Distances(
+            pitch=distance(self.stiffness_pitch, along_y, self.length),
+            yaw=distance(self.stiffness_yaw, along_z, self.length),
+            roll=distance(self.stiffness_roll, along_y, self.width),
+        )
 
 
 def unit_vector(direction: Vector, example: str) -> Vector:

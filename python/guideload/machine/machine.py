@@ -22,14 +22,22 @@ from pydantic_core import InitErrorDetails
 from guideload._core import Law, Scene
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel
-from guideload.base.errors import MOST_PROBLEMS, ArgumentError, ConfigError, KeyPath, ValueRefused, shown
+from guideload.base.errors import (
+    MOST_PROBLEMS,
+    ArgumentError,
+    ConfigError,
+    KeyPath,
+    SceneError,
+    ValueRefused,
+    shown,
+)
 from guideload.base.toml import located, read_toml
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
 from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
-from guideload.machine.links import ENDS, LinkTable, read_only, table_of
+from guideload.machine.links import NAMES, LinkTable, read_only, table_of
 from guideload.machine.points import PointOfInterest
 from guideload.machine.products import filled, product_problems, with_catalogue
 
@@ -134,6 +142,33 @@ class Machine(ConfigModel):
         return read_only(np.array(centers, dtype=np.float64).reshape(-1, 3))
 
     @cached_property
+    def carriage_places(self) -> Array:
+        """Centre of each carriage and roll of its rail, (carriage, 4) [m, m, m, rad]: point and axes of its load."""
+        rolls = [self.rails[i].roll for i in self.rail_of_carriage]
+        return read_only(np.column_stack([self.carriage_centers, np.array(rolls, dtype=np.float64)]))
+
+    @cached_property
+    def carriage_axes(self) -> Array:
+        """Own x, y and z of each carriage, as rows, in the axes of the machine: (carriage, 3, 3)."""
+        rolls = self.carriage_places[:, 3]
+        axes = np.zeros((rolls.size, 3, 3))
+        axes[:, 0, 0] = 1.0
+        axes[:, 1, 1] = axes[:, 2, 2] = np.cos(rolls)
+        axes[:, 1, 2], axes[:, 2, 1] = np.sin(rolls), 0.0 - np.sin(rolls)
+        return read_only(axes)
+
+    @property
+    def in_one_line(self) -> bool:
+        """Whether all carriages are in one line, as on a single rail."""
+        across = self.carriage_centers[:, 1:]
+        return across.size > 0 and not np.ptp(across, axis=0).any()
+
+    @property
+    def has_rolled_rails(self) -> bool:
+        """Whether the own axes of a carriage differ from those of the machine."""
+        return bool(self.carriage_places[:, 3].any())
+
+    @cached_property
     def rail_of_carriage(self) -> NDArray[np.intp]:
         """Index of each carriage's rail, shape (carriage,)."""
         index = {rail.name: i for i, rail in enumerate(self.rails)}
@@ -169,10 +204,24 @@ class Machine(ConfigModel):
         return read_only(centers)
 
     @cached_property
+    def rail_places(self) -> Array:
+        """As `carriage_places`, for the loads of the rails: (rail, 4) [m, m, m, rad]."""
+        rolls = np.array([rail.roll for rail in self.rails], dtype=np.float64)
+        return read_only(np.column_stack([self.rail_centers, rolls]))
+
+    @cached_property
     def scene(self) -> Scene:
         """The scene that the core integrates. Raises SceneError if the links do not support the body."""
         table = self.link_table()
-        return self._scene_with(table.laws, table.damping_in_contact)
+        try:
+            return self._scene_with(table.laws, table.damping_in_contact)
+        except SceneError as error:
+            if self.in_one_line and not any(carriage.resists_roll for carriage in self.carriages):
+                way_out = (
+                    "carriages in one line resist roll if each has the key width, the distance of its rows"
+                )
+                raise SceneError(f"{error}; {way_out}") from None
+            raise
 
     @cached_property
     def nominal_scene(self) -> Scene:
@@ -209,7 +258,7 @@ class Machine(ConfigModel):
 
     @cached_property
     def _links(self) -> LinkTable:
-        return table_of(self.carriages, self.carriage_centers, self.links)
+        return table_of(self.carriages, self.carriage_places, self.links)
 
     def __eq__(self, other: object) -> bool:
         """Whether all fields are equal; cached properties are not compared."""
@@ -248,7 +297,7 @@ def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
                     (key, i, "name"),
                     ValueRefused("a unique name", name, f"{key}[{first[name]}] has it already"),
                 )
-    taken = {f"{name}:{end}" for _, name in carriages for end in ENDS}
+    taken = {f"{name}:{end}" for _, name in carriages for end in NAMES}
     for i, name in links:
         if name in taken:
             yield (

@@ -146,7 +146,8 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
     load, static = data["force"].sel(here).values, float(data["static_force"].sel(here))
     peak = int(np.abs(load).argmax())
     contact = result.audit.contact
-    links = result.machine.links_of_carriages[index]["yz".index(axis) :: 2]
+    links = result.machine.links_of_carriages[index]
+    links = links[result.machine.link_table().axis[links] == "xyz".index(axis)]
     lost = contact.lost_by(links)
     with look():
         ax = axes_or_new(ax, 7.5, 2.8)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from guideload._core import Law
-    from guideload.machine.components import Carriage, Link
+    from guideload.machine.components import Carriage, Link, Rail
     from guideload.machine.machine import Machine
 
 # Machines on guides have modes at tens to hundreds of Hz, damping of some percent and clearances of micrometres. Beyond
@@ -28,7 +28,9 @@ SLOWEST_MODE = 1.0  # Hz
 LARGEST_DAMPING = 2.0  # of critical
 LARGEST_CLEARANCE = 1e-3  # m
 
-STATIC_DEFINITIONS = "Forces of the body on the carriage, global axes; moments about the carriage's centre."
+STATIC_DEFINITIONS = (
+    "Forces of the body on the carriage, in its rail's axes; moments about the carriage's centre."
+)
 NOMINAL = "* Not linear. The table has the nominal stiffness, which determines modes and longest stable step. The law:"
 
 
@@ -94,19 +96,23 @@ def modes_range(modes: Modes) -> str:
 
 def carriage_tables(machine: Machine) -> list[RenderableType]:
     """A row per carriage: position, stiffness, damping, rail; and a second table of nonlinear laws."""
-    headings = ("x\nmm", "y\nmm", "z\nmm", "length\nmm", "ky\nN/um", "kz\nN/um", "by\nkN s/m", "bz\nkN s/m")
-    table = new_table("carriage", *headings, texts=("rail",))
+    rolling = [carriage.distances.roll > 0.0 for carriage in machine.carriages]
+    width = ("width\nmm",) if any(rolling) else ()
+    headings = ("ky\nN/um", "kz\nN/um", "by\nkN s/m", "bz\nkN s/m")
+    table = new_table("carriage", "x\nmm", "y\nmm", "z\nmm", "length\nmm", *width, *headings, texts=("rail",))
+    rails = {rail.name: rail for rail in machine.rails}
     carriages_of: dict[tuple[str, str], list[str]] = {}  # by axes and text of a nonlinear law
     for carriage, center in zip(machine.carriages, machine.carriage_centers, strict=True):
         table.add_row(
             Text(carriage.name),
-            *(f"{1e3 * place:g}" for place in (*center, carriage.length)),
+            *(f"{1e3 * place:g}" for place in center),
+            *_distances(carriage)[: 1 + len(width)],
             *(
                 f"{1e-6 * law.stiffness:g}" if law.kind == "linear" else f"{1e-6 * law.stiffness:.4g}*"
                 for law in carriage.laws
             ),
             *(f"{1e-3 * b:g}" for b in (carriage.damping_y, carriage.damping_z)),
-            Text(carriage.rail),
+            Text(_rail_text(rails[carriage.rail])),
         )
         laws = [
             (axis, law_text(carriage, law, axis))
@@ -122,6 +128,16 @@ def carriage_tables(machine: Machine) -> list[RenderableType]:
     for (axes, text), names in carriages_of.items():
         laws_table.add_row(Text(", ".join(names)), axes, text)
     return [table, NOMINAL, laws_table]
+
+
+def _distances(carriage: Carriage) -> tuple[str, str]:
+    """Length and width of a carriage in mm, or the distances of its links that stated stiffnesses give."""
+    pitch, yaw, roll = (f"{1e3 * distance:.4g}" for distance in carriage.distances)
+    return (pitch if pitch == yaw else f"{pitch} (y), {yaw} (z)"), roll
+
+
+def _rail_text(rail: Rail) -> str:
+    return f"{rail.name}, rolled {np.degrees(rail.roll):.4g} deg" if rail.roll else rail.name
 
 
 def product_lines(machine: Machine) -> list[str]:
@@ -252,4 +268,4 @@ def _millimetres(point: Sequence[float]) -> str:
 
 def _static_loads(machine: Machine) -> NDArray[np.float64]:
     """Static loads (carriage, 6): Fx Fy Fz [N], Mx My Mz [N m]."""
-    return machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_centers)
+    return machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_places)

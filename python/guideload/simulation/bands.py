@@ -88,7 +88,7 @@ def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> C
     machine = run.machine
     stamps = run.motion.time if uncertainty.time is None else uncertainty.time
     motion = uncertainty.model, uncertainty.derivative, uncertainty.unit, stamps
-    groups = machine.links_of_carriages, machine.carriage_centers
+    groups = machine.links_of_carriages, machine.carriage_places
     standard_deviations = load_spread(machine.scene, *motion, run.time, loads, *groups)
     of_loads = standard_deviations[1]
     lower = upper = np.full(loads.shape[1], np.nan)

@@ -73,7 +73,7 @@ class Run:
 
         part: total, elastic or damping. solution: default `self.solution`.
         """
-        groups = self.machine.links_of_carriages, self.machine.carriage_centers
+        groups = self.machine.links_of_carriages, self.machine.carriage_places
         loads = (solution or self.solution).group_loads(*groups, part)
         loads.setflags(write=False)  # arrays of the result are views of it
         return loads

@@ -75,7 +75,7 @@ def peak_loads(
         rtol=rtol,
         step=step,
         groups=machine.links_of_carriages,
-        centers=machine.carriage_centers,
+        centers=machine.carriage_places,
     )
     return Peaks(tuple(carriage.name for carriage in machine.carriages), *extremes)
 

@@ -7,7 +7,7 @@ use numpy::{PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUnty
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array2, CoreError, List, Samples, matrix3, numbers, rows, zeros};
+use crate::convert::{self, Array2, CoreError, List, Samples, matrix3, numbers, zeros};
 use crate::interrupt::compute;
 use crate::law::PyLaw;
 use crate::life::{Rule, equivalent_load};
@@ -78,9 +78,9 @@ impl PyBatch {
         rules: Option<List<(Rule<'_>, Rule<'_>)>>,
     ) -> PyResult<Self> {
         let links = links(&points, &directions, &laws.0, &damping, &damping_in_contact)?;
-        let mut groups: Vec<Group> = group_links(links.len(), &groups.0, &rows::<3>(&centers, "centers")?)?
+        let mut groups: Vec<Group> = group_links(links.len(), &groups.0, &centers)?
             .into_iter()
-            .map(|(links, center)| Group::new(links, center.into()))
+            .map(|(links, center, axes)| Group { axes, ..Group::new(links, center) })
             .collect();
         let rules = rules.map_or_else(Vec::new, |rules| rules.0);
         if ![0, groups.len()].contains(&rules.len()) {

@@ -28,8 +28,8 @@ Measure = tuple[str, int, str]  # recorded load, index of the carriage, statisti
 Recorded = Literal["Fx", "Fy", "Fz", "Mx", "My", "Mz", "resultant", "load", "contact", "drive"]
 Statistic = Literal["min", "time_of_min", "max", "time_of_max", "rms", "start"]
 STATISTICS: tuple[Statistic, ...] = get_args(Statistic)
-# A carriage has no links along x, so Fx and Mx are 0 and recorded on request only.
-USUAL: tuple[Recorded, ...] = ("Fy", "Fz", "My", "Mz", "resultant", "load", "contact", "drive")
+# A carriage has no links along x and, without width, resists no roll: Fx and Mx are then 0, recorded on request only.
+USUAL: tuple[Recorded, ...] = ("Fy", "Fz", "Mx", "My", "Mz", "resultant", "load", "contact", "drive")
 UNITS = {name: "N" for name in ("Fx", "Fy", "Fz")} | {name: "Nm" for name in ("Mx", "My", "Mz")}
 UNITS |= {"resultant": "N", "drive": "N"}
 PEAK, LIFE, CONTACT = "peak_resultant_N", "life_km", "contact_lost"
@@ -159,7 +159,9 @@ def measures_of(
     for i, load in enumerate(loads or ()):
         if load in missing:
             raise refused_at(("quantities", i), "a quantity of this scene", load, missing[load])
-    recorded = [load for load in loads or USUAL if load not in missing]
+    resists_roll = any(carriage.resists_roll for carriage in machine.carriages)
+    usual = [load for load in USUAL if load != "Mx" or resists_roll]
+    recorded = [load for load in loads or usual if load not in missing]
     statistics_of = {"load": ("mean",), "contact": ("lost",)}
     measures: list[Measure] = [
         (load, i, statistic)

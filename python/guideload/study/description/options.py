@@ -114,7 +114,10 @@ class StudyOptions(ConfigModel):
     histories: Annotated[int | tuple[int, ...], PlainValidator(_indices)] = optional(
         "runs whose histories are stored, or the number of first runs", 0
     )
-    quantities: tuple[Recorded, ...] | None = optional("recorded loads; default all but Fx, Mx", min_length=1)
+    quantities: tuple[Recorded, ...] | None = optional(
+        "recorded loads; default all but Fx, and Mx only where a carriage has width or stiffness_roll",
+        min_length=1,
+    )
     statistics: tuple[Statistic, ...] = optional("statistics of loads over time", STATISTICS, min_length=1)
     exponent: Annotated[float, PlainValidator(exponent_of)] = optional(
         'exponent of the mean load: 3 for balls, "10/3" for rollers', 3.0

@@ -13,6 +13,8 @@ from difflib import get_close_matches
 from functools import cached_property
 from typing import NamedTuple
 
+import numpy as np
+
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import (
     ACCELERATION,
@@ -29,7 +31,7 @@ from guideload.base.ranges import (
 )
 from guideload.machine.components import Carriage, Link
 from guideload.machine.laws import Sides
-from guideload.machine.links import ENDS
+from guideload.machine.links import links_of
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.study.sampling.distributions import Form
@@ -40,6 +42,8 @@ Targets = Sequence[tuple[Target, float]]  # with their factors
 Change = tuple[Target, float, tuple[tuple[int, float], ...]]
 RANGES = {one.unit: one for one in (MASS, INERTIA, ACCELERATION, STIFFNESS, DAMPING, PRELOAD, RATIO)}
 AXES = ("x", "y", "z")
+# Stiffnesses against rotation: the axis of the links that resist it, and the distance that may stand in its place.
+STATED = (("pitch", "_y", "length"), ("yaw", "_z", "length"), ("roll", "_y", "width"))
 NEAR = 3  # nearest names that an error lists
 
 
@@ -108,21 +112,72 @@ def _of_machine(machine: Machine, motion: Motion) -> Iterator[Row]:
     yield Row("motion.force_scale", "1", "", force, [(("wrench", 0, 0), 1.0)], need)
 
 
-def _of_rail(position: Sequence[float], carriages: Sequence[int]) -> Iterator[Row]:
+def _of_rail(machine: Machine, index: int) -> Iterator[Row]:
+    rail, carriages = machine.rails[index], np.flatnonzero(machine.rail_of_carriage == index).tolist()
     for i, axis in enumerate(("y", "z")):
-        links = [(("point", 4 * j + end, i + 1), 1.0) for j in carriages for end in range(len(ENDS))]
+        links = [(("point", k, i + 1), 1.0) for k in machine.links_of_rails[index].tolist()]
         centers = [(("center", j, i + 1), 1.0) for j in carriages]
-        yield Row(f"position.{axis}", "m", "", position[i], [*links, *centers])
+        yield Row(f"position.{axis}", "m", "", rail.position[i], [*links, *centers])
+    yield Row(
+        "roll",
+        "rad",
+        "",
+        None,
+        [],
+        "a rail turned in the machine file: links of a study keep their directions",
+    )
 
 
-def _of_carriage(i: int, carriage: Carriage) -> Iterator[Row]:
-    points: list[Target] = [("point", 4 * i + k, 0) for k in range(len(ENDS))]
-    yield Row("x", "m", "", carriage.x, [*((point, 1.0) for point in points), (("center", i, 0), 1.0)])
-    signs = [0.5 if end.startswith("+") else -0.5 for end in ENDS]
-    yield Row("length", "m", "> 0", carriage.length, list(zip(points, signs, strict=True)))
-    for axis in ("y", "z"):
-        links = [4 * i + k for k, end in enumerate(ENDS) if end.endswith(axis)]
-        yield from _of_spring(carriage, carriage.damping_in_contact, f"_{axis}", links, 0.5)
+def _of_carriage(machine: Machine, i: int) -> Iterator[Row]:
+    carriage, links, first = (
+        machine.carriages[i],
+        links_of(machine.carriages[i]),
+        int(machine.links_of_carriages[i][0]),
+    )
+    points = [first + k for k in range(len(links))]
+    along = [(("point", k, 0), 1.0) for k in points]
+    yield Row("x", "m", "", carriage.x, [*along, (("center", i, 0), 1.0)])
+    own_z = machine.carriage_axes[i, 2].tolist()
+    lengthened = (carriage.stiffness_pitch is None, carriage.stiffness_yaw is None)
+    ends = [
+        (("point", k, 0), link.end)
+        for k, link in zip(points, links, strict=True)
+        if lengthened[link.axis - 1]
+    ]
+    yield Row(
+        "length", "m", "> 0", carriage.length, ends, "a length, in place of stiffness_pitch and stiffness_yaw"
+    )
+    rows = [
+        (("point", k, j), link.row * own_z[j])
+        for k, link in zip(points, links, strict=True)
+        if link.row
+        for j in (1, 2)
+    ]
+    yield Row("width", "m", "> 0", carriage.width, rows, "a width, in place of stiffness_roll")
+    for axis in (1, 2):
+        along_axis = [k for k, link in zip(points, links, strict=True) if link.axis == axis]
+        suffix = f"_{AXES[axis]}"
+        for row in _of_spring(
+            carriage, carriage.damping_in_contact, suffix, along_axis, 1.0 / len(along_axis)
+        ):
+            yield _unless_stated(row, carriage, suffix)
+    for rotation, suffix, distance in STATED:
+        need = f"{distance}, which can vary: stiffness_{rotation} is stiffness{suffix} {distance}^2/4"
+        yield Row(f"stiffness_{rotation}", "N m/rad", "> 0", None, [], need)
+
+
+def _unless_stated(row: Row, carriage: Carriage, suffix: str) -> Row:
+    """A parameter of a law, which a stiffness against rotation refuses: its links would have to move with it."""
+    if row.value is None or not row.key.startswith("stiffness"):
+        return row
+    for rotation, of_suffix, distance in STATED:
+        if of_suffix == suffix and getattr(carriage, f"stiffness_{rotation}") is not None:
+            number = getattr(carriage.distances, rotation)
+            need = (
+                f"{distance} = {number:.9g} (m) in place of stiffness_{rotation}, which then varies with it"
+            )
+            return row._replace(value=None, need=need)
+    return row
 
 
 def _of_link(index: int, link: Link) -> Iterator[Row]:
@@ -165,7 +220,13 @@ def _range_of(row: Row) -> Range:
     """The range of a parameter: by its unit and, for lengths, by its key."""
     if row.unit != "m":
         return RANGES[row.unit]
-    return CLEARANCE if row.key.startswith("clearance") else LENGTH if row.key == "length" else POSITION
+    return (
+        CLEARANCE
+        if row.key.startswith("clearance")
+        else LENGTH
+        if row.key in ("length", "width")
+        else POSITION
+    )
 
 
 # ---- the parameters of one machine
@@ -186,13 +247,13 @@ class Parameters:
         }
         self._add("", "", {}, _of_machine(machine, motion))
         for i, rail in enumerate(machine.rails):
-            on_it = [j for j, index in enumerate(machine.rail_of_carriage.tolist()) if index == i]
-            self._add("rails", rail.name, {"rail": rail.name}, _of_rail(rail.position, on_it))
+            self._add("rails", rail.name, {"rail": rail.name}, _of_rail(machine, i))
         for i, carriage in enumerate(machine.carriages):
             owners = {"carriage": carriage.name, "rail": carriage.rail}
-            self._add("carriages", carriage.name, owners, _of_carriage(i, carriage))
+            self._add("carriages", carriage.name, owners, _of_carriage(machine, i))
+        first = len(machine.link_table().names) - len(machine.links)
         for i, link in enumerate(machine.links):
-            self._add("links", link.name, {"link": link.name}, _of_link(4 * len(machine.carriages) + i, link))
+            self._add("links", link.name, {"link": link.name}, _of_link(first + i, link))
 
     def _add(self, kind: str, name: str, owners: dict[str, str], rows: Iterator[Row]) -> None:
         part = f'{kind}["{name}"].' if name.isdecimal() else f"{kind}[{name}]." if kind else ""

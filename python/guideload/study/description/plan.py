@@ -65,7 +65,7 @@ class Plan:
     def _batch(self) -> Batch:
         return self._batch_with(
             groups=self.metadata.machine.links_of_carriages,
-            centers=self.metadata.machine.carriage_centers,
+            centers=self.metadata.machine.carriage_places,
             changes=self.changes,
             measures=self.metadata.measures,
         )

@@ -11,6 +11,7 @@ use crate::model::Body;
 use crate::model::Free;
 use crate::model::Link;
 use crate::model::Scene;
+use crate::output::Axes;
 
 /// The scene that samples change.
 #[derive(Debug, Clone, Copy)]
@@ -51,6 +52,8 @@ pub struct Group {
     pub links: Vec<usize>,
     /// Reference point of the moments, m from L.
     pub center: Vector3<f64>,
+    /// The axes of its load.
+    pub axes: Axes,
     /// Rule of the equivalent load whose mean is measured.
     pub mean_rule: EquivalentLoad,
     /// Rule of the equivalent load whose largest value is measured, for the static safety; its preload has no effect.
@@ -58,10 +61,10 @@ pub struct Group {
 }
 
 impl Group {
-    /// Links whose equivalent loads are `|Fy| + |Fz|`.
+    /// Links whose load is along the axes of the machine, and whose equivalent loads are `|Fy| + |Fz|`.
     pub fn new(links: Vec<usize>, center: Vector3<f64>) -> Self {
         let [mean_rule, peak_rule] = [EquivalentLoad::SUM_OF_FORCES; 2];
-        Self { links, center, mean_rule, peak_rule }
+        Self { links, center, axes: Axes::MACHINE, mean_rule, peak_rule }
     }
 }
 
@@ -73,6 +76,7 @@ pub struct Instance {
     free: Free,
     links: Vec<Link>,
     centers: Vec<Vector3<f64>>,
+    axes: Vec<Axes>,
     factors: [f64; 2],
 }
 
@@ -90,6 +94,7 @@ impl Instance {
             free: base.free,
             links: base.links.to_vec(),
             centers: base.groups.iter().map(|group| group.center).collect(),
+            axes: base.groups.iter().map(|group| group.axes).collect(),
             factors: [1.0; 2],
         })
     }
@@ -130,6 +135,11 @@ impl Instance {
     /// Centres of the groups, m from L.
     pub fn centers(&self) -> &[Vector3<f64>] {
         &self.centers
+    }
+
+    /// Axes of the loads of the groups.
+    pub fn axes(&self) -> &[Axes] {
+        &self.axes
     }
 
     /// Factors on the accelerations of the motion and on its external loads.

@@ -126,11 +126,12 @@ impl<S: Simd> Links<S> {
     ) -> Real<S> {
         Real::gather(simd, |lane| {
             let scene = &scenes[lane];
-            let o = scene.links()[link].direction();
+            let (o, axes) = (scene.links()[link].direction(), scene.axes()[group]);
             if component < 3 {
-                o[component]
+                axes.components(o)[component]
             } else {
-                (scene.links()[link].point() - scene.centers()[group]).cross(&o)[component - 3]
+                let moment = (scene.links()[link].point() - scene.centers()[group]).cross(&o);
+                axes.components(moment)[component - 3]
             }
         })
     }
