@@ -38,7 +38,7 @@ def test_an_envelope_has_every_extreme(count: int) -> None:
 
 
 def test_the_worst_cycle_is_that_of_the_peak(long: Result) -> None:
-    """From the start of its move to the end of its standstill: 0.8 + 0.025 s and the dwell, and a margin that ends with the record."""
+    """From the start of its move to the end of its standstill, with a margin on either side within the record."""
     assert is_long(long) and not is_long(simulate(cart(), cycle()))
     time, resultant = long.quantities["time"], long.quantities["resultant"].max(axis=1)
     part = worst_cycle(long)
