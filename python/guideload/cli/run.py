@@ -16,6 +16,7 @@ from guideload.cli.exit_codes import exit_if, picture_failure
 from guideload.cli.inputs import EXAMPLES, paths, read_machine, read_motion
 from guideload.cli.outputs import (
     FORMATS,
+    OF_POINTS,
     PICTURES,
     atomic_output,
     require_report,
@@ -154,7 +155,7 @@ def run(
 
 def _output_names(file_format: str, pictures: bool) -> set[str]:
     """Names of the files that `_write` writes."""
-    names = {FORMATS[file_format], "report.txt", *(PICTURES if pictures else ())}
+    names = {FORMATS[file_format], "report.txt", *((*PICTURES, OF_POINTS) if pictures else ())}
     return names | {"loads.json"} if file_format == "csv" else names
 
 

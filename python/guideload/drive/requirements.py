@@ -92,6 +92,14 @@ class DriveRequirements:
         """Force [N] that holds the cart at rest: against gravity along x, without friction."""
         return float(self.machine.scene.static_reaction()[0])
 
+    @property
+    def holding_torque(self) -> float | None:
+        """Torque of the motor [N m] that holds the cart at rest, without loss in the gear; None without `motor`."""
+        drive = self.machine.drive
+        return (
+            None if self.motor is None or drive is None else self.holding_force * drive.speed_per_motor_speed
+        )
+
     @cached_property
     def power(self) -> Array | None:
         """Power at the cart (time,) [W]; negative where the cart feeds the drive; None without velocity."""

@@ -20,6 +20,7 @@ from guideload.base.arrays import Array
 from guideload.html_report.document import Line, chart, document, folded, html_of, picture, section
 from guideload.html_report.page import footer, save_page
 from guideload.life.life import Life
+from guideload.plots.long_records import is_long, worst_cycle
 from guideload.plots.machine import modes as modes_picture
 from guideload.plots.machine import scene
 from guideload.plots.style import INK, carriage_look
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
     from guideload.machine.machine import Machine
     from guideload.simulation.result import Result
 
-AROUND_PEAK = 0.25  # s before and after the largest load
+AROUND_PEAK = 0.25  # s before and after the largest load; of a long record the worst cycle is shown instead
 PACKAGES = ("guideload", "numpy", "scipy")
 # What the figures rest on: statement and source.
 ASSUMPTIONS = (
@@ -119,6 +120,9 @@ def _load_charts(result: Result) -> Iterator[str]:
         return
     largest = time[int(data["resultant"].max(axis=1).argmax())]
     near = np.abs(time - largest) <= AROUND_PEAK
+    if is_long(result):
+        near = np.zeros(time.size, np.bool_)
+        near[worst_cycle(result)] = True
 
     def lines_of(values: Array) -> list[Line]:
         return [_line(i, carriage.name, values[:, i]) for i, carriage in enumerate(machine.carriages)]

@@ -14,6 +14,7 @@ from guideload.plots.drivers import scatter, tornado
 from guideload.plots.life import rail_damage
 from guideload.plots.loads import load_y, load_z, moments, motor_speed, paper_figures, resultant
 from guideload.plots.machine import equivalent_box, modes, scene
+from guideload.plots.points import points
 from guideload.plots.response import frequency_response
 from guideload.plots.saving import save, save_each
 from guideload.plots.spectrum import load_density, spectrum
@@ -44,6 +45,7 @@ __all__ = [
     "moments",
     "motor_speed",
     "paper_figures",
+    "points",
     "rail_damage",
     "resultant",
     "save",
@@ -76,4 +78,6 @@ def save_all(result: Result, folder: str | Path) -> list[Path]:
             "moments.png": lambda: moments(result),
             "spectrum.png": lambda: spectrum(result),
         }
+    if result.machine.points:
+        drawings["points.png"] = lambda: points(result)[0]
     return save_each(drawings, folder)
