@@ -23,7 +23,7 @@ from pydantic_core import PydanticKnownError
 
 from guideload._core import Law
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, entries, in_range
+from guideload.base.config import ConfigModel, entries, in_range, not_required
 from guideload.base.errors import SceneError, ValueRefused
 from guideload.base.ranges import (
     ACCELERATION,
@@ -189,8 +189,13 @@ class Carriage(ElasticModel):
     `guideload.machine.laws`.
     """
 
+    model_config = not_required("damping_y", "damping_z")  # its type may give them
+
     name: Name = Field(description='a unique name, e.g. "1"')
     rail: Name = Field(description="the name of the rail it runs on")
+    type: Name | None = Field(
+        default=None, description="a table of [carriage_types], which gives the keys that are left out here"
+    )
     x: Length = Field(description='x of its centre from L, e.g. "-500 mm"')
     stiffness_pitch: RotationalStiffness | None = Field(
         default=None,
