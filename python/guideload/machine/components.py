@@ -41,6 +41,7 @@ from guideload.base.ranges import (
 from guideload.base.visible_text import HIDDEN, escaped
 from guideload.machine.laws import (
     Clearance,
+    Compliance,
     Curve,
     DampingInContact,
     ElasticModel,
@@ -48,6 +49,7 @@ from guideload.machine.laws import (
     Rolling,
     Stiffness,
     clearance_field,
+    compliance_field,
     curve_field,
     preload_field,
     stiffness_field,
@@ -226,6 +228,8 @@ class Carriage(ElasticModel):
     preload_z: Preload = preload_field("of the whole carriage along z", "_z")
     clearance_y: Clearance = clearance_field("along y")
     clearance_z: Clearance = clearance_field("along z")
+    compliance_y: Compliance = compliance_field("along y")
+    compliance_z: Compliance = compliance_field("along z")
     rolling: Rolling = None
     damping_y: Damping = Field(description='damping of the whole carriage along y, e.g. "100 kN s/m"')
     damping_z: Damping = Field(description='damping of the whole carriage along z, e.g. "100 kN s/m"')
@@ -240,8 +244,27 @@ class Carriage(ElasticModel):
 
     @property
     def laws(self) -> tuple[Law, Law]:
-        """The elastic laws of the whole carriage along y and along z."""
+        """The elastic laws of the whole carriage along y and along z, in series with the structure's compliance."""
+        return self._law("_y", self.compliance_y), self._law("_z", self.compliance_z)
+
+    @property
+    def own_laws(self) -> tuple[Law, Law]:
+        """The elastic laws of the carriage alone."""
         return self._law("_y"), self._law("_z")
+
+    @property
+    def damping_shares(self) -> tuple[float, float]:
+        """What the compliance in series leaves of the damping along y and along z: (k_s/k)^2.
+
+        k: nominal stiffness of the carriage, whose damper is parallel to it; k_s: together with the structure. A
+        vibration of amplitude a then moves the carriage by a k_s/k, and its damper dissipates (k_s/k)^2 of the energy.
+        """
+        compliances = self.compliance_y, self.compliance_z
+        shares = [
+            (1.0 + law.stiffness * compliance) ** -2.0
+            for law, compliance in zip(self.own_laws, compliances, strict=True)
+        ]
+        return shares[0], shares[1]
 
     @field_validator("length")
     @classmethod
@@ -291,7 +314,7 @@ class Carriage(ElasticModel):
         def distance(rotational: float | None, law: Law, otherwise: float | None) -> float:
             return (otherwise or 0.0) if rotational is None else 2.0 * math.sqrt(rotational / law.stiffness)
 
-        along_y, along_z = self.laws
+        along_y, along_z = self.own_laws
         return Distances(
             pitch=distance(self.stiffness_pitch, along_y, self.length),
             yaw=distance(self.stiffness_yaw, along_z, self.length),

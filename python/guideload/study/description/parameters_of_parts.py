@@ -47,47 +47,38 @@ def of_rail(machine: Machine, index: int) -> Iterator[Row]:
 
 
 def of_carriage(machine: Machine, i: int) -> Iterator[Row]:
-    carriage, links, first = (
-        machine.carriages[i],
-        links_of(machine.carriages[i]),
-        int(machine.links_of_carriages[i][0]),
-    )
-    points = [first + k for k in range(len(links))]
-    along = [(("point", k, 0), 1.0) for k in points]
+    carriage, first = machine.carriages[i], int(machine.links_of_carriages[i][0])
+    links = list(enumerate(links_of(carriage), first))
+    along: Targets = [(("point", k, 0), 1.0) for k, _ in links]
     yield Row("x", "m", "", carriage.x, [*along, (("center", i, 0), 1.0)])
+    by_length = (carriage.stiffness_pitch is None, carriage.stiffness_yaw is None)
+    ends: Targets = [(("point", k, 0), link.end) for k, link in links if by_length[link.axis - 1]]
+    need = "a length, in place of stiffness_pitch and stiffness_yaw"
+    yield Row("length", "m", "> 0", carriage.length, ends, need)
     own_z = machine.carriage_axes[i, 2].tolist()
-    lengthened = (carriage.stiffness_pitch is None, carriage.stiffness_yaw is None)
-    ends = [
-        (("point", k, 0), link.end)
-        for k, link in zip(points, links, strict=True)
-        if lengthened[link.axis - 1]
-    ]
-    yield Row(
-        "length", "m", "> 0", carriage.length, ends, "a length, in place of stiffness_pitch and stiffness_yaw"
-    )
-    rows = [
-        (("point", k, j), link.row * own_z[j])
-        for k, link in zip(points, links, strict=True)
-        if link.row
-        for j in (1, 2)
-    ]
+    rows: Targets = [(("point", k, j), link.row * own_z[j]) for k, link in links if link.row for j in (1, 2)]
     yield Row("width", "m", "> 0", carriage.width, rows, "a width, in place of stiffness_roll")
     for axis in (1, 2):
-        along_axis = [k for k, link in zip(points, links, strict=True) if link.axis == axis]
-        suffix = f"_{AXES[axis]}"
-        for row in _of_spring(
-            carriage, carriage.damping_in_contact, suffix, along_axis, 1.0 / len(along_axis)
-        ):
-            yield _unless_stated(row, carriage, suffix)
+        of_axis = [k for k, link in links if link.axis == axis]
+        damping = carriage.damping_shares[axis - 1] / len(of_axis)
+        spring = carriage, carriage.damping_in_contact, f"_{AXES[axis]}", of_axis, 1.0 / len(of_axis), damping
+        for row in _of_spring(*spring):
+            yield _if_linear(row, carriage, axis)
     for rotation, suffix, distance in STATED:
         need = f"{distance}, which can vary: stiffness_{rotation} is stiffness{suffix} {distance}^2/4"
         yield Row(f"stiffness_{rotation}", "N m/rad", "> 0", None, [], need)
 
 
-def _unless_stated(row: Row, carriage: Carriage, suffix: str) -> Row:
-    """A parameter of a law, which a stiffness against rotation refuses: its links would have to move with it."""
-    if row.value is None or not row.key.startswith("stiffness"):
+def _if_linear(row: Row, carriage: Carriage, axis: int) -> Row:
+    """The row; without value if links or laws of the carriage do not depend linearly on it."""
+    suffix = f"_{AXES[axis]}"
+    if row.value is None or not row.key.startswith(("stiffness", "curve")):
         return row
+    if getattr(carriage, f"compliance{suffix}"):
+        k = carriage.laws[axis - 1].stiffness
+        return row._replace(
+            value=None, need=f"the law with the structure, {k:.6g} N/m, in place of compliance{suffix}"
+        )
     for rotation, of_suffix, distance in STATED:
         if of_suffix == suffix and getattr(carriage, f"stiffness_{rotation}") is not None:
             number = getattr(carriage.distances, rotation)
@@ -101,13 +92,18 @@ def _unless_stated(row: Row, carriage: Carriage, suffix: str) -> Row:
 def of_link(index: int, link: Link) -> Iterator[Row]:
     for i, axis in enumerate(AXES):
         yield Row(f"point.{axis}", "m", "", link.point[i], [(("point", index, i), 1.0)])
-    yield from _of_spring(link, link.damping_in_contact, "", [index], 1.0)
+    yield from _of_spring(link, link.damping_in_contact, "", [index], 1.0, 1.0)
 
 
 def _of_spring(
-    part: Carriage | Link, damping_in_contact: bool, suffix: str, links: Sequence[int], share: float
+    part: Carriage | Link,
+    damping_in_contact: bool,
+    suffix: str,
+    links: Sequence[int],
+    share: float,
+    damping_share: float,
 ) -> Iterator[Row]:
-    """The parameters of an elastic law and its damper; share: part of them in each of the core's links."""
+    """The parameters of an elastic law and its damper; shares: parts of them in each of the core's links."""
     stiffness, clearance, preload, curve, damping = (
         getattr(part, f"{key}{suffix}") for key in ("stiffness", "clearance", "preload", "curve", "damping")
     )
@@ -130,5 +126,5 @@ def _of_spring(
     yield of_law(f"clearance{suffix}", "m", ">= 0", clearance if clear else None, need, "clearance", 1.0)
     yield of_law(f"preload{suffix}", "N", "> 0", preload, "a preload, and the rolling element", "preload")
     yield of_law(f"curve{suffix}.scale", "1", "> 0", 1.0 if curve else None, "a curve", "scale", 1.0)
-    damper: list[tuple[Target, float]] = [(("damping", k, 0), share) for k in links]
+    damper: list[tuple[Target, float]] = [(("damping", k, 0), damping_share) for k in links]
     yield Row(f"damping{suffix}", "N s/m", ">= 0", damping, damper)
