@@ -218,7 +218,7 @@ class ElasticModel(ConfigModel):
         suffix = (info.field_name or "")[-2:]
         if value and info.data.get(f"preload{suffix}") is not None:
             way_out = (
-                f"the two have no closed form: write the law as curve{suffix}, with the compliance times the force added "
+                f"the two have no closed form: write the law as curve{suffix}, with compliance times force added "
                 "to each deflection"
             )
             raise ValueRefused(f"no {info.field_name} beside preload{suffix}", value, way_out)
