@@ -30,7 +30,7 @@ seal = "5 N"                            # of one carriage
 
 [carriage_types.wagon]                  # keys of all carriages with this type
 length = "{length}"                        # Le/sqrt(3) for rows of balls or rollers of the length Le
-{width}stiffness_y = "{stiffness[0]}"                # the catalogue's rigidity; half of it on a structure that is not stiff
+{width}stiffness_y = "{stiffness[0]}"                # the catalogue's rigidity; half of it on a soft structure
 stiffness_z = "{stiffness[1]}"
 damping_y = "{damping[0]}"                 # not in catalogues: `guideload modes` prints damping ratios, mostly near 2 %
 damping_z = "{damping[1]}"
