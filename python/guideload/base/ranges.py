@@ -59,6 +59,7 @@ STIFFNESS = Range("a stiffness", "N/m", 1e-3, 1e15, "1 N on 1 km, to a million t
 TILTING = Range(
     "a rotational stiffness", "N m/rad", 1e-9, 1e18, "a soft flexure, to a thousand times a bridge bearing"
 )
+COMPLIANCE = Range("a compliance", "m/N", 1e-15, 1e3, "the inverse of a stiffness")
 DAMPING = Range("a damping", "N s/m", 0.0, 1e12, "a million times the damper of a bridge")
 RATE = Range("a sampling rate", "1/s", 1e-9, 1e9, "from a sample in thirty years to one per nanosecond")
 CLEARANCE = Range("a clearance", "m", 1e-12, 10.0, "from a hundredth of an atom to ten metres")
@@ -80,5 +81,6 @@ FRICTION = Range("a coefficient of friction", "1", 0.0, 10.0, "more than rubber 
 OF_MACHINES = (
     MASS, INERTIA, POSITION, LENGTH, ACCELERATION, STIFFNESS, DAMPING, CLEARANCE, DEFLECTION, FORCE, PRELOAD, RATIO,
     DIRECTION, ANGLE, EFFICIENCY, FRICTION, TILTING, ROLL,
+    COMPLIANCE,
 )  # fmt: skip
 OF_MOTIONS = (TIME, ACCELERATION, JERK, SPEED, TRAVEL, ANGULAR_SPEED, FORCE, MOMENT, RATE)

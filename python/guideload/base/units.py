@@ -59,6 +59,7 @@ DIMENSIONS = {
     "N": "a force",
     "N m": "a moment",
     "N/m": "a stiffness",
+    "m/N": "a compliance",
     "N s/m": "a damping",
     "N m/rad": "a rotational stiffness",
     "kg m^2": "a moment of inertia",

@@ -23,7 +23,7 @@ from pydantic_core import PydanticKnownError
 
 from guideload._core import Law
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, entries, in_range
+from guideload.base.config import ConfigModel, entries, in_range, not_required
 from guideload.base.errors import SceneError, ValueRefused
 from guideload.base.ranges import (
     ACCELERATION,
@@ -41,6 +41,7 @@ from guideload.base.ranges import (
 from guideload.base.visible_text import HIDDEN, escaped
 from guideload.machine.laws import (
     Clearance,
+    Compliance,
     Curve,
     DampingInContact,
     ElasticModel,
@@ -48,6 +49,7 @@ from guideload.machine.laws import (
     Rolling,
     Stiffness,
     clearance_field,
+    compliance_field,
     curve_field,
     preload_field,
     stiffness_field,
@@ -189,8 +191,13 @@ class Carriage(ElasticModel):
     `guideload.machine.laws`.
     """
 
+    model_config = not_required("damping_y", "damping_z")  # its type may give them
+
     name: Name = Field(description='a unique name, e.g. "1"')
     rail: Name = Field(description="the name of the rail it runs on")
+    type: Name | None = Field(
+        default=None, description="a table of [carriage_types], which gives the keys that are left out here"
+    )
     x: Length = Field(description='x of its centre from L, e.g. "-500 mm"')
     stiffness_pitch: RotationalStiffness | None = Field(
         default=None,
@@ -221,6 +228,8 @@ class Carriage(ElasticModel):
     preload_z: Preload = preload_field("of the whole carriage along z", "_z")
     clearance_y: Clearance = clearance_field("along y")
     clearance_z: Clearance = clearance_field("along z")
+    compliance_y: Compliance = compliance_field("along y")
+    compliance_z: Compliance = compliance_field("along z")
     rolling: Rolling = None
     damping_y: Damping = Field(description='damping of the whole carriage along y, e.g. "100 kN s/m"')
     damping_z: Damping = Field(description='damping of the whole carriage along z, e.g. "100 kN s/m"')
@@ -235,8 +244,27 @@ class Carriage(ElasticModel):
 
     @property
     def laws(self) -> tuple[Law, Law]:
-        """The elastic laws of the whole carriage along y and along z."""
+        """The elastic laws of the whole carriage along y and along z, in series with the structure's compliance."""
+        return self._law("_y", self.compliance_y), self._law("_z", self.compliance_z)
+
+    @property
+    def own_laws(self) -> tuple[Law, Law]:
+        """The elastic laws of the carriage alone."""
         return self._law("_y"), self._law("_z")
+
+    @property
+    def damping_shares(self) -> tuple[float, float]:
+        """What the compliance in series leaves of the damping along y and along z: (k_s/k)^2.
+
+        k: nominal stiffness of the carriage, whose damper is parallel to it; k_s: together with the structure. A
+        vibration of amplitude a then moves the carriage by a k_s/k, and its damper dissipates (k_s/k)^2 of the energy.
+        """
+        compliances = self.compliance_y, self.compliance_z
+        shares = [
+            (1.0 + law.stiffness * compliance) ** -2.0
+            for law, compliance in zip(self.own_laws, compliances, strict=True)
+        ]
+        return shares[0], shares[1]
 
     @field_validator("length")
     @classmethod
@@ -286,7 +314,7 @@ class Carriage(ElasticModel):
         def distance(rotational: float | None, law: Law, otherwise: float | None) -> float:
             return (otherwise or 0.0) if rotational is None else 2.0 * math.sqrt(rotational / law.stiffness)
 
-        along_y, along_z = self.laws
+        along_y, along_z = self.own_laws
         return Distances(
             pitch=distance(self.stiffness_pitch, along_y, self.length),
             yaw=distance(self.stiffness_yaw, along_z, self.length),

@@ -106,7 +106,8 @@ def table_of(carriages: Sequence[Carriage], places: Array, links: Sequence[Link]
 def _rows_of(index: int, carriage: Carriage, x: float, y: float, z: float, roll: float) -> Iterator[_Row]:
     own_y = (math.cos(roll), math.sin(roll))
     own_z = (0.0 - own_y[1], own_y[0])
-    laws, damping = carriage.laws, (carriage.damping_y, carriage.damping_z)
+    (share_y, share_z), laws = carriage.damping_shares, carriage.laws
+    damping = share_y * carriage.damping_y, share_z * carriage.damping_z
     clearance = carriage.clearance_y, carriage.clearance_z
     distances = carriage.distances
     links = links_of(carriage)

@@ -34,6 +34,7 @@ from guideload.base.errors import (
 from guideload.base.toml import located, read_toml
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
+from guideload.machine.carriage_types import CarriageTypes, TypesByName, at_types, type_problems, with_types
 from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
@@ -66,6 +67,10 @@ class Machine(ConfigModel):
     )
     rails: tuple[Rail, ...] = Field(default=(), description="one [[rails]] table per rail")
     carriages: tuple[Carriage, ...] = Field(default=(), description="one [[carriages]] table per carriage")
+    carriage_types: CarriageTypes = Field(
+        default_factory=TypesByName,
+        description="a table [carriage_types.NAME] of keys for each type that carriages name by `type`",
+    )
     links: tuple[Link, ...] = Field(default=(), description="one [[links]] table for each extra link")
     points: tuple[PointOfInterest, ...] = Field(
         default=(), description="one [[points]] table for each point of the body whose motion matters"
@@ -104,23 +109,26 @@ class Machine(ConfigModel):
     @classmethod
     def _with_checked_names(cls, values: Any, handler: ModelWrapValidatorHandler[Machine]) -> Machine:
         """Check the names before the components are validated, so that all problems are reported at once."""
+        given, values = values, with_types(values)
         problems = [
             InitErrorDetails(type="value_error", loc=path, input=refused.value, ctx={"error": refused})
             for path, refused in _name_conflicts(values)
         ]
-        without_product = {
-            item["loc"][:2] for item in problems if item["loc"][2:] in (("product",), ("preload_class",))
+        without_keys = {
+            item["loc"][:2]
+            for item in problems
+            if item["loc"][2:] in (("product",), ("preload_class",), ("type",))
         }
         try:
             machine = handler(filled(values))
         except ValidationError as error:
             found = cast(list[InitErrorDetails], error.errors(include_url=False))
-            # An unknown product would have given the keys that are missing.
+            # An unknown product or type would have given the keys that are missing.
             problems += [
-                item for item in found if item["type"] != "missing" or item["loc"][:2] not in without_product
+                item for item in found if item["type"] != "missing" or item["loc"][:2] not in without_keys
             ]
         if problems:
-            raise ValidationError.from_exception_data(cls.__name__, problems)
+            raise ValidationError.from_exception_data(cls.__name__, at_types(problems, given))
         return machine
 
     def point(self, name: str) -> PointOfInterest:
@@ -277,6 +285,7 @@ def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
     """Problems of unchecked values: duplicate names, unknown rails, neither carriages nor links."""
     if not isinstance(values, dict):
         return
+    yield from type_problems(values)
     yield from product_problems(values)
     rails, carriages, links = (_names(values, key, "name") for key in ("rails", "carriages", "links"))
     if not values.get("carriages") and not values.get("links"):

@@ -9,6 +9,7 @@ from typing import Any
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused
 from guideload.catalogue.catalogue import Catalogue
 from guideload.catalogue.product import Product, product_by_name
+from guideload.machine.carriage_types import with_types
 
 LAW_KEYS = ("stiffness", "curve")  # a carriage that has one of them has its own law along this axis
 
@@ -25,7 +26,7 @@ def with_catalogue(values: dict[str, Any], file: Path) -> dict[str, Any]:
     if not path.is_file():
         hint = f"there is no {path}; the name is relative to the machine file"
         raise ConfigError([Problem(("catalogue",), name, "a catalogue file", hint, None, f'"{name}"')])
-    tables = values.get("carriages", ())
+    tables = with_types(values).get("carriages", ())
     wanted = {table.get("product") for table in tables if isinstance(table, dict)}
     own = tuple(values.get("products", ()))
     names = {table.get("name") for table in own if isinstance(table, dict)}

@@ -111,23 +111,29 @@ def carriage_tables(machine: Machine) -> list[RenderableType]:
                 f"{1e-6 * law.stiffness:g}" if law.kind == "linear" else f"{1e-6 * law.stiffness:.4g}*"
                 for law in carriage.laws
             ),
-            *(f"{1e-3 * b:g}" for b in (carriage.damping_y, carriage.damping_z)),
+            *(f"{1e-3 * b:g}" for b in _dampings(carriage)),
             Text(_rail_text(rails[carriage.rail])),
         )
         laws = [
-            (axis, law_text(carriage, law, axis))
+            (axis, law_text(carriage, law, axis) + _series_text(getattr(carriage, f"compliance_{axis}")))
             for axis, law in zip("yz", carriage.laws, strict=True)
             if law.kind != "linear"
         ]
         for text in dict.fromkeys(text for _, text in laws):
             axes = ", ".join(axis for axis, same in laws if same == text)
             carriages_of.setdefault((axes, text), []).append(carriage.name)
+    compliant = [one.name for one in machine.carriages if one.compliance_y or one.compliance_z]
+    notes = (
+        [f"Stiffness and damping of {joined(compliant)} are those with the compliance in series."]
+        if compliant
+        else []
+    )
     if not carriages_of:
-        return [table]
+        return [table, *remark(*notes)]
     laws_table = new_table("carriage", texts=("along", "law of the whole carriage"))
     for (axes, text), names in carriages_of.items():
         laws_table.add_row(Text(", ".join(names)), axes, text)
-    return [table, NOMINAL, laws_table]
+    return [table, NOMINAL, laws_table, *remark(*notes)]
 
 
 def _distances(carriage: Carriage) -> tuple[str, str]:
@@ -136,8 +142,17 @@ def _distances(carriage: Carriage) -> tuple[str, str]:
     return (pitch if pitch == yaw else f"{pitch} (y), {yaw} (z)"), roll
 
 
+def _dampings(carriage: Carriage) -> tuple[float, float]:
+    share_y, share_z = carriage.damping_shares
+    return share_y * carriage.damping_y, share_z * carriage.damping_z
+
+
 def _rail_text(rail: Rail) -> str:
     return f"{rail.name}, rolled {np.degrees(rail.roll):.4g} deg" if rail.roll else rail.name
+
+
+def _series_text(compliance: float) -> str:
+    return f"; in series with {1e9 * compliance:g} um/kN" if compliance else ""
 
 
 def product_lines(machine: Machine) -> list[str]:
