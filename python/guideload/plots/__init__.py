@@ -18,6 +18,7 @@ from guideload.plots.saving import save, save_each
 from guideload.plots.spectrum import load_density, spectrum
 from guideload.plots.stability_region import stability
 from guideload.plots.study import band, distributions, exceedance, save_study
+from guideload.plots.study_life import failure
 from guideload.plots.trace import encoder
 from guideload.plots.work_precision_diagram import work_precision
 
@@ -35,6 +36,7 @@ __all__ = [
     "encoder",
     "equivalent_box",
     "exceedance",
+    "failure",
     "load_density",
     "load_y",
     "load_z",
