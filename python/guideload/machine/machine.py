@@ -26,11 +26,12 @@ from guideload.base.errors import MOST_PROBLEMS, ConfigError, KeyPath, ValueRefu
 from guideload.base.toml import located, read_toml
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
-from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail
+from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail, TravelPosition
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
-from guideload.machine.links import ENDS, LinkTable, read_only, table_of
+from guideload.machine.links import ENDS, LinkTable, feet_on, read_only, table_of
 from guideload.machine.products import filled, product_problems, with_catalogue
+from guideload.machine.straightness import with_straightness
 
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 DOFS: tuple[Dof, ...] = get_args(Dof)
@@ -55,6 +56,10 @@ class Machine(ConfigModel):
     friction: Friction | None = Field(
         default=None, description="the table [friction] of the guides; it adds to the drive's force"
     )
+    rest_at: TravelPosition = Field(
+        default=0.0,
+        description="position of the cart at rest, where rails are not straight; a run rests where it starts",
+    )
     rails: tuple[Rail, ...] = Field(default=(), description="one [[rails]] table per rail")
     carriages: tuple[Carriage, ...] = Field(default=(), description="one [[carriages]] table per carriage")
     links: tuple[Link, ...] = Field(default=(), description="one [[links]] table for each extra link")
@@ -73,7 +78,7 @@ class Machine(ConfigModel):
         """The machine described in a TOML file. Raises ConfigError naming file, row, key and value."""
         values, places = read_toml(file)
         try:
-            return cls(**with_catalogue(values, Path(file)))
+            return cls(**with_catalogue(with_straightness(values, Path(file).parent), Path(file)))
         except ConfigError as error:
             raise located(error, str(file), places) from None
 
@@ -117,6 +122,14 @@ class Machine(ConfigModel):
         rails = [self.rails[i].position for i in self.rail_of_carriage]
         centers = [(carriage.x, *rail) for carriage, rail in zip(self.carriages, rails, strict=True)]
         return read_only(np.array(centers, dtype=np.float64).reshape(-1, 3))
+
+    @cached_property
+    def mounting_errors(self) -> Array:
+        """Mounting error of each carriage, the sum of its own and that of its rail, shape (carriage, 3) [m]."""
+        errors = np.zeros((len(self.carriages), 3))
+        for error, carriage, rail in zip(errors, self.carriages, self.rail_of_carriage.tolist(), strict=True):
+            error[1:] = np.add(carriage.mounting_error, self.rails[rail].mounting_error)
+        return read_only(errors)
 
     @cached_property
     def rail_of_carriage(self) -> NDArray[np.intp]:
@@ -181,7 +194,26 @@ class Machine(ConfigModel):
             laws=laws,
             damping=table.damping,
             damping_in_contact=damping_in_contact,
+            offsets=self.offsets,
         )
+
+    @property
+    def has_straight_rails(self) -> bool:
+        """Whether no rail has a profile; it may have a mounting error."""
+        return not any(rail.profiles for rail in self.rails)
+
+    @cached_property
+    def offsets(self) -> Array:
+        """Displacement of the foot of each link at rest, from mounting errors and profiles of rails, (link,) [m]."""
+        return read_only(self.link_table().offsets + self.feet_at(np.array([self.rest_at]))[0][0])
+
+    def feet_at(self, position: Array) -> tuple[Array, Array]:
+        """Displacements [m] and slopes [1] of the rails at the feet of all links, along the links, each (n, link).
+
+        position: (n,) m, of the cart. Raises SceneError where the profile of a rail is not known.
+        """
+        rails = [self.rails[rail] for rail in self.rail_of_carriage]
+        return feet_on(rails, self.carriages, self.link_table(), position)
 
     @property
     def model_level(self) -> ModelLevel:
@@ -194,7 +226,7 @@ class Machine(ConfigModel):
 
     @cached_property
     def _links(self) -> LinkTable:
-        return table_of(self.carriages, self.carriage_centers, self.links)
+        return table_of(self.carriages, self.carriage_centers, self.links, self.mounting_errors)
 
     def __eq__(self, other: object) -> bool:
         """Whether all fields are equal; cached properties are not compared."""

@@ -42,7 +42,6 @@ def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
 
 
 def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
-    machine, solution = run.machine, run.solution
     of_carriages, of_rails = ("time", "carriage", "axis"), ("time", "rail", "axis")
     for part in ("total", "elastic", "damping"):
         loads = carriage_loads if part == "total" else run.carriage_loads(part)
@@ -55,11 +54,14 @@ def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
             "N m",
             f"{share}moment about the carriage centre",
         )
-        load = solution.link_loads(part)
+        load = run.link_loads(part)
         yield f"link_load{suffix}", ("time", "link"), load, "N", f"{share}load along the link"
+    if run.feet is not None:
+        words = "part of the load along the link that the motion of its foot adds"
+        yield "foot_load", ("time", "link"), run.feet.loads("total", run.times), "N", words
     resultant = np.hypot(carriage_loads[:, :, 1], carriage_loads[:, :, 2])
     yield "resultant", ("time", "carriage"), resultant, "N", "resultant load of the carriage in y and z"
-    rails = solution.group_loads(machine.links_of_rails, machine.rail_centers, "total")
+    rails = run.rail_loads()
     yield "rail_force", of_rails, rails[:, :, :3], "N", "load of the rail"
     yield "rail_moment", of_rails, rails[:, :, 3:], "N m", "moment about the mean of its carriage centres"
 

@@ -1,7 +1,7 @@
 """Parameters: the numbers of a machine that can vary, found by paths such as `carriages.*.stiffness_y`.
 
-`_of_machine`, `_of_rail`, `_of_carriage`, `_of_link` and `_of_spring` list them, with the targets in the core's scene
-that each of them sets.
+`_of_machine`, `_of_rail`, `_of_carriage`, `_of_mounting`, `_of_link` and `_of_spring` list them, with the targets in
+the core's scene that each of them sets.
 """
 
 from __future__ import annotations
@@ -11,7 +11,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
+from itertools import chain
 from typing import NamedTuple
+
+import numpy as np
 
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import (
@@ -29,7 +32,7 @@ from guideload.base.ranges import (
 )
 from guideload.machine.components import Carriage, Link
 from guideload.machine.laws import Sides
-from guideload.machine.links import ENDS
+from guideload.machine.links import ENDS, LinkTable
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.study.sampling.distributions import Form
@@ -125,6 +128,14 @@ def _of_carriage(i: int, carriage: Carriage) -> Iterator[Row]:
         yield from _of_spring(carriage, carriage.damping_in_contact, f"_{axis}", links, 0.5)
 
 
+def _of_mounting(error: Sequence[float], carriages: Sequence[int], table: LinkTable) -> Iterator[Row]:
+    links = np.flatnonzero(np.isin(table.carriage, carriages)).tolist()
+    for i, axis in ((1, "y"), (2, "z")):
+        along = [(k, float(table.directions[k, i])) for k in links]
+        sets = [(("offset", k, 0), share) for k, share in along if share != 0.0]
+        yield Row(f"mounting_error.{axis}", "m", "", error[i - 1], sets)
+
+
 def _of_link(index: int, link: Link) -> Iterator[Row]:
     for i, axis in enumerate(AXES):
         yield Row(f"point.{axis}", "m", "", link.point[i], [(("point", index, i), 1.0)])
@@ -187,10 +198,13 @@ class Parameters:
         self._add("", "", {}, _of_machine(machine, motion))
         for i, rail in enumerate(machine.rails):
             on_it = [j for j, index in enumerate(machine.rail_of_carriage.tolist()) if index == i]
-            self._add("rails", rail.name, {"rail": rail.name}, _of_rail(rail.position, on_it))
+            mounting = _of_mounting(rail.mounting_error, on_it, machine.link_table())
+            rows = chain(_of_rail(rail.position, on_it), mounting)
+            self._add("rails", rail.name, {"rail": rail.name}, rows)
         for i, carriage in enumerate(machine.carriages):
             owners = {"carriage": carriage.name, "rail": carriage.rail}
-            self._add("carriages", carriage.name, owners, _of_carriage(i, carriage))
+            mounting = _of_mounting(carriage.mounting_error, [i], machine.link_table())
+            self._add("carriages", carriage.name, owners, chain(_of_carriage(i, carriage), mounting))
         for i, link in enumerate(machine.links):
             self._add("links", link.name, {"link": link.name}, _of_link(4 * len(machine.carriages) + i, link))
 
