@@ -186,6 +186,7 @@ class Scene:
     center_of_mass, points: m from L. inertia: kg m2 about the centre of mass. gravity: m/s2, pointing down.
     free: some of x y z rx ry rz. points: (links, 3) m. directions: (links, 3) unit vectors. laws: one for each
     link. damping: (links,) N s/m. damping_in_contact: (links,) whether the damping acts only outside the clearance.
+    offsets: (links,) m, displacement of each foot along its link, from which its deflection counts; None: 0.
     Raises SceneError for an impossible body or link, for a body that the links do not support (the message names the
     motion that no link resists), and if there is no static equilibrium.
     """
@@ -203,6 +204,7 @@ class Scene:
         laws: Sequence[Law],
         damping: Array,
         damping_in_contact: NDArray[np.bool_],
+        offsets: Array | None = None,
     ) -> Scene: ...
     @property
     def model_level(self) -> str:
@@ -329,9 +331,10 @@ class Batch:
 
     changes: (target, constant, [(column, factor), ...]) sets target = constant + sum(factor * value[column]); each
     target at most once. Targets: ("mass", 0, 0) kg, ("center_of_mass", axis, 0) m, ("inertia", i, j) kg m2,
-    ("gravity", axis, 0) m/s2, ("point", link, axis) m, ("damping", link, 0) N s/m, ("law", link, parameter) with
-    stiffness, positive_stiffness, negative_stiffness [N/m], clearance [m], preload [N] or scale (of all forces),
-    ("center", group, axis) m, ("acceleration", 0, 0) and ("wrench", 0, 0): factors on the motion.
+    ("gravity", axis, 0) m/s2, ("point", link, axis) m, ("damping", link, 0) N s/m, ("offset", link, 0) m,
+    ("law", link, parameter) with stiffness, positive_stiffness, negative_stiffness [N/m], clearance [m], preload [N] or
+    scale (of all forces), ("center", group, axis) m, ("acceleration", 0, 0) and ("wrench", 0, 0): factors on the
+    motion.
 
     measures: (quantity, index, statistic) over the stamps of the motion. Quantities: Fx Fy Fz [N], Mx My Mz [N m]
     (about the centre) and resultant (hypot(Fy, Fz)) [N] of the group with this index; drive (reaction along x [N];
@@ -371,6 +374,7 @@ class Batch:
         method: str,
         rtol: float,
         rules: Sequence[tuple[Rule, Rule]] | None = None,
+        offsets: Array | None = None,
     ) -> Batch: ...
     def run(self, values: Array, threads: int, width: str = "widest") -> tuple[Array, list[tuple[int, str]]]:
         """Measures (n, measures) of samples with values (n, columns), and (row, reason) of each failed sample.

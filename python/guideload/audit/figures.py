@@ -254,6 +254,10 @@ def simpler_models(histories: Histories) -> SimplerModels:
     """The peaks of simpler models, in which nonlinear links have their nominal stiffness."""
     machine, links, load = histories.machine, histories.links.names, histories.data["link_load"]
     moved, at_rest = histories.excitation @ histories.response, histories.weight @ histories.response
+    if machine.offsets.any():
+        at_rest = machine.nominal_scene.static_link_loads()
+    if histories.foot_load is not None:
+        moved = moved + histories.foot_load
     repeat = not histories.linear and histories.repeatable
     return SimplerModels(
         names=tuple(carriage.name for carriage in machine.carriages) or links,

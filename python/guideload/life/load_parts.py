@@ -18,7 +18,7 @@ class LoadParts(NamedTuple):
 
     weight          static load
     acceleration    quasi-static load of the cart's acceleration (m a), with nominal stiffness
-    process_force   quasi-static load of the process forces
+    process_force   quasi-static load of the process forces, and of rails that are not straight
     vibration       the rest: dynamic overshoot, and what the elastic laws add if they are not linear
     """
 
@@ -57,6 +57,8 @@ def load_parts(result: Result) -> LoadParts:
         return np.asarray((excitation @ to_loads).reshape(-1, len(machine.carriages), 6))
 
     process = quasi_static(histories.wrench)
+    if histories.foot_load is not None:
+        process += (histories.foot_load @ to_carriage.reshape(-1, len(links.names)).T).reshape(process.shape)
     acceleration = quasi_static(histories.excitation - histories.wrench)
     vibration = result.carriage_loads - weight - process - acceleration
     return LoadParts(weight, acceleration, process, vibration)

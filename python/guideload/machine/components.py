@@ -37,6 +37,7 @@ from guideload.base.ranges import (
     ROLL,
     SMALLEST_MOMENT,
     TILTING,
+    TRAVEL,
 )
 from guideload.base.visible_text import HIDDEN, escaped
 from guideload.machine.laws import (
@@ -54,6 +55,7 @@ from guideload.machine.laws import (
     preload_field,
     stiffness_field,
 )
+from guideload.machine.straightness import Profile, Straightness, Waviness, spline_through
 
 
 def _printable(name: str) -> str:
@@ -67,6 +69,7 @@ def _printable(name: str) -> str:
 
 Name = Annotated[StrictStr, Field(min_length=1), AfterValidator(_printable)]
 Length = Annotated[float, in_range(POSITION)]
+TravelPosition = Annotated[float, in_range(TRAVEL)]
 PositiveLength = Annotated[float, in_range(LENGTH, above=0.0)]
 RotationalStiffness = Annotated[float, in_range(TILTING, above=0.0)]
 Roll = Annotated[float, in_range(ROLL)]
@@ -168,6 +171,34 @@ class Rail(ConfigModel):
         default=0.0,
         description='angle about x by which y and z of its carriages are turned, y towards z, e.g. "90 deg"',
     )
+    mounting_error: Cross = Field(
+        default=(0.0, 0.0),
+        description='y, z by which it is mounted beside its position, e.g. ["20 um", "-5 um"]; it loads the carriages',
+    )
+    straightness: Straightness | None = Field(
+        default=None,
+        description='points [x, dy, dz] of its displacement, x in the fixed frame, e.g. [["0 m", "0 um", "0 um"], ...]',
+    )
+    straightness_file: Name | None = Field(
+        default=None,
+        description='a CSV file with these points, relative to the machine file: columns "x [mm],dy [um],dz [um]"',
+    )
+    waviness: Waviness | None = Field(
+        default=None, description="a random displacement in addition, with rms, wavelengths and seed"
+    )
+
+    @field_validator("straightness_file")
+    @classmethod
+    def _was_read(cls, name: str | None, info: ValidationInfo) -> str | None:
+        if name is not None and info.data.get("straightness", ()) is None:
+            raise ValueRefused("no straightness_file in code", name, "give its points as straightness")
+        return name
+
+    @property
+    def profiles(self) -> tuple[Profile, ...]:
+        """The profiles whose sum is its displacement; none for a straight rail."""
+        points = () if self.straightness is None else (spline_through(self.straightness),)
+        return points if self.waviness is None else (*points, self.waviness)
 
 
 class Distances(NamedTuple):
@@ -234,6 +265,10 @@ class Carriage(ElasticModel):
     damping_y: Damping = Field(description='damping of the whole carriage along y, e.g. "100 kN s/m"')
     damping_z: Damping = Field(description='damping of the whole carriage along z, e.g. "100 kN s/m"')
     damping_in_contact: DampingInContact = False
+    mounting_error: Cross = Field(
+        default=(0.0, 0.0),
+        description='y, z by which it is too high or too far across, e.g. ["5 um", "0 um"]; adds to that of its rail',
+    )
     product: Name | None = Field(
         default=None,
         description="a product of the catalogue; it gives length and stiffness if they are left out",

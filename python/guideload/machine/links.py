@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from guideload._core import Law
 from guideload.base.arrays import Array
-from guideload.machine.components import Carriage, Distances, Link
+from guideload.base.errors import SceneError
+from guideload.machine.components import Carriage, Distances, Link, Rail
+from guideload.machine.straightness import Profile
 
 
 class CarriageLink(NamedTuple):
@@ -64,6 +66,7 @@ class LinkTable:
     stiffness: Array  # (n,) N/m, nominal stiffness: see `Law.stiffness` of the core
     damping: Array  # (n,) N s/m
     damping_in_contact: NDArray[np.bool_]  # (n,) whether the damping acts only outside the clearance
+    offsets: Array  # (n,) m, displacement of the foot along the direction, from mounting errors
     carriage: NDArray[np.intp]  # (n,) index into the carriages, -1 for an extra link
     axis: NDArray[np.intp]  # (n,) 1 along the carriage's y, 2 along its z, -1 for an extra link
 
@@ -75,21 +78,23 @@ class _Row(NamedTuple):
     law: Law
     damping: float
     in_contact: bool
+    offset: float
     carriage: int
     axis: int
 
 
-def table_of(carriages: Sequence[Carriage], places: Array, links: Sequence[Link]) -> LinkTable:
+def table_of(carriages: Sequence[Carriage], places: Array, links: Sequence[Link], errors: Array) -> LinkTable:
     """The link table. The links along one axis of a carriage share its force at the same deflection.
 
-    places: (carriage, 4) m, m, m from L, and rad, the roll of its rail. Raises SceneError for an impossible law.
+    places: (carriage, 4) m, m, m from L, and rad, the roll of its rail. errors: (carriage, 3) m, mounting errors.
+    Raises SceneError for an impossible law.
     """
     rows: list[_Row] = []
     for i, (carriage, place) in enumerate(zip(carriages, places.tolist(), strict=True)):
-        rows += _rows_of(i, carriage, *place)
+        rows += _rows_of(i, carriage, place, errors[i])
     for link in links:
         own = link.law, link.damping, link.damping_in_contact
-        rows.append(_Row(link.name, link.point, link.direction, *own, -1, -1))
+        rows.append(_Row(link.name, link.point, link.direction, *own, 0.0, -1, -1))
     return LinkTable(
         names=tuple(row.name for row in rows),
         points=read_only(np.array([row.point for row in rows], dtype=np.float64)),
@@ -98,12 +103,14 @@ def table_of(carriages: Sequence[Carriage], places: Array, links: Sequence[Link]
         stiffness=read_only(np.array([row.law.stiffness for row in rows])),
         damping=read_only(np.array([row.damping for row in rows])),
         damping_in_contact=read_only(np.array([row.in_contact for row in rows])),
+        offsets=read_only(np.array([row.offset for row in rows])),
         carriage=read_only(np.array([row.carriage for row in rows], dtype=np.intp)),
         axis=read_only(np.array([row.axis for row in rows], dtype=np.intp)),
     )
 
 
-def _rows_of(index: int, carriage: Carriage, x: float, y: float, z: float, roll: float) -> Iterator[_Row]:
+def _rows_of(index: int, carriage: Carriage, place: Sequence[float], error: Array) -> Iterator[_Row]:
+    x, y, z, roll = place
     own_y = (math.cos(roll), math.sin(roll))
     own_z = (0.0 - own_y[1], own_y[0])
     (share_y, share_z), laws = carriage.damping_shares, carriage.laws
@@ -115,16 +122,64 @@ def _rows_of(index: int, carriage: Carriage, x: float, y: float, z: float, roll:
         of_axis = link.axis - 1
         share = 1.0 / sum(other.axis == link.axis for other in links)
         along, across = link.offset(distances)
+        direction = (0.0, *(own_y, own_z)[of_axis])
         yield _Row(
             name=f"{carriage.name}:{link.name}",
             point=(x + along, y + across * own_z[0], z + across * own_z[1]),
-            direction=(0.0, *(own_y, own_z)[of_axis]),
+            direction=direction,
             law=laws[of_axis].scaled(share),
             damping=share * damping[of_axis],
             in_contact=carriage.damping_in_contact and clearance[of_axis] > 0.0,
+            offset=float(error @ direction),
             carriage=index,
             axis=link.axis,
         )
+
+
+def feet_on(
+    rails: Sequence[Rail], carriages: Sequence[Carriage], table: LinkTable, position: Array
+) -> tuple[Array, Array]:
+    """Displacements [m] and slopes [1] of the feet of all links along the links, each (n, link).
+
+    rails: that of each carriage. position: (n,) m, of the cart. Raises SceneError where a profile is not known.
+    """
+    displacement, slope = np.zeros((2, position.size, table.carriage.size))
+    for i, (rail, carriage) in enumerate(zip(rails, carriages, strict=True)):
+        links = np.flatnonzero(table.carriage == i) if rail.profiles else np.array([], dtype=np.intp)
+        for x in np.unique(table.points[links, 0]).tolist():
+            here = links[table.points[links, 0] == x]
+            across = table.directions[here, 1:].T
+            for profile in rail.profiles:
+                _require_known(profile, position + x, rail.name, carriage.name)
+                moved, inclined = profile.at(position + x)
+                displacement[:, here] += moved @ across
+                slope[:, here] += inclined @ across
+    return displacement, slope
+
+
+def _require_known(profile: Profile, places: Array, rail: str, carriage: str) -> None:
+    """Raise SceneError unless a profile is known at all places (n,) [m]."""
+    (first, last), low, high = profile.reach, float(places.min()), float(places.max())
+    if first <= low and high <= last:
+        return
+    raise SceneError(
+        f"rail {rail}: straightness: expected points from {low:.6g} to {high:.6g} m, where carriage {carriage} runs, "
+        f"got points from {first:g} to {last:g} m; add points, or for the machine at rest set rest_at, the position of "
+        "the cart"
+    )
+
+
+def own_axes(places: Array) -> Array:
+    """Own x, y and z of carriages or rails, as rows, in the axes of the machine: (n, 3, 3).
+
+    places: (n, 4) m, m, m from L, and rad, the roll.
+    """
+    rolls = places[:, 3]
+    axes = np.zeros((rolls.size, 3, 3))
+    axes[:, 0, 0] = 1.0
+    axes[:, 1, 1] = axes[:, 2, 2] = np.cos(rolls)
+    axes[:, 1, 2], axes[:, 2, 1] = np.sin(rolls), 0.0 - np.sin(rolls)
+    return axes
 
 
 _Numbers = TypeVar("_Numbers", Array, NDArray[np.intp], NDArray[np.int64], NDArray[np.bool_])

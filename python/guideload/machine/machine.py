@@ -35,12 +35,13 @@ from guideload.base.toml import located, read_toml
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
 from guideload.machine.carriage_types import CarriageTypes, TypesByName, at_types, type_problems, with_types
-from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail
+from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail, TravelPosition
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
-from guideload.machine.links import NAMES, LinkTable, read_only, table_of
+from guideload.machine.links import NAMES, LinkTable, feet_on, own_axes, read_only, table_of
 from guideload.machine.points import PointOfInterest
 from guideload.machine.products import filled, product_problems, with_catalogue
+from guideload.machine.straightness import with_straightness
 
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 DOFS: tuple[Dof, ...] = get_args(Dof)
@@ -64,6 +65,10 @@ class Machine(ConfigModel):
     )
     friction: Friction | None = Field(
         default=None, description="the table [friction] of the guides; it adds to the drive's force"
+    )
+    rest_at: TravelPosition = Field(
+        default=0.0,
+        description="position of the cart at rest, where rails are not straight; a run rests where it starts",
     )
     rails: tuple[Rail, ...] = Field(default=(), description="one [[rails]] table per rail")
     carriages: tuple[Carriage, ...] = Field(default=(), description="one [[carriages]] table per carriage")
@@ -90,7 +95,7 @@ class Machine(ConfigModel):
         """The machine described in a TOML file. Raises ConfigError naming file, row, key and value."""
         values, places = read_toml(file)
         try:
-            return cls(**with_catalogue(values, Path(file)))
+            return cls(**with_catalogue(with_straightness(values, Path(file).parent), Path(file)))
         except ConfigError as error:
             raise located(error, str(file), places) from None
 
@@ -158,12 +163,7 @@ class Machine(ConfigModel):
     @cached_property
     def carriage_axes(self) -> Array:
         """Own x, y and z of each carriage, as rows, in the axes of the machine: (carriage, 3, 3)."""
-        rolls = self.carriage_places[:, 3]
-        axes = np.zeros((rolls.size, 3, 3))
-        axes[:, 0, 0] = 1.0
-        axes[:, 1, 1] = axes[:, 2, 2] = np.cos(rolls)
-        axes[:, 1, 2], axes[:, 2, 1] = np.sin(rolls), 0.0 - np.sin(rolls)
-        return read_only(axes)
+        return read_only(own_axes(self.carriage_places))
 
     @property
     def in_one_line(self) -> bool:
@@ -175,6 +175,14 @@ class Machine(ConfigModel):
     def has_rolled_rails(self) -> bool:
         """Whether the own axes of a carriage differ from those of the machine."""
         return bool(self.carriage_places[:, 3].any())
+
+    @cached_property
+    def mounting_errors(self) -> Array:
+        """Mounting error of each carriage, the sum of its own and that of its rail, shape (carriage, 3) [m]."""
+        errors = np.zeros((len(self.carriages), 3))
+        for error, carriage, rail in zip(errors, self.carriages, self.rail_of_carriage.tolist(), strict=True):
+            error[1:] = np.add(carriage.mounting_error, self.rails[rail].mounting_error)
+        return read_only(errors)
 
     @cached_property
     def rail_of_carriage(self) -> NDArray[np.intp]:
@@ -253,7 +261,26 @@ class Machine(ConfigModel):
             laws=laws,
             damping=table.damping,
             damping_in_contact=damping_in_contact,
+            offsets=self.offsets,
         )
+
+    @property
+    def has_straight_rails(self) -> bool:
+        """Whether no rail has a profile; it may have a mounting error."""
+        return not any(rail.profiles for rail in self.rails)
+
+    @cached_property
+    def offsets(self) -> Array:
+        """Displacement of the foot of each link at rest, from mounting errors and profiles of rails, (link,) [m]."""
+        return read_only(self.link_table().offsets + self.feet_at(np.array([self.rest_at]))[0][0])
+
+    def feet_at(self, position: Array) -> tuple[Array, Array]:
+        """Displacements [m] and slopes [1] of the rails at the feet of all links, along the links, each (n, link).
+
+        position: (n,) m, of the cart. Raises SceneError where the profile of a rail is not known.
+        """
+        rails = [self.rails[rail] for rail in self.rail_of_carriage]
+        return feet_on(rails, self.carriages, self.link_table(), position)
 
     @property
     def model_level(self) -> ModelLevel:
@@ -266,7 +293,7 @@ class Machine(ConfigModel):
 
     @cached_property
     def _links(self) -> LinkTable:
-        return table_of(self.carriages, self.carriage_places, self.links)
+        return table_of(self.carriages, self.carriage_places, self.links, self.mounting_errors)
 
     def __eq__(self, other: object) -> bool:
         """Whether all fields are equal; cached properties are not compared."""

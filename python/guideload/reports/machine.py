@@ -54,7 +54,7 @@ def machine_report(machine: Machine, encoding: str = "utf-8") -> str:
     parts += [*section(f"Carriages and links ({count})"), *carriage_tables(machine)]
     if machine.links:
         parts.append(links_table(machine))
-    parts += product_lines(machine)
+    parts += [*mounting_lines(machine), *product_lines(machine)]
     if machine.carriages:
         parts += [*section("Static loads"), static_table(machine), *remark(STATIC_DEFINITIONS)]
     return to_text([*parts, *weight_lines(machine)], encoding=encoding)
@@ -153,6 +153,23 @@ def _rail_text(rail: Rail) -> str:
 
 def _series_text(compliance: float) -> str:
     return f"; in series with {1e9 * compliance:g} um/kN" if compliance else ""
+
+
+def mounting_lines(machine: Machine) -> list[str]:
+    """Lines on the mounting errors of rails and carriages, and on rails that are not straight."""
+    parts = [("rail", one.name, one.mounting_error) for one in machine.rails]
+    parts += [("carriage", one.name, one.mounting_error) for one in machine.carriages]
+    errors = [f"{kind} {name} ({1e6 * y:g}, {1e6 * z:g}) um" for kind, name, (y, z) in parts if y or z]
+    lines = [f"mounting errors (y, z): {', '.join(errors)}"] if errors else []
+    for rail in machine.rails:
+        for profile in rail.profiles:
+            first, last = profile.reach
+            known = f"known from {first:g} to {last:g} m" if np.isfinite(last) else "random"
+            lines.append(
+                f"rail {rail.name} is not straight: {known}, shortest wavelength {profile.shortest:g} m"
+            )
+    at_rest = f"static loads are those with the cart at {machine.rest_at:g} m (rest_at)"
+    return lines if machine.has_straight_rails else [*lines, at_rest]
 
 
 def product_lines(machine: Machine) -> list[str]:

@@ -50,7 +50,6 @@ def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
 
 
 def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
-    machine, solution = run.machine, run.solution
     of_carriages, of_rails = ("time", "carriage", "axis"), ("time", "rail", "axis")
     for part in ("total", "elastic", "damping"):
         loads = carriage_loads if part == "total" else run.carriage_loads(part)
@@ -63,16 +62,20 @@ def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
             "N m",
             f"{share}moment about the carriage centre",
         )
-        load = solution.link_loads(part)
+        load = run.link_loads(part)
         yield f"link_load{suffix}", ("time", "link"), load, "N", f"{share}load along the link"
+    machine = run.machine
     if machine.has_rolled_rails:
         vectors = carriage_loads.reshape(-1, len(machine.carriages), 2, 3) @ machine.carriage_axes
         text = "of the carriage in the axes of the machine"
         yield "force_global", of_carriages, vectors[:, :, 0], "N", f"load {text}"
         yield "moment_global", of_carriages, vectors[:, :, 1], "N m", f"moment {text}, about its centre"
+    if run.feet is not None:
+        words = "part of the load along the link that the motion of its foot adds"
+        yield "foot_load", ("time", "link"), run.feet.loads("total", run.times), "N", words
     resultant = np.hypot(carriage_loads[:, :, 1], carriage_loads[:, :, 2])
     yield "resultant", ("time", "carriage"), resultant, "N", "resultant load of the carriage in y and z"
-    rails = solution.group_loads(machine.links_of_rails, machine.rail_places, "total")
+    rails = run.rail_loads()
     yield "rail_force", of_rails, rails[:, :, :3], "N", "load of the rail"
     yield "rail_moment", of_rails, rails[:, :, 3:], "N m", "moment about the mean of its carriage centres"
 

@@ -16,15 +16,21 @@ pub fn links(
     laws: &[PyRef<'_, PyLaw>],
     damping: &PyReadonlyArray1<'_, f64>,
     damping_in_contact: &PyReadonlyArray1<'_, bool>,
+    offsets: Option<&PyReadonlyArray1<'_, f64>>,
 ) -> PyResult<Vec<Link>> {
     let (points, directions) = (rows::<3>(points, "points")?, rows::<3>(directions, "directions")?);
     let damping = numbers(damping, "damping")?;
     let damping_in_contact = numbers(damping_in_contact, "damping_in_contact")?;
+    let offsets = match offsets {
+        Some(offsets) => numbers(offsets, "offsets")?,
+        None => vec![0.0; points.len()],
+    };
     for (name, length) in [
         ("directions", directions.len()),
         ("laws", laws.len()),
         ("damping", damping.len()),
         ("damping_in_contact", damping_in_contact.len()),
+        ("offsets", offsets.len()),
     ] {
         if length != points.len() {
             let message = format!("{name}: expected {}, one per link, got {length}", points.len());
@@ -35,6 +41,7 @@ pub fn links(
     for i in 0..points.len() {
         let link = Link::with_law(points[i].into(), directions[i].into(), laws[i].0, damping[i]);
         let link = if damping_in_contact[i] { link.and_then(Link::damped_in_contact) } else { link };
+        let link = link.and_then(|link| link.with_offset(offsets[i]));
         links.push(link.map_err(|error| CoreError::Link(i, error))?);
     }
     Ok(links)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from guideload.machine.components import Carriage, Link
 from guideload.machine.laws import Sides
@@ -44,6 +45,7 @@ def of_rail(machine: Machine, index: int) -> Iterator[Row]:
         [],
         "a rail turned in the machine file: links of a study keep their directions",
     )
+    yield from _of_mounting_error(machine, rail.mounting_error, machine.links_of_rails[index])
 
 
 def of_carriage(machine: Machine, i: int) -> Iterator[Row]:
@@ -67,6 +69,15 @@ def of_carriage(machine: Machine, i: int) -> Iterator[Row]:
     for rotation, suffix, distance in STATED:
         need = f"{distance}, which can vary: stiffness_{rotation} is stiffness{suffix} {distance}^2/4"
         yield Row(f"stiffness_{rotation}", "N m/rad", "> 0", None, [], need)
+    yield from _of_mounting_error(machine, carriage.mounting_error, machine.links_of_carriages[i])
+
+
+def _of_mounting_error(machine: Machine, error: Sequence[float], links: NDArray[np.int64]) -> Iterator[Row]:
+    directions = machine.link_table().directions
+    for i, axis in ((1, "y"), (2, "z")):
+        along = [(k, float(directions[k, i])) for k in links.tolist()]
+        sets = [(("offset", k, 0), share) for k, share in along if share != 0.0]
+        yield Row(f"mounting_error.{axis}", "m", "", error[i - 1], sets)
 
 
 def _if_linear(row: Row, carriage: Carriage, axis: int) -> Row:

@@ -119,6 +119,7 @@ class Plan:
             laws=table.laws,
             damping=table.damping,
             damping_in_contact=table.damping_in_contact,
+            offsets=machine.offsets,
             time=motion.time,
             acceleration=factor * motion.acceleration,
             wrench=None if motion.wrench is None else factor * motion.wrench,

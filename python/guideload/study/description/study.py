@@ -95,6 +95,12 @@ class Study(StudyOptions):
     @cached_property
     def _plan(self) -> Plan:
         self._require_one_source()
+        if not self.machine.has_straight_rails:
+            way_out = "mounting errors can vary; for profiles, run simulate or peak_loads with each seed of waviness"
+            profiles = [rail.name for rail in self.machine.rails if rail.profiles]
+            raise refused_at(
+                ("machine",), "straight rails in a study", f"profiles of rails {profiles}", way_out
+            )
         # The push of a rack is that of the machine as given: in a batch, all samples share one motion.
         motion = with_forces_of_drive(self.machine, self.motion, self.method, self.rtol)
         parameters = Parameters(self.machine, motion)

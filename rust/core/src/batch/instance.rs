@@ -175,7 +175,9 @@ impl Plan {
                 Target::CenterOfMass(axis) | Target::Gravity(axis) => axis < 3,
                 Target::Inertia(i, j) => i < 3 && j < 3,
                 Target::Point { link, axis } => link < base.links.len() && axis < 3,
-                Target::Damping(link) | Target::Law { link, .. } => link < base.links.len(),
+                Target::Damping(link) | Target::Offset(link) | Target::Law { link, .. } => {
+                    link < base.links.len()
+                }
                 Target::Center { group, axis } => group < base.groups.len() && axis < 3,
             };
             if !place {
@@ -278,19 +280,23 @@ fn order(target: Target) -> (usize, usize, Target) {
         Target::Inertia(i, j) => (0, 0, Target::Inertia(usize::min(i, j), usize::max(i, j))),
         Target::Mass | Target::CenterOfMass(_) => (0, 0, target),
         Target::Gravity(_) => (1, 0, target),
-        Target::Point { link, .. } | Target::Damping(link) | Target::Law { link, .. } => (2, link, target),
+        Target::Point { link, .. }
+        | Target::Damping(link)
+        | Target::Offset(link)
+        | Target::Law { link, .. } => (2, link, target),
         Target::Center { .. } | Target::Acceleration | Target::Wrench => (3, 0, target),
     }
 }
 
 /// Changes a link of the base.
 fn set(base: &Link, changes: &[Change], values: &[f64], to: &mut Link) -> Result<(), crate::SceneError> {
-    let (mut point, mut damping, mut law) = (base.point(), base.damping(), None);
+    let (mut point, mut damping, mut offset, mut law) = (base.point(), base.damping(), base.offset(), None);
     for change in changes {
         let value = change.at(values);
         match change.target {
             Target::Point { axis, .. } => point[axis] = value,
             Target::Damping(_) => damping = value,
+            Target::Offset(_) => offset = value,
             // In the order of `LawParameter`, the factor last.
             Target::Law { parameter, .. } => {
                 law = Some(law.as_ref().unwrap_or(base.law()).with(parameter, value)?);
@@ -298,5 +304,5 @@ fn set(base: &Link, changes: &[Change], values: &[f64], to: &mut Link) -> Result
             _ => {}
         }
     }
-    to.set(point, law, damping)
+    to.set(point, law, damping, offset)
 }
