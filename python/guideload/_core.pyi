@@ -186,6 +186,7 @@ class Scene:
     center_of_mass, points: m from L. inertia: kg m2 about the centre of mass. gravity: m/s2, pointing down.
     free: some of x y z rx ry rz. points: (links, 3) m. directions: (links, 3) unit vectors. laws: one for each
     link. damping: (links,) N s/m. damping_in_contact: (links,) whether the damping acts only outside the clearance.
+    offsets: (links,) m, displacement of each foot along its link, from which its deflection counts; None: 0.
     Raises SceneError for an impossible body or link, for a body that the links do not support (the message names the
     motion that no link resists), and if there is no static equilibrium.
     """
@@ -203,6 +204,7 @@ class Scene:
         laws: Sequence[Law],
         damping: Array,
         damping_in_contact: NDArray[np.bool_],
+        offsets: Array | None = None,
     ) -> Scene: ...
     @property
     def model_level(self) -> str:
@@ -248,7 +250,8 @@ class Scene:
         """Smallest and largest loads of groups of links, without histories, and their times [s]; each (groups, 8).
 
         Columns: Fx Fy Fz [N], Mx My Mz about the centre [N m], y-z resultant [N], magnitude of the moment [N m].
-        groups: indices of the links of each group. centers: (groups, 3) m from L. Other arguments: as in `solve`.
+        groups: indices of the links of each group. centers: (groups, 3) m from L, or (groups, 4) with
+        the roll [rad] about x of the axes in which the loads are given. Other arguments: as in `solve`.
         """
 
     def matrices(self) -> tuple[list[Array], Array]:
@@ -328,9 +331,10 @@ class Batch:
 
     changes: (target, constant, [(column, factor), ...]) sets target = constant + sum(factor * value[column]); each
     target at most once. Targets: ("mass", 0, 0) kg, ("center_of_mass", axis, 0) m, ("inertia", i, j) kg m2,
-    ("gravity", axis, 0) m/s2, ("point", link, axis) m, ("damping", link, 0) N s/m, ("law", link, parameter) with
-    stiffness, positive_stiffness, negative_stiffness [N/m], clearance [m], preload [N] or scale (of all forces),
-    ("center", group, axis) m, ("acceleration", 0, 0) and ("wrench", 0, 0): factors on the motion.
+    ("gravity", axis, 0) m/s2, ("point", link, axis) m, ("damping", link, 0) N s/m, ("offset", link, 0) m,
+    ("law", link, parameter) with stiffness, positive_stiffness, negative_stiffness [N/m], clearance [m], preload [N] or
+    scale (of all forces), ("center", group, axis) m, ("acceleration", 0, 0) and ("wrench", 0, 0): factors on the
+    motion.
 
     measures: (quantity, index, statistic) over the stamps of the motion. Quantities: Fx Fy Fz [N], Mx My Mz [N m]
     (about the centre) and resultant (hypot(Fy, Fz)) [N] of the group with this index; drive (reaction along x [N];
@@ -370,6 +374,7 @@ class Batch:
         method: str,
         rtol: float,
         rules: Sequence[tuple[Rule, Rule]] | None = None,
+        offsets: Array | None = None,
     ) -> Batch: ...
     def run(self, values: Array, threads: int, width: str = "widest") -> tuple[Array, list[tuple[int, str]]]:
         """Measures (n, measures) of samples with values (n, columns), and (row, reason) of each failed sample.
@@ -380,9 +385,3 @@ class Batch:
 
     def histories(self, values: Array) -> tuple[Array, list[tuple[int, str]]]:
         """Loads (n, time, groups, 6): force [N] and moment about the centre [N m]; (row, reason) of failed samples."""
-
-def carriage_links(center: Vector, length: float) -> tuple[Array, Array]:
-    """The four links of a carriage (paper, 4.1): along y and z at the end -x, along y and z at the end +x.
-
-    Returns points (4, 3) m from L and unit vectors (4, 3). center: m from L. length: m, distance of the ends.
-    """

@@ -122,7 +122,7 @@ def _edge_crossed(histories: Histories) -> NDArray[np.bool_]:
 
 def _elastic_energy(histories: Histories) -> Array:
     """Elastic energy of all links, (time,) [J]."""
-    if histories.linear:
+    if histories.linear and not histories.machine.offsets.any():
         return 0.5 * _dot(histories.position @ histories.stiffness, histories.position)
     total = np.zeros(histories.time.size)
     for law, deflection in zip(histories.links.laws, histories.deflection.T, strict=True):

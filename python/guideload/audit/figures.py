@@ -113,10 +113,6 @@ def contact(histories: Histories) -> Contact:
     high, low = elastic.max(axis=0), elastic.min(axis=0)
     largest = np.maximum(high, -low)
     rounding = 1e-9 * largest.max()
-    ends = np.array([largest[of_carriage] for of_carriage in histories.machine.links_of_carriages])
-    half_needed = (
-        ends.reshape(-1, 2, 2).max(axis=1) / BALL_ROW
-    )  # an end of a carriage has half of its preload
     names = np.array(links.names)
     return Contact(
         lost=lost,
@@ -125,8 +121,19 @@ def contact(histories: Histories) -> Contact:
         changes=int(histories.data.attrs["contact_changes"]),
         changing_sign=tuple(names[(high > rounding) & (low < -rounding)].tolist()),
         preloaded=preloaded,
-        preload_needed=2.0 * half_needed,
+        preload_needed=_preload_needed(histories, largest),
     )
+
+
+def _preload_needed(histories: Histories, largest: Array) -> Array:
+    """Preload (carriage, 2) [N] along y and z of which each link has its share, from the largest link loads (link,)."""
+    axis, carriages = histories.links.axis, histories.machine.links_of_carriages
+    needed = np.zeros((len(carriages), 2))
+    for needs, of_carriage in zip(needed, carriages, strict=True):
+        for i in range(2):
+            along = of_carriage[axis[of_carriage] == i + 1]
+            needs[i] = along.size * (largest[along].max() / BALL_ROW)
+    return needed
 
 
 @dataclass(frozen=True)
@@ -247,6 +254,10 @@ def simpler_models(histories: Histories) -> SimplerModels:
     """The peaks of simpler models, in which nonlinear links have their nominal stiffness."""
     machine, links, load = histories.machine, histories.links.names, histories.data["link_load"]
     moved, at_rest = histories.excitation @ histories.response, histories.weight @ histories.response
+    if machine.offsets.any():
+        at_rest = machine.nominal_scene.static_link_loads()
+    if histories.foot_load is not None:
+        moved = moved + histories.foot_load
     repeat = not histories.linear and histories.repeatable
     return SimplerModels(
         names=tuple(carriage.name for carriage in machine.carriages) or links,

@@ -50,7 +50,7 @@ def force_balance(histories: Histories) -> ForceBalance:
 
 def _of_body(histories: Histories) -> Array:
     """Relative residual (time, 6) of the equation of motion."""
-    load, reaction, rows = histories.data["link_load"], histories.data["reaction"], histories.rows
+    load, reaction, rows = histories.load, histories.data["reaction"], histories.rows
     inertia, given = histories.acceleration @ histories.mass, histories.excitation + histories.weight
     terms = np.abs(histories.acceleration) @ np.abs(histories.mass) + np.abs(load) @ np.abs(rows)
     terms += np.abs(histories.wrench) + np.abs(histories.cart_acceleration) @ np.abs(histories.mass[:, :3].T)
@@ -63,7 +63,7 @@ def _of_body(histories: Histories) -> Array:
 def _of_links(histories: Histories) -> Array:
     """Relative residual (time, link) of the laws of the links; 0 within rounding of an edge, where a damper sets in."""
     links, rows, deflection = histories.links, histories.rows, histories.deflection
-    load, rate = histories.data["link_load"], histories.velocity @ rows.T
+    load, rate = histories.load, histories.velocity @ rows.T
     size = np.abs(histories.position) @ np.abs(rows).T
     terms = (
         links.stiffness * size + links.damping * (np.abs(histories.velocity) @ np.abs(rows).T) + np.abs(load)

@@ -16,7 +16,8 @@ class Histories:
     """A machine and the arrays of a result; time is the first dimension, units are SI.
 
     `excitation` (time, 6): E - M_u a, force [N] and moment about L [N m] of process forces and inertia in the carriage
-    frame. `rows` (link, 6): deflection of a link = row . position of L.
+    frame, and of moving feet. `load` (time, link): N, of links whose feet rest. `rows` (link, 6): deflection of a link
+    = row . position of L - offset of its foot.
     """
 
     def __init__(self, machine: Machine, data: Quantities) -> None:
@@ -35,7 +36,9 @@ class Histories:
         self.cart_acceleration: Array = data["cart_acceleration"]
         self.wrench: Array = data["wrench"] if "wrench" in data else np.zeros((self.time.size, 6))
         self.excitation: Array = self.wrench - self.cart_acceleration @ self.mass[:, :3].T
-        self.deflection: Array = self.position @ self.rows.T
+        self.foot_load: Array | None = data["foot_load"] if "foot_load" in data else None
+        self.load: Array = data["link_load"] if self.foot_load is None else data["link_load"] - self.foot_load
+        self.deflection: Array = self.position @ self.rows.T - machine.offsets
         self.step = median_step(self.time)  # s, 0 for a single instant
         self.trace_step = float(data.attrs["motion_step_s"])  # s, of the motion's samples
 
@@ -55,6 +58,10 @@ class Histories:
     def quasi_static_resultants(self) -> Array:
         """Quasi-static resultants (time, carriage) [N]: K q = Q + E - M_u a at every instant."""
         loads, directions = (self.excitation + self.weight) @ self.response, self.links.directions
+        if self.machine.offsets.any():
+            loads += self.machine.nominal_scene.static_link_loads() - self.weight @ self.response
+        if self.foot_load is not None:
+            loads += self.foot_load
         resultants = np.zeros((self.time.size, len(self.machine.carriages)))
         for i, links in enumerate(self.machine.links_of_carriages):
             resultants[:, i] = np.linalg.norm(loads[:, links] @ directions[links, 1:], axis=1)

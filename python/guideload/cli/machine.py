@@ -12,6 +12,7 @@ from guideload.base.atomic import atomic_write
 from guideload.cli import options
 from guideload.cli.exit_codes import InputError
 from guideload.cli.inputs import EXAMPLES, read_machine, read_optional_motion
+from guideload.cli.machine_kinds import KINDS
 from guideload.cli.outputs import picture_draft, unwritable
 from guideload.cli.terminal import output_encoding, print_text
 
@@ -31,11 +32,27 @@ if TYPE_CHECKING:
     "--catalogue", "kind", flag_value="catalogue", help="Write a catalogue.toml with example carriages."
 )
 @click.option("--moves", "kind", flag_value="moves", help="Write a moves.toml, a motion of planned moves.")
-def init(path: Path | None, kind: str | None) -> None:
-    """Write a commented machine.toml, study.toml, catalogue.toml or moves.toml to fill in."""
+@click.option(
+    "--kind",
+    "machine_kind",
+    type=click.Choice(("two-rails", *KINDS)),
+    help="Kind of machine: a short file, or two-rails, which explains every key; by default two-rails.",
+)
+def init(path: Path | None, kind: str | None, machine_kind: str | None) -> None:
+    """Write a commented machine.toml, study.toml, catalogue.toml or moves.toml to fill in.
+
+    PATH is the name of the file, or a folder.
+    """
+    if kind is not None and machine_kind is not None:
+        raise InputError(f"--kind is a kind of machine, and --{kind} writes another file: give one of them")
     name = f"{kind or 'machine'}.toml"
     path = path or Path(name)
-    template = (EXAMPLES / name).read_text(encoding="utf-8")
+    if path.is_dir():
+        path /= name
+    if machine_kind in KINDS:
+        template = KINDS[machine_kind].text
+    else:
+        template = (EXAMPLES / name).read_text(encoding="utf-8")
     if kind == "study":  # the example names the packaged machine and trace
         template = template.replace('"manipulator.toml"', '"machine.toml"')
         template = template.replace('"manipulator.csv"', '"trace.csv"')
@@ -45,7 +62,7 @@ def init(path: Path | None, kind: str | None) -> None:
     except OSError as error:
         if error.errno != errno.EEXIST:
             raise unwritable(path, error) from None
-        option = f" --{kind}" if kind else ""
+        option = f" --{kind}" if kind else f" --kind {machine_kind}" if machine_kind else ""
         raise InputError(
             f"{path} exists and is not replaced; give another name: guideload init NAME.toml{option}"
         ) from None

@@ -161,7 +161,11 @@ def share_of_push(result: Result, needed: DriveRequirements) -> Array:
         raise ArgumentError("times: the share of the push needs the loads at the samples; leave times out")
     wrench = data["wrench"].copy()
     wrench[:, :3] -= needed.push[:, None] * np.array(drive.push_direction)
-    motion = Motion(data["time"], data["cart_acceleration"], wrench=wrench)
+    if "foot_load" in data:  # the force of rails that are not straight, which `peak_loads` adds
+        table = result.machine.link_table()
+        wrench += data["foot_load"] @ np.hstack([table.directions, np.cross(table.points, table.directions)])
+    velocity, position = (data[name] if name in data else None for name in ("cart_velocity", "cart_position"))
+    motion = Motion(data["time"], data["cart_acceleration"], velocity, position, wrench)
     kept = {key: getattr(drive, key) for key in type(drive).model_fields if key not in RACK}
     machine = result.machine.model_copy(update={"drive": Drive(**kept)})
     method, attributes = cast("Method", result.method), data.attrs

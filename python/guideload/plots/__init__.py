@@ -20,6 +20,7 @@ from guideload.plots.saving import save, save_each
 from guideload.plots.spectrum import load_density, spectrum
 from guideload.plots.stability_region import stability
 from guideload.plots.study import band, distributions, exceedance, save_study
+from guideload.plots.study_life import failure
 from guideload.plots.trace import encoder
 from guideload.plots.work_precision_diagram import work_precision
 
@@ -37,6 +38,7 @@ __all__ = [
     "encoder",
     "equivalent_box",
     "exceedance",
+    "failure",
     "frequency_response",
     "load_density",
     "load_y",

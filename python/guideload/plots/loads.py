@@ -175,7 +175,8 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None, part: slice
     time, load = data["time"].values[shown], data["force"].sel(here).values[shown]
     static, peak = float(data["static_force"].sel(here)), int(np.abs(load).argmax())
     contact = result.audit.contact
-    links = result.machine.links_of_carriages[index]["yz".index(axis) :: 2]
+    links = result.machine.links_of_carriages[index]
+    links = links[result.machine.link_table().axis[links] == "xyz".index(axis)]
     lost = contact.lost_by(links)[shown]
     envelope = part is None and is_long(result)
     with look():

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 ANSWER = ("peak_resultant_N", "time_of_peak_s", "dynamic_resultant_N")
 MOMENT_HEADINGS = ("|Mx|\nN m", "|My|\nN m", "|Mz|\nN m", "dyn.\nN m")
 DEFINITIONS = (
-    "Forces of the body on the carriage, global axes, static load included; moments about the carriage's "
+    "Forces of the body on the carriage, in its rail's axes, static load included; moments about the carriage's "
     "centre. Peak, static: resultant sqrt(Fy^2 + Fz^2). f_W: dynamic factor, peak over quasi-static peak (statics "
     "with m a). Dyn.: largest |load - static load|, of (Fy, Fz) and of (Mx, My, Mz); share: dyn. force over peak. "
     "All values are those at the samples."

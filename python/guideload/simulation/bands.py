@@ -88,7 +88,7 @@ def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> C
     machine = run.machine
     stamps = run.motion.time if uncertainty.time is None else uncertainty.time
     motion = uncertainty.model, uncertainty.derivative, uncertainty.unit, stamps
-    groups = machine.links_of_carriages, machine.carriage_centers
+    groups = machine.links_of_carriages, machine.carriage_places
     standard_deviations = load_spread(machine.scene, *motion, run.time, loads, *groups)
     of_loads = standard_deviations[1]
     lower = upper = np.full(loads.shape[1], np.nan)
@@ -110,11 +110,11 @@ def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> C
 def _by_samples(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBands:
     steps = run.solution.steps + run.solution.rejected
     count = int(np.clip(STEPS[run.method] // max(steps, 1), FEWEST_SAMPLES, MOST_SAMPLES))
-    estimates = _histories(run.solution, loads)
+    estimates = _histories(run, run.solution, loads)
     squares = [np.zeros_like(estimate) for estimate in estimates]
     peaks = np.full((count, loads.shape[1]), np.nan)
     for i, solution in enumerate(_drawn_solutions(run, uncertainty, count)):
-        histories = _histories(solution, run.carriage_loads(solution=solution))
+        histories = _histories(run, solution, run.carriage_loads(solution=solution))
         for square, history, estimate in zip(squares, histories, estimates, strict=True):
             square += (history - estimate) ** 2
         if run.time.size:
@@ -144,11 +144,11 @@ def _drawn_solutions(run: Run, uncertainty: Uncertainty, count: int) -> Iterator
         yield run.solution_under(acceleration)
 
 
-def _histories(solution: Solution, loads: Array) -> tuple[Array, Array, Array, Array]:
+def _histories(run: Run, solution: Solution, loads: Array) -> tuple[Array, Array, Array, Array]:
     """`acceleration`, `loads`, `resultants` and `links` of one motion, in the shapes of `CredibleBands`."""
     resultant, magnitude = np.hypot(loads[:, :, 1], loads[:, :, 2]), np.linalg.norm(loads[:, :, 3:], axis=2)
     resultants = np.stack([resultant, magnitude], axis=2)
-    return solution.inputs()[:, 0], loads, resultants, solution.link_loads("total")
+    return solution.inputs()[:, 0], loads, resultants, run.link_loads(solution=solution)
 
 
 def _deviations(time: Array, uncertainty: Uncertainty, count: int) -> Iterator[Array]:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import NDArray
+
 from guideload._core import Solution
 from guideload.base.arrays import Array
+from guideload.machine.links import own_axes
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.simulation.feet import Feet
 
 AXES = ("x", "y", "z")
 
@@ -24,6 +30,7 @@ class Run:
     rtol: float
     step: float | None
     times: Array | None  # s, the instants to report; None: the samples of the motion
+    feet: Feet | None = None  # None: all rails are straight
 
     @property
     def time(self) -> Array:
@@ -48,7 +55,10 @@ class Run:
         )
 
     def link_loads_again(self, method: str, rtol: float, factor: float) -> Array:
-        """Link loads (time, link) [N] by a method with step-size control, under the excitation times a factor."""
+        """Link loads (time, link) [N] by a method with step-size control, under the excitation times a factor.
+
+        Without what moving feet add to them.
+        """
         motion = self.motion
         wrench = None if motion.wrench is None else factor * motion.wrench
         solution = self.machine.scene.solve(
@@ -73,7 +83,29 @@ class Run:
 
         part: total, elastic or damping. solution: default `self.solution`.
         """
-        groups = self.machine.links_of_carriages, self.machine.carriage_centers
-        loads = (solution or self.solution).group_loads(*groups, part)
+        loads = self._loads_of(self.machine.links_of_carriages, self.machine.carriage_places, part, solution)
         loads.setflags(write=False)  # arrays of the result are views of it
+        return loads
+
+    def rail_loads(self) -> Array:
+        """Loads (time, rail, 6): force [N] and moment about the mean of its carriage centres [N m]."""
+        return self._loads_of(self.machine.links_of_rails, self.machine.rail_places, "total", None)
+
+    def link_loads(self, part: str = "total", solution: Solution | None = None) -> Array:
+        """Loads along the links (time, link) [N]. Arguments as for `carriage_loads`."""
+        loads = (solution or self.solution).link_loads(part)
+        return loads if self.feet is None else loads + self.feet.loads(part, self.times)
+
+    def _loads_of(
+        self, groups: Sequence[NDArray[np.int64]], places: Array, part: str, solution: Solution | None
+    ) -> Array:
+        """Loads (time, group, 6) of groups of links about their centres, in their own axes."""
+        loads = (solution or self.solution).group_loads(groups, places, part)
+        if self.feet is not None:
+            table, of_feet = self.machine.link_table(), self.feet.loads(part, self.times)
+            for i, (links, place, axes) in enumerate(zip(groups, places, own_axes(places), strict=True)):
+                direction = table.directions[links]
+                moment = np.cross(table.points[links] - place[:3], direction)
+                arms = np.hstack([direction @ axes.T, moment @ axes.T])
+                loads[:, i] += of_feet[:, links] @ arms
         return loads

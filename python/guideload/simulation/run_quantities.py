@@ -45,7 +45,6 @@ def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
 
 
 def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
-    machine, solution = run.machine, run.solution
     of_carriages, of_rails = ("time", "carriage", "axis"), ("time", "rail", "axis")
     for part in ("total", "elastic", "damping"):
         loads = carriage_loads if part == "total" else run.carriage_loads(part)
@@ -58,11 +57,20 @@ def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
             "N m",
             f"{share}moment about the carriage centre",
         )
-        load = solution.link_loads(part)
+        load = run.link_loads(part)
         yield f"link_load{suffix}", ("time", "link"), load, "N", f"{share}load along the link"
+    machine = run.machine
+    if machine.has_rolled_rails:
+        vectors = carriage_loads.reshape(-1, len(machine.carriages), 2, 3) @ machine.carriage_axes
+        text = "of the carriage in the axes of the machine"
+        yield "force_global", of_carriages, vectors[:, :, 0], "N", f"load {text}"
+        yield "moment_global", of_carriages, vectors[:, :, 1], "N m", f"moment {text}, about its centre"
+    if run.feet is not None:
+        words = "part of the load along the link that the motion of its foot adds"
+        yield "foot_load", ("time", "link"), run.feet.loads("total", run.times), "N", words
     resultant = np.hypot(carriage_loads[:, :, 1], carriage_loads[:, :, 2])
     yield "resultant", ("time", "carriage"), resultant, "N", "resultant load of the carriage in y and z"
-    rails = solution.group_loads(machine.links_of_rails, machine.rail_centers, "total")
+    rails = run.rail_loads()
     yield "rail_force", of_rails, rails[:, :, :3], "N", "load of the rail"
     yield "rail_moment", of_rails, rails[:, :, 3:], "N m", "moment about the mean of its carriage centres"
 
@@ -79,7 +87,7 @@ def _reference_point(run: Run) -> Iterator[Row]:
 
 def _static(run: Run) -> Iterator[Row]:
     machine, scene = run.machine, run.machine.scene
-    loads = scene.static_group_loads(machine.links_of_carriages, machine.carriage_centers)
+    loads = scene.static_group_loads(machine.links_of_carriages, machine.carriage_places)
     yield "static_force", ("carriage", "axis"), loads[:, :3], "N", "static load of the carriage"
     yield "static_moment", ("carriage", "axis"), loads[:, 3:], "N m", "static moment of the carriage"
     yield "static_link_load", ("link",), scene.static_link_loads(), "N", "static load along the link"

@@ -12,7 +12,8 @@ from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import with_rack_push
-from guideload.simulation.peaks import Peaks
+from guideload.simulation.feet import over_rails
+from guideload.simulation.peaks import Peaks, peaks_of
 from guideload.simulation.result import Result
 from guideload.simulation.run import Run
 
@@ -67,6 +68,8 @@ def peak_loads(
     if strict:
         simulate(machine, motion, method, rtol=rtol, step=step, strict=True)
     run = _run(machine, motion, method, rtol, step, None)
+    if run.feet is not None:
+        return peaks_of(run)
     extremes = machine.scene.peaks(
         run.motion.time,
         run.motion.acceleration,
@@ -75,7 +78,7 @@ def peak_loads(
         rtol=rtol,
         step=step,
         groups=machine.links_of_carriages,
-        centers=machine.carriage_centers,
+        centers=machine.carriage_places,
     )
     return Peaks(tuple(carriage.name for carriage in machine.carriages), *extremes)
 
@@ -95,8 +98,9 @@ def _run(
 ) -> Run:
     """A run with its method chosen, with the push of a rack, not solved yet."""
     _require_types(machine, motion, rtol, step)
+    machine, motion, feet = over_rails(machine, motion)
     chosen, reason = _method_and_reason(machine, motion, method, step)
-    run = Run(machine, motion, chosen, reason, rtol, step, None if times is None else _instants(times))
+    run = Run(machine, motion, chosen, reason, rtol, step, None if times is None else _instants(times), feet)
     return with_rack_push(run)
 
 

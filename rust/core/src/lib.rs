@@ -89,8 +89,8 @@ pub use system::{
 
 // Read out: records of a run, and loads and motions from its states.
 pub use output::{
-    Axial, Extremes, History, Part, Peaks, Record, Recovery, Wrench, acceleration, evaluate, group_load,
-    link_load, position, reaction, velocity,
+    Axes, Axial, Extremes, History, Part, Peaks, Record, Recovery, Wrench, acceleration, evaluate,
+    group_load, group_load_along, link_load, position, reaction, velocity,
 };
 
 #[cfg(feature = "std")]

@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 
 use crate::chain::Chain;
 use crate::convert::{
-    Array1, Array2, CoreError, List, check_ascending, check_finite, check_results, numbers, rows, zeros,
+    Array1, Array2, CoreError, List, check_ascending, check_finite, check_results, numbers, zeros,
 };
 use crate::interrupt::compute;
 use crate::links::group_loads;
@@ -88,7 +88,7 @@ impl<'a> Loads<'a> {
         groups: &[PyReadonlyArray1<'_, i64>],
         centers: &PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Self> {
-        let groups = group_loads(&scene.0, groups, &rows::<3>(centers, "centers")?, Part::Total)?;
+        let groups = group_loads(&scene.0, groups, centers, Part::Total)?;
         let instants = numbers(instants, "instants")?;
         check_ascending(&instants, "instants")?;
         if loads.shape() != [instants.len(), groups.len(), 6] || !loads.is_c_contiguous() {

@@ -7,7 +7,7 @@ use numpy::{PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUnty
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array2, CoreError, List, Samples, matrix3, numbers, rows, zeros};
+use crate::convert::{self, Array2, CoreError, List, Samples, matrix3, numbers, zeros};
 use crate::interrupt::compute;
 use crate::law::PyLaw;
 use crate::life::{Rule, equivalent_load};
@@ -49,7 +49,7 @@ type ChangeArguments = ((String, usize, Place), f64, List<(usize, f64)>);
 #[pymethods]
 impl PyBatch {
     #[new]
-    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol, rules=None))]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol, rules=None, offsets=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         py: Python<'_>,
@@ -76,11 +76,12 @@ impl PyBatch {
         method: &str,
         rtol: f64,
         rules: Option<List<(Rule<'_>, Rule<'_>)>>,
+        offsets: Option<PyReadonlyArray1<'_, f64>>,
     ) -> PyResult<Self> {
-        let links = links(&points, &directions, &laws.0, &damping, &damping_in_contact)?;
-        let mut groups: Vec<Group> = group_links(links.len(), &groups.0, &rows::<3>(&centers, "centers")?)?
+        let links = links(&points, &directions, &laws.0, &damping, &damping_in_contact, offsets.as_ref())?;
+        let mut groups: Vec<Group> = group_links(links.len(), &groups.0, &centers)?
             .into_iter()
-            .map(|(links, center)| Group::new(links, center.into()))
+            .map(|(links, center, axes)| Group { axes, ..Group::new(links, center) })
             .collect();
         let rules = rules.map_or_else(Vec::new, |rules| rules.0);
         if ![0, groups.len()].contains(&rules.len()) {
@@ -197,6 +198,7 @@ fn change(((name, index, place), constant, terms): ChangeArguments) -> PyResult<
         ("gravity", _) => Target::Gravity(index),
         ("point", Place::Index(axis)) => Target::Point { link: index, axis },
         ("damping", _) => Target::Damping(index),
+        ("offset", _) => Target::Offset(index),
         ("law", Place::Name(parameter)) => {
             Target::Law { link: index, parameter: LawParameter::from_name(&parameter).ok_or_else(unknown)? }
         }

@@ -30,7 +30,7 @@ mod _core {
     #[pymodule_export]
     use super::life::{equivalent_load_integrals, largest_equivalent_load};
     #[pymodule_export]
-    use super::scene::{PyScene, carriage_links};
+    use super::scene::PyScene;
     #[pymodule_export]
     use super::smoother::{adapt_motion, motion_likelihood, smooth_motion};
     #[pymodule_export]

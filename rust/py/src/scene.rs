@@ -5,13 +5,13 @@ use std::sync::Arc;
 use guideload::reaction;
 use guideload::{
     Body, Extremes, Input, ModelLevel, NamedMethod, Output, Part, Peaks, RunError, Scene, State, System,
-    Watched, carriage_ends, eigenvalues, link_load, modes,
+    Watched, eigenvalues, link_load, modes,
 };
 use numpy::{Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array1, Array2, CoreError, List, Samples, matrix3, numbers, room, rows};
+use crate::convert::{self, Array1, Array2, CoreError, List, Samples, matrix3, numbers, room};
 use crate::interrupt::compute;
 use crate::law::PyLaw;
 use crate::links::{self, group_loads};
@@ -30,7 +30,7 @@ fn named_method(name: &str) -> PyResult<NamedMethod> {
 #[pymethods]
 impl PyScene {
     #[new]
-    #[pyo3(signature = (*, mass, center_of_mass, inertia, gravity, free, points, directions, laws, damping, damping_in_contact))]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, gravity, free, points, directions, laws, damping, damping_in_contact, offsets=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         mass: f64,
@@ -43,9 +43,11 @@ impl PyScene {
         laws: List<PyRef<'_, PyLaw>>,
         damping: PyReadonlyArray1<'_, f64>,
         damping_in_contact: PyReadonlyArray1<'_, bool>,
+        offsets: Option<PyReadonlyArray1<'_, f64>>,
     ) -> PyResult<Self> {
         let body = Body::new(mass, center_of_mass.into(), matrix3(inertia)).map_err(CoreError::from)?;
-        let links = links::links(&points, &directions, &laws.0, &damping, &damping_in_contact)?;
+        let links =
+            links::links(&points, &directions, &laws.0, &damping, &damping_in_contact, offsets.as_ref())?;
         let free = convert::free(&free.0)?;
         let scene = Scene::new(body, &links, gravity.into(), free).map_err(CoreError::from)?;
         let system = System::new(&scene).map_err(CoreError::from)?;
@@ -120,7 +122,7 @@ impl PyScene {
     ) -> PyResult<[Array2<'py>; 4]> {
         let method = named_method(method)?;
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
-        let loads = group_loads(&self.0, &groups.0, &rows::<3>(&centers, "centers")?, Part::Total)?;
+        let loads = group_loads(&self.0, &groups.0, &centers, Part::Total)?;
         let extremes = compute(py, |watch| {
             let excitation = samples.excitation()?;
             let mut extremes = vec![Extremes::NONE; loads.len()];
@@ -191,23 +193,13 @@ impl PyScene {
         groups: List<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Array2<'py>> {
-        let loads = group_loads(&self.0, &groups.0, &rows::<3>(&centers, "centers")?, Part::Total)?;
+        let loads = group_loads(&self.0, &groups.0, &centers, Part::Total)?;
         let at_rest: Vec<[f64; 6]> = loads.iter().map(|load| load.at_rest()).collect();
         if !at_rest.as_flattened().iter().all(|x| x.is_finite()) {
             return Err(CoreError::Run(RunError::OutOfRange).into());
         }
         table(py, at_rest.into_iter())
     }
-}
-
-/// Where the four links of a carriage hold the body: points (4, 3), directions (4, 3).
-#[pyfunction]
-pub fn carriage_links(py: Python<'_>, center: [f64; 3], length: f64) -> PyResult<(Array2<'_>, Array2<'_>)> {
-    let ends = carriage_ends(center.into(), length);
-    Ok((
-        table(py, ends.iter().map(|(point, _)| <[f64; 3]>::from(*point)))?,
-        table(py, ends.iter().map(|(_, direction)| <[f64; 3]>::from(*direction)))?,
-    ))
 }
 
 /// Rows of one length as a two-dimensional array.

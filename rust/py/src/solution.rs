@@ -9,7 +9,7 @@ use numpy::ndarray::Dimension;
 use numpy::{PyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use crate::convert::{self, CoreError, List, rows, zeros};
+use crate::convert::{self, CoreError, List, zeros};
 use crate::interrupt::compute;
 use crate::links::group_loads;
 
@@ -68,8 +68,7 @@ impl PySolution {
         centers: PyReadonlyArray2<'_, f64>,
         part: &str,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let loads =
-            group_loads(&self.system, &groups.0, &rows::<3>(&centers, "centers")?, convert::part(part)?)?;
+        let loads = group_loads(&self.system, &groups.0, &centers, convert::part(part)?)?;
         self.recover(py, &loads, &[self.states.len(), loads.len(), 6])
     }
 

@@ -17,13 +17,12 @@ from pydantic import Field, PlainValidator, StrictBool, StrictStr, create_model
 from guideload.base.config import ConfigModel, number
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused
 from guideload.base.toml import Place, read_toml
-from guideload.catalogue.rating import exponent_of
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.motion.moves import Moves
 from guideload.simulation.simulation import Method
 from guideload.study.description.correlation import Correlation
-from guideload.study.description.measures import STATISTICS, Life, Recorded, Statistic
+from guideload.study.description.measures import STATISTICS, Recorded, Statistic
 from guideload.study.description.refusals import problem_at, refused_at
 from guideload.study.description.varied_parameter import DistributionSpec, NumberOrText, optional
 from guideload.study.sampling.sequences import Sampling, Sobol
@@ -103,6 +102,11 @@ class ForcesOptions(ConfigModel):
 class StudyOptions(ConfigModel):
     """The options of a study, in a file and in code."""
 
+    MOVED = {
+        "exponent": "that of the mean load is the exponent of the carriages' product, in the machine file",
+        "life": "life follows from the machine file: a product with dynamic and static rating for each carriage "
+        "(catalogue, or a [[products]] table), and conditions in its table [life]",
+    }
     samples: Annotated[int, PlainValidator(partial(_integer, least=1, most=2**Sobol.BITS))] | None = optional(
         "number of samples, e.g. 10_000"
     )
@@ -114,15 +118,14 @@ class StudyOptions(ConfigModel):
     histories: Annotated[int | tuple[int, ...], PlainValidator(_indices)] = optional(
         "runs whose histories are stored, or the number of first runs", 0
     )
-    quantities: tuple[Recorded, ...] | None = optional("recorded loads; default all but Fx, Mx", min_length=1)
-    statistics: tuple[Statistic, ...] = optional("statistics of loads over time", STATISTICS, min_length=1)
-    exponent: Annotated[float, PlainValidator(exponent_of)] = optional(
-        'exponent of the mean load: 3 for balls, "10/3" for rollers', 3.0
+    quantities: tuple[Recorded, ...] | None = optional(
+        "recorded loads; default all but Fx, and Mx only where a carriage has width or stiffness_roll",
+        min_length=1,
     )
+    statistics: tuple[Statistic, ...] = optional("statistics of loads over time", STATISTICS, min_length=1)
     method: Method = optional("method of integration, as in `guideload run`", "auto")
     rtol: Positive = optional("relative tolerance of the loads, for rk45 and implicit", 1e-6)
     limits: dict[str, NumberOrText] = optional('limits for exceedance, e.g. peak_resultant = "8 kN"', {})
-    life: Life | None = optional("the table [life]: rating and base")
     vary: tuple[DistributionSpec, ...] = optional("one [[vary]] table for each varied parameter", ())
     correlation: tuple[Correlation, ...] = optional("one [[correlation]] table each", ())
 
@@ -158,7 +161,7 @@ class StudyFile(StudyOptions):
             raise ConfigError(problems)
 
 
-TABLES = {"reading", "forces", "limits", "life", "vary", "correlation"}
+TABLES = {"reading", "forces", "limits", "vary", "correlation"}
 TOP_KEYS = StudyFile.model_fields.keys() - TABLES  # keys outside all tables
 
 

@@ -23,6 +23,7 @@ from guideload.study.description.metadata import StudyMetadata
 from guideload.study.description.options import StudyFile, StudyOptions, read_study, with_hint_on_place
 from guideload.study.description.parameters import Parameters
 from guideload.study.description.plan import Plan, correlations_of, digest, with_fingerprint
+from guideload.study.description.rated import RatedStudy, rated_study
 from guideload.study.description.refusals import refused_at
 from guideload.study.description.varied_parameter import SampleSpec
 from guideload.study.sampling.design import Design
@@ -94,6 +95,12 @@ class Study(StudyOptions):
     @cached_property
     def _plan(self) -> Plan:
         self._require_one_source()
+        if not self.machine.has_straight_rails:
+            way_out = "mounting errors can vary; for profiles, run simulate or peak_loads with each seed of waviness"
+            profiles = [rail.name for rail in self.machine.rails if rail.profiles]
+            raise refused_at(
+                ("machine",), "straight rails in a study", f"profiles of rails {profiles}", way_out
+            )
         # The push of a rack is that of the machine as given: in a batch, all samples share one motion.
         motion = with_forces_of_drive(self.machine, self.motion, self.method, self.rtol)
         parameters = Parameters(self.machine, motion)
@@ -112,14 +119,15 @@ class Study(StudyOptions):
         histories = tuple(range(min(histories, runs))) if isinstance(histories, int) else histories
         if histories and histories[-1] >= runs:
             raise refused_at(("histories",), f"indices below {runs}, the number of runs", histories[-1])
-        measures, columns = measures_of(self.machine, motion, self.quantities, self.statistics)
-        if self.life is not None and not any(load == "load" for load, _, _ in measures):
-            no_velocity = motion.velocity is None
-            hint = "the motion has no velocity" if no_velocity else 'add "load" to quantities'
-            raise refused_at(("life",), "a mean load to count the life from", self.life.model_dump(), hint)
+        rated = RatedStudy()
+        if self.quantities is None or "load" in self.quantities:
+            rated = rated_study(self.machine, motion, factors, cases)
+        measures, columns = measures_of(
+            self.machine, motion, self.quantities, self.statistics, bool(rated.criteria)
+        )
         changes = parameters.changes((factor.form, factor.targets) for factor in factors)
         metadata = StudyMetadata(
-            **{key: getattr(self, key) for key in ("machine", "method", "rtol", "exponent", "life")},
+            **{key: getattr(self, key) for key in ("machine", "method", "rtol")},
             motion=motion.source,
             motion_exact=motion.exact,
             motion_digest=digest(*(getattr(motion, name) for name in ("time", *HISTORIES))),
@@ -133,7 +141,9 @@ class Study(StudyOptions):
             correlations=correlations_of(factors, None if design is None else design.copula),
             measures=measures,
             columns=columns,
-            limits=limits_of(self.limits, measures, self.life),
+            exponent=rated.exponent,
+            limits=limits_of(self.limits, measures, self.machine.life, rated.reason),
+            life_notes=rated.notes,
         )
         metadata = with_fingerprint(metadata, design, factors, changes, digest(cases))
         return Plan(metadata, motion, factors, changes, design, cases, histories)

@@ -11,6 +11,7 @@ use crate::model::Body;
 use crate::model::Free;
 use crate::model::Link;
 use crate::model::Scene;
+use crate::output::Axes;
 
 /// The scene that samples change.
 #[derive(Debug, Clone, Copy)]
@@ -51,6 +52,8 @@ pub struct Group {
     pub links: Vec<usize>,
     /// Reference point of the moments, m from L.
     pub center: Vector3<f64>,
+    /// The axes of its load.
+    pub axes: Axes,
     /// Rule of the equivalent load whose mean is measured.
     pub mean_rule: EquivalentLoad,
     /// Rule of the equivalent load whose largest value is measured, for the static safety; its preload has no effect.
@@ -58,10 +61,10 @@ pub struct Group {
 }
 
 impl Group {
-    /// Links whose equivalent loads are `|Fy| + |Fz|`.
+    /// Links whose load is along the axes of the machine, and whose equivalent loads are `|Fy| + |Fz|`.
     pub fn new(links: Vec<usize>, center: Vector3<f64>) -> Self {
         let [mean_rule, peak_rule] = [EquivalentLoad::SUM_OF_FORCES; 2];
-        Self { links, center, mean_rule, peak_rule }
+        Self { links, center, axes: Axes::MACHINE, mean_rule, peak_rule }
     }
 }
 
@@ -73,6 +76,7 @@ pub struct Instance {
     free: Free,
     links: Vec<Link>,
     centers: Vec<Vector3<f64>>,
+    axes: Vec<Axes>,
     factors: [f64; 2],
 }
 
@@ -90,6 +94,7 @@ impl Instance {
             free: base.free,
             links: base.links.to_vec(),
             centers: base.groups.iter().map(|group| group.center).collect(),
+            axes: base.groups.iter().map(|group| group.axes).collect(),
             factors: [1.0; 2],
         })
     }
@@ -132,6 +137,11 @@ impl Instance {
         &self.centers
     }
 
+    /// Axes of the loads of the groups.
+    pub fn axes(&self) -> &[Axes] {
+        &self.axes
+    }
+
     /// Factors on the accelerations of the motion and on its external loads.
     pub fn factors(&self) -> [f64; 2] {
         self.factors
@@ -165,7 +175,9 @@ impl Plan {
                 Target::CenterOfMass(axis) | Target::Gravity(axis) => axis < 3,
                 Target::Inertia(i, j) => i < 3 && j < 3,
                 Target::Point { link, axis } => link < base.links.len() && axis < 3,
-                Target::Damping(link) | Target::Law { link, .. } => link < base.links.len(),
+                Target::Damping(link) | Target::Offset(link) | Target::Law { link, .. } => {
+                    link < base.links.len()
+                }
                 Target::Center { group, axis } => group < base.groups.len() && axis < 3,
             };
             if !place {
@@ -268,19 +280,23 @@ fn order(target: Target) -> (usize, usize, Target) {
         Target::Inertia(i, j) => (0, 0, Target::Inertia(usize::min(i, j), usize::max(i, j))),
         Target::Mass | Target::CenterOfMass(_) => (0, 0, target),
         Target::Gravity(_) => (1, 0, target),
-        Target::Point { link, .. } | Target::Damping(link) | Target::Law { link, .. } => (2, link, target),
+        Target::Point { link, .. }
+        | Target::Damping(link)
+        | Target::Offset(link)
+        | Target::Law { link, .. } => (2, link, target),
         Target::Center { .. } | Target::Acceleration | Target::Wrench => (3, 0, target),
     }
 }
 
 /// Changes a link of the base.
 fn set(base: &Link, changes: &[Change], values: &[f64], to: &mut Link) -> Result<(), crate::SceneError> {
-    let (mut point, mut damping, mut law) = (base.point(), base.damping(), None);
+    let (mut point, mut damping, mut offset, mut law) = (base.point(), base.damping(), base.offset(), None);
     for change in changes {
         let value = change.at(values);
         match change.target {
             Target::Point { axis, .. } => point[axis] = value,
             Target::Damping(_) => damping = value,
+            Target::Offset(_) => offset = value,
             // In the order of `LawParameter`, the factor last.
             Target::Law { parameter, .. } => {
                 law = Some(law.as_ref().unwrap_or(base.law()).with(parameter, value)?);
@@ -288,5 +304,5 @@ fn set(base: &Link, changes: &[Change], values: &[f64], to: &mut Link) -> Result
             _ => {}
         }
     }
-    to.set(point, law, damping)
+    to.set(point, law, damping, offset)
 }

@@ -10,7 +10,7 @@ use crate::excitation::Excitation;
 use crate::excitation::ScaledExcitation;
 use crate::integrate::{Control, NamedMethod, Output};
 use crate::numeric::watch::Watch;
-use crate::output::{Part, Record, Watched, evaluate, group_load};
+use crate::output::{Part, Record, Watched, evaluate, group_load_along};
 use crate::system::eigenvalues;
 use crate::system::{ModelLevel, State, System, input_from};
 
@@ -92,7 +92,9 @@ pub(super) fn history(
     let loads: Vec<_> = groups
         .iter()
         .zip(sample.centers())
-        .map(|(group, center)| group_load(&system, group.links.iter().copied(), *center, Part::Total))
+        .map(|(group, center)| {
+            group_load_along(&system, group.links.iter().copied(), *center, group.axes, Part::Total)
+        })
         .collect();
     // Loads of links do not depend on the excitation directly.
     evaluate(&loads, &states, |_| input_from([0.0; 3], [0.0; 6]), out);

@@ -1,12 +1,15 @@
-//! Results from states: loads and motions of L (`loads`), their evaluation at all instants (`evaluate`), and what a run records (`record`).
+//! Results from states: loads and motions of L (`loads`) in chosen axes (`axes`), their evaluation at all instants (`evaluate`), and what a run records (`record`).
 
+mod axes;
 mod evaluate;
 mod loads;
 mod record;
 
+pub use axes::Axes;
 pub use evaluate::evaluate;
 pub use loads::{
-    Axial, Part, Recovery, Wrench, acceleration, group_load, link_load, position, reaction, velocity,
+    Axial, Part, Recovery, Wrench, acceleration, group_load, group_load_along, link_load, position, reaction,
+    velocity,
 };
 #[cfg(feature = "std")]
 pub use record::Watched;

@@ -102,7 +102,9 @@ impl System {
         for mode in 0..scene.free().count() {
             rest[mode] = weight[mode] / modes.frequency[mode];
         }
-        let equilibrium = if model_level == ModelLevel::Linear {
+        let unloaded = LinkRow::set_offsets(rows.as_mut_slice());
+        let origin = position(&modes, &unloaded);
+        let mut equilibrium = if model_level == ModelLevel::Linear {
             linear_equilibrium(&modes, &rest, rows.as_mut_slice())
         } else {
             let found = nonlinear_equilibrium(scene, &modes, &rest, rows.as_mut_slice())?;
@@ -114,6 +116,7 @@ impl System {
             }
             found
         };
+        equilibrium.position += origin;
         let UndampedModes { shapes, frequency } = modes;
         let damping = modal_damping(rows.as_slice());
         let influence = modal_influence(&matrices, &shapes);
@@ -249,11 +252,13 @@ struct Rest {
     loose_count: usize,
 }
 
-/// Rest on linear links, `rest` in energy coordinates; sets the deflections and loads at rest in `rows`.
+/// Rest on linear links, `rest` in energy coordinates from where they rest without weight; sets the deflections and loads at rest in
+/// `rows`.
 fn linear_equilibrium(modes: &UndampedModes, rest: &[f64; 6], rows: &mut [LinkRow]) -> Rest {
     for row in rows {
-        row.rest = dot(&row.deflection, rest);
-        row.load = dot(&row.elastic, rest);
+        let offset = row.rest;
+        row.rest = dot(&row.deflection, rest) - offset;
+        row.load = dot(&row.elastic, rest) - row.stiffness * offset;
     }
     Rest { position: position(modes, rest), loose: Matrix6::zeros(), loose_count: 0 }
 }
@@ -268,7 +273,7 @@ fn nonlinear_equilibrium(
     if !linear.iter().all(|x| x.is_finite()) {
         return Err(OUT_OF_RANGE);
     }
-    let springs = rows.iter().map(|row| (row.link.law(), row.deflection));
+    let springs = rows.iter().map(|row| (row.link.law(), row.deflection, row.rest));
     let found = equilibrium(springs, linear, scene.free().count()).map_err(|direction| {
         let motion = position(modes, &direction);
         let largest = motion.amax();
@@ -279,7 +284,7 @@ fn nonlinear_equilibrium(
         loose.set_column(i, &position(modes, direction));
     }
     for row in rows {
-        row.rest = dot(&row.deflection, &found.position);
+        row.rest = dot(&row.deflection, &found.position) - row.rest;
         row.load = row.link.law().force(row.rest);
         let tangent = row.link.law().tangent(row.rest);
         let nominal = row.link.law().nominal();

@@ -18,6 +18,7 @@ mod life;
 mod loads;
 mod methods;
 mod modes;
+mod offsets;
 mod orders;
 mod stability;
 mod statics;
