@@ -10,6 +10,7 @@ from guideload.machine.machine import Machine
 from guideload.machine.response import DRIVE, FrequencyResponse
 from guideload.reports.elements import dofs_line, new_table, remark, to_text
 
+ROUNDING = 1e-9  # of the peak: a smaller static value is none
 NOTE = (
     "Amplitude of the displacement in the carriage frame, linearised at rest. Static: for a constant source. Peak: the "
     "largest at the computed frequencies, and the phase by which the displacement leads the source there."
@@ -23,13 +24,10 @@ def response_report(machine: Machine, response: FrequencyResponse, encoding: str
         for axis in range(3):
             magnitude = response.magnitude[:, i, axis]
             at, static = int(magnitude.argmax()), abs(float(response.static[i, axis]))
-            ratio = f"{magnitude[at] / static:.3g}" if static > 1e-9 * magnitude[at] else ""
-            row = (
-                "free" if np.isnan(static) else f"{1e6 * static:.3g}",
-                f"{1e6 * magnitude[at]:.3g}",
-                f"{response.frequency[at]:.4g}",
-                ratio,
-            )
+            small = static <= ROUNDING * magnitude[at]
+            ratio = "" if small or np.isnan(static) else f"{magnitude[at] / static:.3g}"
+            still = "free" if np.isnan(static) else "0" if small else f"{1e6 * static:.3g}"
+            row = still, f"{1e6 * magnitude[at]:.3g}", f"{response.frequency[at]:.4g}", ratio
             phase = f"{response.phase[at, i, axis]:.0f}" if magnitude[at] > 0.0 else ""
             table.add_row(Text(name if axis == 0 else ""), *row, phase, "xyz"[axis])
     parts: list[RenderableType] = [

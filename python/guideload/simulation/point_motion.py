@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,9 +12,6 @@ from guideload.base.errors import ArgumentError
 from guideload.base.quantities import Quantities
 from guideload.machine.machine import DOFS, Machine
 from guideload.motion.standstill import MoveSpan, move_spans
-
-if TYPE_CHECKING:
-    from guideload.simulation.run import Run
 
 Row = tuple[str, tuple[str, ...], Array, str, str]
 DIMS = {
@@ -30,29 +26,25 @@ WATCHED = 0.5  # periods of the lowest mode: shorter observation does not show t
 
 def moved(machine: Machine, motion: Array) -> Array:
     """u + phi x p (..., point, 3) of the machine's points, for motions (..., 6) of L: displacements or their rates."""
-    places = np.array([point.at for point in machine.points]).reshape(-1, 3)
-    return np.asarray(motion[..., None, :3] + np.cross(motion[..., None, 3:], places))
+    places = np.array([point.at for point in machine.points])
+    rows = np.zeros((len(places), 3, 6))  # d(displacement)/dq of every point
+    rows[:, :, :3] = np.eye(3)
+    rows[:, :, 3:] = np.cross(np.eye(3), places[:, None]).transpose(0, 2, 1)
+    return np.asarray((motion @ rows.reshape(-1, 6).T).reshape(*motion.shape[:-1], *places.shape))
 
 
-def point_rows(run: Run) -> Iterator[Row]:
-    """The quantities of the points of a run; none without points."""
-    machine, solution = run.machine, run.solution
+def point_rows(machine: Machine, known: Mapping[str, Array]) -> Iterator[Row]:
+    """The quantities of the points of a run, from those of L and of the cart by name; none without points."""
     if not machine.points:
         return
     dims, frame = DIMS["point_displacement"], "in the carriage frame"
-    acceleration = moved(machine, solution.acceleration())
-    absolute = acceleration + solution.inputs()[:, None, :3]
-    yield (
-        "point_displacement",
-        dims,
-        moved(machine, solution.position()),
-        "m",
-        f"displacement {frame}, sag included",
-    )
-    yield "point_velocity", dims, moved(machine, solution.velocity()), "m/s", f"velocity {frame}"
+    acceleration = moved(machine, known["acceleration"])
+    absolute = acceleration + known["cart_acceleration"][:, None]
+    place, static = moved(machine, known["displacement"]), moved(machine, known["static_displacement"])
+    yield "point_displacement", dims, place, "m", f"displacement {frame}, sag included"
+    yield "point_velocity", dims, moved(machine, known["velocity"]), "m/s", f"velocity {frame}"
     yield "point_acceleration", dims, acceleration, "m/s2", f"acceleration {frame}"
     yield "point_absolute_acceleration", dims, absolute, "m/s2", "acceleration with that of the cart"
-    static = moved(machine, machine.scene.static_position())
     yield "static_point_displacement", DIMS["static_point_displacement"], static, "m", "displacement at rest"
 
 

@@ -34,13 +34,8 @@ def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
     }
     if machine.points:
         labels["point"] = [point.name for point in machine.points]
-    rows = [
-        *_loads(run, carriage_loads),
-        *_reference_point(run),
-        *_static(run),
-        *_motion(run),
-        *point_rows(run),
-    ]
+    rows = [*_loads(run, carriage_loads), *_reference_point(run), *_static(run), *_motion(run)]
+    rows += point_rows(machine, {name: values for name, _, values, *_ in rows})
     rows.append(("time", ("time",), run.time, "s", "time"))
     variables = quantities(
         sorted(rows, key=lambda row: row[1] == (row[0],))
