@@ -2,8 +2,8 @@
 //!
 //! Files in the order of the data: `vector`, `aligned_buffer`, `matrix` (numbers in lanes, memory for them) → `request`
 //! → `assemble`, `dense`, `jacobi` → `undamped` → `damped` → `modal` (from scenes to damped modes); `timeline` (the motion) → `step` →
-//! `integrate` (from sample to sample) → `loads` → `statistics`. The results of a scene have the same bits in any lane of any width,
-//! beside any other scenes. See `numeric::simd` for why these files use `pulp`.
+//! `integrate` (from sample to sample) → `loads` → `time_statistics` with `power_integral` and `bent`. The results of a scene have the same
+//! bits in any lane of any width, beside any other scenes. See `numeric::simd` for why these files use `pulp`.
 
 mod aligned_buffer;
 mod assemble;
