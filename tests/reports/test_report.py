@@ -95,7 +95,7 @@ def test_peaks_are_those_of_the_result(result: Result) -> None:
 
 def test_every_definition_is_said(result: Result) -> None:
     for definition in (
-        "Forces of the body on the carriage, global axes, static load included",
+        "Forces of the body on the carriage, in its rail's axes, static load included",
         "moments about the carriage's centre",
         "sqrt(Fy^2 + Fz^2)",
         "f_W: dynamic factor, peak over quasi-static peak (statics with m a)",

@@ -61,10 +61,13 @@ def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
         yield f"link_load{suffix}", ("time", "link"), load, "N", f"{share}load along the link"
     machine = run.machine
     if machine.has_rolled_rails:
-        vectors = carriage_loads.reshape(-1, len(machine.carriages), 2, 3) @ machine.carriage_axes
+        turned, (cosine, sine) = carriage_loads.copy(), machine.carriage_axes[:, 1, 1:].T
+        for y, z in ((1, 2), (4, 5)):
+            own_y, own_z = carriage_loads[:, :, y], carriage_loads[:, :, z]
+            turned[:, :, y], turned[:, :, z] = cosine * own_y - sine * own_z, sine * own_y + cosine * own_z
         text = "of the carriage in the axes of the machine"
-        yield "force_global", of_carriages, vectors[:, :, 0], "N", f"load {text}"
-        yield "moment_global", of_carriages, vectors[:, :, 1], "N m", f"moment {text}, about its centre"
+        yield "force_global", of_carriages, turned[:, :, :3], "N", f"load {text}"
+        yield "moment_global", of_carriages, turned[:, :, 3:], "N m", f"moment {text}, about its centre"
     if run.feet is not None:
         words = "part of the load along the link that the motion of its foot adds"
         yield "foot_load", ("time", "link"), run.feet.loads("total", run.times), "N", words

@@ -2,6 +2,8 @@
 
 use nalgebra::Vector3;
 
+use crate::numeric::float::{cos, sin};
+
 /// Axes turned about x from those of the machine, such as those of a rail that stands on its side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axes {
@@ -15,7 +17,7 @@ impl Axes {
 
     /// Axes turned by `roll` about x, in rad; a positive angle turns y towards z.
     pub fn rolled(roll: f64) -> Self {
-        Self { cosine: libm::cos(roll), sine: libm::sin(roll) }
+        Self { cosine: cos(roll), sine: sin(roll) }
     }
 
     /// Components in these axes of a vector that is given in those of the machine.
