@@ -108,7 +108,8 @@ def require_rated_moments(machine: Machine, criteria: Criteria) -> None:
     """Raise LifeError if the links of a carriage can carry a moment that its rules count and that is not rated."""
     table, center = machine.link_table(), machine.carriage_centers[criteria.index]
     links = machine.links_of_carriages[criteria.index]
-    arms = np.abs(np.cross(table.points[links] - center, table.directions[links]))
+    moments = np.cross(table.points[links] - center, table.directions[links])
+    arms = np.abs(moments @ machine.carriage_axes[criteria.index].T)
     for axis in criteria.unrated_moments:
         if arms[:, AXES.index(axis)].max(initial=0.0) > NO_ARM:
             raise criteria.unrated(axis, f"can carry a {axis} moment")
