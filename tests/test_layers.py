@@ -20,6 +20,7 @@ PYTHON = (
     "sizing",
     "method_comparison",
     "study",
+    "duty",
     "reports",
     "plots",
     "html_report",

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from guideload.catalogue import LifeConditions as LifeConditions
     from guideload.catalogue import Product as Product
     from guideload.catalogue import Rating as Rating
+    from guideload.duty import DutyCycle as DutyCycle
+    from guideload.duty import LoadCase as LoadCase
+    from guideload.duty import duty_cycle as duty_cycle
     from guideload.life import Life as Life
     from guideload.life import life_of as life_of
     from guideload.machine import Body as Body
@@ -72,6 +75,7 @@ _HOMES = {
         "TraceError",
     ),
     "catalogue": ("Catalogue", "LifeConditions", "Product", "Rating"),
+    "duty": ("DutyCycle", "LoadCase", "duty_cycle"),
     "life": ("Life", "life_of"),
     "machine": (
         "Body",

@@ -24,6 +24,7 @@ from guideload.base.errors import (
 from guideload.base.visible_text import visible
 from guideload.cli.catalogue import catalogue
 from guideload.cli.compare import compare
+from guideload.cli.duty import duty
 from guideload.cli.encoder import encoder
 from guideload.cli.exit_codes import CommandInterrupted, InputError
 from guideload.cli.life import life
@@ -87,6 +88,7 @@ for command in (
     size,
     limit,
     compare,
+    duty,
     study,
     chart,
     stability,
