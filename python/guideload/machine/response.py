@@ -118,7 +118,7 @@ def linearised(machine: Machine) -> tuple[Array, Array, Array]:
         return mass, damping, stiffness
     links = machine.link_table()
     rows = np.hstack([links.directions, np.cross(links.points, links.directions)])
-    deflection = rows @ machine.scene.static_position()
+    deflection = rows @ machine.scene.static_position() - machine.offsets
     slopes = np.array([float(law.tangent(d[None])[0]) for law, d in zip(links.laws, deflection, strict=True)])
     off = links.damping_in_contact & (slopes == 0.0)
     stiffness = stiffness + (rows.T * (slopes - links.stiffness)) @ rows
