@@ -26,6 +26,7 @@ from guideload.base.errors import MOST_PROBLEMS, ConfigError, KeyPath, ValueRefu
 from guideload.base.toml import located, read_toml
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
+from guideload.machine.base import Base
 from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail, TravelPosition
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
@@ -59,6 +60,9 @@ class Machine(ConfigModel):
     rest_at: TravelPosition = Field(
         default=0.0,
         description="position of the cart at rest, where rails are not straight; a run rests where it starts",
+    )
+    base: Base | None = Field(
+        default=None, description="the table [base]: its compliance; left out if it is rigid"
     )
     rails: tuple[Rail, ...] = Field(default=(), description="one [[rails]] table per rail")
     carriages: tuple[Carriage, ...] = Field(default=(), description="one [[carriages]] table per carriage")
@@ -195,6 +199,7 @@ class Machine(ConfigModel):
             damping=table.damping,
             damping_in_contact=damping_in_contact,
             offsets=self.offsets,
+            base_compliance=None if self.base is None else self.base.compliance,
         )
 
     @property
