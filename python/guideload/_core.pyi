@@ -187,6 +187,8 @@ class Scene:
     free: some of x y z rx ry rz. points: (links, 3) m. directions: (links, 3) unit vectors. laws: one for each
     link. damping: (links,) N s/m. damping_in_contact: (links,) whether the damping acts only outside the clearance.
     offsets: (links,) m, displacement of each foot along its link, from which its deflection counts; None: 0.
+    base_compliance: (6, 6) m/N, 1/N, rad/(N m) of an elastic base about L under all links, which must then be linear;
+    None: rigid.
     Raises SceneError for an impossible body or link, for a body that the links do not support (the message names the
     motion that no link resists), and if there is no static equilibrium.
     """
@@ -205,6 +207,7 @@ class Scene:
         damping: Array,
         damping_in_contact: NDArray[np.bool_],
         offsets: Array | None = None,
+        base_compliance: Sequence[Sequence[float]] | None = None,
     ) -> Scene: ...
     @property
     def model_level(self) -> str:
@@ -375,6 +378,7 @@ class Batch:
         rtol: float,
         rules: Sequence[tuple[Rule, Rule]] | None = None,
         offsets: Array | None = None,
+        base_compliance: Sequence[Sequence[float]] | None = None,
     ) -> Batch: ...
     def run(self, values: Array, threads: int, width: str = "widest") -> tuple[Array, list[tuple[int, str]]]:
         """Measures (n, measures) of samples with values (n, columns), and (row, reason) of each failed sample.

@@ -84,7 +84,7 @@ def _link_forces(histories: Histories) -> tuple[Array, Array, Array]:
     """
     links, rows = histories.links, histories.rows
     if histories.linear:
-        damping = (rows.T * links.damping) @ rows
+        damping = histories.damping
         elastic_rate = histories.velocity @ histories.stiffness
         return histories.velocity @ damping, histories.acceleration @ damping, elastic_rate
     active = active_damping(histories)
@@ -122,8 +122,10 @@ def _edge_crossed(histories: Histories) -> NDArray[np.bool_]:
 
 def _elastic_energy(histories: Histories) -> Array:
     """Elastic energy of all links, (time,) [J]."""
-    if histories.linear and not histories.machine.offsets.any():
-        return 0.5 * _dot(histories.position @ histories.stiffness, histories.position)
+    if histories.linear:
+        energy = 0.5 * _dot(histories.position @ histories.stiffness, histories.position)
+        pull = (histories.machine.offsets * histories.links.stiffness) @ histories.rows @ histories.relative
+        return energy - histories.position @ pull if pull.any() else energy
     total = np.zeros(histories.time.size)
     for law, deflection in zip(histories.links.laws, histories.deflection.T, strict=True):
         total += law.energy(np.ascontiguousarray(deflection))

@@ -69,6 +69,9 @@ def _of_links(histories: Histories) -> Array:
         links.stiffness * size + links.damping * (np.abs(histories.velocity) @ np.abs(rows).T) + np.abs(load)
     )
     if histories.linear:
+        if histories.machine.base is not None:  # the dampers move the base, too
+            rate = histories.velocity @ (rows @ histories.relative).T
+            deflection = deflection - histories.velocity @ (rows @ histories.dragged).T
         return _relative(load - links.stiffness * deflection - links.damping * rate, terms)
     residual = load - active_damping(histories) * rate
     for i, law in enumerate(links.laws):

@@ -28,7 +28,16 @@ class Histories:
         points, directions = self.links.points, self.links.directions
         self.rows: Array = np.hstack([directions, np.cross(points, directions)])
         self.free = [DOFS.index(dof) for dof in machine.free]
-        (self.mass, *_), self.weight = machine.scene.matrices()
+        (self.mass, self._damping, self._stiffness), self.weight = machine.scene.matrices()
+        self.relative: Array = np.eye(6)  # motion of the links per motion of the body, on an elastic base
+        self.dragged: Array = np.zeros((6, 6))  # and per unit of its velocity, by the dampers
+        if machine.base is not None:
+            compliance = np.array(machine.base.compliance)
+            links, dampers = (
+                (self.rows.T * each) @ self.rows for each in (self.links.stiffness, self.links.damping)
+            )
+            self.relative = np.asarray(np.linalg.inv(np.eye(6) + compliance @ links))
+            self.dragged = self.relative @ compliance @ dampers @ self.relative
         self.time: Array = data["time"]
         self.position: Array = data["displacement"]
         self.velocity: Array = data["velocity"]
@@ -38,13 +47,18 @@ class Histories:
         self.excitation: Array = self.wrench - self.cart_acceleration @ self.mass[:, :3].T
         self.foot_load: Array | None = data["foot_load"] if "foot_load" in data else None
         self.load: Array = data["link_load"] if self.foot_load is None else data["link_load"] - self.foot_load
-        self.deflection: Array = self.position @ self.rows.T - machine.offsets
+        self.deflection: Array = self.position @ (self.rows @ self.relative).T - machine.offsets
+        if machine.base is not None:
+            pull = (machine.offsets * self.links.stiffness) @ self.rows
+            self.deflection += self.rows @ self.relative @ np.array(machine.base.compliance) @ pull
         self.step = median_step(self.time)  # s, 0 for a single instant
         self.trace_step = float(data.attrs["motion_step_s"])  # s, of the motion's samples
 
     @cached_property
     def stiffness(self) -> Array:
         """Stiffness matrix (6, 6) of L, with the nominal stiffness of every link."""
+        if self.machine.base is not None:
+            return self._stiffness
         return np.asarray((self.rows.T * self.links.stiffness) @ self.rows)
 
     @cached_property
@@ -53,7 +67,14 @@ class Histories:
         free = np.ix_(self.free, self.free)
         position = np.zeros((6, 6))
         position[free] = np.linalg.inv(self.stiffness[free])
-        return np.asarray(position @ (self.rows.T * self.links.stiffness))
+        return np.asarray(position @ ((self.rows @ self.relative).T * self.links.stiffness))
+
+    @cached_property
+    def damping(self) -> Array:
+        """Damping matrix (6, 6) of L, with all dampers in contact."""
+        if self.machine.base is not None:
+            return self._damping
+        return np.asarray((self.rows.T * self.links.damping) @ self.rows)
 
     def quasi_static_resultants(self) -> Array:
         """Quasi-static resultants (time, carriage) [N]: K q = Q + E - M_u a at every instant."""

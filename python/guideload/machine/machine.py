@@ -34,6 +34,7 @@ from guideload.base.errors import (
 from guideload.base.toml import located, read_toml
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
+from guideload.machine.base import Base
 from guideload.machine.carriage_types import CarriageTypes, TypesByName, at_types, type_problems, with_types
 from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail, TravelPosition
 from guideload.machine.drive import Drive, Friction
@@ -69,6 +70,9 @@ class Machine(ConfigModel):
     rest_at: TravelPosition = Field(
         default=0.0,
         description="position of the cart at rest, where rails are not straight; a run rests where it starts",
+    )
+    base: Base | None = Field(
+        default=None, description="the table [base]: its compliance; left out if it is rigid"
     )
     rails: tuple[Rail, ...] = Field(default=(), description="one [[rails]] table per rail")
     carriages: tuple[Carriage, ...] = Field(default=(), description="one [[carriages]] table per carriage")
@@ -262,6 +266,7 @@ class Machine(ConfigModel):
             damping=table.damping,
             damping_in_contact=damping_in_contact,
             offsets=self.offsets,
+            base_compliance=None if self.base is None else self.base.compliance,
         )
 
     @property

@@ -156,11 +156,14 @@ def _series_text(compliance: float) -> str:
 
 
 def mounting_lines(machine: Machine) -> list[str]:
-    """Lines on the mounting errors of rails and carriages, and on rails that are not straight."""
+    """Lines on mounting errors, an elastic base, and rails that are not straight."""
     parts = [("rail", one.name, one.mounting_error) for one in machine.rails]
     parts += [("carriage", one.name, one.mounting_error) for one in machine.carriages]
     errors = [f"{kind} {name} ({1e6 * y:g}, {1e6 * z:g}) um" for kind, name, (y, z) in parts if y or z]
     lines = [f"mounting errors (y, z): {', '.join(errors)}"] if errors else []
+    if machine.base is not None:
+        across = ", ".join(f"{1e9 * machine.base.compliance[i][i]:.3g}" for i in range(3))
+        lines.append(f"elastic base under all links: at L it gives way by {across} um/kN along x, y, z")
     for rail in machine.rails:
         for profile in rail.profiles:
             first, last = profile.reach

@@ -61,6 +61,11 @@ def over_rails(machine: Machine, motion: Motion) -> tuple[Machine, Motion, Feet 
             f"rail {rail} is not straight, but the machine is {machine.model_level}: moving feet are computed for "
             "linear links only; give the carriages one stiffness each, or take the largest error as mounting_error"
         )
+    if machine.base is not None:
+        raise ArgumentError(
+            f"rail {rail} is not straight, and the base is elastic: moving feet are computed on a rigid base only; "
+            "leave [base] out, or put its compliance into the stiffness of the carriages"
+        )
     if motion.position is None or motion.velocity is None:
         raise ArgumentError(
             f"rail {rail} is not straight: expected a motion with position and velocity of the cart, which say where "

@@ -22,6 +22,7 @@ pub struct PyBatch {
     inertia_about_reference: bool,
     gravity: [f64; 3],
     free: Free,
+    base_compliance: Option<nalgebra::Matrix6<f64>>,
     links: Vec<Link>,
     groups: Vec<Group>,
     samples: Samples,
@@ -49,7 +50,7 @@ type ChangeArguments = ((String, usize, Place), f64, List<(usize, f64)>);
 #[pymethods]
 impl PyBatch {
     #[new]
-    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol, rules=None, offsets=None))]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol, rules=None, offsets=None, base_compliance=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         py: Python<'_>,
@@ -77,6 +78,7 @@ impl PyBatch {
         rtol: f64,
         rules: Option<List<(Rule<'_>, Rule<'_>)>>,
         offsets: Option<PyReadonlyArray1<'_, f64>>,
+        base_compliance: Option<[[f64; 6]; 6]>,
     ) -> PyResult<Self> {
         let links = links(&points, &directions, &laws.0, &damping, &damping_in_contact, offsets.as_ref())?;
         let mut groups: Vec<Group> = group_links(links.len(), &groups.0, &centers)?
@@ -98,6 +100,7 @@ impl PyBatch {
             inertia_about_reference,
             gravity,
             free: convert::free(&free.0)?,
+            base_compliance: base_compliance.map(convert::matrix6),
             links,
             groups,
             samples: Samples::new(&time, &acceleration, wrench.as_ref())?,
@@ -168,6 +171,7 @@ impl PyBatch {
             links: &self.links,
             gravity: self.gravity.into(),
             free: self.free,
+            base_compliance: self.base_compliance,
             groups: &self.groups,
         };
         let motion = Motion {

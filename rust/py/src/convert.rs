@@ -244,6 +244,11 @@ pub fn not_contiguous(name: &str) -> PyErr {
     PyValueError::new_err(format!("{name}: expected a C-contiguous array; use numpy.ascontiguousarray"))
 }
 
+/// A 6 x 6 matrix from its rows.
+pub fn matrix6(rows: [[f64; 6]; 6]) -> nalgebra::Matrix6<f64> {
+    nalgebra::Matrix6::from_fn(|i, j| rows[i][j])
+}
+
 pub fn matrix3([a, b, c]: [[f64; 3]; 3]) -> Matrix3<f64> {
     Matrix3::from_rows(&[
         Vector3::from(a).transpose(),

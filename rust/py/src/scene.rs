@@ -30,7 +30,7 @@ fn named_method(name: &str) -> PyResult<NamedMethod> {
 #[pymethods]
 impl PyScene {
     #[new]
-    #[pyo3(signature = (*, mass, center_of_mass, inertia, gravity, free, points, directions, laws, damping, damping_in_contact, offsets=None))]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, gravity, free, points, directions, laws, damping, damping_in_contact, offsets=None, base_compliance=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         mass: f64,
@@ -44,12 +44,16 @@ impl PyScene {
         damping: PyReadonlyArray1<'_, f64>,
         damping_in_contact: PyReadonlyArray1<'_, bool>,
         offsets: Option<PyReadonlyArray1<'_, f64>>,
+        base_compliance: Option<[[f64; 6]; 6]>,
     ) -> PyResult<Self> {
         let body = Body::new(mass, center_of_mass.into(), matrix3(inertia)).map_err(CoreError::from)?;
         let links =
             links::links(&points, &directions, &laws.0, &damping, &damping_in_contact, offsets.as_ref())?;
         let free = convert::free(&free.0)?;
-        let scene = Scene::new(body, &links, gravity.into(), free).map_err(CoreError::from)?;
+        let mut scene = Scene::new(body, &links, gravity.into(), free).map_err(CoreError::from)?;
+        if let Some(compliance) = base_compliance {
+            scene = scene.on_base(convert::matrix6(compliance)).map_err(CoreError::from)?;
+        }
         let system = System::new(&scene).map_err(CoreError::from)?;
         Ok(Self(Arc::new(system)))
     }

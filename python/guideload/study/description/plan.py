@@ -120,6 +120,7 @@ class Plan:
             damping=table.damping,
             damping_in_contact=table.damping_in_contact,
             offsets=machine.offsets,
+            base_compliance=None if machine.base is None else machine.base.compliance,
             time=motion.time,
             acceleration=factor * motion.acceleration,
             wrench=None if motion.wrench is None else factor * motion.wrench,

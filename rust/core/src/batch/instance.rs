@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::change::{Change, Target};
 use super::error::{BatchError, SampleError};
@@ -30,6 +30,8 @@ pub struct Base<'a> {
     pub gravity: Vector3<f64>,
     /// The free degrees of freedom.
     pub free: Free,
+    /// Compliance of an elastic base under all links; see [`Scene::on_base`].
+    pub base_compliance: Option<Matrix6<f64>>,
     /// Groups of links (carriages) whose loads are measured.
     pub groups: &'a [Group],
 }
@@ -74,6 +76,7 @@ pub struct Instance {
     body: Body,
     gravity: Vector3<f64>,
     free: Free,
+    base_compliance: Option<Matrix6<f64>>,
     links: Vec<Link>,
     centers: Vec<Vector3<f64>>,
     axes: Vec<Axes>,
@@ -87,16 +90,18 @@ impl Instance {
     /// As [`Base::body`] and [`Scene::new`].
     pub fn new(base: &Base) -> Result<Self, BatchError> {
         let body = base.body()?;
-        Scene::new(body, base.links, base.gravity, base.free)?;
-        Ok(Self {
+        let instance = Self {
             body,
             gravity: base.gravity,
             free: base.free,
+            base_compliance: base.base_compliance,
             links: base.links.to_vec(),
             centers: base.groups.iter().map(|group| group.center).collect(),
             axes: base.groups.iter().map(|group| group.axes).collect(),
             factors: [1.0; 2],
-        })
+        };
+        instance.scene()?;
+        Ok(instance)
     }
 
     /// The scene.
@@ -104,7 +109,8 @@ impl Instance {
     /// # Errors
     /// As [`Scene::new`].
     pub fn scene(&self) -> Result<Scene<'_>, crate::SceneError> {
-        Scene::new(self.body, &self.links, self.gravity, self.free)
+        let scene = Scene::new(self.body, &self.links, self.gravity, self.free)?;
+        self.base_compliance.map_or(Ok(scene), |compliance| scene.on_base(compliance))
     }
 
     /// The body.
@@ -117,9 +123,9 @@ impl Instance {
         &self.links
     }
 
-    /// Whether all links are linear.
+    /// Whether all links are linear, and on a rigid base.
     pub fn is_linear(&self) -> bool {
-        self.links.iter().all(|link| link.law().is_linear())
+        self.base_compliance.is_none() && self.links.iter().all(|link| link.law().is_linear())
     }
 
     /// Gravity, m/s².

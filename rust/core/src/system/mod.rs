@@ -10,10 +10,11 @@
 //! `|s|² / 2` is the energy of the motion. Without damping the system matrix is skew-symmetric; damping only dissipates energy. The
 //! coordinates do not depend on the unit of length, and a small motion does not lose digits beside the static deflection.
 //!
-//! `state` (plain arrays), `assemble` (M, C, K), `link_row` (each link in the modes), `undamped_modes`, `statics` (equilibrium of any laws),
+//! `state` (plain arrays), `assemble` (M, C, K), `base` (an elastic base under all links), `link_row` (each link in the modes), `undamped_modes`, `statics` (equilibrium of any laws),
 //! `modes` (damping ratios, eigenvalues).
 
 mod assemble;
+mod base;
 mod link_row;
 mod modes;
 mod state;
@@ -33,6 +34,7 @@ use crate::error::SceneError;
 use crate::model::{Free, Link, Scene};
 use crate::numeric::bounded_vec::BoundedVec;
 use crate::numeric::float::{add_scaled, fma};
+use base::ElasticBase;
 use statics::{NEGLIGIBLE, equilibrium};
 use undamped_modes::{UndampedModes, undamped_modes};
 
@@ -96,6 +98,12 @@ impl System {
             *row = LinkRow::new(link);
         }
         let mut modes = undamped_modes(scene, rows.as_mut_slice())?;
+        let mut base = None;
+        if let Some(compliance) = scene.base_compliance() {
+            let found = ElasticBase::under(compliance, &mut matrices).ok_or(OUT_OF_RANGE)?;
+            modes = found.modes(&matrices.stiffness, &modes, scene.free().count(), rows.as_mut_slice());
+            base = Some(found);
+        }
         let model_level = ModelLevel::of(links);
         let weight = modes.shapes.transpose() * matrices.weight;
         let mut rest = [0.0; 6];
@@ -103,6 +111,12 @@ impl System {
             rest[mode] = weight[mode] / modes.frequency[mode];
         }
         let unloaded = LinkRow::set_offsets(rows.as_mut_slice());
+        if let Some(base) = &base {
+            let moved = base.moved_by_offsets(rows.as_slice());
+            for row in rows.as_mut_slice() {
+                row.rest -= row.link.row().dot(&moved);
+            }
+        }
         let origin = position(&modes, &unloaded);
         let mut equilibrium = if model_level == ModelLevel::Linear {
             linear_equilibrium(&modes, &rest, rows.as_mut_slice())
@@ -117,8 +131,11 @@ impl System {
             found
         };
         equilibrium.position += origin;
-        let UndampedModes { shapes, frequency } = modes;
         let damping = modal_damping(rows.as_slice());
+        if let Some(base) = &base {
+            base.drag(&modes, rows.as_mut_slice());
+        }
+        let UndampedModes { shapes, frequency } = modes;
         let influence = modal_influence(&matrices, &shapes);
         let loads = rows.as_slice().iter().map(|row| &row.load);
         let position = &equilibrium.position;

@@ -169,3 +169,24 @@ fn an_offset_that_is_no_number_is_refused() {
     let far = moved(cart(), &Vector6::new(0.0, 1e9, 0.0, 0.0, 0.0, 0.0), |_| 0.0);
     assert!(matches!(System::new(&far.scene()), Err(SceneError::FarEquilibrium { .. })));
 }
+
+#[test]
+fn a_base_is_in_series_with_all_links() {
+    let machine = cart().with_free(Free::only(&[Dof::Y]));
+    let compliance = nalgebra::Matrix6::from_diagonal(&Vector6::new(0.0, 4e-9, 0.0, 0.0, 0.0, 0.0));
+    let scene = machine.scene().on_base(compliance).expect("a base");
+    let system = System::new(&scene).expect("a supported body");
+    let weight = 1250.0 * 9.80665;
+    let sag = weight * (1.0 / 4.8e8 + 4e-9);
+    close(system.static_position()[1], -sag, 1e-13, sag);
+    let frequency = nalgebra::ComplexField::sqrt(weight / sag / 1250.0);
+    close(system.frequencies()[0], frequency, 1e-13, frequency);
+    for (i, j, value) in [(1, 1, -1e-9), (0, 4, 1e-9)] {
+        let mut impossible = nalgebra::Matrix6::zeros();
+        (impossible[(i, j)], impossible[(j, i)]) = (value, value);
+        assert!(matches!(machine.scene().on_base(impossible), Err(SceneError::BaseCompliance { .. })));
+    }
+    let (preloaded, _) = cart_on(laws()[2]);
+    let refused = preloaded.scene().on_base(compliance);
+    assert!(matches!(refused, Err(SceneError::NonlinearOnBase { link: 0, law: "preloaded" })));
+}
