@@ -22,7 +22,7 @@ from pydantic_core import InitErrorDetails
 from guideload._core import Law, Scene
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel
-from guideload.base.errors import MOST_PROBLEMS, ConfigError, KeyPath, ValueRefused, shown
+from guideload.base.errors import MOST_PROBLEMS, ArgumentError, ConfigError, KeyPath, ValueRefused, shown
 from guideload.base.toml import located, read_toml
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
@@ -30,6 +30,7 @@ from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Ra
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
 from guideload.machine.links import ENDS, LinkTable, read_only, table_of
+from guideload.machine.payloads import Payload, united
 from guideload.machine.products import filled, product_problems, with_catalogue
 
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
@@ -58,6 +59,9 @@ class Machine(ConfigModel):
     rails: tuple[Rail, ...] = Field(default=(), description="one [[rails]] table per rail")
     carriages: tuple[Carriage, ...] = Field(default=(), description="one [[carriages]] table per carriage")
     links: tuple[Link, ...] = Field(default=(), description="one [[links]] table for each extra link")
+    payloads: tuple[Payload, ...] = Field(
+        default=(), description="one [[payloads]] table for each mass that comes and goes"
+    )
     catalogue: Name | None = Field(
         default=None, description='a catalogue file, relative to the machine file, e.g. "catalogue.toml"'
     )
@@ -80,6 +84,26 @@ class Machine(ConfigModel):
     def with_free(self, free: Iterable[str]) -> Machine:
         """The same machine with other free dofs; the drive holds the rest."""
         return self.model_copy(update={"free": tuple(free)})
+
+    def carrying(self, payloads: Iterable[str]) -> Machine:
+        """The machine with the payloads of these names as part of its body, and without the others."""
+        names = frozenset(payloads)
+        if names not in self._carrying:
+            bodies = [self.body, *(payload for payload in self.payloads if payload.name in names)]
+            self._carrying[names] = self.model_copy(update={"body": united(bodies), "payloads": ()})
+        return self._carrying[names]
+
+    def require_no_payloads(self, what: str) -> None:
+        """Raise ArgumentError for a machine whose payloads come and go, which `what` does not know."""
+        if self.payloads:
+            raise ArgumentError(
+                f"payloads: {what} knows no payloads that come and go; run the machine (simulate, guideload run), or "
+                f"make them part of its body: machine.carrying([{shown(self.payloads[0].name)}])"
+            )
+
+    @cached_property
+    def _carrying(self) -> dict[frozenset[str], Machine]:
+        return {}
 
     @field_validator("free")
     @classmethod
@@ -224,7 +248,9 @@ def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
         near = get_close_matches(rail, sorted(known), n=1) if number < MOST_PROBLEMS else []
         hint = f'did you mean "{near[0]}"?' if near else "add a [[rails]] table with that name"
         yield ("carriages", i, "rail"), ValueRefused(expected, rail, hint)
-    for key, named in (("rails", rails), ("carriages", carriages), ("links", links)):
+    payloads = _names(values, "payloads", "name")
+    everything = ("rails", rails), ("carriages", carriages), ("links", links), ("payloads", payloads)
+    for key, named in everything:
         first: dict[str, int] = {}
         for i, name in named:
             if first.setdefault(name, i) < i:

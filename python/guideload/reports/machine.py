@@ -52,7 +52,7 @@ def machine_report(machine: Machine, encoding: str = "utf-8") -> str:
     parts += [*section(f"Carriages and links ({count})"), *carriage_tables(machine)]
     if machine.links:
         parts.append(links_table(machine))
-    parts += product_lines(machine)
+    parts += [*product_lines(machine), *payload_lines(machine)]
     if machine.carriages:
         parts += [*section("Static loads"), static_table(machine), *remark(STATIC_DEFINITIONS)]
     return to_text([*parts, *weight_lines(machine)], encoding=encoding)
@@ -120,6 +120,23 @@ def carriage_tables(machine: Machine) -> list[RenderableType]:
     for (axes, text), names in carriages_of.items():
         laws_table.add_row(Text(", ".join(names)), axes, text)
     return [table, NOMINAL, laws_table]
+
+
+def payload_lines(machine: Machine) -> list[str]:
+    """The payloads with mass, place and when they are on the machine."""
+    lines = []
+    for one in machine.payloads:
+        if one.times is not None:
+            when = joined(f"{start:g} to {end:g} s" for start, end in one.times)
+        else:
+            places = ("gripped", one.picked_at), ("released", one.released_at)
+            when = ", ".join(
+                f"{word} at x = {at.x:g} m going {at.travel}" for word, at in places if at is not None
+            )
+        lines.append(
+            f"payload {one.name}: {one.mass:g} kg at {_millimetres(one.center_of_mass)} from L, {when}"
+        )
+    return lines
 
 
 def product_lines(machine: Machine) -> list[str]:

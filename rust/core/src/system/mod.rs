@@ -11,11 +11,12 @@
 //! coordinates do not depend on the unit of length, and a small motion does not lose digits beside the static deflection.
 //!
 //! `state` (plain arrays), `assemble` (M, C, K), `link_row` (each link in the modes), `undamped_modes`, `statics` (equilibrium of any laws),
-//! `modes` (damping ratios, eigenvalues).
+//! `quasi_static` (states of equilibrium under a force), `modes` (damping ratios, eigenvalues).
 
 mod assemble;
 mod link_row;
 mod modes;
+mod quasi_static;
 mod state;
 mod statics;
 mod undamped_modes;
