@@ -80,11 +80,14 @@ def load_spread(
     loads: Array,
     groups: Groups,
     centers: Array,
+    *,
+    quasi_static: bool = False,
 ) -> tuple[Array, Array, Array, Array]:
     """Standard deviations of the loads of a linear scene due to the uncertainty of the acceleration along x.
 
     derivative: index of the acceleration in the state. unit: (n,) m/s2 per unit of this derivative. time: (n,) s, the
-    stamps; the deviation is linear between them. instants: (m,) s, ascending, within the stamps. loads: (m, groups, 6)
+    stamps; the deviation is linear between them. quasi_static: whether the scene starts in the quasi-static state of
+    its first acceleration, instead of at rest. instants: (m,) s, ascending, within the stamps. loads: (m, groups, 6)
     of the estimate, for the directions of the resultants. groups, centers: as in `Scene.peaks`.
 
     Returns standard deviations of the acceleration (m,) m/s2; of the loads of the groups (m, groups, 6) N, N m; of the
@@ -106,6 +109,8 @@ def draw_peaks(
     count: int,
     seed: int,
     threads: int,
+    *,
+    quasi_static: bool = False,
 ) -> Array:
     """Largest y-z resultant of each group of a linear scene under each drawn motion, (groups, count) [N].
 
@@ -227,6 +232,7 @@ class Scene:
         rtol: float,
         step: float | None = None,
         times: Array | None = None,
+        start: str = "rest",
     ) -> Solution:
         """Integrate from static equilibrium.
 
@@ -234,7 +240,8 @@ class Scene:
         m]. method: exact (linear and piecewise linear scenes only), rk45 or implicit. rtol: tolerance of the
         link loads, relative to the load scale: largest link load at rest plus quasi-static link load under the peaks of
         the excitation. step: s, fixed step instead of step-size control; exact uses neither. times: (m,) s, ascending
-        instants between the first and the last sample, reported instead of the samples. Raises TraceError,
+        instants between the first and the last sample, reported instead of the samples. start: rest (equilibrium under
+        the weight) or quasi-static (under the weight and the first sample of the excitation). Raises TraceError,
         ArgumentError, RunError; ValueError or TypeError for an array that is not float64 or not C-contiguous.
         """
 
@@ -249,6 +256,7 @@ class Scene:
         step: float | None = None,
         groups: Groups,
         centers: Array,
+        start: str = "rest",
     ) -> list[Array]:
         """Smallest and largest loads of groups of links, without histories, and their times [s]; each (groups, 8).
 
@@ -277,6 +285,44 @@ class Scene:
 
     def static_group_loads(self, groups: Groups, centers: Array) -> Array:
         """Loads of groups of links at rest, (groups, 6): force [N] and moment about the centre [N m]."""
+
+def solve_stretches(
+    scenes: Sequence[Scene],
+    kept: Sequence[Scene],
+    first: Sequence[int],
+    time: Array,
+    acceleration: Array,
+    wrench: Array | None = None,
+    *,
+    method: str,
+    rtol: float,
+    step: float | None = None,
+    times: Array | None = None,
+    start: str = "rest",
+) -> Solution:
+    """As `Scene.solve`, for a machine whose mass changes: scene `i` from sample first[i] to before first[i + 1].
+
+    At a change the motion has two stamps at one time. kept: (scenes - 1), with the masses that are on the machine both
+    before and after each change. Position and momentum there: `Start::after_change` of the core. Instants of `times` at
+    a change are those after it.
+    """
+
+def peaks_of_stretches(
+    scenes: Sequence[Scene],
+    kept: Sequence[Scene],
+    first: Sequence[int],
+    time: Array,
+    acceleration: Array,
+    wrench: Array | None = None,
+    *,
+    method: str,
+    rtol: float,
+    step: float | None = None,
+    groups: Groups,
+    centers: Array,
+    start: str = "rest",
+) -> list[Array]:
+    """As `Scene.peaks`, for a machine whose mass changes: see `solve_stretches`."""
 
 class Solution:
     """The solution of a run at the reported instants."""
@@ -330,7 +376,7 @@ class Batch:
     at the stamps, with its sign, for the mean load. exponent: p of the mean load. method: as in `Scene.solve`, or auto:
     exact if the laws of a sample allow it, else rk45, or implicit if rk45 would be unstable. rules: of each group, the
     equivalent loads of ("load", group, "mean") and of ("load", group, "max"), as in `equivalent_load_integrals`; by
-    default |Fy| + |Fz|.
+    default |Fy| + |Fz|. start: of all samples, as in `Scene.solve`.
 
     changes: (target, constant, [(column, factor), ...]) sets target = constant + sum(factor * value[column]); each
     target at most once. Targets: ("mass", 0, 0) kg, ("center_of_mass", axis, 0) m, ("inertia", i, j) kg m2,
@@ -379,6 +425,7 @@ class Batch:
         rules: Sequence[tuple[Rule, Rule]] | None = None,
         offsets: Array | None = None,
         base_compliance: Sequence[Sequence[float]] | None = None,
+        start: str = "rest",
     ) -> Batch: ...
     def run(self, values: Array, threads: int, width: str = "widest") -> tuple[Array, list[tuple[int, str]]]:
         """Measures (n, measures) of samples with values (n, columns), and (row, reason) of each failed sample.

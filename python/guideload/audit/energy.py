@@ -31,14 +31,35 @@ class Energy:
 def energy(histories: Histories) -> Energy | None:
     """Energy balance over the reported instants; None if the excitation jumps between them.
 
+    At a change of payload stored energy comes and goes with the payload: each stretch between changes is balanced for
+    itself, and the figures are sums over all stretches.
+    """
+    if histories.hidden_jumps:
+        return None
+    parts = [_energy(part) for part in histories.stretches]
+    exchanged = sum(part.exchanged for part in parts)
+    if exchanged == 0.0:
+        return Energy(0.0, 0.0, 0.0, 0.0)
+
+    def mean(name: str) -> float:
+        return float(sum(part.exchanged * getattr(part, name) for part in parts)) / exchanged
+
+    return (
+        parts[0]
+        if len(parts) == 1
+        else Energy(exchanged, mean("residual"), mean("resolution"), mean("crossed"))
+    )
+
+
+def _energy(histories: Histories) -> Energy:
+    """Energy balance of one machine.
+
     Stored energy: q'.M q' / 2 + sum of U_i(delta_i) - Q.q; power of the excitation: q'.(E - M_u a); dissipated power:
     sum of b_i delta_i'^2. Powers are integrated with their first two derivatives (Hermite quadrature of order 6), which
     follow from the states and, for q''', from the equation of motion. The excitation is linear between the instants
     and may have kinks at them. The resolution is the difference from Hermite quadrature with first derivatives only
     (order 4), plus the largest dissipation of dampers that gain or lose contact between two instants.
     """
-    if histories.hidden_jumps:
-        return None
     velocity, acceleration, excitation = histories.velocity, histories.acceleration, histories.excitation
     kinetic = 0.5 * _dot(velocity @ histories.mass, velocity)
     stored = kinetic - histories.position @ histories.weight + _elastic_energy(histories)

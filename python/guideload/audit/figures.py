@@ -166,12 +166,12 @@ def sampling(histories: Histories, modes: Modes) -> Sampling:
 
 
 def resolution(histories: Histories, modes: Modes) -> TraceResolution | None:
-    """The trace resolution; None if the instants are further apart than the samples of the motion."""
+    """The trace resolution, of the machine without payloads; None if the instants are coarser than the motion."""
     if not histories.as_fine_as_motion:
         return None
     along_x = histories.cart_acceleration[:, 0]
     band, step = histories.usable_bandwidth, histories.trace_step
-    return TraceResolution.of(histories.machine, modes, histories.time, along_x, band, step)
+    return TraceResolution.of(histories.with_payloads, modes, histories.time, along_x, band, step)
 
 
 def excitation_band(histories: Histories) -> float | None:
@@ -220,7 +220,7 @@ class SimplerModels:
     peak          (name,) N, largest y-z resultant of the carriage, or largest load of the link, in the result
     quasi_static  (name,) N, peak of the quasi-static load: K q = Q + E - M_u a at every instant
     linear        (name,) N, peak with the nominal stiffness of every link; None if all links are linear, or if the
-                  instants do not contain the whole excitation from the start
+                  instants do not contain the whole excitation from the start, or payloads come and go
     links         names of the links
     dynamic       (link,) N, largest |load - static load|; of links, because the resultant of a carriage has no moments
     quasi_static_dynamic  (link,) N, largest |quasi-static load - static load|
@@ -258,7 +258,7 @@ def simpler_models(histories: Histories) -> SimplerModels:
         at_rest = machine.nominal_scene.static_link_loads()
     if histories.foot_load is not None:
         moved = moved + histories.foot_load
-    repeat = not histories.linear and histories.repeatable
+    repeat = not histories.linear and histories.repeatable and not histories.changes
     return SimplerModels(
         names=tuple(carriage.name for carriage in machine.carriages) or links,
         peak=_peak(histories, load),

@@ -42,7 +42,8 @@ def force_balance(histories: Histories) -> ForceBalance:
 
     It finds numbers that do not belong together (changed or damaged files, overflow), not errors of integration.
     """
-    relative = np.hstack([_of_body(histories), _of_links(histories)])
+    bodies = [_of_body(part) for part in histories.stretches]
+    relative = np.hstack([np.concatenate(bodies), _of_links(histories)])
     time, column = divmod(int(relative.argmax()), relative.shape[1])
     names = (*DOFS, *histories.links.names)
     return ForceBalance(float(relative[time, column]), names[column], float(histories.time[time]))

@@ -14,6 +14,7 @@ from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
     from guideload.motion.moves import Moves
+    from guideload.simulation.start import Start
 
 RULES = ("sum", "thk", "hiwin", "hiwin_mg", "iko", "rexroth", "thomson")
 CONDITIONS = ("rule", "reliability", "life", "safety")
@@ -29,6 +30,7 @@ CONDITIONS = ("rule", "reliability", "life", "safety")
 @click.option("--life", help='Life to be reached, e.g. "20000 km".')
 @click.option("--safety", type=options.POSITIVE, help="Static safety to be reached, e.g. 3.")
 @click.option("--no-bands", is_flag=True, help="Leave out the credible bands, which take longest.")
+@options.start_option
 @options.picture_option
 @options.overwrite_picture_option
 @options.trace_options
@@ -36,6 +38,7 @@ def life(
     machine_file: Path,
     trace_file: Path | Moves,
     no_bands: bool,
+    start: Start,
     output: Path | None,
     overwrite: bool,
     **given: Any,
@@ -56,7 +59,7 @@ def life(
             conditions = machine.life.model_copy(update=changes)
             motion = read_motion(trace_file, machine, **given)
         with status("computing loads and life"):
-            found = life_of(simulate(machine, motion), conditions)
+            found = life_of(simulate(machine, motion, start=start), conditions)
             text = life_report(found, band=not no_bands, encoding=output_encoding())
         if draft is not None:
             from guideload import plots

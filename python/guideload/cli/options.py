@@ -71,6 +71,14 @@ report_option = click.option(
     help="HTML report to write: one file that opens in any browser and prints on A4.",
 )
 free_option = click.option("--free", help="Free dofs of L, e.g. y,z,rx,ry,rz, instead of the machine file's.")
+start_option = click.option(
+    "--start",
+    type=click.Choice(("auto", "rest", "quasi-static")),
+    default="auto",
+    show_default=True,
+    help="State in which the run starts; auto is quasi-static, the static equilibrium under the "
+    "first acceleration and force, for a record that begins under way, else rest.",
+)
 rtol_option = click.option(
     "--rtol",
     type=POSITIVE,

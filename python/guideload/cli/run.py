@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from guideload.motion.moves import Moves
     from guideload.simulation.result import Result
     from guideload.simulation.simulation import Method
+    from guideload.simulation.start import Start
 
 METHODS = ("auto", "exact", "rk45", "implicit")
 PAPER_DOFS = ("rx", "ry", "rz")
@@ -90,6 +91,7 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
     help="Integration method; auto is the cheapest that the machine allows.",
 )
 @options.rtol_option
+@options.start_option
 @click.option("--step", type=options.POSITIVE, help="Fixed step in seconds, for rk45 and implicit.")
 @options.free_option
 @click.option(
@@ -112,6 +114,7 @@ def run(
     output: Path,
     method: Method,
     rtol: float,
+    start: Start,
     step: float | None,
     free: str | None,
     file_format: str,
@@ -137,7 +140,9 @@ def run(
             machine = read_machine(machine_file, free)
             motion = read_motion(trace_file, machine, **reading)
         with status("computing the loads"):
-            result = simulate(machine, motion, method=method, rtol=rtol, step=step, strict=strict)
+            result = simulate(
+                machine, motion, method=method, rtol=rtol, step=step, start=start, strict=strict
+            )
         text, failure = _write(result, folder, file_format, not no_pictures, output)
     if (encoding := output_encoding()).lower() != "utf-8":  # the encoding of the file; others lack characters
         from guideload.reports.run import result_report

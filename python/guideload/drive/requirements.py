@@ -16,6 +16,7 @@ from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import friction_force, require_held_x
 from guideload.simulation.result import Result
 from guideload.simulation.simulation import Method, peak_loads
+from guideload.simulation.start import StartState
 
 RESULTANT = 6  # column of `Peaks`
 RACK = "pressure_angle", "helix_angle", "push_direction"
@@ -89,8 +90,9 @@ class DriveRequirements:
 
     @property
     def holding_force(self) -> float:
-        """Force [N] that holds the cart at rest: against gravity along x, without friction."""
-        return float(self.machine.scene.static_reaction()[0])
+        """Force [N] that holds the cart with all its payloads at rest: against gravity along x, without friction."""
+        laden = self.machine.carrying(payload.name for payload in self.machine.payloads)
+        return float((laden if self.machine.payloads else self.machine).scene.static_reaction()[0])
 
     @property
     def holding_torque(self) -> float | None:
@@ -170,7 +172,8 @@ def share_of_push(result: Result, needed: DriveRequirements) -> Array:
     machine = result.machine.model_copy(update={"drive": Drive(**kept)})
     method, attributes = cast("Method", result.method), data.attrs
     step = float(attributes["step_s"]) if "step_s" in attributes else None
-    without = peak_loads(machine, motion, method, rtol=float(attributes["rtol"]), step=step)
+    start = cast("StartState", attributes.get("start", "rest"))
+    without = peak_loads(machine, motion, method, rtol=float(attributes["rtol"]), step=step, start=start)
     return np.asarray(1.0 - without.largest[:, RESULTANT] / peaks)
 
 

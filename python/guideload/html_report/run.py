@@ -60,7 +60,10 @@ ASSUMPTIONS = (
         "Load of a link: k delta + b delta', or its nonlinear law; load of a carriage: sum over its links.",
         "paper, 3.6",
     ),
-    ("The run starts at rest in static equilibrium.", "guideload, theory"),
+    (
+        "The run starts in static equilibrium: under the weight, or, of a record that begins under way, with m a.",
+        "guideload, theory",
+    ),
     ("Between two samples the acceleration of the cart is linear in time.", "guideload, theory"),
 )
 

@@ -40,6 +40,7 @@ from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Ra
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
 from guideload.machine.links import NAMES, LinkTable, feet_on, own_axes, read_only, table_of
+from guideload.machine.payloads import Payload, united
 from guideload.machine.points import PointOfInterest
 from guideload.machine.products import filled, product_problems, with_catalogue
 from guideload.machine.straightness import with_straightness
@@ -84,6 +85,9 @@ class Machine(ConfigModel):
     points: tuple[PointOfInterest, ...] = Field(
         default=(), description="one [[points]] table for each point of the body whose motion matters"
     )
+    payloads: tuple[Payload, ...] = Field(
+        default=(), description="one [[payloads]] table for each mass that comes and goes"
+    )
     catalogue: Name | None = Field(
         default=None, description='a catalogue file, relative to the machine file, e.g. "catalogue.toml"'
     )
@@ -106,6 +110,26 @@ class Machine(ConfigModel):
     def with_free(self, free: Iterable[str]) -> Machine:
         """The same machine with other free dofs; the drive holds the rest."""
         return self.model_copy(update={"free": tuple(free)})
+
+    def carrying(self, payloads: Iterable[str]) -> Machine:
+        """The machine with the payloads of these names as part of its body, and without the others."""
+        names = frozenset(payloads)
+        if names not in self._carrying:
+            bodies = [self.body, *(payload for payload in self.payloads if payload.name in names)]
+            self._carrying[names] = self.model_copy(update={"body": united(bodies), "payloads": ()})
+        return self._carrying[names]
+
+    def require_no_payloads(self, what: str) -> None:
+        """Raise ArgumentError for a machine whose payloads come and go, which `what` does not know."""
+        if self.payloads:
+            raise ArgumentError(
+                f"payloads: {what} knows no payloads that come and go; run the machine (simulate, guideload run), or "
+                f"make them part of its body: machine.carrying([{shown(self.payloads[0].name)}])"
+            )
+
+    @cached_property
+    def _carrying(self) -> dict[frozenset[str], Machine]:
+        return {}
 
     @field_validator("free")
     @classmethod
@@ -329,8 +353,15 @@ def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
         near = get_close_matches(rail, sorted(known), n=1) if number < MOST_PROBLEMS else []
         hint = f'did you mean "{near[0]}"?' if near else "add a [[rails]] table with that name"
         yield ("carriages", i, "rail"), ValueRefused(expected, rail, hint)
-    points = _names(values, "points", "name")
-    for key, named in (("rails", rails), ("carriages", carriages), ("links", links), ("points", points)):
+    points, payloads = (_names(values, key, "name") for key in ("points", "payloads"))
+    parts = (
+        ("rails", rails),
+        ("carriages", carriages),
+        ("links", links),
+        ("points", points),
+        ("payloads", payloads),
+    )
+    for key, named in parts:
         first: dict[str, int] = {}
         for i, name in named:
             if first.setdefault(name, i) < i:

@@ -54,6 +54,7 @@ def work_precision(machine: Machine, motion: Motion, *, budget: float = 20.0) ->
             "machine: methods are compared on straight rails only; leave straightness and waviness out: the force of a "
             "profile is one more excitation, which changes no method"
         )
+    machine.require_no_payloads("the comparison of methods")
     deadline = perf_counter() + budget
     auto_method, auto_reason = _auto(machine, motion)
     reference, loads, metric = _reference(machine, motion)

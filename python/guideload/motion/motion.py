@@ -52,6 +52,7 @@ class Motion:
     bandwidth     Hz, of the acceleration along x; inf if the acceleration is exact, or if its bandwidth is unknown
     uncertainty   of the acceleration along x, or None; if its `time` is None, it has the stamps of the motion
     exact         whether the acceleration is known between the stamps too, as that of planned moves: it hides nothing
+    recorded      whether it is a record, which may begin under way; any other motion begins at standstill
 
     The arrays are read-only copies in float64. Raises TraceError with the history and the index.
     """
@@ -67,6 +68,7 @@ class Motion:
     bandwidth: float = np.inf
     uncertainty: Uncertainty | None = None
     exact: bool = False
+    recorded: bool = False
 
     def __repr__(self) -> str:
         source = f" of {self.source}" if self.source else ""
@@ -114,6 +116,7 @@ class Motion:
         bandwidth: float = np.inf,
         uncertainty: Uncertainty | None = None,
         exact: bool = False,
+        recorded: bool = False,
     ) -> Motion:
         """A motion along the rails: acceleration (n,) m/s2, velocity (n,) m/s and position (n,) m along x."""
         stamps = _history("time", time, (np.size(time),))
@@ -132,6 +135,7 @@ class Motion:
             bandwidth=bandwidth,
             uncertainty=uncertainty,
             exact=exact,
+            recorded=recorded,
         )
 
     def with_force(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from guideload.audit.figures import share_of_time
-from guideload.audit.histories import Histories
+from guideload.audit.histories import Histories, payload_changes
 from guideload.base.number_text import joined, load_with_unit, percent
 from guideload.base.units import factor
 from guideload.motion.uncertainty import COVER
@@ -196,6 +196,7 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None, part: slice
         title = f"Carriage {carriage}, {axis}{'' if part is None else ', worst cycle'}"
         ax.set_title(title, pad=22, parse_math=False)  # room for the legend
         _limit_zoom(ax, load, float(data["resultant"].max()))
+        _mark_changes(ax, result)
         if lost.any():
             share = percent(float(share_of_time(time, lost[:, None])[0]))
             _mark_lost(ax, time, lost, color, label=f"{contact.words(links)} {share} of the time")
@@ -267,6 +268,7 @@ def _draw_carriages(ax: Axes, result: Result, loads: _Loads, part: slice | None)
         ax.plot([], [], color=INK, linewidth=0.8, linestyle=DASHED, label=loads.static_label)
     ax.set_xlabel("time [s]")
     _limit_zoom(ax, values)
+    _mark_changes(ax, result)
     _mark_carriages(ax, result, time, shown, from_zero=part is None)
     legend_beside(ax, "carriage")
 
@@ -315,6 +317,13 @@ def _mark_lost(
     shown = lost | np.append(lost[1:], False)
     edge, high = ax.get_xaxis_transform(), low + 0.7 * height
     ax.fill_between(time, low, high, where=shown, transform=edge, color=color, linewidth=0.5, label=label)
+
+
+def _mark_changes(ax: Axes, result: Result) -> None:
+    """A vertical line at each change of payload."""
+    for number, (time, _) in enumerate(payload_changes(result.quantities)[1:]):
+        label = "" if number else "change of payload"
+        ax.axvline(time, color=GREY, linewidth=0.8, linestyle=":", zorder=1, label=label)
 
 
 def _limit_zoom(ax: Axes, values: Array, scale: float = 0.0) -> None:

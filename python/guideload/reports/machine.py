@@ -54,7 +54,7 @@ def machine_report(machine: Machine, encoding: str = "utf-8") -> str:
     parts += [*section(f"Carriages and links ({count})"), *carriage_tables(machine)]
     if machine.links:
         parts.append(links_table(machine))
-    parts += [*mounting_lines(machine), *product_lines(machine)]
+    parts += [*mounting_lines(machine), *product_lines(machine), *payload_lines(machine)]
     if machine.carriages:
         parts += [*section("Static loads"), static_table(machine), *remark(STATIC_DEFINITIONS)]
     return to_text([*parts, *weight_lines(machine)], encoding=encoding)
@@ -173,6 +173,23 @@ def mounting_lines(machine: Machine) -> list[str]:
             )
     at_rest = f"static loads are those with the cart at {machine.rest_at:g} m (rest_at)"
     return lines if machine.has_straight_rails else [*lines, at_rest]
+
+
+def payload_lines(machine: Machine) -> list[str]:
+    """The payloads with mass, place and when they are on the machine."""
+    lines = []
+    for one in machine.payloads:
+        if one.times is not None:
+            when = joined(f"{start:g} to {end:g} s" for start, end in one.times)
+        else:
+            places = ("gripped", one.picked_at), ("released", one.released_at)
+            when = ", ".join(
+                f"{word} at x = {at.x:g} m going {at.travel}" for word, at in places if at is not None
+            )
+        lines.append(
+            f"payload {one.name}: {one.mass:g} kg at {_millimetres(one.center_of_mass)} from L, {when}"
+        )
+    return lines
 
 
 def product_lines(machine: Machine) -> list[str]:

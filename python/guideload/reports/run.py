@@ -11,7 +11,8 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from guideload.audit.audit import LABEL
-from guideload.base.number_text import load_in_table
+from guideload.audit.histories import payload_changes
+from guideload.base.number_text import joined, load_in_table
 from guideload.machine.machine import DOFS
 from guideload.reports.drive import drive_parts
 from guideload.reports.elements import WIDTH, dofs_line, new_table, remark, section, to_text
@@ -201,6 +202,14 @@ def _largest(vectors: Array) -> float:
     return float(np.linalg.norm(vectors, axis=1).max())
 
 
+def payload_lines(data: Quantities) -> list[str]:
+    """When payloads come and go; empty without payloads."""
+    changes = payload_changes(data)
+    stays = [f"from {time:.4g} s {joined(names) if names else 'none'}" for time, names in changes]
+    law = "static values are those at the start, natural modes those without payloads"
+    return [f"payloads: {', '.join(stays)}; {law}"] if changes else []
+
+
 def solution_lines(data: Quantities) -> list[str]:
     """Method and its reason; step or tolerance, if the method has one; number of contact changes, if any."""
     attributes = data.attrs
@@ -215,6 +224,12 @@ def solution_lines(data: Quantities) -> list[str]:
             f"load scale {load_in_table(scale)} N: largest link load at rest plus quasi-static link load under the "
             "peaks of the motion",
         ]
+    if attributes.get("start", "rest") != "rest":
+        lines.append(
+            "start: static equilibrium under the weight, the first acceleration and the first external load, as if "
+            "they had acted for long"
+        )
+    lines += payload_lines(data)
     if changes := int(attributes["contact_changes"]):
         lines.append(f"{changes} contact changes, located between the samples")
     return lines

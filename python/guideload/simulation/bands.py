@@ -55,7 +55,7 @@ def bands_of(run: Run, carriage_loads: Array) -> CredibleBands | None:
     """The credible bands of a run, from its loads (time, carriage, 6); None if the motion has no uncertainty."""
     if run.motion.uncertainty is None:
         return None
-    if run.machine.scene.model_level == "linear":
+    if run.machine.scene.model_level == "linear" and run.stretches is None:
         return _through_linear_scene(run, run.motion.uncertainty, np.ascontiguousarray(carriage_loads))
     return _by_samples(run, run.motion.uncertainty, carriage_loads)
 
@@ -89,7 +89,10 @@ def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> C
     stamps = run.motion.time if uncertainty.time is None else uncertainty.time
     motion = uncertainty.model, uncertainty.derivative, uncertainty.unit, stamps
     groups = machine.links_of_carriages, machine.carriage_places
-    standard_deviations = load_spread(machine.scene, *motion, run.time, loads, *groups)
+    quasi_static = run.start == "quasi-static"
+    standard_deviations = load_spread(
+        machine.scene, *motion, run.time, loads, *groups, quasi_static=quasi_static
+    )
     of_loads = standard_deviations[1]
     lower = upper = np.full(loads.shape[1], np.nan)
     if run.time.size:
@@ -97,7 +100,16 @@ def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> C
         reach = MOST_DEVIATION * np.hypot(of_loads[:, :, 1], of_loads[:, :, 2])
         can_be_peak = resultant + reach >= np.max(resultant - reach, axis=0)
         peaks = draw_peaks(
-            machine.scene, *motion, run.time, loads, can_be_peak, *groups, LINEAR_SAMPLES, SEED, cores()
+            machine.scene,
+            *motion,
+            run.time,
+            loads,
+            can_be_peak,
+            *groups,
+            LINEAR_SAMPLES,
+            SEED,
+            cores(),
+            quasi_static=quasi_static,
         )
         lower, upper = np.quantile(peaks, (TAIL, 1.0 - TAIL), axis=1)
     method = (

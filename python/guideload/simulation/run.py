@@ -9,12 +9,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload._core import Solution
+from guideload._core import Scene, Solution
 from guideload.base.arrays import Array
 from guideload.machine.links import own_axes
 from guideload.machine.machine import Machine
+from guideload.machine.stretches import Stretches
 from guideload.motion.motion import Motion
 from guideload.simulation.feet import Feet
+from guideload.simulation.start import StartState
 
 AXES = ("x", "y", "z")
 
@@ -30,12 +32,24 @@ class Run:
     rtol: float
     step: float | None
     times: Array | None  # s, the instants to report; None: the samples of the motion
+    start: StartState
+    stretches: Stretches | None = None  # between the changes of payload; the motion has two stamps at each
     feet: Feet | None = None  # None: all rails are straight
 
     @property
     def time(self) -> Array:
         """The reported instants, (time,) [s]."""
         return self.motion.time if self.times is None else self.times
+
+    @property
+    def scene(self) -> Scene | Stretches:
+        """What the core runs."""
+        return self.stretches or self.machine.scene
+
+    @property
+    def machine_at_start(self) -> Machine:
+        """The machine with the payloads that are on it at the start, as part of its body."""
+        return self.stretches.machines[0] if self.stretches else self.machine
 
     @cached_property
     def solution(self) -> Solution:
@@ -44,7 +58,7 @@ class Run:
 
     def solution_under(self, acceleration: Array) -> Solution:
         """The solution under another acceleration (n, 3) [m/s2] at the samples of the motion."""
-        return self.machine.scene.solve(
+        return self.scene.solve(
             self.motion.time,
             acceleration,
             self.motion.wrench,
@@ -52,6 +66,7 @@ class Run:
             rtol=self.rtol,
             step=self.step,
             times=self.times,
+            start=self.start,
         )
 
     def link_loads_again(self, method: str, rtol: float, factor: float) -> Array:
@@ -61,8 +76,14 @@ class Run:
         """
         motion = self.motion
         wrench = None if motion.wrench is None else factor * motion.wrench
-        solution = self.machine.scene.solve(
-            motion.time, factor * motion.acceleration, wrench, method=method, rtol=rtol, times=self.times
+        solution = self.scene.solve(
+            motion.time,
+            factor * motion.acceleration,
+            wrench,
+            method=method,
+            rtol=rtol,
+            times=self.times,
+            start=self.start,
         )
         return solution.link_loads("total")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from importlib.metadata import version
 
@@ -10,6 +11,7 @@ import numpy as np
 from guideload.base.arrays import Array, median_step
 from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.machine.machine import DOFS
+from guideload.machine.stretches import Stretches
 from guideload.motion.resolution import usable_bandwidth_of
 from guideload.simulation.point_motion import Row, point_rows
 from guideload.simulation.run import AXES, Run
@@ -89,7 +91,7 @@ def _reference_point(run: Run) -> Iterator[Row]:
 
 
 def _static(run: Run) -> Iterator[Row]:
-    machine, scene = run.machine, run.machine.scene
+    machine, scene = run.machine, run.machine_at_start.scene
     loads = scene.static_group_loads(machine.links_of_carriages, machine.carriage_places)
     yield "static_force", ("carriage", "axis"), loads[:, :3], "N", "static load of the carriage"
     yield "static_moment", ("carriage", "axis"), loads[:, 3:], "N m", "static moment of the carriage"
@@ -125,6 +127,17 @@ def _motion(run: Run) -> Iterator[Row]:
             yield "motion_wrench", (*samples, "dof"), motion.wrench, LOAD_UNITS, text
 
 
+def _changes(run: Run) -> int:
+    """Number of changes of payload."""
+    return 0 if run.stretches is None else len(run.stretches.first) - 1
+
+
+def payload_changes(stretches: Stretches, time: Array) -> list[tuple[float, tuple[str, ...]]]:
+    """The time at which each stretch begins [s], and the payloads that are on the machine then."""
+    began = (float(time[first]) for first in stretches.first)
+    return list(zip(began, stretches.payloads, strict=True))
+
+
 def _attributes(run: Run) -> dict[str, str | float | int]:
     solution = run.solution
     attributes: dict[str, str | float | int] = {
@@ -135,6 +148,7 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "method": run.method,
         "method_reason": run.reason,
         "rtol": run.rtol,
+        "start": run.start,
         "load_scale_N": solution.load_scale,
         "steps": solution.steps,
         "rejected_steps": solution.rejected,
@@ -142,10 +156,12 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "instants": "samples of the motion" if run.times is None else "given",
         "motion_step_s": median_step(run.motion.time),
         "motion_bandwidth_Hz": usable_bandwidth_of(run.motion),
-        "motion_jumps": int(np.count_nonzero(np.diff(run.motion.time) == 0.0)),
+        "motion_jumps": int(np.count_nonzero(np.diff(run.motion.time) == 0.0)) - _changes(run),
         "motion_source": run.motion.source,
         "motion_notes": "\n".join(run.motion.notes),
     }
+    if run.stretches is not None:
+        attributes["payload_changes"] = json.dumps(payload_changes(run.stretches, run.motion.time))
     if run.step is not None:
         attributes["step_s"] = run.step
     return attributes

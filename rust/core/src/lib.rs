@@ -82,7 +82,7 @@ pub use numeric::watch::Watch;
 // Solve: the system, its modes, and a run.
 #[cfg(feature = "std")]
 pub use integrate::NamedMethod;
-pub use integrate::{Control, Exact, Method, Output, Radau, Rk45, Summary, load_scale, run};
+pub use integrate::{Control, Exact, Method, Output, Radau, Rk45, Start, Summary, load_scale, run, run_from};
 pub use system::{
     Input, Matrices, Mode, ModelLevel, State, System, assemble, eigenvalues, input_from, modes,
 };

@@ -2,7 +2,7 @@
 
 use guideload::LawParameter;
 use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Solver, Target, Width};
-use guideload::{BatchError, Free, Link, SampleError, Watch};
+use guideload::{BatchError, Free, Link, SampleError, Start, Watch};
 use numpy::{PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -32,6 +32,7 @@ pub struct PyBatch {
     measures: Vec<Measure>,
     solver: Solver,
     rtol: f64,
+    start: Start,
 }
 
 /// Samples without a result, and the reasons.
@@ -50,7 +51,7 @@ type ChangeArguments = ((String, usize, Place), f64, List<(usize, f64)>);
 #[pymethods]
 impl PyBatch {
     #[new]
-    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol, rules=None, offsets=None, base_compliance=None))]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol, rules=None, offsets=None, base_compliance=None, start="rest"))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         py: Python<'_>,
@@ -79,6 +80,7 @@ impl PyBatch {
         rules: Option<List<(Rule<'_>, Rule<'_>)>>,
         offsets: Option<PyReadonlyArray1<'_, f64>>,
         base_compliance: Option<[[f64; 6]; 6]>,
+        start: &str,
     ) -> PyResult<Self> {
         let links = links(&points, &directions, &laws.0, &damping, &damping_in_contact, offsets.as_ref())?;
         let mut groups: Vec<Group> = group_links(links.len(), &groups.0, &centers)?
@@ -110,6 +112,7 @@ impl PyBatch {
             measures: measures.0.iter().map(measure).collect::<PyResult<_>>()?,
             solver: solver(method)?,
             rtol,
+            start: convert::start(start)?,
         };
         compute(py, |watch| batch.with_batch(watch, |_| Ok(())))??;
         Ok(batch)
@@ -180,7 +183,7 @@ impl PyBatch {
             exponent: self.exponent,
         };
         let batch = Batch::new(base, motion, &self.changes, &self.measures, self.solver, self.rtol)?;
-        Ok(then(batch.with_watch(watch))?)
+        Ok(then(batch.with_start(self.start).with_watch(watch))?)
     }
 }
 

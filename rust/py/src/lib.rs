@@ -14,6 +14,7 @@ mod old_glibc;
 mod scene;
 mod smoother;
 mod solution;
+mod stretches;
 
 use pyo3::prelude::*;
 
@@ -35,4 +36,6 @@ mod _core {
     use super::smoother::{adapt_motion, motion_likelihood, smooth_motion};
     #[pymodule_export]
     use super::solution::PySolution;
+    #[pymodule_export]
+    use super::stretches::{peaks_of_stretches, solve_stretches};
 }

@@ -21,7 +21,7 @@ use crate::solution::{AT_A_TIME, Inputs, PySolution};
 pub struct PyScene(pub Arc<System>);
 
 /// The method of that name.
-fn named_method(name: &str) -> PyResult<NamedMethod> {
+pub fn named_method(name: &str) -> PyResult<NamedMethod> {
     NamedMethod::from_name(name).ok_or_else(|| {
         PyValueError::new_err(format!("method: expected exact, rk45 or implicit, got {name:?}"))
     })
@@ -74,7 +74,7 @@ impl PyScene {
         table(py, self.0.free_at_rest().map(<[f64; 6]>::from))
     }
 
-    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, times=None))]
+    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, times=None, start="rest"))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn solve(
         &self,
@@ -86,8 +86,9 @@ impl PyScene {
         rtol: f64,
         step: Option<f64>,
         times: Option<PyReadonlyArray1<'_, f64>>,
+        start: &str,
     ) -> PyResult<PySolution> {
-        let method = named_method(method)?;
+        let (method, start) = (named_method(method)?, convert::start(start)?);
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let times = times.as_ref().map(|times| numbers(times, "times")).transpose()?;
         let system = Arc::clone(&self.0);
@@ -96,21 +97,22 @@ impl PyScene {
             let excitation = samples.excitation()?;
             let mut record = Watched { record: Vec::<State>::new(), watch };
             let (control, output) = (convert::control(rtol, step), convert::output(times.as_deref()));
-            let summary = method.run(&system, control, &excitation, output, &mut record)?;
+            let summary = method.run(&system, control, start, &excitation, output, &mut record)?;
             let states = record.record;
             if let Some(times) = times {
                 for some in times.chunks(AT_A_TIME).take_while(|_| !watch.stops()) {
                     inputs.extend(some.iter().map(|&time| excitation.input_at(time)));
                 }
-                return Ok(PySolution { system, states, inputs: Inputs::At(inputs), summary });
+                let inputs = Inputs::At(inputs);
+                return Ok(PySolution { stretches: vec![(system, 0)], states, inputs, summary });
             }
             let inputs = Inputs::Samples { acceleration: samples.acceleration, wrench: samples.wrench };
-            Ok::<_, CoreError>(PySolution { system, states, inputs, summary })
+            Ok::<_, CoreError>(PySolution { stretches: vec![(system, 0)], states, inputs, summary })
         })??)
     }
 
     /// Running extremes only: (smallest, largest, time of smallest, time of largest), each (groups, 8).
-    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers))]
+    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, start="rest"))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn peaks<'py>(
         &self,
@@ -123,15 +125,17 @@ impl PyScene {
         step: Option<f64>,
         groups: List<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
+        start: &str,
     ) -> PyResult<[Array2<'py>; 4]> {
-        let method = named_method(method)?;
+        let (method, start) = (named_method(method)?, convert::start(start)?);
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let loads = group_loads(&self.0, &groups.0, &centers, Part::Total)?;
         let extremes = compute(py, |watch| {
             let excitation = samples.excitation()?;
             let mut extremes = vec![Extremes::NONE; loads.len()];
             let mut record = Watched { record: Peaks::new(&loads, &mut extremes), watch };
-            method.run(&self.0, convert::control(rtol, step), &excitation, Output::Samples, &mut record)?;
+            let control = convert::control(rtol, step);
+            method.run(&self.0, control, start, &excitation, Output::Samples, &mut record)?;
             if !extremes.iter().all(Extremes::is_finite) {
                 return Err(RunError::OutOfRange.into());
             }
@@ -207,7 +211,7 @@ impl PyScene {
 }
 
 /// Rows of one length as a two-dimensional array.
-fn table<'py, const N: usize>(
+pub fn table<'py, const N: usize>(
     py: Python<'py>,
     rows: impl Iterator<Item = [f64; N]>,
 ) -> PyResult<Array2<'py>> {

@@ -19,6 +19,7 @@ from guideload.base.errors import ArgumentError, GuideloadError, shown
 from guideload.life.criteria import Criteria, criteria_of
 from guideload.machine.machine import Machine
 from guideload.simulation.simulation import Method
+from guideload.simulation.start import StartState
 from guideload.study.description.measures import PEAK_LOAD, Measure, columns_of
 from guideload.traces.format.table import listed
 
@@ -86,6 +87,7 @@ class StudyMetadata(BaseModel, frozen=True):
     parameters      the d columns of drawn values, in their order
     correlations    of normal scores, by the names of both parameters: "body.mass and k[1a]"
     measures        recorded load, carriage and statistic of each column of results; columns: their names
+    start           of all runs: rest or quasi-static
     exponent        p of the mean load
     limits          by quantity, in its unit: {"peak_resultant_N": 7000.0}
     life_notes      on life and static safety, or why they are not computed, in sentences
@@ -106,6 +108,7 @@ class StudyMetadata(BaseModel, frozen=True):
     instants: int
     method: Method = "auto"
     rtol: float = 1e-6
+    start: StartState = "rest"
     sampling: str
     seed: int | None = None
     runs: NonNegativeInt
@@ -224,7 +227,7 @@ def _decisive(values: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
         | {name: listed(targets) for name, targets in sets.items()}
         | {f"correlation of {pair}": value for pair, value in values["correlations"].items()}
         | {"machine": values["machine"], "motion": f"{values['motion']} ({values['motion_digest'][:8]})"}
-        | {key: values[key] for key in ("method", "rtol", "versions")}
+        | {key: values[key] for key in ("method", "rtol", "start", "versions")}
         | ({"recorded columns": f"also {listed(only)}"} if only else {})
     )
 

@@ -21,6 +21,7 @@ from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.motion.moves import Moves
 from guideload.simulation.simulation import Method
+from guideload.simulation.start import Start
 from guideload.study.description.correlation import Correlation
 from guideload.study.description.measures import STATISTICS, Recorded, Statistic
 from guideload.study.description.refusals import problem_at, refused_at
@@ -125,6 +126,7 @@ class StudyOptions(ConfigModel):
     statistics: tuple[Statistic, ...] = optional("statistics of loads over time", STATISTICS, min_length=1)
     method: Method = optional("method of integration, as in `guideload run`", "auto")
     rtol: Positive = optional("relative tolerance of the loads, for rk45 and implicit", 1e-6)
+    start: Start = optional("state in which every run starts, as in `guideload run`", "auto")
     limits: dict[str, NumberOrText] = optional('limits for exceedance, e.g. peak_resultant = "8 kN"', {})
     vary: tuple[DistributionSpec, ...] = optional("one [[vary]] table for each varied parameter", ())
     correlation: tuple[Correlation, ...] = optional("one [[correlation]] table each", ())

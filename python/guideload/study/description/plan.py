@@ -128,6 +128,7 @@ class Plan:
             exponent=metadata.exponent,
             method=method or metadata.method,
             rtol=rtol or metadata.rtol,
+            start=metadata.start,
             **keys,
         )
 

@@ -15,6 +15,7 @@ from guideload.base.toml import located
 from guideload.machine.machine import Machine
 from guideload.motion.motion import HISTORIES, Motion
 from guideload.simulation.simulation import with_forces_of_drive
+from guideload.simulation.start import start_of
 from guideload.study.description.cases import cases_of
 from guideload.study.description.correlation import copula_of
 from guideload.study.description.factors import factors_of
@@ -78,6 +79,7 @@ class Study(StudyOptions):
 
     @model_validator(mode="after")
     def _possible(self) -> Study:
+        self.machine.require_no_payloads("a study")
         _ = self.machine.scene, self._plan  # computed once, and cached
         return self
 
@@ -102,7 +104,7 @@ class Study(StudyOptions):
                 ("machine",), "straight rails in a study", f"profiles of rails {profiles}", way_out
             )
         # The push of a rack is that of the machine as given: in a batch, all samples share one motion.
-        motion = with_forces_of_drive(self.machine, self.motion, self.method, self.rtol)
+        motion = with_forces_of_drive(self.machine, self.motion, self.method, self.rtol, self.start)
         parameters = Parameters(self.machine, motion)
         design = cases = None
         if self.cases is not None:
@@ -128,6 +130,7 @@ class Study(StudyOptions):
         changes = parameters.changes((factor.form, factor.targets) for factor in factors)
         metadata = StudyMetadata(
             **{key: getattr(self, key) for key in ("machine", "method", "rtol")},
+            start=start_of(self.machine, self.motion, self.start),
             motion=motion.source,
             motion_exact=motion.exact,
             motion_digest=digest(*(getattr(motion, name) for name in ("time", *HISTORIES))),

@@ -8,15 +8,16 @@ use super::solver::Solver;
 use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::excitation::ScaledExcitation;
-use crate::integrate::{Control, NamedMethod, Output};
+use crate::integrate::{Control, NamedMethod, Output, Start};
 use crate::numeric::watch::Watch;
 use crate::output::{Part, Record, Watched, evaluate, group_load_along};
 use crate::system::eigenvalues;
 use crate::system::{ModelLevel, State, System, input_from};
 
-/// Excitation, method and tolerance of all samples.
+/// Start, excitation, method and tolerance of all samples.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RunSettings<'a> {
+    pub start: Start,
     pub excitation: &'a Excitation<'a>,
     /// Largest magnitude of each component.
     pub peak: [f64; 9],
@@ -33,7 +34,7 @@ impl RunSettings<'_> {
         let scaled = ScaledExcitation { excitation: self.excitation, peak: self.peak, factors };
         let (control, output) = (Control::Adaptive { rtol: self.rtol }, Output::Samples);
         let mut record = Watched { record, watch: self.watch };
-        self.method_for(system).run_scaled(system, control, &scaled, output, &mut record)?;
+        self.method_for(system).run_scaled(system, control, self.start, &scaled, output, &mut record)?;
         Ok(record.record)
     }
 

@@ -290,7 +290,7 @@ impl fmt::Display for SceneError {
 impl core::error::Error for SceneError {}
 
 /// A rigid motion `(u, φ)` in words: a translation along a direction or a rotation about an axis near a point.
-fn write_motion(f: &mut fmt::Formatter<'_>, motion: &Vector6<f64>) -> fmt::Result {
+pub(super) fn write_motion(f: &mut fmt::Formatter<'_>, motion: &Vector6<f64>) -> fmt::Result {
     let u = motion.fixed_rows::<3>(0).into_owned();
     let phi = motion.fixed_rows::<3>(3).into_owned();
     // A rotation about a point a kilometre away counts as a translation.

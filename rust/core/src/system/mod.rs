@@ -10,13 +10,15 @@
 //! `|s|² / 2` is the energy of the motion. Without damping the system matrix is skew-symmetric; damping only dissipates energy. The
 //! coordinates do not depend on the unit of length, and a small motion does not lose digits beside the static deflection.
 //!
-//! `state` (plain arrays), `assemble` (M, C, K), `base` (an elastic base under all links), `link_row` (each link in the modes), `undamped_modes`, `statics` (equilibrium of any laws),
-//! `modes` (damping ratios, eigenvalues).
+//! `state` (plain arrays), `assemble` (M, C, K), `base` (an elastic base under all links), `link_row` (each link in the modes),
+//! `undamped_modes`, `statics` (equilibrium of any laws), `quasi_static` (states of equilibrium under a force), `modes` (damping ratios,
+//! eigenvalues).
 
 mod assemble;
 mod base;
 mod link_row;
 mod modes;
+mod quasi_static;
 mod state;
 mod statics;
 mod undamped_modes;
