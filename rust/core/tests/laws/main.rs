@@ -20,4 +20,5 @@ mod methods;
 mod modes;
 mod orders;
 mod stability;
+mod start;
 mod statics;
