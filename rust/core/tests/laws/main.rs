@@ -21,4 +21,5 @@ mod modes;
 mod offsets;
 mod orders;
 mod stability;
+mod start;
 mod statics;
