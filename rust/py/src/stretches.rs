@@ -10,7 +10,7 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array2, CoreError, List, Samples, numbers, room, rows};
+use crate::convert::{self, Array2, CoreError, List, Samples, numbers, room};
 use crate::interrupt::compute;
 use crate::links::group_loads;
 use crate::scene::{PyScene, named_method, table};
@@ -165,7 +165,6 @@ pub fn peaks_of_stretches<'py>(
     let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
     let control = convert::control(rtol, step);
     let run = Stretches::new([&scenes, &kept], &first, samples, (method, start), control)?;
-    let centers = rows::<3>(&centers, "centers")?;
     let of = |system| group_loads(system, &groups.0, &centers, Part::Total);
     let loads = run.systems.iter().map(|system| of(system)).collect::<PyResult<Vec<_>>>()?;
     let mut parts = vec![vec![Extremes::NONE; groups.0.len()]; loads.len()];

@@ -135,6 +135,7 @@ fn batches_start_as_single_runs_do() {
             inertia_about_reference: false,
             links: &machine.links,
             gravity: machine.gravity,
+            base_compliance: None,
             free: machine.free,
             groups: &groups,
         };
