@@ -37,6 +37,12 @@ damping_z = "{damping[1]}"
 """
 WIDTH = 'width = "{}"                         # distance of the rows across the rail: they resist roll\n'
 RAIL = '\n[[rails]]\nname = "{}"\nposition = {}        # y, z from L\n'
+POINT = """
+[[points]]                              # tool, gripper or sensor: the report has its motion, and when it has settled
+name = "tool"
+at = {}    # from L
+settle_window = "10 um"                 # to either side of its place at rest
+"""
 CARRIAGE = '\n[[carriages]]\nname = "{}"\nrail = "{}"\nx = "{}"\ntype = "wagon"\n'
 
 
@@ -58,6 +64,7 @@ class Kind(NamedTuple):
     damping: tuple[str, str]
     rails: dict[str, str]
     places: tuple[str, str]  # x of the two carriages of each rail
+    tool: str  # place of the point
 
     @property
     def text(self) -> str:
@@ -71,7 +78,7 @@ class Kind(NamedTuple):
                 CARRIAGE.format(lead + end, rail, x)
                 for end, x in zip(("rear", "front"), self.places, strict=True)
             ]
-        return "".join(parts)
+        return "".join([*parts, POINT.format(self.tool)])
 
 
 SCREW = 'screw_lead = "20 mm"                    # travel per turn'
@@ -93,6 +100,7 @@ KINDS = {
         damping=("8 kN s/m", "6 kN s/m"),
         rails={"rail": '["0 mm", "0 mm"]'},
         places=("-70 mm", "70 mm"),
+        tool='["0 mm", "150 mm", "0 mm"]',
     ),
     "gantry": Kind(
         title="A gantry: a beam on two rails far apart",
@@ -110,6 +118,7 @@ KINDS = {
         damping=("9 kN s/m", "8 kN s/m"),
         rails={"left": '["50 mm", "-900 mm"]', "right": '["50 mm", "900 mm"]'},
         places=("-250 mm", "250 mm"),
+        tool='["0 mm", "-300 mm", "200 mm"]',
     ),
     "vertical": Kind(
         title="A vertical axis on one rail",
@@ -127,5 +136,6 @@ KINDS = {
         damping=("12 kN s/m", "9 kN s/m"),
         rails={"rail": '["-30 mm", "0 mm"]'},
         places=("-90 mm", "90 mm"),
+        tool='["0 mm", "250 mm", "0 mm"]',
     ),
 }
