@@ -48,6 +48,7 @@ def main() -> None:
         )
     run("licences and known vulnerabilities", python, "tests/advisories.py")
     run("Rust tests", "cargo", "test", "-p", "guideload")
+    run("Rust tests, monitor", "cargo", "test", "-p", "guideload-monitor", "--features", "prepare")
     if sys.platform == "linux":
         run("no std, no allocator: build", "cargo", "build", "--release", "--quiet", cwd=EMBEDDED)
         program = EMBEDDED / "target" / "release" / "guideload-embedded"
