@@ -32,7 +32,8 @@ def main() -> None:
 
     if component("rustfmt"):
         run("Rust formatting", "cargo", "fmt", "--all", "--check")
-        run("Rust formatting, embedded", "cargo", "fmt", "--check", cwd=EMBEDDED)
+        for folder in (EMBEDDED, ROOT / "rust" / "firmware", ROOT / "rust" / "monitor-c"):
+            run(f"Rust formatting, {folder.name}", "cargo", "fmt", "--check", cwd=folder)
     if component("clippy"):
         run("Rust lints", "cargo", "clippy", "--workspace", "--all-targets", "--", "-D", "warnings")
         run(
@@ -56,6 +57,8 @@ def main() -> None:
         print(f"    program of {program.stat().st_size / 1024:.0f} KiB: the core, three methods, one scene")
         if shutil.which("size"):
             run("no std, no allocator: sizes", "size", str(program))
+
+    run("load monitor on controllers", python, "tests/firmware.py")
 
     run("Python lints", python, "-m", "ruff", "check", ".")
     run("Python formatting", python, "-m", "ruff", "format", "--check", ".")

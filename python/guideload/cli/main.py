@@ -29,6 +29,7 @@ from guideload.cli.exit_codes import CommandInterrupted, InputError
 from guideload.cli.life import life
 from guideload.cli.machine import check, init, modes
 from guideload.cli.method_comparison import chart, stability
+from guideload.cli.monitor import monitor
 from guideload.cli.run import demo, run
 from guideload.cli.schema import schema
 from guideload.cli.signals import orderly_end
@@ -86,6 +87,7 @@ for command in (
     limit,
     compare,
     study,
+    monitor,
     chart,
     stability,
     catalogue,

@@ -107,6 +107,8 @@ pub(crate) struct Input<const N: usize> {
     band: i32,
     /// Periods for which the axis counts as moving after it has left the band.
     awake: u32,
+    /// Number of taps.
+    taps: u32,
     /// Number of the period of the last good sample.
     clock: u64,
 }
@@ -138,6 +140,7 @@ impl<const N: usize> Input<N> {
         position: 0,
         band: 0,
         awake: 0,
+        taps: 0,
         clock: 0,
     };
 
@@ -151,6 +154,7 @@ impl<const N: usize> Input<N> {
         count: u32,
     ) -> Sample {
         counters.samples = counters.samples.wrapping_add(1);
+        self.taps = taps;
         if !self.started {
             self.restart(counters, stamp, count);
             return Sample::Restarted;
@@ -246,7 +250,7 @@ impl<const N: usize> Input<N> {
         let above = self.position.wrapping_sub(self.band);
         if above < 0 || above > settings.still {
             self.band = if above < 0 { self.position } else { self.position.wrapping_sub(settings.still) };
-            self.awake = N as u32;
+            self.awake = self.taps.saturating_add(2);
         }
         if !self.moving {
             (self.moving, self.step, self.used_step) = (true, step, step);

@@ -217,11 +217,21 @@ impl Converter {
             Preload::Power(force) => (force, 0),
             Preload::Linear(force) => (force, 1),
         };
+        let plain = rule.minor == 1.0;
+        let mut weights = rule.weights;
+        if plain {
+            let [first, second] = &mut weights;
+            for (to, from) in first.as_flattened_mut().iter_mut().zip(second.as_flattened_mut()) {
+                *to += core::mem::take(from);
+            }
+        }
         Rule {
-            weights: rule.weights.map(|group| group.map(|pair| pair.map(|weight| self.number(weight)))),
+            weights: weights.map(|group| group.map(|pair| pair.map(|weight| self.number(weight)))),
             minor: self.number(rule.minor),
             preload: self.number(preload),
             opening: self.number(rule.preload.opening()),
+            counted: (0..5).filter(|&component| rule.counts(component)).map(|component| 1 << component).sum(),
+            plain: plain.into(),
             linear_preload,
         }
     }

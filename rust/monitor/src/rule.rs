@@ -17,6 +17,10 @@ pub struct Rule<T> {
     pub preload: T,
     /// Load below which the preload acts, N: 2.8 or 3 times the preload; 0: none.
     pub opening: T,
+    /// Components with a weight: bit 0 for Fy.
+    pub counted: u32,
+    /// 1 if all weights are in group A and P is their plain sum, else 0.
+    pub plain: u32,
     /// How the preload acts: 0 as `F (P / opening + 1)^1.5`, 1 as `F + 2/3 P`.
     pub linear_preload: u32,
 }
@@ -38,34 +42,39 @@ impl<T: Real> Rule<T> {
         minor: T::ONE,
         preload: T::ZERO,
         opening: T::ZERO,
+        counted: 0,
+        plain: 1,
         linear_preload: 0,
     };
 
-    /// Whether a component has a weight.
-    pub(crate) fn counted(&self) -> [bool; COMPONENTS] {
-        let [first, second] = &self.weights;
-        let mut counted = [false; COMPONENTS];
-        for ((counted, a), b) in counted.iter_mut().zip(first).zip(second) {
-            *counted = a.iter().chain(b).any(|&weight| weight != T::ZERO);
-        }
-        counted
+    /// Whether each component has a weight.
+    pub(crate) fn counted(&self) -> impl Iterator<Item = bool> {
+        let counted = self.counted;
+        (0..COMPONENTS).map(move |component| counted >> component & 1 != 0)
     }
 
     /// The groups A and B, N.
     pub(crate) fn groups(&self, load: &[T; COMPONENTS]) -> [T; 2] {
         let [first, second] = &self.weights;
         let mut groups = [T::ZERO; 2];
-        for ((&value, &[above, below]), &[above2, below2]) in load.iter().zip(first).zip(second) {
-            let (size, weight, weight2) =
-                if value >= T::ZERO { (value, above, above2) } else { (-value, below, below2) };
-            groups[0] += weight * size;
-            groups[1] += weight2 * size;
+        for ((&value, &[above, below]), counted) in load.iter().zip(first).zip(self.counted()) {
+            if counted {
+                groups[0] += if value >= T::ZERO { above * value } else { below * -value };
+            }
+        }
+        if self.plain == 0 {
+            for (&value, &[above, below]) in load.iter().zip(second) {
+                groups[1] += if value >= T::ZERO { above * value } else { below * -value };
+            }
         }
         groups
     }
 
     /// P of the groups, without the effect of the preload, N.
     pub(crate) fn combined(&self, [first, second]: [T; 2]) -> T {
+        if self.plain != 0 {
+            return first;
+        }
         let (larger, smaller) = if first >= second { (first, second) } else { (second, first) };
         larger + self.minor * smaller
     }

@@ -14,11 +14,8 @@ pub(crate) struct Interval<T> {
     pub acceleration: [T; 2],
 }
 
-/// Instants at which an interval is cut: two turns of the velocity, one zero of each component; 1 in free places.
-const MOST_CUTS: usize = 2 + COMPONENTS;
-
-/// Ascending fractions of an interval.
-type Cuts<T> = [T; MOST_CUTS];
+/// Ascending fractions at which an interval is cut, 1 in free places: two turns of the velocity, or a zero of each component.
+type Cuts<T, const N: usize> = [T; N];
 
 /// An interval with its cuts at the turns of the velocity.
 #[derive(Debug, Clone, Copy)]
@@ -28,17 +25,13 @@ pub(crate) struct Travel<T> {
     start: T,
     change: T,
     bend: T,
-    turns: Cuts<T>,
+    turns: Cuts<T, 2>,
     /// `∫ |v| dt`, m.
     pub path: T,
 }
 
-/// Nodes from -1 to 1 and weights, of sum 1, of Gauss's rules: with three, exact to degree 5, which is `P³ v`.
-const THREE: [[f64; 2]; 3] =
-    [[-0.774_596_669_241_483_4, 5.0 / 18.0], [0.0, 8.0 / 18.0], [0.774_596_669_241_483_4, 5.0 / 18.0]];
-
-/// With five, exact to degree 9; for powers that are no polynomials.
-const FIVE: [[f64; 2]; 5] = [
+/// Nodes from -1 to 1 and weights, of sum 1, of Gauss's rule that is exact to degree 9: for powers that are no polynomials.
+const NODES: [[f64; 2]; 5] = [
     [-0.906_179_845_938_664, 0.118_463_442_528_094_54],
     [-0.538_469_310_105_683_1, 0.239_314_335_249_683_24],
     [0.0, 0.284_444_444_444_444_44],
@@ -47,7 +40,7 @@ const FIVE: [[f64; 2]; 5] = [
 ];
 
 /// Puts a fraction within the interval in its place; any other, or NaN, is none.
-fn cut<T: Real>(cuts: &mut Cuts<T>, fraction: T) {
+fn cut<T: Real, const N: usize>(cuts: &mut Cuts<T, N>, fraction: T) {
     if fraction > T::ZERO && fraction < T::ONE {
         let mut inserted = fraction;
         for place in cuts {
@@ -59,7 +52,7 @@ fn cut<T: Real>(cuts: &mut Cuts<T>, fraction: T) {
 }
 
 /// Calls `piece(from, to)` for the pieces between the cuts.
-fn for_each_piece<T: Real>(cuts: &Cuts<T>, mut piece: impl FnMut(T, T)) {
+fn for_each_piece<T: Real, const N: usize>(cuts: &Cuts<T, N>, mut piece: impl FnMut(T, T)) {
     let mut from = T::ZERO;
     for &to in cuts {
         if to > from {
@@ -77,7 +70,7 @@ impl<T: Real> Travel<T> {
         let ([start, end], [first, last]) = (interval.velocity, interval.acceleration);
         let bend = T::from_f64(0.5) * interval.length * (last - first);
         let change = end - start;
-        let mut turns = [T::ONE; MOST_CUTS];
+        let mut turns = [T::ONE; 2];
         // The velocity deviates from a straight line by at most a quarter of the bend.
         let nearest = if start.abs() < end.abs() { start.abs() } else { end.abs() };
         if !(start * end > T::ZERO && bend.abs() < T::from_f64(4.0) * nearest) {
@@ -115,7 +108,7 @@ impl<T: Real> Travel<T> {
         if self.path == T::ZERO {
             return T::ZERO;
         }
-        let mut cuts = self.turns;
+        let mut cuts = [T::ONE; COMPONENTS];
         let [before, after] = loads;
         for ((&first, &last), counted) in before.iter().zip(after).zip(rule.counted()) {
             if first * last < T::ZERO && counted {
@@ -125,7 +118,7 @@ impl<T: Real> Travel<T> {
         let mut sum = T::ZERO;
         let mut first = rule.groups(before);
         for_each_piece(&cuts, |from, to| {
-            let last = if to < T::ONE { rule.groups(&between(loads, to)) } else { rule.groups(after) };
+            let last = if to < T::ONE { rule.groups(&between(rule, loads, to)) } else { rule.groups(after) };
             sum += self.groups_linear(rule, exponent, [from, to], [first, last]);
             first = last;
         });
@@ -142,7 +135,7 @@ impl<T: Real> Travel<T> {
     ) -> T {
         let (before, after) = (first[0] - first[1], last[0] - last[1]);
         let ends = [rule.combined(first), rule.combined(last)];
-        if rule.minor == T::ONE || before * after >= T::ZERO {
+        if rule.plain != 0 || before * after >= T::ZERO {
             return self.load_linear(rule, exponent, [from, to], ends);
         }
         let share = before / (before - after);
@@ -172,38 +165,58 @@ impl<T: Real> Travel<T> {
     /// Over a piece on which the preload acts everywhere or nowhere.
     fn one_branch(&self, rule: &Rule<T>, exponent: Exponent, [from, to]: [T; 2], [first, last]: [T; 2]) -> T {
         if exponent == Exponent::Ball && rule.opening == T::ZERO {
-            return self.by_nodes(&THREE, [from, to], [first, last], |load| load * load * load);
+            return self.by_turns([from, to], [first, last], mean_of_cube);
         }
         let raise = first + last < rule.opening + rule.opening;
-        self.by_nodes(&FIVE, [from, to], [first, last], |load| {
-            exponent.power(if raise { rule.raised(load) } else { load })
+        self.by_turns([from, to], [first, last], |ends, speed| {
+            mean_by_nodes(ends, speed, |load| exponent.power(if raise { rule.raised(load) } else { load }))
         })
     }
 
-    fn by_nodes<const N: usize>(
-        &self,
-        nodes: &[[f64; 2]; N],
-        [from, to]: [T; 2],
-        [first, last]: [T; 2],
-        power: impl Fn(T) -> T,
-    ) -> T {
-        let [even, odd, bend] = self.on_piece(from, to);
-        let half = T::from_f64(0.5);
-        let (middle, half) = (half * (first + last), half * (last - first));
-        let mut sum = T::ZERO;
-        for &[node, weight] in nodes {
-            let (node, weight) = (T::from_f64(node), T::from_f64(weight));
-            sum += weight * power(middle + half * node) * (even + node * (odd + node * bend));
+    /// Over a piece on which the load is linear, cut where the velocity turns. `mean`: of the power times a velocity, from the loads at both
+    /// ends and the coefficients of 1, x, x² of the velocity.
+    fn by_turns(&self, [from, to]: [T; 2], [first, last]: [T; 2], mean: impl Fn([T; 2], [T; 3]) -> T) -> T {
+        let (mut sum, mut start, mut load) = (T::ZERO, from, first);
+        for &turn in &self.turns {
+            if turn > from && turn < to {
+                let there = first + (turn - from) / (to - from) * (last - first);
+                sum += mean([load, there], self.on_piece(start, turn)).abs() * (turn - start);
+                (start, load) = (turn, there);
+            }
         }
-        sum.abs() * (to - from)
+        sum + mean([load, last], self.on_piece(start, to)).abs() * (to - start)
     }
 }
 
-/// Components of the load at a fraction of the interval.
-fn between<T: Real>([first, last]: [&[T; COMPONENTS]; 2], s: T) -> [T; COMPONENTS] {
-    let mut out = *last;
-    for (value, &first) in out.iter_mut().zip(first) {
-        *value = (T::ONE - s) * first + s * *value;
+/// Mean of `P³ v` over x from -1 to 1, P linear.
+fn mean_of_cube<T: Real>([first, last]: [T; 2], [even, odd, bend]: [T; 3]) -> T {
+    let half = T::from_f64(0.5);
+    let (middle, half) = (half * (first + last), half * (last - first));
+    let (of_middle, of_half) = (middle * middle, half * half);
+    even * middle * (of_middle + of_half)
+        + odd * half * (of_middle + T::from_f64(0.2) * of_half)
+        + bend * middle * (T::from_f64(1.0 / 3.0) * of_middle + T::from_f64(0.6) * of_half)
+}
+
+/// Mean of `power(P) v` over x from -1 to 1, P linear.
+fn mean_by_nodes<T: Real>([first, last]: [T; 2], [even, odd, bend]: [T; 3], power: impl Fn(T) -> T) -> T {
+    let half = T::from_f64(0.5);
+    let (middle, half) = (half * (first + last), half * (last - first));
+    let mut sum = T::ZERO;
+    for [node, weight] in NODES {
+        let (node, weight) = (T::from_f64(node), T::from_f64(weight));
+        sum += weight * power(middle + half * node) * (even + node * (odd + node * bend));
+    }
+    sum
+}
+
+/// Counted components of the load at a fraction of the interval, and zeros.
+fn between<T: Real>(rule: &Rule<T>, [first, last]: [&[T; COMPONENTS]; 2], s: T) -> [T; COMPONENTS] {
+    let mut out = [T::ZERO; COMPONENTS];
+    for (((value, &first), &last), counted) in out.iter_mut().zip(first).zip(last).zip(rule.counted()) {
+        if counted {
+            *value = first + s * (last - first);
+        }
     }
     out
 }
