@@ -75,7 +75,7 @@ fn report<T: Real>(name: &str, periods: usize) -> Result<(), Box<dyn std::error:
     let power =
         |monitor: &Monitor<T, 10, 4, 48>| monitor.totals().carriages.map(|totals| totals.power.value());
     // Two repetitions, until the start is forgotten; then one, as the measure; then all others.
-    let mut repetition = |monitor: &mut Monitor<T, 10, 4, 48>| {
+    let repetition = |monitor: &mut Monitor<T, 10, 4, 48>| {
         for &(_, velocity, acceleration) in &motion {
             let (velocity, acceleration) = (T::from_f64(velocity), T::from_f64(acceleration));
             monitor.push_motion(&prepared, Motion { velocity, acceleration });

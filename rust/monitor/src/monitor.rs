@@ -57,15 +57,21 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
         }
         for _ in 0..PERIODS_PER_CALL {
             let Some(window) = self.input.next(taps) else { break };
-            let mut velocity = T::from_i32(window.step) * prepared.speed_of_step;
-            let mut acceleration = T::ZERO;
-            for (&difference, &[by_acceleration, by_velocity]) in
-                window.differences.iter().zip(&prepared.taps)
-            {
-                let difference = T::from_i32(difference);
-                acceleration += difference * by_acceleration;
-                velocity += difference * by_velocity;
+            // Two sums side by side: each addition of a single sum would wait for the one before.
+            let (mut even, mut odd) = ([T::ZERO; 2], [T::ZERO; 2]);
+            let (pairs, rest) = window.differences.as_chunks::<2>();
+            let (taps_of_pairs, _) = prepared.taps.as_chunks::<2>();
+            for (pair, taps) in pairs.iter().zip(taps_of_pairs) {
+                let [first, second] = pair.map(T::from_i32);
+                even = [even[0] + first * taps[0][0], even[1] + first * taps[0][1]];
+                odd = [odd[0] + second * taps[1][0], odd[1] + second * taps[1][1]];
             }
+            for (&difference, tap) in rest.iter().zip(prepared.taps.iter().skip(2 * pairs.len())) {
+                let difference = T::from_i32(difference);
+                even = [even[0] + difference * tap[0], even[1] + difference * tap[1]];
+            }
+            let acceleration = even[0] + odd[0];
+            let velocity = T::from_i32(window.step) * prepared.speed_of_step + (even[1] + odd[1]);
             let moves = window.moves;
             let behind = u64::from(self.input.pending()) + u64::from(prepared.lag);
             self.period = self.input.clock().wrapping_sub(behind);
@@ -102,21 +108,16 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
         }
         let carriages = prepared.carriages.iter().take(prepared.carriage_count as usize);
         for ((carriage, load), totals) in carriages.zip(&mut self.loads).zip(&mut totals.carriages) {
-            let last = *load;
-            *load = carriage.rest;
-            for (column, &entry) in carriage.by_state.iter().zip(&self.state) {
-                for (value, &factor) in load.iter_mut().zip(column) {
-                    *value += factor * entry;
-                }
-            }
-            let groups = carriage.rule.groups(load);
+            let now = carriage.load_at(&self.state);
+            let last = core::mem::replace(load, now);
+            let groups = carriage.rule.groups(&now);
             let equivalent = carriage.rule.raised(carriage.rule.combined(groups));
             if settled {
-                totals.take(carriage, load, equivalent, self.period);
+                totals.take(carriage, &now, equivalent, self.period);
             }
             totals.count(carriage.bins_per_load, equivalent);
             if let Some(travel) = &travel {
-                totals.power.add(travel.power(&carriage.rule, prepared.exponent, [&last, load]));
+                totals.power.add(travel.power(&carriage.rule, prepared.exponent, [&last, &now]));
             }
         }
     }

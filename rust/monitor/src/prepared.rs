@@ -89,4 +89,18 @@ impl<T: Real, const S: usize> Carriage<T, S> {
         bins_per_load: T::ZERO,
         capacity: T::ZERO,
     };
+
+    /// Load at a state.
+    pub(crate) fn load_at(&self, state: &[T; S]) -> [T; COMPONENTS] {
+        // Five variables and no array, so that they stay in registers.
+        let [mut y, mut z, mut roll, mut yaw, mut pitch] = self.rest;
+        for (column, &entry) in self.by_state.iter().zip(state) {
+            y += column[0] * entry;
+            z += column[1] * entry;
+            roll += column[2] * entry;
+            yaw += column[3] * entry;
+            pitch += column[4] * entry;
+        }
+        [y, z, roll, yaw, pitch]
+    }
 }

@@ -87,8 +87,8 @@ impl<T: Real> CarriageTotals<T> {
         equivalent: T,
         period: u64,
     ) {
-        let [y, z, ..] = *load;
-        let quantities = load.iter().copied().chain([y * y + z * z, equivalent]);
+        let [y, z, roll, yaw, pitch] = *load;
+        let quantities = [y, z, roll, yaw, pitch, y * y + z * z, equivalent];
         for (extremes, value) in self.extremes.iter_mut().zip(quantities) {
             extremes.take(value, period);
         }
