@@ -195,22 +195,26 @@ impl<const N: usize> Input<N> {
         } else {
             counters.jumps += 1;
         }
-        if let Some(before) = self.suspect {
-            let since = i64::from(difference(settings, before.count, count)) * i64::from(FRACTION);
-            let between = periods.saturating_sub(before.periods);
-            if between > 0 && self.fits(settings, since, between) {
-                counters.counter_set += 1;
-                (self.count, self.offset) = (count, 0);
-                self.go_on(settings, counters, i64::from(self.step) * i64::from(periods), periods);
-                self.follow(stamp, late);
-                return Sample::CounterSet;
-            }
+        if self.agrees_with_suspect(settings, count, periods) {
+            counters.counter_set += 1;
+            (self.count, self.offset) = (count, 0);
+            self.go_on(settings, counters, i64::from(self.step) * i64::from(periods), periods);
+            self.follow(stamp, late);
+            return Sample::CounterSet;
         }
         if periods > settings.most_missing {
             return self.lose(counters, stamp, count, periods);
         }
         self.suspect = Some(Suspect { count, periods });
         Sample::Suspect
+    }
+
+    /// Whether the last sample did not fit the motion either, but this one goes on from it: the counter was set.
+    fn agrees_with_suspect(&self, settings: &InputSettings, count: u32, periods: u32) -> bool {
+        let Some(before) = self.suspect else { return false };
+        let since = i64::from(difference(settings, before.count, count)) * i64::from(FRACTION);
+        let between = periods.saturating_sub(before.periods);
+        between > 0 && self.fits(settings, since, between)
     }
 
     /// Whether a movement over some periods is possible for the axis, whose last step is known.
