@@ -32,7 +32,8 @@ def main() -> None:
 
     if component("rustfmt"):
         run("Rust formatting", "cargo", "fmt", "--all", "--check")
-        run("Rust formatting, embedded", "cargo", "fmt", "--check", cwd=EMBEDDED)
+        for folder in (EMBEDDED, ROOT / "rust" / "firmware", ROOT / "rust" / "monitor-c"):
+            run(f"Rust formatting, {folder.name}", "cargo", "fmt", "--check", cwd=folder)
     if component("clippy"):
         run("Rust lints", "cargo", "clippy", "--workspace", "--all-targets", "--", "-D", "warnings")
         run(
@@ -48,6 +49,7 @@ def main() -> None:
         )
     run("licences and known vulnerabilities", python, "tests/advisories.py")
     run("Rust tests", "cargo", "test", "-p", "guideload")
+    run("Rust tests, monitor", "cargo", "test", "-p", "guideload-monitor", "--features", "prepare")
     if sys.platform == "linux":
         run("no std, no allocator: build", "cargo", "build", "--release", "--quiet", cwd=EMBEDDED)
         program = EMBEDDED / "target" / "release" / "guideload-embedded"
@@ -55,6 +57,8 @@ def main() -> None:
         print(f"    program of {program.stat().st_size / 1024:.0f} KiB: the core, three methods, one scene")
         if shutil.which("size"):
             run("no std, no allocator: sizes", "size", str(program))
+
+    run("load monitor on controllers", python, "tests/firmware.py")
 
     run("Python lints", python, "-m", "ruff", "check", ".")
     run("Python formatting", python, "-m", "ruff", "format", "--check", ".")

@@ -19,6 +19,7 @@ PYTHON = (
     "drive",
     "sizing",
     "method_comparison",
+    "monitor",
     "study",
     "duty",
     "reports",

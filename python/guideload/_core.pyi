@@ -185,6 +185,63 @@ class Law:
     def energy(self, deflection: Array) -> Array:
         """Elastic energy (n,) [J]: integral of the force from 0 to deflections (n,) [m]."""
 
+class Monitor:
+    """Load monitor of a linear scene, as on a controller, in f64.
+
+    groups, centers: as in `Scene.peaks`, at most 16. judged: for each group (rule as in `equivalent_load_integrals`,
+    limit N, width of a bin of the histogram N, N^p m that use up the rating life or 0). period: s. quantum: m/count.
+    input: ticks per period, tolerance of a stamp [ticks], bits of the counter, largest change of the step from one
+    period to the next, allowance for noise, band of noise at standstill [1/16 count], most missing samples.
+    taps: (n, 2), see `guideload.monitor.estimator`. lag: samples. roller: exponent 10/3 instead of 3.
+    Raises SceneError for a scene that is not linear, has a mode without damping, or has too much of something.
+    """
+
+    def __new__(
+        cls,
+        scene: Scene,
+        *,
+        groups: Groups,
+        centers: Array,
+        judged: Sequence[tuple[tuple[Array, float, float, str], float, float, float]],
+        period: float,
+        quantum: float,
+        input: Sequence[int],
+        taps: Array,
+        lag: int,
+        roller: bool,
+    ) -> Monitor: ...
+    def push(
+        self, stamps: NDArray[np.uint32], counts: NDArray[np.uint32]
+    ) -> tuple[NDArray[np.uint32], NDArray[np.int64], Array]:
+        """Takes n samples: time stamps in ticks and counter, both of which may wrap.
+
+        Returns what became of each (n,): 0 used, 1 early, 2 suspect, 3 bridged, 4 counter set, 5 restarted; the number
+        of the period of the loads after it (n,), -1 before the first; and the loads (n, groups, 5) Fy Fz Mx My Mz.
+        """
+
+    def push_motion(self, velocity: Array, acceleration: Array) -> Array:
+        """Goes on by n periods to known velocities [m/s] and accelerations [m/s2]; loads (n, groups, 5)."""
+
+    @property
+    def is_settling(self) -> bool:
+        """Whether the loads still depend on the state at the last restart."""
+
+    @property
+    def motion(self) -> tuple[float, float] | None:
+        """Estimated velocity [m/s] and acceleration [m/s2] at the instant of the loads; None before the first."""
+
+    def totals(self) -> dict[str, Any]:
+        """Extremes, sums, histograms and counts, by name; lists have an entry per group."""
+
+    def save(self, number: int) -> bytes:
+        """The totals as record `number`."""
+
+    def restore(self, first: bytes, second: bytes) -> int:
+        """Goes on with the newer of two records; its number. Raises ValueError if neither can be used."""
+
+    def constants(self) -> dict[str, Any]:
+        """The constants of a controller, by name."""
+
 class Scene:
     """One rigid body on links, under gravity; immutable.
 

@@ -30,6 +30,7 @@ from guideload.cli.exit_codes import CommandInterrupted, InputError
 from guideload.cli.life import life
 from guideload.cli.machine import check, init, modes
 from guideload.cli.method_comparison import chart, stability
+from guideload.cli.monitor import monitor
 from guideload.cli.response import response
 from guideload.cli.run import demo, run
 from guideload.cli.schema import schema
@@ -90,6 +91,7 @@ for command in (
     compare,
     duty,
     study,
+    monitor,
     chart,
     stability,
     catalogue,

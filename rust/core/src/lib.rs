@@ -80,6 +80,7 @@ pub use numeric::tensor;
 pub use numeric::watch::Watch;
 
 // Solve: the system, its modes, and a run.
+pub use equations::SampledSystem;
 #[cfg(feature = "std")]
 pub use integrate::NamedMethod;
 pub use integrate::{Control, Exact, Method, Output, Radau, Rk45, Start, Summary, load_scale, run, run_from};

@@ -173,6 +173,11 @@ pub fn check(numbers: &[f64], name: &str, expected: &str, holds: impl Fn(f64) ->
     Err(PyValueError::new_err(format!("{name}[{at}]: expected {expected}, got {}", numbers[at])))
 }
 
+/// The error of a machine that cannot be prepared for something.
+pub fn scene_error(error: impl std::fmt::Display) -> PyErr {
+    errors::SceneError::new_err(error.to_string())
+}
+
 pub fn check_finite(numbers: &[f64], name: &str) -> PyResult<()> {
     check(numbers, name, "a finite number", f64::is_finite)
 }

@@ -9,6 +9,7 @@ mod interrupt;
 mod law;
 mod life;
 mod links;
+mod monitor;
 #[cfg(all(target_os = "linux", target_env = "gnu", target_arch = "x86_64"))]
 mod old_glibc;
 mod scene;
@@ -30,6 +31,8 @@ mod _core {
     use super::law::PyLaw;
     #[pymodule_export]
     use super::life::{equivalent_load_integrals, largest_equivalent_load};
+    #[pymodule_export]
+    use super::monitor::PyMonitor;
     #[pymodule_export]
     use super::scene::PyScene;
     #[pymodule_export]

@@ -7,16 +7,19 @@
 //! d/dt  η'   = -S (ω η) - Ĉ η' + c + f(t) - (nonlinear loads)
 //! ```
 //!
-//! `linear`, `piecewise`, `smooth`: the three kinds. `propagator`, `series`: the exact solution of the first two over one step.
+//! `linear`, `piecewise`, `smooth`: the three kinds. `propagator`, `series`: the exact solution of the first two over one step; `sampled`: at a
+//! fixed period.
 
 mod linear;
 mod piecewise;
 mod propagator;
+mod sampled;
 mod series;
 mod smooth;
 
 pub(crate) use piecewise::SegmentEquations;
 pub(crate) use propagator::Propagator;
+pub use sampled::SampledSystem;
 pub(crate) use series::{PowerSeries, advance, work};
 pub(crate) use smooth::SmoothEquations;
 

@@ -91,8 +91,7 @@ impl Propagator {
     }
 
     /// E by columns, and the effects of one component at the start and at the end.
-    #[cfg(feature = "std")]
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn parts(&self, component: usize) -> (&Columns<12>, &[f64; 12], &[f64; 12]) {
         (&self.change, &self.from_start[component], &self.from_end[component])
     }

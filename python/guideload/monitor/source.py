@@ -1,0 +1,120 @@
+"""The constants of a monitor as source text in Rust or C."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from guideload.base.errors import ArgumentError
+from guideload.monitor.design import Design
+
+# Places of the C library, which is compiled once for all machines: entries of the state, carriages, second differences.
+C_PLACES = (12, 8, 128)
+
+
+def rust_source(design: Design) -> str:
+    """A Rust file with the constant PREPARED, for places that fit the machine, in f32."""
+    constants = design.monitor().constants()
+    states, carriages = len(constants["from_start"]), int(constants["carriage_count"])
+    differences = int(constants["tap_count"]) + design.settings.most_missing + 1
+    fields = [
+        f"    {name}: {text}," for name, text in _fields(constants, (states, carriages, differences), _rust)
+    ]
+    lines = [
+        *(f"// {line}" for line in _head(design)),
+        f"pub const STATES: usize = {states};",
+        f"pub const CARRIAGES: usize = {carriages};",
+        f"pub const DIFFERENCES: usize = {differences};",
+        "pub type Constants = guideload_monitor::Prepared<f32, STATES, CARRIAGES, DIFFERENCES>;",
+        "pub static PREPARED: Constants = guideload_monitor::Prepared {",
+        *fields,
+        "};",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def c_source(design: Design) -> str:
+    """A C header with the constant guideload_machine. Raises ArgumentError if the C library has too few places."""
+    constants = design.monitor().constants()
+    needed = (
+        len(constants["from_start"]),
+        int(constants["carriage_count"]),
+        int(constants["tap_count"]) + design.settings.most_missing + 1,
+    )
+    for name, count, places in zip(
+        ("states", "carriages", "second differences"), needed, C_PLACES, strict=True
+    ):
+        if count > places:
+            raise ArgumentError(
+                f"monitor: the C library has places for {places} {name}, and {count} are needed; "
+                "choose a smaller lag, or write Rust (-o monitor.rs)"
+            )
+    fields = [f"    .{name} = {text}," for name, text in _fields(constants, needed, _c)]
+    lines = [
+        *(f"/* {line} */" for line in _head(design)),
+        "#include <math.h>",
+        '#include "guideload_monitor.h"',
+        "",
+        "static const guideload_prepared guideload_machine = {",
+        *fields,
+        "};",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _head(design: Design) -> list[str]:
+    settings = design.settings
+    return [
+        f"Load monitor of {design.machine.name}, written by `guideload monitor build`. Do not edit.",
+        f"Period {settings.period:g} s, {settings.quantum:g} m per count, lag {settings.lag} samples.",
+        f"Smoother of order {design.order}, time constant {design.time_constant:g} samples; "
+        f"peak loads on the given motion within {100 * design.peak_error:.1f} %.",
+    ]
+
+
+def _fields(constants: dict[str, Any], places: tuple[int, int, int], value: Any) -> list[tuple[str, str]]:
+    """Names and texts of the fields of a `Prepared`."""
+    states, carriages, differences = places
+    taps = np.zeros((differences, 2))
+    taps[: len(constants["taps"])] = constants["taps"]
+    ordered: list[tuple[str, Any]] = [
+        (name, constants[name])
+        for name in ("id", "carriage_count", "input", "tap_count", "lag", "settling", "exponent", "period")
+    ]
+    ordered += [("speed_of_step", constants["speed_of_step"]), ("taps", taps.tolist())]
+    ordered += [(name, constants[name]) for name in ("change", "from_start", "from_end", "carriages")]
+    return [(name, value(name, content)) for name, content in ordered]
+
+
+RUST_TYPES = {"input": "InputSettings", "carriages": "Carriage", "rule": "Rule"}
+
+
+def _rust(name: str, content: Any) -> str:
+    if name == "exponent":
+        return f"guideload_monitor::Exponent::{('Ball', 'Roller')[content]}"
+    if isinstance(content, dict):
+        inner = ", ".join(f"{key}: {_rust(key, each)}" for key, each in content.items())
+        return f"guideload_monitor::{RUST_TYPES[name]} {{ {inner} }}"
+    if isinstance(content, list | tuple):
+        return f"[{', '.join(_rust(name, each) for each in content)}]"
+    if isinstance(content, int):
+        return str(content)
+    return "f32::INFINITY" if math.isinf(content) else _single(content)
+
+
+def _c(name: str, content: Any) -> str:
+    if isinstance(content, dict):
+        return f"{{ {', '.join(f'.{key} = {_c(key, each)}' for key, each in content.items())} }}"
+    if isinstance(content, list | tuple):
+        return f"{{ {', '.join(_c(name, each) for each in content)} }}"
+    if isinstance(content, int):
+        return f"{content}u" if content >= 0 else str(content)
+    return "INFINITY" if math.isinf(content) else f"{_single(content)}f"
+
+
+def _single(number: float) -> str:
+    """The shortest text that gives the nearest number in single precision."""
+    text = np.format_float_scientific(np.float32(number), trim="0")
+    return str(text)

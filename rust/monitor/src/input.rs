@@ -1,0 +1,321 @@
+//! From samples of the encoder to second differences of the position on the grid of periods, with missing and wrong samples bridged.
+
+use core::num::NonZeroU32;
+
+use crate::prepared::{FRACTION, InputSettings};
+use crate::real::Real;
+
+/// Periods by which a stamp may lie before the last one and be called early; farther back, the clock was set to another value.
+const EARLIEST: u32 = 16;
+
+/// The grid follows the stamps by 1/2^6 of their deviation.
+const FOLLOWED: u32 = 6;
+
+/// What became of a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Sample {
+    /// It was used.
+    Used = 0,
+    /// It came too soon after the one before, and was ignored.
+    Early = 1,
+    /// It does not fit the motion: the next ones decide.
+    Suspect = 2,
+    /// It was used, and missing or wrong samples before it were bridged.
+    Bridged = 3,
+    /// The counter was set to another value; the motion goes on from it.
+    CounterSet = 4,
+    /// Too many samples were missing or wrong: the monitor starts again from rest.
+    Restarted = 5,
+}
+
+/// How often something happened to the samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[repr(C)]
+pub struct Counters {
+    /// Samples that came in.
+    pub samples: u64,
+    /// Periods without a sample that were bridged.
+    pub missing: u64,
+    /// Samples that came too soon and were ignored.
+    pub early: u64,
+    /// Samples away from their period by more than the tolerance.
+    pub jittering: u64,
+    /// Samples that repeat the counter while the axis must be moving.
+    pub stuck: u64,
+    /// Other samples that no possible motion explains.
+    pub jumps: u64,
+    /// Wraps of the counter.
+    pub wraps: u64,
+    /// Times that the counter was set to another value.
+    pub counter_set: u64,
+    /// Restarts, the first start among them.
+    pub restarts: u64,
+    /// Periods of which the loads are unknown, as too many samples were missing or wrong.
+    pub lost: u64,
+}
+
+impl Counters {
+    /// Nothing so far.
+    pub const NONE: Self = Self {
+        samples: 0,
+        missing: 0,
+        early: 0,
+        jittering: 0,
+        stuck: 0,
+        jumps: 0,
+        wraps: 0,
+        counter_set: 0,
+        restarts: 0,
+        lost: 0,
+    };
+}
+
+/// A sample that does not fit.
+#[derive(Debug, Clone, Copy)]
+struct Suspect {
+    count: u32,
+    periods: u32,
+}
+
+/// How the samples reach the grid. N: places for second differences.
+#[derive(Debug, Clone)]
+pub(crate) struct Input<const N: usize> {
+    /// Whether there is a first sample, and a step after it.
+    started: bool,
+    moving: bool,
+    /// Stamp and count of the last good sample, and the position on the grid less this count, in sixteenths of a count.
+    grid: u32,
+    count: u32,
+    offset: i32,
+    /// Deviations of stamps that the grid has not followed yet, in ticks.
+    deviation: i32,
+    /// The last step on the grid.
+    step: i32,
+    suspect: Option<Suspect>,
+    /// Count of the last sample, good or not.
+    last_seen: u32,
+    /// Second differences of the position on the grid, the newest last.
+    history: [i32; N],
+    /// Number of them that are known, and number of the newest that are not used yet.
+    known: u32,
+    pending: u32,
+    /// Step at the end of the used second differences.
+    used_step: i32,
+    /// Position on the grid, and the lower end of the band in which movement is noise.
+    position: i32,
+    band: i32,
+    /// Periods for which the axis counts as moving after it has left the band.
+    awake: u32,
+    /// Number of taps.
+    taps: u32,
+    /// Number of the period of the last good sample.
+    clock: u64,
+}
+
+/// The part of the history that the next estimate needs.
+pub(crate) struct Window<'a> {
+    pub differences: &'a [i32],
+    /// Step at its end, in sixteenths of a count.
+    pub step: i32,
+    /// Whether the axis moves.
+    pub moves: bool,
+}
+
+impl<const N: usize> Input<N> {
+    pub(crate) const NEW: Self = Self {
+        started: false,
+        moving: false,
+        grid: 0,
+        count: 0,
+        offset: 0,
+        deviation: 0,
+        step: 0,
+        suspect: None,
+        last_seen: 0,
+        history: [0; N],
+        known: 0,
+        pending: 0,
+        used_step: 0,
+        position: 0,
+        band: 0,
+        awake: 0,
+        taps: 0,
+        clock: 0,
+    };
+
+    /// Takes a sample.
+    pub(crate) fn accept<T: Real>(
+        &mut self,
+        settings: &InputSettings,
+        taps: u32,
+        counters: &mut Counters,
+        stamp: u32,
+        count: u32,
+    ) -> Sample {
+        counters.samples = counters.samples.wrapping_add(1);
+        self.taps = taps;
+        if !self.started {
+            self.restart(counters, stamp, count);
+            return Sample::Restarted;
+        }
+        let ticks = NonZeroU32::new(settings.ticks).unwrap_or(NonZeroU32::MIN);
+        let elapsed = stamp.wrapping_sub(self.grid);
+        let periods = elapsed.wrapping_add(ticks.get() / 2) / ticks;
+        let back = self.grid.wrapping_sub(stamp);
+        if periods == 0 || back <= ticks.get().saturating_mul(EARLIEST) {
+            counters.early += 1;
+            return Sample::Early;
+        }
+        let seen = core::mem::replace(&mut self.last_seen, count);
+        let room = (N as u32).saturating_sub(taps.saturating_add(self.pending));
+        if periods > settings.most_missing.saturating_add(1).min(room) {
+            return self.lose(counters, stamp, count, periods);
+        }
+        let late = elapsed.wrapping_sub(periods.wrapping_mul(ticks.get())).cast_signed();
+        if late.unsigned_abs() > settings.tolerance {
+            counters.jittering += 1;
+        }
+        let change = difference(settings, self.count, count);
+        // The position on the grid, from a sample that is late by a part of a period.
+        let share = T::from_i32(late) / T::from_i32(ticks.get().cast_signed());
+        let correction = (T::from_i32(self.step) * share).to_i32();
+        let moved = i64::from(change) * i64::from(FRACTION) - i64::from(correction) - i64::from(self.offset);
+        if self.fits(settings, moved, periods) {
+            if (count < self.count) != (change < 0) && change != 0 {
+                counters.wraps += 1;
+            }
+            (self.count, self.offset) = (count, correction.wrapping_neg());
+            self.go_on(settings, counters, moved, periods);
+            self.follow(stamp, late);
+            return if periods > 1 { Sample::Bridged } else { Sample::Used };
+        }
+        if count == seen {
+            counters.stuck += 1;
+        } else {
+            counters.jumps += 1;
+        }
+        if self.agrees_with_suspect(settings, count, periods) {
+            counters.counter_set += 1;
+            (self.count, self.offset) = (count, 0);
+            self.go_on(settings, counters, i64::from(self.step) * i64::from(periods), periods);
+            self.follow(stamp, late);
+            return Sample::CounterSet;
+        }
+        if periods > settings.most_missing {
+            return self.lose(counters, stamp, count, periods);
+        }
+        self.suspect = Some(Suspect { count, periods });
+        Sample::Suspect
+    }
+
+    /// Whether the last sample did not fit the motion either, but this one goes on from it: the counter was set.
+    fn agrees_with_suspect(&self, settings: &InputSettings, count: u32, periods: u32) -> bool {
+        let Some(before) = self.suspect else { return false };
+        let since = i64::from(difference(settings, before.count, count)) * i64::from(FRACTION);
+        let between = periods.saturating_sub(before.periods);
+        between > 0 && self.fits(settings, since, between)
+    }
+
+    /// Whether a movement over some periods is possible for the axis, whose last step is known.
+    fn fits(&self, settings: &InputSettings, moved: i64, periods: u32) -> bool {
+        let periods = i64::from(periods);
+        let expected = i64::from(self.step) * periods;
+        let most = i64::from(settings.most_change) * (periods * (periods + 1) / 2);
+        let deviation = moved.wrapping_sub(expected).unsigned_abs();
+        !self.moving || deviation <= most.wrapping_add(i64::from(settings.slack)).unsigned_abs()
+    }
+
+    /// Goes on to a good sample, in equal steps over all periods since the last one.
+    fn go_on(&mut self, settings: &InputSettings, counters: &mut Counters, moved: i64, periods: u32) {
+        let mut done = 0;
+        for period in 1..periods {
+            let until = moved.wrapping_mul(period.into()).checked_div(periods.into()).unwrap_or(0);
+            self.advance(settings, until.wrapping_sub(done) as i32);
+            done = until;
+        }
+        self.advance(settings, moved.wrapping_sub(done) as i32);
+        counters.missing = counters.missing.wrapping_add(u64::from(periods.wrapping_sub(1)));
+        self.clock = self.clock.wrapping_add(u64::from(periods));
+        self.suspect = None;
+    }
+
+    /// Moves the grid to a good sample. It follows the clock of the encoder slowly.
+    fn follow(&mut self, stamp: u32, late: i32) {
+        self.deviation = self.deviation.wrapping_add(late);
+        let moved = self.deviation >> FOLLOWED;
+        self.deviation = self.deviation.wrapping_sub(moved << FOLLOWED);
+        self.grid = stamp.wrapping_sub(late.cast_unsigned()).wrapping_add(moved.cast_unsigned());
+    }
+
+    /// One period with a step.
+    fn advance(&mut self, settings: &InputSettings, step: i32) {
+        self.position = self.position.wrapping_add(step);
+        let above = self.position.wrapping_sub(self.band);
+        if above < 0 || above > settings.still {
+            self.band = if above < 0 { self.position } else { self.position.wrapping_sub(settings.still) };
+            self.awake = self.taps.saturating_add(2);
+        }
+        if !self.moving {
+            (self.moving, self.step, self.used_step) = (true, step, step);
+            return;
+        }
+        self.history.copy_within(1.., 0);
+        if let Some(newest) = self.history.last_mut() {
+            *newest = step.wrapping_sub(self.step);
+        }
+        self.step = step;
+        self.known = self.known.saturating_add(1);
+        self.pending = self.pending.saturating_add(1);
+    }
+
+    /// The next window with as many second differences as there are taps, if there is one; it is used then.
+    pub(crate) fn next(&mut self, taps: u32) -> Option<Window<'_>> {
+        while self.pending > 0 {
+            let end = N.checked_sub(self.pending as usize - 1)?;
+            self.pending -= 1;
+            let newest = self.history.get(end.checked_sub(1)?)?;
+            self.used_step = self.used_step.wrapping_add(*newest);
+            if self.known.saturating_sub(self.pending) >= taps {
+                self.awake = self.awake.saturating_sub(1);
+                let differences = self.history.get(end.checked_sub(taps as usize)?..end)?;
+                return Some(Window { differences, step: self.used_step, moves: self.awake > 0 });
+            }
+        }
+        None
+    }
+
+    /// Number of second differences that are not used yet.
+    pub(crate) fn pending(&self) -> u32 {
+        self.pending
+    }
+
+    /// Number of the period of the last good sample, from 0.
+    pub(crate) fn clock(&self) -> u64 {
+        self.clock
+    }
+
+    /// Sets the number of the next period, at the start.
+    pub(crate) fn set_clock(&mut self, clock: u64) {
+        self.clock = clock;
+    }
+
+    /// Restarts after periods of which the loads are unknown.
+    fn lose(&mut self, counters: &mut Counters, stamp: u32, count: u32, periods: u32) -> Sample {
+        counters.lost = counters.lost.wrapping_add(u64::from(periods));
+        self.clock = self.clock.wrapping_add(u64::from(periods));
+        self.restart(counters, stamp, count);
+        Sample::Restarted
+    }
+
+    fn restart(&mut self, counters: &mut Counters, stamp: u32, count: u32) {
+        counters.restarts += 1;
+        *self = Self { started: true, grid: stamp, count, last_seen: count, clock: self.clock, ..Self::NEW };
+    }
+}
+
+/// `to - from` of a counter of limited width, at most half of its range.
+fn difference(settings: &InputSettings, from: u32, to: u32) -> i32 {
+    let unused = 32_u32.saturating_sub(settings.counter_bits);
+    to.wrapping_sub(from).wrapping_shl(unused).cast_signed().wrapping_shr(unused)
+}

@@ -1,0 +1,146 @@
+//! The two kinds of numbers that a monitor computes with: f32 and f64.
+
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
+
+/// A floating-point number. The roots are here because `core` has none; they take a fixed number of operations.
+pub trait Real:
+    Copy
+    + Debug
+    + PartialOrd
+    + Add<Output = Self>
+    + AddAssign
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+    /// Above all finite numbers.
+    const INFINITY: Self;
+
+    /// Below all finite numbers.
+    const NEG_INFINITY: Self;
+
+    /// The nearest number.
+    fn from_f64(value: f64) -> Self;
+    /// The nearest number.
+    fn from_i32(value: i32) -> Self;
+    /// The same number.
+    fn to_f64(self) -> f64;
+    /// The number without its fraction, limited to the range of i32; 0 for NaN.
+    fn to_i32(self) -> i32;
+    /// Square root of a number from 0 on, to a few roundings.
+    fn sqrt(self) -> Self;
+    /// Cube root of a number from 0 on, to a few roundings.
+    fn cbrt(self) -> Self;
+
+    /// Magnitude.
+    fn abs(self) -> Self {
+        if self < Self::ZERO { -self } else { self }
+    }
+}
+
+/// Newton's iteration for a root of `x` from the estimate `root`.
+fn newton_sqrt<T: Real>(x: T, mut root: T, steps: usize) -> T {
+    let half = T::from_f64(0.5);
+    for _ in 0..steps {
+        root = half * (root + x / root);
+    }
+    root
+}
+
+/// Halley's iteration for the cube root of `x` from the estimate `root`.
+fn halley_cbrt<T: Real>(x: T, mut root: T, steps: usize) -> T {
+    for _ in 0..steps {
+        let cube = root * root * root;
+        root = root * ((cube + x + x) / (cube + cube + x));
+    }
+    root
+}
+
+impl Real for f32 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    const INFINITY: Self = Self::INFINITY;
+    const NEG_INFINITY: Self = Self::NEG_INFINITY;
+
+    fn from_f64(value: f64) -> Self {
+        value as Self
+    }
+    fn from_i32(value: i32) -> Self {
+        value as Self
+    }
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+    fn to_i32(self) -> i32 {
+        self as i32
+    }
+    // Half and a third of the exponent give estimates to 4 and 5 %.
+    fn sqrt(self) -> Self {
+        if self < Self::MIN_POSITIVE {
+            return 0.0;
+        }
+        newton_sqrt(self, Self::from_bits((self.to_bits() >> 1) + 0x1FBC_0000), 3)
+    }
+    fn cbrt(self) -> Self {
+        if self < Self::MIN_POSITIVE {
+            return 0.0;
+        }
+        halley_cbrt(self, Self::from_bits(self.to_bits() / 3 + 0x2A51_37A0), 2)
+    }
+}
+
+impl Real for f64 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    const INFINITY: Self = Self::INFINITY;
+    const NEG_INFINITY: Self = Self::NEG_INFINITY;
+
+    fn from_f64(value: f64) -> Self {
+        value
+    }
+    fn from_i32(value: i32) -> Self {
+        value.into()
+    }
+    fn to_f64(self) -> f64 {
+        self
+    }
+    fn to_i32(self) -> i32 {
+        self as i32
+    }
+    fn sqrt(self) -> Self {
+        if self < Self::MIN_POSITIVE {
+            return 0.0;
+        }
+        newton_sqrt(self, Self::from_bits((self.to_bits() >> 1) + 0x1FF7_8000_0000_0000), 4)
+    }
+    fn cbrt(self) -> Self {
+        if self < Self::MIN_POSITIVE {
+            return 0.0;
+        }
+        halley_cbrt(self, Self::from_bits(self.to_bits() / 3 + 0x2A9F_7893_0000_0000), 3)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Real;
+
+    #[test]
+    fn roots_raised_again_are_the_number() {
+        for k in -200..200 {
+            let x = f64::powi(1.37, k);
+            assert!((Real::sqrt(x) / f64::sqrt(x) - 1.0).abs() < 4.0 * f64::EPSILON, "sqrt {x}");
+            assert!((Real::cbrt(x) / f64::cbrt(x) - 1.0).abs() < 4.0 * f64::EPSILON, "cbrt {x}");
+            let x = x as f32;
+            assert!((Real::sqrt(x) / f32::sqrt(x) - 1.0).abs() < 4.0 * f32::EPSILON, "sqrt {x}");
+            assert!((Real::cbrt(x) / f32::cbrt(x) - 1.0).abs() < 4.0 * f32::EPSILON, "cbrt {x}");
+        }
+        assert_eq!((Real::sqrt(0.0_f32), Real::cbrt(0.0_f64)), (0.0, 0.0));
+    }
+}

@@ -1,0 +1,6 @@
+//! Laws of the monitor.
+
+mod agreement;
+mod common;
+mod record;
+mod samples;

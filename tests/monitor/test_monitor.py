@@ -1,0 +1,164 @@
+"""The load monitor from Python: agreement with a simulation, choice of its smoother, source texts, and refusals."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from guideload import Machine, Motion, motion_from_trace, read_trace, simulate
+from guideload.base.errors import ArgumentError, SceneError
+from guideload.cli.inputs import EXAMPLES
+from guideload.life.mean_load import Travel, integrals
+from guideload.monitor import Design, MonitorSettings, designed
+from guideload.monitor.design import SampledPath, monitor_of
+from guideload.monitor.estimator import taps_of
+from guideload.monitor.source import C_PLACES, c_source, rust_source
+
+SETTINGS = MonitorSettings(period=1e-3, quantum=20e-6, lag=20, max_acceleration=20.0)
+
+
+@pytest.fixture(scope="module")
+def machine() -> Machine:
+    return Machine.from_toml(EXAMPLES / "manipulator.toml")
+
+
+@pytest.fixture(scope="module")
+def motion(machine: Machine) -> Motion:
+    return motion_from_trace(read_trace(EXAMPLES / "manipulator.csv"), machine.drive)
+
+
+@pytest.fixture(scope="module")
+def design(machine: Machine, motion: Motion) -> Design:
+    return designed(machine, motion, SETTINGS)
+
+
+def test_loads_and_integrals_are_those_of_a_simulation_with_the_same_acceleration(
+    machine: Machine, motion: Motion
+) -> None:
+    result = simulate(machine, motion)
+    monitor = monitor_of(machine, SETTINGS, taps_of(3, 2.0, 20))
+    velocity, acceleration = motion.velocity, motion.acceleration[:, 0]
+    assert velocity is not None
+    loads = monitor.push_motion(np.ascontiguousarray(velocity[:, 0]), np.ascontiguousarray(acceleration))
+    expected = result.carriage_loads[..., 1:]
+    assert np.abs(loads - expected).max() < 1e-12 * np.abs(expected).max()
+    totals = monitor.totals()
+    travel = Travel(SETTINGS.period * np.arange(acceleration.size), velocity[:, 0], acceleration)
+    rule = _sum_of_forces()
+    for index, power in enumerate(totals["power"]):
+        of_record, path = integrals(travel, result.carriage_loads[:, index], rule, 3.0)
+        assert power == pytest.approx(of_record.sum(), rel=1e-9)
+        assert totals["distance"] == pytest.approx(path.sum(), rel=1e-9)
+
+
+def _sum_of_forces():  # type: ignore[no-untyped-def]
+    from guideload.life.equivalent_load import EquivalentLoad
+
+    weights = np.zeros((2, 5, 2))
+    weights[0, :2] = 1.0
+    return EquivalentLoad(weights, 1.0)
+
+
+@pytest.mark.parametrize(("order", "time_constant", "lag"), [(3, 2.0, 20), (5, 3.0, 12), (3, 6.0, 0)])
+def test_the_smoother_is_exact_for_a_constant_acceleration(
+    order: int, time_constant: float, lag: int
+) -> None:
+    taps = taps_of(order, time_constant, lag)
+    instants = np.arange(len(taps) + 2) - (len(taps) + 1 - lag)  # periods after the instant of the estimate
+    position = 0.3 + 0.7 * instants + 0.25 * instants**2
+    second = np.diff(position, 2)
+    assert second @ taps[:, 0] == pytest.approx(0.5, abs=1e-12)
+    assert np.diff(position)[-1] + second @ taps[:, 1] == pytest.approx(0.7, abs=1e-4)
+
+
+def test_the_chosen_smoother_is_no_worse_than_another(
+    machine: Machine, motion: Motion, design: Design
+) -> None:
+    path = SampledPath.of(machine, motion, SETTINGS)
+    for time_constant in (1.0, 4.0):
+        other = monitor_of(machine, SETTINGS, taps_of(3, time_constant, SETTINGS.lag))
+        assert path.errors(other, SETTINGS, 0.0)[0] > design.peak_error
+    assert design.peak_error < 0.03
+
+
+def test_a_finer_encoder_gives_smaller_errors(machine: Machine, motion: Motion, design: Design) -> None:
+    fine = designed(machine, motion, replace(SETTINGS, quantum=1e-6))
+    assert fine.peak_error < 0.02 < design.peak_error + 0.01
+    assert fine.load_error < 0.6 * design.load_error
+
+
+def test_records_carry_the_totals_to_another_monitor(design: Design) -> None:
+    monitor = design.monitor()
+    counts = np.repeat(np.uint32(7), 3000)
+    monitor.push(np.arange(3000, dtype=np.uint32), counts)
+    record = monitor.save(4)
+    again = design.monitor()
+    assert again.restore(b"", record) == 4
+    assert again.totals() == monitor.totals()
+    with pytest.raises(ValueError, match="checksum"):
+        again.restore(record[:-1] + b"x", record[:-1] + b"x")
+
+
+def test_source_texts_have_all_constants_and_fit_their_places(design: Design) -> None:
+    rust, c = rust_source(design), c_source(design)
+    assert "pub static PREPARED: Constants" in rust and "guideload_machine = {" in c
+    constants = design.monitor().constants()
+    for name in constants:
+        assert f"    {name}: " in rust and f"    .{name} = " in c
+    assert "nan" not in rust.lower() and "inf" not in rust.lower().replace("f32::infinity", "")
+    long = replace(design, settings=replace(SETTINGS, most_missing=64), taps=taps_of(3, 2.0, 100))
+    with pytest.raises(ArgumentError, match=f"{C_PLACES[2]} second differences"):
+        c_source(long)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"period": 0.0}, "period"),
+        ({"quantum": 0.0}, "quantum"),
+        ({"lag": 500}, "lag"),
+        ({"counter_bits": 40}, "counter_bits"),
+        ({"max_acceleration": 1e10}, "max_acceleration"),
+    ],
+)
+def test_settings_out_of_range_are_refused(change: dict[str, float], message: str) -> None:
+    with pytest.raises(ArgumentError, match=message):
+        replace(SETTINGS, **change)  # type: ignore[arg-type]
+
+
+def test_machines_that_a_monitor_cannot_compute_are_refused(machine: Machine, motion: Motion) -> None:
+    first, *others = machine.carriages
+    curved = machine.model_copy(
+        update={"carriages": (first.model_copy(update={"clearance_y": 1e-5}), *others)}
+    )
+    curved = Machine(**curved.model_dump(exclude_none=True))
+    with pytest.raises(SceneError, match="no bound"):
+        designed(curved, motion, SETTINGS)
+    assert machine.drive is not None
+    drive = machine.drive.model_copy(update={"pressure_angle": 0.35, "push_direction": (0.0, 1.0, 0.0)})
+    with pytest.raises(SceneError, match="pressure_angle"):
+        designed(machine.model_copy(update={"drive": drive}), motion, SETTINGS)
+
+
+def test_a_motion_without_travel_is_refused(machine: Machine) -> None:
+    still = Motion.along_x(np.arange(10.0), np.zeros(10))
+    with pytest.raises(ArgumentError, match="travel of 100 counts"):
+        designed(machine, still, SETTINGS)
+
+
+def test_the_command_writes_the_constants(tmp_path: Path) -> None:
+    from click.testing import CliRunner
+
+    from guideload.cli.main import main
+
+    files = [str(EXAMPLES / name) for name in ("manipulator.toml", "manipulator.csv")]
+    given = ["monitor", "build", *files, "--period", "1 ms", "--travel-per-count", "20 um"]
+    done = CliRunner().invoke(main, [*given, "-o", str(tmp_path / "monitor.h")])
+    assert done.exit_code == 0, done.output
+    assert "peak loads are within" in " ".join(done.output.split())
+    assert "guideload_machine" in (tmp_path / "monitor.h").read_text()
+    again = CliRunner().invoke(main, [*given, "-o", str(tmp_path / "monitor.h")])
+    assert again.exit_code != 0 and "exists" in again.output.lower()
+    wrong = CliRunner().invoke(main, [*given, "-o", str(tmp_path / "monitor.txt")])
+    assert wrong.exit_code != 0 and ".rs or .h" in wrong.output
