@@ -27,11 +27,6 @@ LIFE_DEFINITION = (
     "catalogue's formula, under the loads of statics with m a, gives the life (L) or the safety (S0) of the simulated "
     "loads."
 )
-CAUSE_DEFINITION = (
-    "P0 is largest at the time in the table. It is the sum of its causes: weight, quasi-static load of the "
-    "acceleration (m a), process force, vibration. Noise: 1.96 standard deviations of the resultant at this time, from "
-    "the uncertainty of the trace."
-)
 
 
 def life_report(life: Life, band: bool = True, encoding: str = "utf-8") -> str:
@@ -45,9 +40,7 @@ def life_report(life: Life, band: bool = True, encoding: str = "utf-8") -> str:
                 LIFE_DEFINITION,
                 *([f"Band: 95 % credible band of the life; {found.method}."] if found else []),
             ),
-            *section("Causes of the worst instant"),
-            _causes_table(life),
-            *remark(CAUSE_DEFINITION),
+            *causes_section(life),
             *_rows_lines(life),
             *section("Share of the life by phase of the cycle"),
             _phases_line(life),
@@ -162,10 +155,10 @@ def life_table(life: Life, band: LifeBand | None) -> Table:
     return table
 
 
-def _causes_table(life: Life) -> Table:
-    headings = (
-        f"{cause}\nN".replace(" ", "\n") if cause == "process force" else f"{cause}\nN" for cause in CAUSES
-    )
+def causes_section(life: Life) -> list[RenderableType]:
+    """The causes of the worst instant of each carriage, and their definitions."""
+    causes = list(life.carriages[0].worst.shares)
+    headings = (f"{cause}\nN" if " " not in cause else cause.replace(" ", "\n") + "\nN" for cause in causes)
     table = new_table("", "P0\nN", "at\ns", *headings, "noise\nN", texts=("while",))
     for one in life.carriages:
         worst = one.worst
@@ -174,7 +167,15 @@ def _causes_table(life: Life) -> Table:
         table.add_row(
             Text(one.name), load_in_table(worst.load), f"{worst.time:.3f}", *shares, noise, worst.phase
         )
-    return table
+    definitions = "; ".join(f"{cause}, {CAUSES[cause]}" for cause in causes)
+    return [
+        *section("Causes of the worst instant"),
+        table,
+        *remark(
+            f"P0 is largest at the time in the table. It is the sum of its causes: {definitions}. Noise: 1.96 standard "
+            "deviations of the resultant at this time, from the uncertainty of the trace."
+        ),
+    ]
 
 
 def _rows_lines(life: Life) -> list[RenderableType]:
