@@ -60,9 +60,10 @@ def sizing_parts(machine: Machine, sizing: Sizing) -> list[RenderableType]:
             one.margins.first_to_fail,
         )
     failed = [f"{one.name}: {one.reason}." for one in sizing.candidates if one.reason]
+    not_run = [f"{counted(len(failed), 'candidate')} could not be run, see below."] if failed else []
     marks = "* the smallest that holds; - does not hold." if table.row_count else ""
     return [
-        *remark(_answer(machine, sizing)),
+        *remark(" ".join([_answer(machine, sizing), *not_run])),
         *([table] if table.row_count else []),
         *remark(marks, DEFINITIONS),
         *([*section("Not run"), *remark(*failed)] if failed else []),
