@@ -210,6 +210,20 @@ def pages(tmp_path_factory: pytest.TempPathFactory, result: Result) -> dict[str,
     return found
 
 
+def test_a_run_may_write_the_report_alone(tmp_path: Path, pages: dict[str, str]) -> None:
+    """Without -o there is no folder; the report is the same, and options about the folder are refused."""
+    report = tmp_path / "run.html"
+    text = guideload("run", MACHINE, TRACE, "--report", report).stdout
+    assert "the largest load is" in " ".join(text.split()) and text.endswith(f"Wrote {report}.\n")
+    assert list(tmp_path.iterdir()) == [report] and report.read_text(encoding="utf-8") == pages["run"]
+    told = refused("run", MACHINE, TRACE)
+    assert "-o" in told and "--report" in told
+    for option in (("--format", "csv"), ("--no-pictures",)):
+        assert f"{option[0]} needs -o" in refused(
+            "run", MACHINE, TRACE, "--report", tmp_path / "b.html", *option
+        )
+
+
 @pytest.mark.parametrize("command", ["run", "compare", "size", "study"])
 def test_reports_of_commands(pages: dict[str, str], command: str, tmp_path: Path) -> None:
     """Each is a whole page without network, below 2 MB, that a browser opens without an error."""
