@@ -7,18 +7,21 @@ import json
 import re
 import shutil
 import subprocess
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import EXAMPLES, MACHINE, TRACE, guideload, refused
+from lives import PRODUCT, cart, moved
 from machines import carriage, link, machine
 from moves import BRISK
 from reference import example
 from rich.text import Text
 
 from guideload import Motion, Result, html_report, simulate
+from guideload.catalogue.product import Product
 from guideload.html_report.document import MOST_POINTS, Line, chart, html_of
 from guideload.reports.elements import new_table
 from guideload.reports.run import result_report
@@ -136,6 +139,20 @@ def test_names_are_text() -> None:
     table = new_table("name")
     table.add_row(Text(HOSTILE))
     assert "<img" not in html_of([table, Text(HOSTILE), HOSTILE])
+
+
+def test_ratings_that_nobody_compared_are_told_beside_the_verdict(pages: dict[str, str]) -> None:
+    """In the first box, once; then causes of the worst load with their definitions."""
+    product = Product(**PRODUCT | {"unverified": ["static"]})
+    given = cart().model_copy(update={"products": (product,)})
+    page = unescape(html_report.run_page(simulate(given, moved(BRISK))))
+    note = "20: not compared with the maker's page: static"
+    box = re.search('<div class="answer[^>]*>(.*?)</div>', page, flags=re.DOTALL)
+    assert box is not None and "static safety" in box[1] and note in box[1] and page.count(note) == 1
+    causes = page[page.index("<h2>Causes of the worst instant</h2>") :]
+    assert "quasi-static load of the acceleration (m a)" in causes[: causes.index("</section>")]
+    sized = unescape(pages["size"])
+    assert sized.index("HGH25CA: not compared with the maker's page") < sized.index("<table>")
 
 
 def test_machines_without_carriages_have_a_report() -> None:

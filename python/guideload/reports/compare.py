@@ -14,7 +14,7 @@ from guideload.base.number_text import load_in_table
 from guideload.drive.requirements import drive_requirements
 from guideload.life.life import life_of
 from guideload.reports.elements import new_table, remark, section, to_text
-from guideload.reports.life import kilometres
+from guideload.reports.life import kilometres, unverified_lines
 
 if TYPE_CHECKING:
     from guideload.machine.machine import Machine
@@ -49,7 +49,10 @@ def comparison_parts(results: Mapping[str, Result]) -> list[RenderableType]:
     warned = [
         f"{title}: {result.audit.verdict}" for title, result in results.items() if result.audit.warnings
     ]
-    return [*parts, *remark("", *warned)]
+    products = (
+        one for machine in machines.values() for one in machine.product_of_carriage if one is not None
+    )
+    return [*parts, *remark("", *unverified_lines(products), *warned)]
 
 
 def require_carriages(results: Mapping[str, Result]) -> None:

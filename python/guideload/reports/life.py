@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from rich.console import RenderableType
@@ -14,10 +14,12 @@ from guideload.base.number_text import joined, load_in_table, percent
 from guideload.life.criteria import Criteria
 from guideload.life.equivalent_load import RULES
 from guideload.life.life import Life, life_of
+from guideload.life.limits import unverified_notes
 from guideload.life.load_parts import CAUSES
 from guideload.reports.elements import new_table, remark, section, to_text
 
 if TYPE_CHECKING:
+    from guideload.catalogue.product import Product
     from guideload.life.bands import LifeBand
     from guideload.simulation.result import Result
 
@@ -68,16 +70,17 @@ def life_answer(life: Life | LifeError | None) -> list[RenderableType]:
         return []
     if isinstance(life, LifeError):
         return remark(f"Life and static safety are not computed: {life}.")
-    return remark(_answer(life, None))
+    return remark(_answer(life, None), *unverified_lines(one.product for one in life.carriages))
 
 
 def life_section(life: Life | LifeError | None) -> list[RenderableType]:
     """The section of the report of a run: notes, table and definitions; empty without a life."""
     if not isinstance(life, Life):
         return []
+    told = unverified_lines(one.product for one in life.carriages)  # in the answer
     return [
         *section("Life and static safety"),
-        *remark(*_notes(life)),
+        *remark(*(note for note in _notes(life) if note not in told)),
         life_table(life, None),
         *remark(LIFE_DEFINITION),
     ]
@@ -121,6 +124,11 @@ def _verdict(life: Life) -> str:
 
 def _notes(life: Life) -> list[str]:
     return [f"Note: {note}." for note in life.notes]
+
+
+def unverified_lines(products: Iterable[Product]) -> list[str]:
+    """For the answer: which values of the products were not compared with the maker's page."""
+    return [f"Note: {note}." for note in unverified_notes(products)]
 
 
 def kilometres(metres: float) -> str:
