@@ -10,11 +10,11 @@ from guideload.machine.machine import Machine
 from guideload.simulation.result import Result
 
 CAUSES = {
-    "weight": "static load of the machine without payloads that come and go",
-    "payload": "weight and m a of the payloads that are on the machine at that time",
-    "acceleration": "quasi-static load of the acceleration (m a)",
+    "weight": "static load of the body, on straight rails",
+    "payload": "static load and m a of the payloads that are on the machine then",
+    "acceleration": "quasi-static load of the acceleration of the body (m a)",
     "process force": "quasi-static load of the forces on the body",
-    "rail error": "static load of mounting errors and of rails that are not straight",
+    "rail error": "quasi-static load of mounting errors and of rails that are not straight",
     "vibration": "the rest: dynamic overshoot, and what the elastic laws add if they are not linear",
 }
 ROUNDING = 1e-9  # of the forces of moving feet: smaller process forces are rounding

@@ -175,13 +175,13 @@ def causes_section(life: Life) -> list[RenderableType]:
         table.add_row(
             Text(one.name), load_in_table(worst.load), f"{worst.time:.3f}", *shares, noise, worst.phase
         )
-    definitions = "; ".join(f"{cause}, {CAUSES[cause]}" for cause in causes)
+    definitions = ". ".join(f"{cause[0].upper()}{cause[1:]}: {CAUSES[cause]}" for cause in causes)
     return [
         *section("Causes of the worst instant"),
         table,
         *remark(
-            f"P0 is largest at the time in the table. It is the sum of its causes: {definitions}. Noise: 1.96 standard "
-            "deviations of the resultant at this time, from the uncertainty of the trace."
+            f"P0 is largest at the time in the table, and there the sum of its causes. {definitions}. Noise: 1.96 "
+            "standard deviations of the resultant at this time, from the uncertainty of the trace."
         ),
     ]
 
@@ -237,7 +237,7 @@ def rating_formulas(carriages: Sequence[Criteria]) -> list[str]:
         f"L = a1 base (f_H f_T f_C C / (f_W P_m))^p with p = {one.rating.exponent:.4g}, f_H = "
         f"{conditions.hardness_factor:g}, f_T = {conditions.temperature_factor:g}, f_C = {factors}, f_W = "
         f"{conditions.load_factor:g}; {one.product.name}: C = {1e-3 * one.rating.value:g} kN for "
-        f"{kilometres(one.rating.base)} km ({one.product.maker}, {one.product.edition}).",
+        f"{kilometres(one.rating.base)} km ({one.product.source}).",
         "a1 = (ln R / ln 0.9)^(1/1.5). Rails and machine: L = (sum L_i^-1.5)^(-1/1.5), Weibull distributions of "
         "the slope 1.5 that a1 has.",
     ]
