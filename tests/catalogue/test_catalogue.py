@@ -15,6 +15,7 @@ from guideload.base.errors import ConfigError
 from guideload.catalogue.catalogue import Catalogue
 from guideload.catalogue.product import Product
 from guideload.machine.machine import Machine
+from guideload.reports.catalogue import product_report
 
 EXAMPLES = Path(str(files("guideload"))) / "examples"
 PLAIN = {"name": "p", "maker": "m", "edition": "e", "type": "ball"}
@@ -35,6 +36,7 @@ def test_the_packaged_examples_cite_their_source_and_mark_what_was_not_checked()
     catalogue = Catalogue.from_toml(EXAMPLES / "catalogue.toml")
     for product in catalogue.products:
         assert product.maker and product.edition and product.dynamic is not None
+        assert "page not known" in product_report(product).replace("\n", " ") or product.page
     assert set(catalogue["HGH25CA"].unverified) >= {"dynamic", "static", "static_moments"}
     assert "HGH25CA: not compared with the source" in "\n".join(catalogue.remarks())
 

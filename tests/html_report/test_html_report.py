@@ -7,18 +7,21 @@ import json
 import re
 import shutil
 import subprocess
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import EXAMPLES, MACHINE, TRACE, guideload, refused
+from lives import PRODUCT, cart, moved
 from machines import carriage, link, machine
 from moves import BRISK
 from reference import example
 from rich.text import Text
 
 from guideload import Motion, Result, html_report, simulate
+from guideload.catalogue.product import Product
 from guideload.html_report.document import MOST_POINTS, Line, chart, html_of
 from guideload.reports.elements import new_table
 from guideload.reports.run import result_report
@@ -138,6 +141,23 @@ def test_names_are_text() -> None:
     assert "<img" not in html_of([table, Text(HOSTILE), HOSTILE])
 
 
+def test_ratings_that_nobody_compared_are_told_beside_the_verdict(pages: dict[str, str]) -> None:
+    """In the first box, once; then causes of the worst load with their definitions."""
+    product = Product(**PRODUCT | {"unverified": ["static"]})
+    given = cart().model_copy(update={"products": (product,)})
+    page = unescape(html_report.run_page(simulate(given, moved(BRISK))))
+    note = "20: not compared with the maker's page: static"
+    box = re.search('<div class="answer[^>]*>(.*?)</div>', page, flags=re.DOTALL)
+    assert box is not None and "static safety" in box[1] and note in box[1] and page.count(note) == 1
+    causes = page[page.index("<h2>Causes of the worst instant</h2>") :]
+    assert (
+        "Acceleration: quasi-static load of the acceleration of the body (m a)"
+        in causes[: causes.index("</section>")]
+    )
+    sized = unescape(pages["size"])
+    assert sized.index("HGH25CA: not compared with the maker's page") < sized.index("<table>")
+
+
 def test_machines_without_carriages_have_a_report() -> None:
     links = [link(f"{axis}{i}", point=point, direction=axis_of, stiffness=1e8)
              for i, point in enumerate([(0.5, 0, 0.4), (-0.5, 0, 0.4), (0.5, 0, -0.4), (-0.5, 0, -0.4)])
@@ -208,6 +228,20 @@ def pages(tmp_path_factory: pytest.TempPathFactory, result: Result) -> dict[str,
     assert "no folder" in refused(*commands["compare"], "--report", home / "none" / "compare.html")
     assert ".html" in refused(*commands["compare"], "--report", home / "compare.pdf")
     return found
+
+
+def test_a_run_may_write_the_report_alone(tmp_path: Path, pages: dict[str, str]) -> None:
+    """Without -o there is no folder; the report is the same, and options about the folder are refused."""
+    report = tmp_path / "run.html"
+    text = guideload("run", MACHINE, TRACE, "--report", report).stdout
+    assert "the largest load is" in " ".join(text.split()) and text.endswith(f"Wrote {report}.\n")
+    assert list(tmp_path.iterdir()) == [report] and report.read_text(encoding="utf-8") == pages["run"]
+    told = refused("run", MACHINE, TRACE)
+    assert "-o" in told and "--report" in told
+    for option in (("--format", "csv"), ("--no-pictures",)):
+        assert f"{option[0]} needs -o" in refused(
+            "run", MACHINE, TRACE, "--report", tmp_path / "b.html", *option
+        )
 
 
 @pytest.mark.parametrize("command", ["run", "compare", "size", "study"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command_line import MACHINE, TRACE, guideload, refused
@@ -11,7 +12,8 @@ from reference import example
 
 from guideload import Link, Machine, plots, simulate
 from guideload.base.errors import ArgumentError
-from guideload.reports.compare import comparison_report, differences
+from guideload.catalogue.product import Product
+from guideload.reports.compare import comparison_report, differences, product_differences
 
 
 def test_differences_are_matched_by_name() -> None:
@@ -23,6 +25,22 @@ def test_differences_are_matched_by_name() -> None:
     assert list(differences(left, left)) == []
     fewer = machine(one)
     assert ("carriages[b].x", (0.5, None)) in list(differences(left, fewer))
+
+
+def test_a_product_has_one_row() -> None:
+    """It gives the values that differ, or says that one machine does not have the product."""
+    record: dict[str, Any] = {"name": "20", "maker": "m", "edition": "e", "type": "ball", "static": 6e4}
+    changed = record | {"static": 5e4, "mass": 0.5, "dynamic": {"value": "30 kN", "base": "50 km"}}
+    machines = [
+        machine(carriage("a", x=-0.5), carriage("b", x=0.5), products=[Product(**one), *others])
+        for one, others in ((record, []), (changed, [Product(**record | {"name": "25"})]))
+    ]
+    assert not list(differences(*machines))
+    rows = dict(product_differences(*machines))
+    assert list(rows) == ["products[20]", "products[25]"] and rows["products[25]"] == (None, "has it")
+    before, after = rows["products[20]"]
+    assert before is not None and "static 60000" in before and "dynamic.value none" in before
+    assert after is not None and "dynamic.value 30000" in after and after.endswith("and 1 more")
 
 
 def test_figures_are_those_of_the_runs() -> None:

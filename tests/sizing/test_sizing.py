@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -112,7 +113,8 @@ def test_damping_ratios_stay() -> None:
 def test_limits_are_where_a_requirement_fails(quantity: str) -> None:
     """At the limit all requirements are met; a thousandth beyond it the named one is not."""
     machine = with_product(cart(), CATALOGUE["large"], "Z0")
-    limit = largest(machine, MOTION, quantity, conditions=WANTED, at=(0.3, 0.2, 0.1), direction=(0, 0, 1))  # type: ignore[arg-type]
+    places: dict[str, Any] = {"payload": {"at": (0.3, 0.2, 0.1)}, "overhang": {"direction": (0, 0, 1)}}
+    limit = largest(machine, MOTION, quantity, conditions=WANTED, **places.get(quantity, {}))  # type: ignore[arg-type]
     assert limit.margins.hold and limit.margins.smallest == pytest.approx(1.0, abs=2e-3)
     beyond = {
         "pace": lambda: (machine, at_pace(MOTION, 1.001 * limit.value)),
@@ -194,8 +196,6 @@ def test_what_cannot_be_sized_is_refused() -> None:
     machine = with_product(cart(), CATALOGUE["small"], "Z0")
     with pytest.raises(RunError, match="is not reached even without payload"):
         largest(machine, MOTION, "payload", conditions=LifeConditions(life=1e12))
-    with pytest.raises(ArgumentError, match="direction"):
-        largest(machine, MOTION, "overhang", direction=(0, 0, 0))
     with pytest.raises(ArgumentError, match="quantity"):
         largest(machine, MOTION, "price")  # type: ignore[arg-type]
     with pytest.raises(ArgumentError, match="speed: expected planned moves"):
@@ -209,6 +209,24 @@ def test_what_cannot_be_sized_is_refused() -> None:
     assert math.isinf(endless.value)
 
 
+@pytest.mark.parametrize(
+    "given", [(0, 0), (0, 0, math.nan), (0, 0, math.inf), "here", [[0, 0, 1]], ("a", 0, 0)]
+)
+def test_a_place_is_three_finite_numbers_of_its_quantity(given: Any) -> None:
+    machine = with_product(cart(), CATALOGUE["small"], "Z0")
+    for quantity, name in (("payload", "at"), ("overhang", "direction")):
+        with pytest.raises(ArgumentError, match=f"^{name}: expected three finite numbers, got"):
+            largest(machine, MOTION, quantity, **{name: given})  # type: ignore[arg-type]
+    with pytest.raises(ArgumentError, match='at: belongs to the quantity "payload" alone'):
+        largest(machine, MOTION, "pace", at=(0, 0, 0))
+    with pytest.raises(ArgumentError, match='direction: belongs to the quantity "overhang" alone'):
+        largest(machine, MOTION, "payload", direction=(1, 0, 0))
+    with pytest.raises(ArgumentError, match="^direction: expected a vector other than zero"):
+        largest(machine, MOTION, "overhang", direction=(0, 0, 0))
+    limits = [largest(machine, MOTION, "overhang", direction=(0, 0, size)).value for size in (1, 1e200)]
+    assert limits[0] == limits[1]
+
+
 def test_commands(tmp_path: Path) -> None:
     """`size` marks the smallest product that holds, `limit` gives the pace."""
     from guideload.cli.inputs import EXAMPLES
@@ -218,6 +236,8 @@ def test_commands(tmp_path: Path) -> None:
     )
     text = guideload("size", machine, trace, "--from", catalogue, "--life", "5000 km", "--safety", 3).stdout
     assert "* HGH25CA Z0" in text and "- BM W 20-B" in text
+    answer, reasons = " ".join(text.split()).split("Not run")
+    assert "1 candidate could not be run, see below." in answer and "HSR35LA" in reasons
     assert "products: 'x'" in refused("size", machine, trace, "--from", catalogue, "--product", "x")
     assert "product" in refused("limit", machine, trace)
     assert "--at needs --of payload" in refused("limit", machine, trace, "--at", "0,0,1")

@@ -129,7 +129,9 @@ class Product(ConfigModel):
     name: Text = Field(description='a unique name, by which carriages select it, e.g. "HGH25CA"')
     maker: Text = Field(description='maker, e.g. "HIWIN"')
     edition: Text = Field(description="catalogue and edition: ratings of one product differ between editions")
-    page: StrictStr = Field(default="", description="page or table of the catalogue")
+    page: StrictStr = Field(
+        default="", description="page or table of the catalogue; empty if it is not known"
+    )
     unverified: tuple[Text, ...] = Field(
         default=(), description="keys whose values were not compared with the cited page; reports tell them"
     )
@@ -196,6 +198,11 @@ class Product(ConfigModel):
             if key not in cls.model_fields:
                 raise ValueRefused("keys of a product", list(keys), f'"{key}" is none')
         return keys
+
+    @property
+    def source(self) -> str:
+        """Maker, edition and page; says so if the page is not known."""
+        return f"{self.maker}, {self.edition}, {f'page {self.page}' if self.page else 'page not known'}"
 
     def class_named(self, name: str | None) -> PreloadClass | None:
         """The preload class of this name, or the only one; None if there is none. Raises ValueRefused."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from guideload.base.atomic import atomic_write
+from guideload.base.number_text import joined
 from guideload.cli import options
 from guideload.cli.exit_codes import InputError
 from guideload.cli.inputs import EXAMPLES, read_machine, read_optional_motion
@@ -23,28 +24,25 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("path", type=options.InputFile, required=False)
 @click.option(
-    "--study",
-    "kind",
-    flag_value="study",
-    help="Write a study.toml, for a study of machine.toml with varied parameters.",
+    "--study", is_flag=True, help="Write a study.toml, for a study of machine.toml with varied parameters."
 )
-@click.option(
-    "--catalogue", "kind", flag_value="catalogue", help="Write a catalogue.toml with example carriages."
-)
-@click.option("--moves", "kind", flag_value="moves", help="Write a moves.toml, a motion of planned moves.")
+@click.option("--catalogue", is_flag=True, help="Write a catalogue.toml with example carriages.")
+@click.option("--moves", is_flag=True, help="Write a moves.toml, a motion of planned moves.")
 @click.option(
     "--kind",
     "machine_kind",
     type=click.Choice(("two-rails", *KINDS)),
     help="Kind of machine: a short file, or two-rails, which explains every key; by default two-rails.",
 )
-def init(path: Path | None, kind: str | None, machine_kind: str | None) -> None:
+def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
     """Write a commented machine.toml, study.toml, catalogue.toml or moves.toml to fill in.
 
     PATH is the name of the file, or a folder.
     """
-    if kind is not None and machine_kind is not None:
-        raise InputError(f"--kind is a kind of machine, and --{kind} writes another file: give one of them")
+    kind = next((name for name, wanted in files.items() if wanted), None)
+    given = [f"--{name}" for name, wanted in (*files.items(), ("kind", machine_kind)) if wanted]
+    if len(given) > 1:
+        raise InputError(f"{joined(given)} write different files: give one of them")
     name = f"{kind or 'machine'}.toml"
     path = path or Path(name)
     if path.is_dir():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -82,7 +82,7 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
 @click.command()
 @options.machine_argument
 @options.trace_argument
-@options.folder_option(required=True)
+@options.folder_option()
 @click.option(
     "--method",
     type=click.Choice(METHODS),
@@ -98,9 +98,7 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
     "--format",
     "file_format",
     type=click.Choice(list(FORMATS)),
-    default="netcdf",
-    show_default=True,
-    help="File format of the loads.",
+    help="File format of the loads.  [default: netcdf]",
 )
 @options.no_pictures_option
 @options.report_option
@@ -111,13 +109,13 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
 def run(
     machine_file: Path,
     trace_file: Path | Moves,
-    output: Path,
+    output: Path | None,
     method: Method,
     rtol: float,
     start: Start,
     step: float | None,
     free: str | None,
-    file_format: str,
+    file_format: str | None,
     no_pictures: bool,
     report: Path | None,
     overwrite: bool,
@@ -126,16 +124,23 @@ def run(
 ) -> None:
     """Compute the load of every carriage under a measured or planned motion.
 
-    TRACE: a measured motion, or a motion file (.toml) with planned moves, in every command.
+    TRACE: a measured motion, or a motion file (.toml) with planned moves, in every command. -o writes a folder with
+    loads, report and pictures, --report one HTML file; at least one of them is needed.
     """
     from guideload.simulation.simulation import simulate
 
     if step is not None and method in ("auto", "exact"):
         raise click.UsageError(f"--step needs --method rk45 or implicit; {method} has no fixed step")
-    names = _output_names(file_format, not no_pictures)
+    if output is None:
+        _require_report_alone(report, file_format, no_pictures)
+    form = file_format or "netcdf"
     inputs = paths(machine_file, trace_file, reading["forces"])
     require_report(report, overwrite, *inputs, folder=output)
-    with atomic_output(output, {"": names}, overwrite, inputs) as folder:
+    with ExitStack() as stack:
+        folder = None
+        if output is not None:
+            names = {"": _output_names(form, not no_pictures)}
+            folder = stack.enter_context(atomic_output(output, names, overwrite, inputs))
         with status("reading"):
             machine = read_machine(machine_file, free)
             motion = read_motion(trace_file, machine, **reading)
@@ -143,19 +148,38 @@ def run(
             result = simulate(
                 machine, motion, method=method, rtol=rtol, step=step, start=start, strict=strict
             )
-        text, failure = _write(result, folder, file_format, not no_pictures, output)
-    if (encoding := output_encoding()).lower() != "utf-8":  # the encoding of the file; others lack characters
-        from guideload.reports.run import result_report
-
-        text = result_report(result, encoding=encoding)
-    print_text(text)
+        text, failure = None, None
+        if folder is not None and output is not None:
+            text, failure = _write(result, folder, form, not no_pictures, output)
+    _show(result, text)
     if report is not None:
         with status("writing the HTML report"):
             from guideload import html_report
 
             html_report.save(result, report)
-    print_text(f"Wrote {output}." if report is None else f"Wrote {output} and {report}.")
+    print_text(f"Wrote {' and '.join(str(path) for path in (output, report) if path is not None)}.")
     exit_if(failure)
+
+
+def _require_report_alone(report: Path | None, file_format: str | None, no_pictures: bool) -> None:
+    """Raise UsageError unless an HTML report is wanted, and no option that acts on the folder of -o."""
+    if report is None:
+        raise click.UsageError(
+            "expected -o FOLDER, for loads, report and pictures, or --report FILE.html, or both"
+        )
+    for name, given in (("--format", file_format is not None), ("--no-pictures", no_pictures)):
+        if given:
+            raise click.UsageError(f"{name} needs -o: it is about the files in that folder")
+
+
+def _show(result: Result, text: str | None) -> None:
+    """Print the report of a run; text: the report in UTF-8, if it is known."""
+    encoding = output_encoding()
+    if text is None or encoding.lower() != "utf-8":  # other encodings lack characters
+        from guideload.reports.run import result_report
+
+        text = result_report(result, encoding=encoding)
+    print_text(text)
 
 
 def _output_names(file_format: str, pictures: bool) -> set[str]:

@@ -26,7 +26,7 @@ from guideload.plots.machine import scene
 from guideload.plots.style import INK, carriage_look
 from guideload.reports.elements import dofs_line, new_table
 from guideload.reports.elements import section as heading
-from guideload.reports.life import life_answer, life_of_run, life_section
+from guideload.reports.life import causes_section, life_answer, life_of_run, life_section
 from guideload.reports.machine import body_lines, carriage_tables, links_table, modes_table, nominal_lines
 from guideload.reports.points import points_section
 from guideload.reports.run import (
@@ -99,6 +99,8 @@ def _body(result: Result) -> Iterator[str]:
         yield section("Peak loads of the carriages", html_of(peaks_tables(result)), definitions)
     if parts := life_section(life):
         yield section("Life and static safety", html_of(parts[len(heading("")) :]))
+    if isinstance(life, Life):
+        yield section("Causes of the worst instant", html_of(causes_section(life)[len(heading("")) :]))
     if parts := points_section(result):
         text = html_of(parts[len(heading("")) :])
         yield section("Motion of the points", text, *_point_charts(result), long=True)

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.life.causes import PHASES, WorstInstant, shares_by_cause
+from guideload.life.causes import PHASES, WorstInstant
 from guideload.life.criteria import Criteria
 from guideload.life.equivalent_load import AXES
 from guideload.life.mean_load import integrals, mean_load
@@ -77,13 +77,16 @@ class CarriageLife(Criteria):
         """Causes of the worst instant."""
         at, record = self.static.instant, self.record
         loads = record.result.carriage_loads[at, self.index]
-        shares = self.static_rule.shares(loads, record.parts.at(at, self.index))
+        parts = record.parts.at(at, self.index)
+        shares = self.static_rule.shares(loads, np.stack(list(parts.values())))
         noise, data = float("nan"), record.result.quantities
         if "resultant_sd" in data:
             noise = COVER * float(data["resultant_sd"][at, self.index])
         when = PHASES[record.phase[min(at, record.phase.size - 1)]]
         time = float(record.travel.time[at])
-        return WorstInstant(time, self.static.peak, shares_by_cause(shares), noise, when)
+        return WorstInstant(
+            time, self.static.peak, dict(zip(parts, shares.tolist(), strict=True)), noise, when
+        )
 
 
 def carriage_life(record: Record, criteria: Criteria) -> CarriageLife:

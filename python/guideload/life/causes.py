@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.life.load_parts import CAUSES
 from guideload.life.mean_load import Travel
 
 PHASES = ("at rest", "speeding up", "constant speed", "braking")
@@ -50,8 +49,3 @@ def phase_shares(phase: Array, damage: Array) -> dict[str, float]:
     return {
         name: float(amount) / total if total else 0.0 for name, amount in zip(PHASES, amounts, strict=True)
     }
-
-
-def shares_by_cause(shares: Array) -> dict[str, float]:
-    """Shares (4,) [N] in the order of `CAUSES`, by name."""
-    return dict(zip(CAUSES, shares.tolist(), strict=True))

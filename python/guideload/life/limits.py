@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.number_text import joined, load_in_sentence
+from guideload.catalogue.product import Product
 from guideload.life.carriage_life import CarriageLife
 from guideload.life.criteria import Criteria
 from guideload.life.mean_load import Travel
@@ -48,7 +49,12 @@ def limit_notes(
             f"load_factor is {load_factor:g}: the simulated loads contain the dynamics already, which are now counted "
             "twice"
         )
-    for name, keys in dict.fromkeys((one.product.name, one.product.unverified) for one in rated):
+    yield from unverified_notes(one.product for one in rated)
+
+
+def unverified_notes(products: Iterable[Product]) -> Iterator[str]:
+    """A sentence on each product with values that were not compared with the maker's page."""
+    for name, keys in dict.fromkeys((one.name, one.unverified) for one in products):
         if keys:
             yield f"{name}: not compared with the maker's page: {joined(keys)}"
 

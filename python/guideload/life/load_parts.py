@@ -1,64 +1,105 @@
-"""The loads of the carriages in parts: weight, quasi-static load of acceleration and process force, vibration."""
+"""The loads of the carriages in parts, by their causes."""
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 
 from guideload.audit.histories import Histories
 from guideload.base.arrays import Array
+from guideload.machine.machine import Machine
 from guideload.simulation.result import Result
 
-CAUSES = ("weight", "acceleration", "process force", "vibration")
+CAUSES = {
+    "weight": "static load of the body, on straight rails",
+    "payload": "static load and m a of the payloads that are on the machine then",
+    "acceleration": "quasi-static load of the acceleration of the body (m a)",
+    "process force": "quasi-static load of the forces on the body",
+    "rail error": "quasi-static load of mounting errors and of rails that are not straight",
+    "vibration": "the rest: dynamic overshoot, and what the elastic laws add if they are not linear",
+}
+ROUNDING = 1e-9  # of the forces of moving feet: smaller process forces are rounding
 
 
-class LoadParts(NamedTuple):
-    """Parts of the loads, each (time, carriage, 6) or (carriage, 6): force [N] and moment [N m].
+class LoadParts(dict[str, Array]):
+    """Parts of the loads by cause, in the order of `CAUSES`, each (time, carriage, 6): force [N] and moment [N m].
 
-    weight          static load
-    acceleration    quasi-static load of the cart's acceleration (m a), with nominal stiffness
-    process_force   quasi-static load of the process forces, and of rails that are not straight
-    vibration       the rest: dynamic overshoot, and what the elastic laws add if they are not linear
+    Their sum is the load. Causes that the run does not have are missing. Quasi-static parts have nominal stiffness.
     """
-
-    weight: Array
-    acceleration: Array
-    process_force: Array
-    vibration: Array
 
     @property
     def quasi_static(self) -> Array:
         """Loads of statics with m a, which catalogues put into their formulas."""
-        return np.asarray(self.weight + self.acceleration + self.process_force)
+        return np.asarray(sum(part for cause, part in self.items() if cause != "vibration"))
 
-    def at(self, instant: int, carriage: int) -> Array:
-        """The parts (4, 6) of the load of a carriage at an instant, in the order of `CAUSES`."""
-        changing = (self.acceleration, self.process_force, self.vibration)
-        return np.stack([self.weight[carriage], *(part[instant, carriage] for part in changing)])
+    def at(self, instant: int, carriage: int) -> dict[str, Array]:
+        """The parts (6,) of the load of a carriage at an instant."""
+        return {cause: part[instant, carriage] for cause, part in self.items()}
 
 
 def load_parts(result: Result) -> LoadParts:
     """The parts of the loads of a result."""
     machine, histories = result.machine, Histories(result.machine, result.quantities)
-    data = result.quantities
-    weight = np.concatenate([data["static_force"], data["static_moment"]], axis=1)
-    links = histories.links
+    to_carriages = _to_carriages(machine)
+    shape = (histories.time.size, len(machine.carriages), 6)
+
+    def quasi_static(excitation: Array) -> Array:
+        return np.asarray((excitation @ (histories.response @ to_carriages)).reshape(shape))
+
+    bare = machine.carrying(()) if machine.payloads else machine
+    weight = _static(bare)
+    parts = LoadParts()
+    if bare.offsets.any():
+        straight = _static(_without_errors(bare))
+        parts["rail error"] = np.broadcast_to(weight - straight, shape)
+        weight = straight
+    parts["weight"] = np.broadcast_to(weight, shape)
+    inertia = histories.excitation - histories.wrench
+    if machine.payloads:
+        of_bare = -histories.cart_acceleration @ bare.scene.matrices()[0][0][:, :3].T
+        static = [
+            np.broadcast_to(_static(part.machine) - _static(bare), (part.time.size, *shape[1:]))
+            for part in histories.stretches
+        ]
+        parts["payload"] = np.concatenate(static) + quasi_static(inertia - of_bare)
+        inertia = of_bare
+    parts["acceleration"] = quasi_static(inertia)
+    process = histories.wrench
+    if histories.foot_load is not None:
+        of_feet = -histories.foot_load @ histories.rows
+        process = process - of_feet
+        process[np.abs(process) <= ROUNDING * np.abs(of_feet).max(axis=0)] = 0.0
+        moving = quasi_static(of_feet) + (histories.foot_load @ to_carriages).reshape(shape)
+        parts["rail error"] = parts.get("rail error", 0.0) + moving
+    if process.any():
+        parts["process force"] = quasi_static(process)
+    parts["vibration"] = result.carriage_loads - sum(parts.values())
+    return LoadParts({cause: parts[cause] for cause in CAUSES if cause in parts})
+
+
+def _to_carriages(machine: Machine) -> Array:
+    """Loads of the carriages per load of each link, (link, carriage * 6)."""
+    links = machine.link_table()
     to_carriage = np.zeros((len(machine.carriages), 6, len(links.names)))
     places = zip(machine.links_of_carriages, machine.carriage_centers, machine.carriage_axes, strict=True)
     for i, (of_carriage, center, axes) in enumerate(places):
         direction = links.directions[of_carriage]
         moment = np.cross(links.points[of_carriage] - center, direction)
         to_carriage[i][:, of_carriage] = np.hstack([direction @ axes.T, moment @ axes.T]).T
+    return to_carriage.reshape(-1, len(links.names)).T
 
-    to_loads = histories.response @ to_carriage.reshape(-1, len(links.names)).T  # (6, 6 for each carriage)
 
-    def quasi_static(excitation: Array) -> Array:
-        return np.asarray((excitation @ to_loads).reshape(-1, len(machine.carriages), 6))
+def _static(machine: Machine) -> Array:
+    """Static loads of the carriages (carriage, 6) [N, N m]."""
+    return machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_places)
 
-    process = quasi_static(histories.wrench)
-    if histories.foot_load is not None:
-        process += (histories.foot_load @ to_carriage.reshape(-1, len(links.names)).T).reshape(process.shape)
-    acceleration = quasi_static(histories.excitation - histories.wrench)
-    vibration = result.carriage_loads - weight - process - acceleration
-    return LoadParts(weight, acceleration, process, vibration)
+
+def _without_errors(machine: Machine) -> Machine:
+    """The machine with straight rails in the right places."""
+    none = {"mounting_error": (0.0, 0.0)}
+    straight = none | {"straightness": None, "waviness": None}
+    return machine.model_copy(
+        update={
+            "rails": [rail.model_copy(update=straight) for rail in machine.rails],
+            "carriages": [carriage.model_copy(update=none) for carriage in machine.carriages],
+        }
+    )

@@ -35,9 +35,7 @@ def catalogue_report(catalogue: Catalogue, encoding: str = "utf-8") -> str:
 
 def product_report(product: Product, encoding: str = "utf-8") -> str:
     """All values of a product, with SI units, and its source."""
-    parts: list[RenderableType] = [
-        f"{product.name}: {product.maker}, {product.edition}, page {product.page or '-'}"
-    ]
+    parts: list[RenderableType] = [f"{product.name}: {product.source}"]
     parts += section("Values (SI units)")
     for key, value in product.model_dump(
         exclude_none=True, exclude={"name", "maker", "edition", "page"}

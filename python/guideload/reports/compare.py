@@ -14,13 +14,14 @@ from guideload.base.number_text import load_in_table
 from guideload.drive.requirements import drive_requirements
 from guideload.life.life import life_of
 from guideload.reports.elements import new_table, remark, section, to_text
-from guideload.reports.life import kilometres
+from guideload.reports.life import kilometres, unverified_lines
 
 if TYPE_CHECKING:
     from guideload.machine.machine import Machine
     from guideload.simulation.result import Result
 
 MOST_DIFFERENCES = 30  # rows of the table of differences
+MOST_KEYS = 4  # of a product, in its row of this table
 DEFINITIONS = (
     "Peak: largest resultant of any carriage, and where; f_W: peak over quasi-static peak (statics with m a); life: of "
     "all carriages together; S0: smallest static safety. In brackets: change against the first row."
@@ -48,7 +49,10 @@ def comparison_parts(results: Mapping[str, Result]) -> list[RenderableType]:
     warned = [
         f"{title}: {result.audit.verdict}" for title, result in results.items() if result.audit.warnings
     ]
-    return [*parts, *remark("", *warned)]
+    products = (
+        one for machine in machines.values() for one in machine.product_of_carriage if one is not None
+    )
+    return [*parts, *remark("", *unverified_lines(products), *warned)]
 
 
 def require_carriages(results: Mapping[str, Result]) -> None:
@@ -64,10 +68,14 @@ def require_carriages(results: Mapping[str, Result]) -> None:
 def _differences(machines: Mapping[str, Machine]) -> list[RenderableType]:
     if len(machines) < 2:
         return remark("The machines are the same; the motions differ.")
-    found = list(differences(*machines.values()))
+    found = [
+        (path, tuple(None if value is None else shown(value) for value in values))
+        for path, values in differences(*machines.values())
+    ]
+    found += product_differences(*machines.values())
     table = new_table("key", texts=tuple(machines))
-    for path, values in found[:MOST_DIFFERENCES]:
-        table.add_row(Text(path), *(Text("" if value is None else shown(value)) for value in values))
+    for path, words in found[:MOST_DIFFERENCES]:
+        table.add_row(Text(path), *(Text(word or "") for word in words))
     rest = len(found) - MOST_DIFFERENCES
     more = [f"and {rest} more differences"] if rest > 0 else []
     return [*section("Differences of the machines, in SI units"), table, *remark(*more)]
@@ -76,13 +84,38 @@ def _differences(machines: Mapping[str, Machine]) -> list[RenderableType]:
 def differences(*machines: Machine) -> Iterator[tuple[str, tuple[Any, ...]]]:
     """Keys whose values differ, with the value of each machine; None where a machine does not have the key.
 
-    Parts with a name are matched by it: `carriages[1a].stiffness_y`.
+    Parts with a name are matched by it: `carriages[1a].stiffness_y`. Without those of products.
     """
-    flat = [dict(_values(machine.model_dump(mode="json"))) for machine in machines]
+    flat = [dict(_values(machine.model_dump(mode="json", exclude={"products"}))) for machine in machines]
     for path in dict.fromkeys(path for values in flat for path in values):
         values = tuple(each.get(path) for each in flat)
         if any(value != values[0] for value in values):
             yield path, values
+
+
+def product_differences(*machines: Machine) -> Iterator[tuple[str, tuple[str | None, ...]]]:
+    """A row for each product whose records differ, with the values that do; None where a machine lacks it."""
+    of_machines = [
+        {one.name: one.model_dump(mode="json") for one in machine.products} for machine in machines
+    ]
+    for name in dict.fromkeys(name for products in of_machines for name in products):
+        records = [products.get(name) for products in of_machines]
+        flat = [dict(_values(record)) for record in records if record is not None]
+        keys = dict.fromkeys(key for values in flat for key in values)
+        differing = [key for key in keys if any(values.get(key) != flat[0].get(key) for values in flat)]
+        if differing or None in records:
+            yield (
+                f"products[{name}]",
+                tuple(None if one is None else _short(one, differing) for one in records),
+            )
+
+
+def _short(record: dict[str, Any], keys: list[str]) -> str:
+    """The values of some keys of a product in one line: `static 60000.0, mass none`."""
+    values = dict(_values(record))
+    words = (f"{key} {shown(values[key]) if key in values else 'none'}" for key in keys[:MOST_KEYS])
+    more = [f"and {len(keys) - MOST_KEYS} more"] if len(keys) > MOST_KEYS else []
+    return ", ".join([*words, *more]) or "has it"
 
 
 def _values(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:

@@ -9,7 +9,7 @@ from rich.text import Text
 from guideload.base.number_text import joined, load_in_table, percent
 from guideload.duty.duty_cycle import DutyCycle
 from guideload.reports.elements import heading, new_table, remark, section, to_text
-from guideload.reports.life import kilometres, rating_formulas
+from guideload.reports.life import kilometres, rating_formulas, unverified_lines
 
 DEFINITION = (
     "P_m: mean equivalent load over the distance of all cases. Life: the travel, in all cases by their shares, after "
@@ -29,10 +29,15 @@ def duty_parts(duty: DutyCycle) -> list[RenderableType]:
     for case, life in zip(duty.cases, duty.lives, strict=True):
         for note in life.notes:
             notes.setdefault(note, []).append(case.name)
-    told = [f"Note, case {joined(names)}: {note}." for note, names in notes.items()]
+    unverified = unverified_lines(one.product for one in duty.carriages)
+    told = [
+        f"Note, case {joined(names)}: {note}."
+        for note, names in notes.items()
+        if f"Note: {note}." not in unverified
+    ]
     return [
         *heading(duty.cases[0].machine),
-        *remark(_answer(duty)),
+        *remark(_answer(duty), *unverified),
         *section("Cases"),
         _cases_table(duty),
         *section("Carriages"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from rich.console import RenderableType
@@ -14,10 +14,12 @@ from guideload.base.number_text import joined, load_in_table, percent
 from guideload.life.criteria import Criteria
 from guideload.life.equivalent_load import RULES
 from guideload.life.life import Life, life_of
+from guideload.life.limits import unverified_notes
 from guideload.life.load_parts import CAUSES
 from guideload.reports.elements import new_table, remark, section, to_text
 
 if TYPE_CHECKING:
+    from guideload.catalogue.product import Product
     from guideload.life.bands import LifeBand
     from guideload.simulation.result import Result
 
@@ -26,11 +28,6 @@ LIFE_DEFINITION = (
     "safety C0/P0 at the worst instant (ISO 14728-2). f_W: the load factor with which the "
     "catalogue's formula, under the loads of statics with m a, gives the life (L) or the safety (S0) of the simulated "
     "loads."
-)
-CAUSE_DEFINITION = (
-    "P0 is largest at the time in the table. It is the sum of its causes: weight, quasi-static load of the "
-    "acceleration (m a), process force, vibration. Noise: 1.96 standard deviations of the resultant at this time, from "
-    "the uncertainty of the trace."
 )
 
 
@@ -45,9 +42,7 @@ def life_report(life: Life, band: bool = True, encoding: str = "utf-8") -> str:
                 LIFE_DEFINITION,
                 *([f"Band: 95 % credible band of the life; {found.method}."] if found else []),
             ),
-            *section("Causes of the worst instant"),
-            _causes_table(life),
-            *remark(CAUSE_DEFINITION),
+            *causes_section(life),
             *_rows_lines(life),
             *section("Share of the life by phase of the cycle"),
             _phases_line(life),
@@ -75,16 +70,17 @@ def life_answer(life: Life | LifeError | None) -> list[RenderableType]:
         return []
     if isinstance(life, LifeError):
         return remark(f"Life and static safety are not computed: {life}.")
-    return remark(_answer(life, None))
+    return remark(_answer(life, None), *unverified_lines(one.product for one in life.carriages))
 
 
 def life_section(life: Life | LifeError | None) -> list[RenderableType]:
     """The section of the report of a run: notes, table and definitions; empty without a life."""
     if not isinstance(life, Life):
         return []
+    told = unverified_lines(one.product for one in life.carriages)  # in the answer
     return [
         *section("Life and static safety"),
-        *remark(*_notes(life)),
+        *remark(*(note for note in _notes(life) if note not in told)),
         life_table(life, None),
         *remark(LIFE_DEFINITION),
     ]
@@ -130,6 +126,11 @@ def _notes(life: Life) -> list[str]:
     return [f"Note: {note}." for note in life.notes]
 
 
+def unverified_lines(products: Iterable[Product]) -> list[str]:
+    """For the answer: which values of the products were not compared with the maker's page."""
+    return [f"Note: {note}." for note in unverified_notes(products)]
+
+
 def kilometres(metres: float) -> str:
     """A life in km without its unit, three digits or all before the decimal point: `12805`, `43.7`."""
     value = 1e-3 * metres
@@ -162,10 +163,10 @@ def life_table(life: Life, band: LifeBand | None) -> Table:
     return table
 
 
-def _causes_table(life: Life) -> Table:
-    headings = (
-        f"{cause}\nN".replace(" ", "\n") if cause == "process force" else f"{cause}\nN" for cause in CAUSES
-    )
+def causes_section(life: Life) -> list[RenderableType]:
+    """The causes of the worst instant of each carriage, and their definitions."""
+    causes = list(life.carriages[0].worst.shares)
+    headings = (f"{cause}\nN" if " " not in cause else cause.replace(" ", "\n") + "\nN" for cause in causes)
     table = new_table("", "P0\nN", "at\ns", *headings, "noise\nN", texts=("while",))
     for one in life.carriages:
         worst = one.worst
@@ -174,7 +175,15 @@ def _causes_table(life: Life) -> Table:
         table.add_row(
             Text(one.name), load_in_table(worst.load), f"{worst.time:.3f}", *shares, noise, worst.phase
         )
-    return table
+    definitions = ". ".join(f"{cause[0].upper()}{cause[1:]}: {CAUSES[cause]}" for cause in causes)
+    return [
+        *section("Causes of the worst instant"),
+        table,
+        *remark(
+            f"P0 is largest at the time in the table, and there the sum of its causes. {definitions}. Noise: 1.96 "
+            "standard deviations of the resultant at this time, from the uncertainty of the trace."
+        ),
+    ]
 
 
 def _rows_lines(life: Life) -> list[RenderableType]:
@@ -228,7 +237,7 @@ def rating_formulas(carriages: Sequence[Criteria]) -> list[str]:
         f"L = a1 base (f_H f_T f_C C / (f_W P_m))^p with p = {one.rating.exponent:.4g}, f_H = "
         f"{conditions.hardness_factor:g}, f_T = {conditions.temperature_factor:g}, f_C = {factors}, f_W = "
         f"{conditions.load_factor:g}; {one.product.name}: C = {1e-3 * one.rating.value:g} kN for "
-        f"{kilometres(one.rating.base)} km ({one.product.maker}, {one.product.edition}).",
+        f"{kilometres(one.rating.base)} km ({one.product.source}).",
         "a1 = (ln R / ln 0.9)^(1/1.5). Rails and machine: L = (sum L_i^-1.5)^(-1/1.5), Weibull distributions of "
         "the slope 1.5 that a1 has.",
     ]

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from guideload.base.number_text import counted, load_in_table
 from guideload.reports.elements import new_table, remark, section, to_text
-from guideload.reports.life import kilometres
+from guideload.reports.life import kilometres, unverified_lines
 
 if TYPE_CHECKING:
     from guideload.catalogue.conditions import LifeConditions
@@ -59,10 +59,12 @@ def sizing_parts(machine: Machine, sizing: Sizing) -> list[RenderableType]:
             f"{one.first_mode:.3g}",
             one.margins.first_to_fail,
         )
+    products = [one.product for one in sizing.candidates if one.life is not None]
     failed = [f"{one.name}: {one.reason}." for one in sizing.candidates if one.reason]
+    not_run = [f"{counted(len(failed), 'candidate')} could not be run, see below."] if failed else []
     marks = "* the smallest that holds; - does not hold." if table.row_count else ""
     return [
-        *remark(_answer(machine, sizing)),
+        *remark(" ".join([_answer(machine, sizing), *not_run]), *unverified_lines(products)),
         *([table] if table.row_count else []),
         *remark(marks, DEFINITIONS),
         *([*section("Not run"), *remark(*failed)] if failed else []),

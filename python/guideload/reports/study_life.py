@@ -12,7 +12,7 @@ from rich.text import Text
 from guideload.base.number_text import counted, joined
 from guideload.life.limits import LARGE_LOAD
 from guideload.reports.elements import new_table, remark, section
-from guideload.reports.life import kilometres, rating_formulas
+from guideload.reports.life import kilometres, rating_formulas, unverified_lines
 from guideload.study.description.measures import LIFE, PEAK_LOAD, SAFETY, column_of
 from guideload.study.results.result import StudyResult
 from guideload.study.results.statistics import known
@@ -35,6 +35,7 @@ def life_answer(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
         f"Life that all carriages reach with {reliability:g} %: median {_km(life['q50'])} km, 5 % quantile "
         f"{_km(life['q05'])} km; smallest static safety: median {safety['q50']:.2f}, 1 % quantile {safety['q01']:.2f}"
     )
+    yield from unverified_lines(one.product for one in result.rated.values())
     if LIFE in result.limits:
         row = result.failure_probability().loc[""].to_dict()
         probability, low, high, shorter = (_percent(row[key]) for key in ROW)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from guideload.base.errors import ArgumentError, RunError
@@ -49,8 +50,8 @@ def largest(
     motion: Motion | Moves,
     quantity: Quantity,
     *,
-    at: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    direction: tuple[float, float, float] = (1.0, 0.0, 0.0),
+    at: tuple[float, float, float] | None = None,
+    direction: tuple[float, float, float] | None = None,
     conditions: LifeConditions | None = None,
 ) -> Limit:
     """The largest pace, payload, overhang or limit of planned moves at which the machine meets its requirements.
@@ -58,21 +59,23 @@ def largest(
     A bracketed root, with an exact run at each try. Vibration need not grow steadily with a limit of the moves: it also
     depends on the length of a ramp against the periods of the modes. The limit is doubled until the first failure.
 
-    at          m from L, the place of the payload
-    direction   of the overhang
+    at          m from L, the place of the payload; default: L
+    direction   of the overhang; default: x
     conditions  requirements; default: the table [life] of the machine
 
-    Raises ArgumentError for an unknown quantity, a zero direction or a limit that the motion does not have, RunError if
-    the machine does not meet its requirements even without payload or overhang, or at a 64th of the pace or of the
-    limit. Errors as for `simulate` and `life_of`.
+    Raises ArgumentError for an unknown quantity, `at` or `direction` that are no vectors or belong to another quantity,
+    and a limit that the motion does not have, RunError if the machine does not meet its requirements even without
+    payload or overhang, or at a 64th of the pace or of the limit. Errors as for `simulate` and `life_of`.
     """
     if quantity not in get_args(Quantity):
         raise ArgumentError(f"quantity: expected one of {', '.join(get_args(Quantity))}, got {quantity!r}")
+    place = _vector("at", at, (0.0, 0.0, 0.0), quantity == "payload", "payload")
+    along = _vector("direction", direction, (1.0, 0.0, 0.0), quantity == "overhang", "overhang")
     machine.require_no_payloads("the search for a limit")
     vary, unit = (
         _variation_of_limit(machine, motion, quantity)
         if quantity in ("speed", "acceleration", "deceleration", "jerk")
-        else _variation(machine, motion, quantity, np.array(at), np.array(direction))
+        else _variation(machine, motion, quantity, place, along)
     )
 
     def margins(value: float) -> Margins:
@@ -87,6 +90,23 @@ def largest(
     )
     value = value if margins(value).hold else value - 2.0 * ACCURACY * high
     return Limit(quantity, value, margins(value))
+
+
+def _vector(
+    name: str, given: ArrayLike | None, default: tuple[float, ...], counts: bool, of: Quantity
+) -> np.ndarray:
+    """An argument as a vector (3,), by default `default`. counts: whether the quantity that is varied has it."""
+    if given is None:
+        return np.array(default)
+    if not counts:
+        raise ArgumentError(f'{name}: belongs to the quantity "{of}" alone; leave it out')
+    try:
+        vector = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        vector = np.array(np.nan)
+    if vector.shape != (3,) or not np.isfinite(vector).all():
+        raise ArgumentError(f"{name}: expected three finite numbers, got {given!r}")
+    return vector
 
 
 def _bracket(margins: Callable[[float], Margins], unit: float, quantity: Quantity) -> tuple[float, float]:
@@ -143,10 +163,10 @@ def _variation(
             machine.model_copy(update={"body": with_payload(body, mass, at)}),
             motion,
         ), body.mass
-    length = float(np.linalg.norm(direction))
-    if length == 0.0:
-        raise ArgumentError("direction: expected a vector other than zero")
-    center, along = np.array(body.center_of_mass), direction / length
+    if not direction.any():
+        raise ArgumentError(f"direction: expected a vector other than zero, got {direction.tolist()}")
+    along = direction / np.abs(direction).max()
+    center, along = np.array(body.center_of_mass), along / np.linalg.norm(along)
     size = float(np.abs(machine.link_table().points).max())
 
     def shifted(distance: float) -> tuple[Machine, Motion]:
