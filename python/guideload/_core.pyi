@@ -186,6 +186,8 @@ class Scene:
     center_of_mass, points: m from L. inertia: kg m2 about the centre of mass. gravity: m/s2, pointing down.
     free: some of x y z rx ry rz. points: (links, 3) m. directions: (links, 3) unit vectors. laws: one for each
     link. damping: (links,) N s/m. damping_in_contact: (links,) whether the damping acts only outside the clearance.
+    riders: (mass [kg], centre of mass [m from L], inertia [kg m2], direction) of each body that rides on the main one;
+    where they stand here they are a part of it.
     Raises SceneError for an impossible body or link, for a body that the links do not support (the message names the
     motion that no link resists), and if there is no static equilibrium.
     """
@@ -203,6 +205,7 @@ class Scene:
         laws: Sequence[Law],
         damping: Array,
         damping_in_contact: NDArray[np.bool_],
+        riders: Sequence[tuple[float, Vector, Sequence[Sequence[float]], Vector]] | None = None,
     ) -> Scene: ...
     @property
     def model_level(self) -> str:
@@ -222,6 +225,7 @@ class Scene:
         rtol: float,
         step: float | None = None,
         times: Array | None = None,
+        travel: Array | None = None,
     ) -> Solution:
         """Integrate from static equilibrium.
 
@@ -229,7 +233,9 @@ class Scene:
         m]. method: exact (linear and piecewise linear scenes only), rk45 or implicit. rtol: tolerance of the
         link loads, relative to the load scale: largest link load at rest plus quasi-static link load under the peaks of
         the excitation. step: s, fixed step instead of step-size control; exact uses neither. times: (m,) s, ascending
-        instants between the first and the last sample, reported instead of the samples. Raises TraceError,
+        instants between the first and the last sample, reported instead of the samples. travel: (riders, n, 3) travel
+        [m] from where they stand in the scene, speed [m/s] and acceleration [m/s2] of the riders, which then move;
+        not with exact. Raises TraceError,
         ArgumentError, RunError; ValueError or TypeError for an array that is not float64 or not C-contiguous.
         """
 
@@ -244,6 +250,7 @@ class Scene:
         step: float | None = None,
         groups: Groups,
         centers: Array,
+        travel: Array | None = None,
     ) -> list[Array]:
         """Smallest and largest loads of groups of links, without histories, and their times [s]; each (groups, 8).
 
@@ -311,6 +318,15 @@ class Solution:
 
     def reaction(self) -> Array:
         """Reaction (time, 6) of the held dofs [N, N m]; 0 for free dofs."""
+
+    def rider_travel(self) -> Array:
+        """Travel [m], speed [m/s] and acceleration [m/s2] of the moving riders, (riders, time, 3)."""
+
+    def rider_wrench(self) -> Array:
+        """Force [N] and moment about L [N m], (time, 6), by which moving riders differ from riders where they stand."""
+
+    def rider_forces(self) -> Array:
+        """Force of the drive on each moving rider along its direction, (time, riders) [N]; no columns if none moves."""
 
     def inputs(self) -> Array:
         """Excitation (time, 9): acceleration of L [m/s2], external force [N], external moment about L [N m]."""

@@ -29,7 +29,8 @@ class Energy:
 
 
 def energy(histories: Histories) -> Energy | None:
-    """Energy balance over the reported instants; None if the excitation jumps between them.
+    """Energy balance over the reported instants; None if the excitation jumps between them, or riders
+    move, whose forces are not linear between the instants.
 
     Stored energy: q'.M q' / 2 + sum of U_i(delta_i) - Q.q; power of the excitation: q'.(E - M_u a); dissipated power:
     sum of b_i delta_i'^2. Powers are integrated with their first two derivatives (Hermite quadrature of order 6), which
@@ -37,7 +38,7 @@ def energy(histories: Histories) -> Energy | None:
     and may have kinks at them. The resolution is the difference from Hermite quadrature with first derivatives only
     (order 4), plus the largest dissipation of dampers that gain or lose contact between two instants.
     """
-    if histories.hidden_jumps:
+    if histories.hidden_jumps or histories.rides:
         return None
     velocity, acceleration, excitation = histories.velocity, histories.acceleration, histories.excitation
     kinetic = 0.5 * _dot(velocity @ histories.mass, velocity)

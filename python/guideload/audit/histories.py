@@ -35,6 +35,11 @@ class Histories:
         self.cart_acceleration: Array = data["cart_acceleration"]
         self.wrench: Array = data["wrench"] if "wrench" in data else np.zeros((self.time.size, 6))
         self.excitation: Array = self.wrench - self.cart_acceleration @ self.mass[:, :3].T
+        self.rides = (
+            "rider_wrench" in data
+        )  # riders act like an external load that depends on the motion of the body
+        if self.rides:
+            self.excitation = self.excitation + data["rider_wrench"]
         self.deflection: Array = self.position @ self.rows.T
         self.step = median_step(self.time)  # s, 0 for a single instant
         self.trace_step = float(data.attrs["motion_step_s"])  # s, of the motion's samples
@@ -87,7 +92,7 @@ class Histories:
     def has_motion(self) -> bool:
         """Whether the quantities contain all samples of the motion; False also for files that do not say so."""
         shown = self.starts_at_rest and self.data.attrs.get("instants") == "samples of the motion"
-        return shown or "motion_acceleration" in self.data
+        return shown or ("motion_acceleration" in self.data and not self.rides)
 
     @property
     def repeatable(self) -> bool:
@@ -109,4 +114,12 @@ class Histories:
         """Link loads (time, link) [N] of a scene, by default the machine's, under the excitation times a factor."""
         acceleration, wrench = factor * self.cart_acceleration, factor * self.wrench
         scene = scene or self.machine.scene
-        return scene.solve(self.time, acceleration, wrench, method=method, rtol=rtol).link_loads("total")
+        travel = None
+        if self.rides:
+            method = "implicit" if method == "exact" else method
+            travel = np.stack(
+                [self.data[f"rider_{name}"].T for name in ("position", "velocity", "acceleration")], 2
+            )
+            travel[:, :, 0] -= np.array([[rider.position] for rider in self.machine.riders])
+        solution = scene.solve(self.time, acceleration, wrench, method=method, rtol=rtol, travel=travel)
+        return solution.link_loads("total")

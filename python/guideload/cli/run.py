@@ -13,7 +13,7 @@ import click
 from guideload.base.errors import PictureError
 from guideload.cli import options
 from guideload.cli.exit_codes import exit_if, picture_failure
-from guideload.cli.inputs import EXAMPLES, paths, read_machine, read_motion
+from guideload.cli.inputs import EXAMPLES, paths, read_machine, read_motion, read_riders
 from guideload.cli.outputs import (
     FORMATS,
     PICTURES,
@@ -91,6 +91,7 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
 @options.rtol_option
 @click.option("--step", type=options.POSITIVE, help="Fixed step in seconds, for rk45 and implicit.")
 @options.free_option
+@options.rider_option
 @click.option(
     "--format",
     "file_format",
@@ -113,6 +114,7 @@ def run(
     rtol: float,
     step: float | None,
     free: str | None,
+    riders: tuple[str, ...],
     file_format: str,
     no_pictures: bool,
     report: Path | None,
@@ -135,8 +137,11 @@ def run(
         with status("reading"):
             machine = read_machine(machine_file, free)
             motion = read_motion(trace_file, machine, **reading)
+            moved = read_riders(machine, machine_file, riders)
         with status("computing the loads"):
-            result = simulate(machine, motion, method=method, rtol=rtol, step=step, strict=strict)
+            result = simulate(
+                machine, motion, method=method, riders=moved, rtol=rtol, step=step, strict=strict
+            )
         text, failure = _write(result, folder, file_format, not no_pictures, output)
     if (encoding := output_encoding()).lower() != "utf-8":  # the encoding of the file; others lack characters
         from guideload.reports.run import result_report

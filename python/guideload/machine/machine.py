@@ -31,6 +31,7 @@ from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
 from guideload.machine.links import ENDS, LinkTable, read_only, table_of
 from guideload.machine.products import filled, product_problems, with_catalogue
+from guideload.machine.riders import MOST_RIDERS, Rider, joined
 
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 DOFS: tuple[Dof, ...] = get_args(Dof)
@@ -49,6 +50,11 @@ class Machine(ConfigModel):
         default=(0.0, -9.80665, 0.0), description="acceleration of gravity, points down, in m/s^2"
     )
     body: Body = Field(description="the table [body]: mass, center_of_mass, inertia")
+    riders: tuple[Rider, ...] = Field(
+        default=(),
+        max_length=MOST_RIDERS,
+        description="one [[riders]] table for each body that moves along the main body, such as a cross slide",
+    )
     drive: Drive | None = Field(
         default=None, description="the table [drive]; needed for a trace of the motor, and for torques"
     )
@@ -110,6 +116,15 @@ class Machine(ConfigModel):
         if problems:
             raise ValidationError.from_exception_data(cls.__name__, problems)
         return machine
+
+    @cached_property
+    def whole_body(self) -> Body:
+        """The main body with all riders at their positions."""
+        return (
+            joined([self.body, *(rider.at(rider.position) for rider in self.riders)])
+            if self.riders
+            else self.body
+        )
 
     @cached_property
     def carriage_centers(self) -> Array:
@@ -181,6 +196,7 @@ class Machine(ConfigModel):
             laws=laws,
             damping=table.damping,
             damping_in_contact=damping_in_contact,
+            riders=[rider.for_core() for rider in self.riders],
         )
 
     @property
@@ -214,7 +230,9 @@ def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
     if not isinstance(values, dict):
         return
     yield from product_problems(values)
-    rails, carriages, links = (_names(values, key, "name") for key in ("rails", "carriages", "links"))
+    rails, carriages, links, riders = (
+        _names(values, key, "name") for key in ("rails", "carriages", "links", "riders")
+    )
     if not values.get("carriages") and not values.get("links"):
         yield ("carriages",), ValueRefused("at least one [[carriages]] or [[links]] table", [])
     known = {name for _, name in rails}
@@ -224,7 +242,7 @@ def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
         near = get_close_matches(rail, sorted(known), n=1) if number < MOST_PROBLEMS else []
         hint = f'did you mean "{near[0]}"?' if near else "add a [[rails]] table with that name"
         yield ("carriages", i, "rail"), ValueRefused(expected, rail, hint)
-    for key, named in (("rails", rails), ("carriages", carriages), ("links", links)):
+    for key, named in (("rails", rails), ("carriages", carriages), ("links", links), ("riders", riders)):
         first: dict[str, int] = {}
         for i, name in named:
             if first.setdefault(name, i) < i:

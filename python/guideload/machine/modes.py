@@ -45,7 +45,7 @@ class Modes:
 def _guided_points(machine: Machine) -> Array:
     """Carriage centres, or the links' points without carriages, and the centre of mass, from L (n, 3) [m]."""
     guided = machine.carriage_centers if machine.carriages else machine.link_table().points
-    return np.vstack([guided, machine.body.center_of_mass])
+    return np.vstack([guided, machine.whole_body.center_of_mass])
 
 
 def displacement(points: Array, q: Array) -> Array:

@@ -42,6 +42,8 @@ class Result:
     resultant (y-z), link_load, rail_force, rail_moment, reaction (of the held dofs; of x: the drive force);
     displacement, velocity, acceleration (of L in the carriage frame); and static values.
     A load is the force that the body exerts on its guide: weight makes y negative.
+    If riders move: rider_position, rider_velocity and rider_acceleration along their directions, rider_force of their
+    drives, and rider_wrench, which their motion adds to the forces on the body.
     If instants were given: motion_acceleration and motion_wrench at motion_time, the samples of the motion, up to
     200 000, so that a result that is read from a file can be judged.
     If the motion has an uncertainty: standard deviations force_sd, moment_sd, resultant_sd, moment_magnitude_sd,

@@ -24,6 +24,9 @@ class Run:
     rtol: float
     step: float | None
     times: Array | None  # s, the instants to report; None: the samples of the motion
+    travel: Array | None = (
+        None  # (riders, n, 3) of the riders at the samples of the motion; None if none moves
+    )
 
     @property
     def time(self) -> Array:
@@ -45,6 +48,7 @@ class Run:
             rtol=self.rtol,
             step=self.step,
             times=self.times,
+            travel=self.travel,
         )
 
     def link_loads_again(self, method: str, rtol: float, factor: float) -> Array:
@@ -52,7 +56,13 @@ class Run:
         motion = self.motion
         wrench = None if motion.wrench is None else factor * motion.wrench
         solution = self.machine.scene.solve(
-            motion.time, factor * motion.acceleration, wrench, method=method, rtol=rtol, times=self.times
+            motion.time,
+            factor * motion.acceleration,
+            wrench,
+            method=method,
+            rtol=rtol,
+            times=self.times,
+            travel=self.travel,
         )
         return solution.link_loads("total")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Literal, get_args
 
 import numpy as np
@@ -14,6 +15,7 @@ from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import with_rack_push
 from guideload.simulation.peaks import Peaks
 from guideload.simulation.result import Result
+from guideload.simulation.riders import ridden
 from guideload.simulation.run import Run
 
 Method = Literal["auto", "exact", "rk45", "implicit"]
@@ -25,6 +27,7 @@ def simulate(
     motion: Motion,
     method: Method = "auto",
     *,
+    riders: Mapping[str, Motion] | None = None,
     rtol: float = 1e-6,
     step: float | None = None,
     times: ArrayLike | None = None,
@@ -37,6 +40,8 @@ def simulate(
     method  exact (matrix exponential between samples and contact changes: no step error; not for preloaded
             contacts), rk45 (Dormand-Prince 5(4)), implicit (Radau IIA of order 9), or auto: the cheapest method that
             the scene allows; `Result.reason` explains the choice
+    riders  the motion of each rider that moves, by its name: along x, which is its travel; method exact then has no
+            solution. Without riders that move, each is a part of the body at its position
     rtol    error tolerance of rk45 and implicit for the link loads, relative to the load scale: largest link load at
             rest plus quasi-static link load under the peaks of the motion (`load_scale_N` of the result)
     step    s, fixed step of rk45 and implicit instead of step-size control; steps end at samples of the motion
@@ -45,7 +50,7 @@ def simulate(
 
     Raises SceneError (unsupported body), ArgumentError (method, rtol, step or times), RunError (with time and step).
     """
-    result = Result.of_run(_run(machine, motion, method, rtol, step, times))
+    result = Result.of_run(_run(machine, motion, method, rtol, step, times, riders))
     if strict:
         result.require_no_doubts()
     return result
@@ -56,6 +61,7 @@ def peak_loads(
     motion: Motion,
     method: Method = "auto",
     *,
+    riders: Mapping[str, Motion] | None = None,
     rtol: float = 1e-6,
     step: float | None = None,
     strict: bool = False,
@@ -65,9 +71,9 @@ def peak_loads(
     Arguments and errors as for `simulate`. Only strict=True judges the loads: it computes a result and its audit too.
     """
     if strict:
-        simulate(machine, motion, method, rtol=rtol, step=step, strict=True)
-    run = _run(machine, motion, method, rtol, step, None)
-    extremes = machine.scene.peaks(
+        simulate(machine, motion, method, riders=riders, rtol=rtol, step=step, strict=True)
+    run = _run(machine, motion, method, rtol, step, None, riders)
+    extremes = run.machine.scene.peaks(
         run.motion.time,
         run.motion.acceleration,
         run.motion.wrench,
@@ -76,6 +82,7 @@ def peak_loads(
         step=step,
         groups=machine.links_of_carriages,
         centers=machine.carriage_centers,
+        travel=run.travel,
     )
     return Peaks(tuple(carriage.name for carriage in machine.carriages), *extremes)
 
@@ -91,12 +98,21 @@ def with_forces_of_drive(
 
 
 def _run(
-    machine: Machine, motion: Motion, method: str, rtol: float, step: float | None, times: ArrayLike | None
+    machine: Machine,
+    motion: Motion,
+    method: str,
+    rtol: float,
+    step: float | None,
+    times: ArrayLike | None,
+    riders: Mapping[str, Motion] | None = None,
 ) -> Run:
     """A run with its method chosen, with the push of a rack, not solved yet."""
     _require_types(machine, motion, rtol, step)
-    chosen, reason = _method_and_reason(machine, motion, method, step)
-    run = Run(machine, motion, chosen, reason, rtol, step, None if times is None else _instants(times))
+    moved = ridden(machine, motion, riders)
+    machine, motion = moved.machine, moved.motion
+    chosen, reason = _method_and_reason(machine, motion, method, step, moved.travel is not None)
+    instants = None if times is None else _instants(times)
+    run = Run(machine, motion, chosen, reason, rtol, step, instants, moved.travel)
     return with_rack_push(run)
 
 
@@ -125,22 +141,26 @@ def _instants(times: ArrayLike) -> Array:
     return instants
 
 
-def _method_and_reason(machine: Machine, motion: Motion, method: str, step: float | None) -> tuple[str, str]:
-    """The integration method and the reason for it."""
+def _method_and_reason(
+    machine: Machine, motion: Motion, method: str, step: float | None, riding: bool
+) -> tuple[str, str]:
+    """The integration method and the reason for it. riding: whether a rider moves."""
     if method not in get_args(Method):
         raise ArgumentError(f"method: expected one of {', '.join(get_args(Method))}, got {method!r}")
     if method in ("auto", "exact") and step is not None:
         raise ArgumentError(f'step: method "{method}" has none; leave step out, or use rk45 or implicit')
     if method != "auto":
         return method, "asked for"
+    if riding:
+        return _by_stability(machine, motion, "a rider moves, so the mass matrix changes")
     if machine.scene.model_level == "linear":
         return "exact", "all links are linear: the matrix exponential is cheapest and has no step error"
     if machine.scene.model_level == "piecewise linear":
         return "exact", "links are linear between contact changes, which are located: no step error"
-    return _for_smooth_laws(machine, motion)
+    return _by_stability(machine, motion, "preloaded contacts are not linear")
 
 
-def _for_smooth_laws(machine: Machine, motion: Motion) -> tuple[str, str]:
+def _by_stability(machine: Machine, motion: Motion, cause: str) -> tuple[str, str]:
     """rk45, unless stability limits its steps so much that implicit is cheaper."""
     from guideload.simulation.stability_function import longest_stable_steps  # other scenes do not need it
 
@@ -148,7 +168,7 @@ def _for_smooth_laws(machine: Machine, motion: Motion) -> tuple[str, str]:
     values = machine.scene.modes()[3]
     passive = np.minimum(values.real, 0.0) + 1j * values.imag
     longest = float(longest_stable_steps(passive).min())
-    why = f"preloaded contacts are not linear; rk45 is stable up to steps of {1e3 * longest:.3g} ms"
+    why = f"{cause}; rk45 is stable up to steps of {1e3 * longest:.3g} ms"
     if longest * STEP_COST < sample_step:
         return (
             "implicit",

@@ -11,6 +11,7 @@ mod life;
 mod links;
 #[cfg(all(target_os = "linux", target_env = "gnu", target_arch = "x86_64"))]
 mod old_glibc;
+mod riders;
 mod scene;
 mod smoother;
 mod solution;

@@ -4,10 +4,12 @@ use std::sync::Arc;
 
 use guideload::reaction;
 use guideload::{
-    Body, Extremes, Input, ModelLevel, NamedMethod, Output, Part, Peaks, RunError, Scene, State, System,
-    Watched, carriage_ends, eigenvalues, link_load, modes,
+    Body, Extremes, Input, ModelLevel, NamedMethod, Output, Part, Peaks, Rider, RunError, Scene, State,
+    System, Watched, carriage_ends, eigenvalues, link_load, modes,
 };
-use numpy::{Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
+use numpy::{
+    Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, ToPyArray,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -15,10 +17,11 @@ use crate::convert::{self, Array1, Array2, CoreError, List, Samples, matrix3, nu
 use crate::interrupt::compute;
 use crate::law::PyLaw;
 use crate::links::{self, group_loads};
+use crate::riders::{self, RiderTuple, Travels};
 use crate::solution::{AT_A_TIME, Inputs, PySolution};
 
 #[pyclass(name = "Scene", module = "guideload._core", frozen)]
-pub struct PyScene(pub Arc<System>);
+pub struct PyScene(pub Arc<System>, Vec<Rider>);
 
 /// The method of that name.
 fn named_method(name: &str) -> PyResult<NamedMethod> {
@@ -30,7 +33,7 @@ fn named_method(name: &str) -> PyResult<NamedMethod> {
 #[pymethods]
 impl PyScene {
     #[new]
-    #[pyo3(signature = (*, mass, center_of_mass, inertia, gravity, free, points, directions, laws, damping, damping_in_contact))]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, gravity, free, points, directions, laws, damping, damping_in_contact, riders=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         mass: f64,
@@ -43,13 +46,19 @@ impl PyScene {
         laws: List<PyRef<'_, PyLaw>>,
         damping: PyReadonlyArray1<'_, f64>,
         damping_in_contact: PyReadonlyArray1<'_, bool>,
+        riders: Option<List<RiderTuple>>,
     ) -> PyResult<Self> {
-        let body = Body::new(mass, center_of_mass.into(), matrix3(inertia)).map_err(CoreError::from)?;
+        let mut body = Body::new(mass, center_of_mass.into(), matrix3(inertia)).map_err(CoreError::from)?;
+        let given = riders.map_or(Vec::new(), |riders| riders.0).into_iter().enumerate();
+        let riders = given.map(|(i, rider)| riders::rider(i, rider)).collect::<Result<Vec<_>, _>>()?;
+        for rider in &riders {
+            body = body.plus(rider.body());
+        }
         let links = links::links(&points, &directions, &laws.0, &damping, &damping_in_contact)?;
         let free = convert::free(&free.0)?;
         let scene = Scene::new(body, &links, gravity.into(), free).map_err(CoreError::from)?;
         let system = System::new(&scene).map_err(CoreError::from)?;
-        Ok(Self(Arc::new(system)))
+        Ok(Self(Arc::new(system), riders))
     }
 
     /// Model level of the scene.
@@ -68,7 +77,7 @@ impl PyScene {
         table(py, self.0.free_at_rest().map(<[f64; 6]>::from))
     }
 
-    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, times=None))]
+    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, times=None, travel=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn solve(
         &self,
@@ -80,14 +89,17 @@ impl PyScene {
         rtol: f64,
         step: Option<f64>,
         times: Option<PyReadonlyArray1<'_, f64>>,
+        travel: Option<PyReadonlyArray3<'_, f64>>,
     ) -> PyResult<PySolution> {
         let method = named_method(method)?;
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
+        let travels = Travels::new(&self.1, travel.as_ref())?;
         let times = times.as_ref().map(|times| numbers(times, "times")).transpose()?;
         let system = Arc::clone(&self.0);
         let mut inputs: Vec<Input> = room(times.as_ref().map_or(0, Vec::len))?;
         Ok(compute(py, |watch| {
-            let excitation = samples.excitation()?;
+            let motions = travels.motions();
+            let excitation = samples.excitation()?.with_riders(&motions)?;
             let mut record = Watched { record: Vec::<State>::new(), watch };
             let (control, output) = (convert::control(rtol, step), convert::output(times.as_deref()));
             let summary = method.run(&system, control, &excitation, output, &mut record)?;
@@ -96,15 +108,17 @@ impl PyScene {
                 for some in times.chunks(AT_A_TIME).take_while(|_| !watch.stops()) {
                     inputs.extend(some.iter().map(|&time| excitation.input_at(time)));
                 }
-                return Ok(PySolution { system, states, inputs: Inputs::At(inputs), summary });
+                let travels = travels.at(&excitation, &times);
+                return Ok(PySolution { system, states, inputs: Inputs::At(inputs), travels, summary });
             }
             let inputs = Inputs::Samples { acceleration: samples.acceleration, wrench: samples.wrench };
-            Ok::<_, CoreError>(PySolution { system, states, inputs, summary })
+            drop(motions);
+            Ok::<_, CoreError>(PySolution { system, states, inputs, travels, summary })
         })??)
     }
 
     /// Running extremes only: (smallest, largest, time of smallest, time of largest), each (groups, 8).
-    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers))]
+    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, travel=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn peaks<'py>(
         &self,
@@ -117,12 +131,15 @@ impl PyScene {
         step: Option<f64>,
         groups: List<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
+        travel: Option<PyReadonlyArray3<'_, f64>>,
     ) -> PyResult<[Array2<'py>; 4]> {
         let method = named_method(method)?;
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
+        let travels = Travels::new(&self.1, travel.as_ref())?;
         let loads = group_loads(&self.0, &groups.0, &rows::<3>(&centers, "centers")?, Part::Total)?;
         let extremes = compute(py, |watch| {
-            let excitation = samples.excitation()?;
+            let motions = travels.motions();
+            let excitation = samples.excitation()?.with_riders(&motions)?;
             let mut extremes = vec![Extremes::NONE; loads.len()];
             let mut record = Watched { record: Peaks::new(&loads, &mut extremes), watch };
             method.run(&self.0, convert::control(rtol, step), &excitation, Output::Samples, &mut record)?;

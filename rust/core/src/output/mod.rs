@@ -1,8 +1,10 @@
-//! Results from states: loads and motions of L (`loads`), their evaluation at all instants (`evaluate`), and what a run records (`record`).
+//! Results from states: loads and motions of L (`loads`), their evaluation at all instants (`evaluate`), those of
+//! a body with moving riders (`riding`), and what a run records (`record`).
 
 mod evaluate;
 mod loads;
 mod record;
+mod riding;
 
 pub use evaluate::evaluate;
 pub use loads::{
@@ -11,3 +13,4 @@ pub use loads::{
 #[cfg(feature = "std")]
 pub use record::Watched;
 pub use record::{Extremes, History, Peaks, Record};
+pub use riding::{Ridden, RiddenInstant};
