@@ -19,5 +19,6 @@ mod loads;
 mod methods;
 mod modes;
 mod orders;
+mod riders;
 mod stability;
 mod statics;
