@@ -18,6 +18,7 @@ from collections.abc import Callable
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from click.testing import CliRunner
@@ -285,6 +286,15 @@ def errors(method: str, tolerances: NDArray[np.float64]) -> list[float]:
     return [float(np.abs(run.carriage_loads[:, :, :3] - true).max() / np.abs(true).max()) for run in runs]
 
 
+def wavy_rails() -> Path:
+    """The resultants over random rails, by the code of their page."""
+    page = (ROOT / "docs" / "how-to" / "rails-that-are-not-straight.md").read_text(encoding="utf-8")
+    names: dict[str, Any] = {}
+    for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+        exec(re.sub("plots.save.*", "", code), names)
+    return plots.save(plots.resultant(names["result"]), IMAGES / "wavy-rails.png")
+
+
 PICTURES: dict[str, Callable[[], Path]] = {
     "resultant": lambda: plots.save(plots.resultant(result()), IMAGES / "resultant.png"),
     "scene": lambda: plots.save(plots.scene(machine(), result()), IMAGES / "scene.png"),
@@ -295,6 +305,7 @@ PICTURES: dict[str, Callable[[], Path]] = {
     "drivers": lambda: plots.save(plots.tornado(study()), IMAGES / "drivers.png"),
     "stability": lambda: plots.save(plots.stability(stability(machine()))[0], IMAGES / "stability.png"),
     "validation": validation,
+    "wavy-rails": wavy_rails,
 }
 
 

@@ -11,6 +11,12 @@ INERTIA = np.array([[420.0, 15.0, -8.0], [15.0, 310.0, 22.0], [-8.0, 22.0, 380.0
 CENTER = np.array([0.12, -0.65, 0.18])
 
 
+def carriage_ends(center: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points and directions (4, 3) of the links of a carriage: along y and z at its end -x, then at its end +x."""
+    points = np.asarray(center) + [[side * length / 2.0, 0.0, 0.0] for side in (-1, -1, 1, 1)]
+    return points, np.tile(np.eye(3)[1:], (2, 1))
+
+
 def body(**changes: Any) -> Body:
     return Body(**({"mass": 1250.0, "center_of_mass": CENTER, "inertia": INERTIA} | changes))
 

@@ -20,12 +20,13 @@ PYTHON = (
     "sizing",
     "method_comparison",
     "study",
+    "duty",
     "reports",
     "plots",
     "html_report",
     "cli",
 )
-TRACES = ("options", "format", "content", "quality", "reading", "inspection")
+TRACES = ("options", "format", "content", "quality", "forces", "reading", "inspection")
 STUDY = ("sampling", "description", "storage", "results", "histories", "execution")
 
 Imports = dict[str, set[str]]

@@ -23,20 +23,27 @@ if TYPE_CHECKING:
     from guideload.catalogue import LifeConditions as LifeConditions
     from guideload.catalogue import Product as Product
     from guideload.catalogue import Rating as Rating
+    from guideload.duty import DutyCycle as DutyCycle
+    from guideload.duty import LoadCase as LoadCase
+    from guideload.duty import duty_cycle as duty_cycle
     from guideload.life import Life as Life
     from guideload.life import life_of as life_of
     from guideload.machine import Body as Body
     from guideload.machine import Carriage as Carriage
     from guideload.machine import Drive as Drive
+    from guideload.machine import FrequencyResponse as FrequencyResponse
     from guideload.machine import Friction as Friction
     from guideload.machine import Link as Link
     from guideload.machine import Machine as Machine
     from guideload.machine import Modes as Modes
+    from guideload.machine import PointOfInterest as PointOfInterest
     from guideload.machine import Rail as Rail
+    from guideload.machine import frequency_response as frequency_response
     from guideload.method_comparison import Stability as Stability
     from guideload.method_comparison import WorkPrecision as WorkPrecision
     from guideload.method_comparison import stability as stability
     from guideload.method_comparison import work_precision as work_precision
+    from guideload.motion import Forces as Forces
     from guideload.motion import Motion as Motion
     from guideload.motion import Move as Move
     from guideload.motion import MoveLimits as MoveLimits
@@ -51,6 +58,7 @@ if TYPE_CHECKING:
     from guideload.traces import Inspection as Inspection
     from guideload.traces import Trace as Trace
     from guideload.traces import motion_from_trace as motion_from_trace
+    from guideload.traces import read_forces as read_forces
     from guideload.traces import read_trace as read_trace
 
 _HOMES = {
@@ -67,13 +75,26 @@ _HOMES = {
         "TraceError",
     ),
     "catalogue": ("Catalogue", "LifeConditions", "Product", "Rating"),
+    "duty": ("DutyCycle", "LoadCase", "duty_cycle"),
     "life": ("Life", "life_of"),
-    "machine": ("Body", "Carriage", "Drive", "Friction", "Link", "Machine", "Modes", "Rail"),
+    "machine": (
+        "Body",
+        "Carriage",
+        "Drive",
+        "FrequencyResponse",
+        "Friction",
+        "Link",
+        "Machine",
+        "Modes",
+        "PointOfInterest",
+        "Rail",
+        "frequency_response",
+    ),
     "method_comparison": ("Stability", "WorkPrecision", "stability", "work_precision"),
-    "motion": ("Motion", "Move", "MoveLimits", "Moves"),
+    "motion": ("Forces", "Motion", "Move", "MoveLimits", "Moves"),
     "simulation": ("Result", "peak_loads", "simulate"),
     "study": ("Study", "StudyInterrupted", "StudyResult", "run_study"),
-    "traces": ("Inspection", "Trace", "motion_from_trace", "read_trace"),
+    "traces": ("Inspection", "Trace", "motion_from_trace", "read_forces", "read_trace"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -80,11 +80,14 @@ def load_spread(
     loads: Array,
     groups: Groups,
     centers: Array,
+    *,
+    quasi_static: bool = False,
 ) -> tuple[Array, Array, Array, Array]:
     """Standard deviations of the loads of a linear scene due to the uncertainty of the acceleration along x.
 
     derivative: index of the acceleration in the state. unit: (n,) m/s2 per unit of this derivative. time: (n,) s, the
-    stamps; the deviation is linear between them. instants: (m,) s, ascending, within the stamps. loads: (m, groups, 6)
+    stamps; the deviation is linear between them. quasi_static: whether the scene starts in the quasi-static state of
+    its first acceleration, instead of at rest. instants: (m,) s, ascending, within the stamps. loads: (m, groups, 6)
     of the estimate, for the directions of the resultants. groups, centers: as in `Scene.peaks`.
 
     Returns standard deviations of the acceleration (m,) m/s2; of the loads of the groups (m, groups, 6) N, N m; of the
@@ -106,6 +109,8 @@ def draw_peaks(
     count: int,
     seed: int,
     threads: int,
+    *,
+    quasi_static: bool = False,
 ) -> Array:
     """Largest y-z resultant of each group of a linear scene under each drawn motion, (groups, count) [N].
 
@@ -186,6 +191,9 @@ class Scene:
     center_of_mass, points: m from L. inertia: kg m2 about the centre of mass. gravity: m/s2, pointing down.
     free: some of x y z rx ry rz. points: (links, 3) m. directions: (links, 3) unit vectors. laws: one for each
     link. damping: (links,) N s/m. damping_in_contact: (links,) whether the damping acts only outside the clearance.
+    offsets: (links,) m, displacement of each foot along its link, from which its deflection counts; None: 0.
+    base_compliance: (6, 6) m/N, 1/N, rad/(N m) of an elastic base about L under all links, which must then be linear;
+    None: rigid.
     riders: (mass [kg], centre of mass [m from L], inertia [kg m2], direction) of each body that rides on the main one;
     where they stand here they are a part of it.
     Raises SceneError for an impossible body or link, for a body that the links do not support (the message names the
@@ -205,6 +213,8 @@ class Scene:
         laws: Sequence[Law],
         damping: Array,
         damping_in_contact: NDArray[np.bool_],
+        offsets: Array | None = None,
+        base_compliance: Sequence[Sequence[float]] | None = None,
         riders: Sequence[tuple[float, Vector, Sequence[Sequence[float]], Vector]] | None = None,
     ) -> Scene: ...
     @property
@@ -225,6 +235,7 @@ class Scene:
         rtol: float,
         step: float | None = None,
         times: Array | None = None,
+        start: str = "rest",
         travel: Array | None = None,
     ) -> Solution:
         """Integrate from static equilibrium.
@@ -233,10 +244,11 @@ class Scene:
         m]. method: exact (linear and piecewise linear scenes only), rk45 or implicit. rtol: tolerance of the
         link loads, relative to the load scale: largest link load at rest plus quasi-static link load under the peaks of
         the excitation. step: s, fixed step instead of step-size control; exact uses neither. times: (m,) s, ascending
-        instants between the first and the last sample, reported instead of the samples. travel: (riders, n, 3) travel
-        [m] from where they stand in the scene, speed [m/s] and acceleration [m/s2] of the riders, which then move;
-        not with exact. Raises TraceError,
-        ArgumentError, RunError; ValueError or TypeError for an array that is not float64 or not C-contiguous.
+        instants between the first and the last sample, reported instead of the samples. start: rest (equilibrium under
+        the weight) or quasi-static (under the weight, the first sample of the excitation, and the riders' inertia
+        forces there). travel: (riders, n, 3) travel [m] from where they stand in the scene, speed [m/s] and
+        acceleration [m/s2] of the riders, which then move; not with exact. Raises TraceError, ArgumentError,
+        RunError; ValueError or TypeError for an array that is not float64 or not C-contiguous.
         """
 
     def peaks(
@@ -250,12 +262,14 @@ class Scene:
         step: float | None = None,
         groups: Groups,
         centers: Array,
+        start: str = "rest",
         travel: Array | None = None,
     ) -> list[Array]:
         """Smallest and largest loads of groups of links, without histories, and their times [s]; each (groups, 8).
 
         Columns: Fx Fy Fz [N], Mx My Mz about the centre [N m], y-z resultant [N], magnitude of the moment [N m].
-        groups: indices of the links of each group. centers: (groups, 3) m from L. Other arguments: as in `solve`.
+        groups: indices of the links of each group. centers: (groups, 3) m from L, or (groups, 4) with
+        the roll [rad] about x of the axes in which the loads are given. Other arguments: as in `solve`.
         """
 
     def matrices(self) -> tuple[list[Array], Array]:
@@ -278,6 +292,44 @@ class Scene:
 
     def static_group_loads(self, groups: Groups, centers: Array) -> Array:
         """Loads of groups of links at rest, (groups, 6): force [N] and moment about the centre [N m]."""
+
+def solve_stretches(
+    scenes: Sequence[Scene],
+    kept: Sequence[Scene],
+    first: Sequence[int],
+    time: Array,
+    acceleration: Array,
+    wrench: Array | None = None,
+    *,
+    method: str,
+    rtol: float,
+    step: float | None = None,
+    times: Array | None = None,
+    start: str = "rest",
+) -> Solution:
+    """As `Scene.solve`, for a machine whose mass changes: scene `i` from sample first[i] to before first[i + 1].
+
+    At a change the motion has two stamps at one time. kept: (scenes - 1), with the masses that are on the machine both
+    before and after each change. Position and momentum there: `Start::after_change` of the core. Instants of `times` at
+    a change are those after it.
+    """
+
+def peaks_of_stretches(
+    scenes: Sequence[Scene],
+    kept: Sequence[Scene],
+    first: Sequence[int],
+    time: Array,
+    acceleration: Array,
+    wrench: Array | None = None,
+    *,
+    method: str,
+    rtol: float,
+    step: float | None = None,
+    groups: Groups,
+    centers: Array,
+    start: str = "rest",
+) -> list[Array]:
+    """As `Scene.peaks`, for a machine whose mass changes: see `solve_stretches`."""
 
 class Solution:
     """The solution of a run at the reported instants."""
@@ -340,13 +392,14 @@ class Batch:
     at the stamps, with its sign, for the mean load. exponent: p of the mean load. method: as in `Scene.solve`, or auto:
     exact if the laws of a sample allow it, else rk45, or implicit if rk45 would be unstable. rules: of each group, the
     equivalent loads of ("load", group, "mean") and of ("load", group, "max"), as in `equivalent_load_integrals`; by
-    default |Fy| + |Fz|.
+    default |Fy| + |Fz|. start: of all samples, as in `Scene.solve`.
 
     changes: (target, constant, [(column, factor), ...]) sets target = constant + sum(factor * value[column]); each
     target at most once. Targets: ("mass", 0, 0) kg, ("center_of_mass", axis, 0) m, ("inertia", i, j) kg m2,
-    ("gravity", axis, 0) m/s2, ("point", link, axis) m, ("damping", link, 0) N s/m, ("law", link, parameter) with
-    stiffness, positive_stiffness, negative_stiffness [N/m], clearance [m], preload [N] or scale (of all forces),
-    ("center", group, axis) m, ("acceleration", 0, 0) and ("wrench", 0, 0): factors on the motion.
+    ("gravity", axis, 0) m/s2, ("point", link, axis) m, ("damping", link, 0) N s/m, ("offset", link, 0) m,
+    ("law", link, parameter) with stiffness, positive_stiffness, negative_stiffness [N/m], clearance [m], preload [N] or
+    scale (of all forces), ("center", group, axis) m, ("acceleration", 0, 0) and ("wrench", 0, 0): factors on the
+    motion.
 
     measures: (quantity, index, statistic) over the stamps of the motion. Quantities: Fx Fy Fz [N], Mx My Mz [N m]
     (about the centre) and resultant (hypot(Fy, Fz)) [N] of the group with this index; drive (reaction along x [N];
@@ -386,6 +439,9 @@ class Batch:
         method: str,
         rtol: float,
         rules: Sequence[tuple[Rule, Rule]] | None = None,
+        offsets: Array | None = None,
+        base_compliance: Sequence[Sequence[float]] | None = None,
+        start: str = "rest",
     ) -> Batch: ...
     def run(self, values: Array, threads: int, width: str = "widest") -> tuple[Array, list[tuple[int, str]]]:
         """Measures (n, measures) of samples with values (n, columns), and (row, reason) of each failed sample.
@@ -396,9 +452,3 @@ class Batch:
 
     def histories(self, values: Array) -> tuple[Array, list[tuple[int, str]]]:
         """Loads (n, time, groups, 6): force [N] and moment about the centre [N m]; (row, reason) of failed samples."""
-
-def carriage_links(center: Vector, length: float) -> tuple[Array, Array]:
-    """The four links of a carriage (paper, 4.1): along y and z at the end -x, along y and z at the end +x.
-
-    Returns points (4, 3) m from L and unit vectors (4, 3). center: m from L. length: m, distance of the ends.
-    """

@@ -10,12 +10,16 @@ within 1e-6 of the limit may be accepted or refused. Accepted scenes must also b
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
 import numpy as np
 from scipy.optimize import linprog
 
 from guideload import GuideloadError
-from guideload._core import Law, Scene, carriage_links
+from guideload._core import Law, Scene
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from machines import carriage_ends
 
 DOFS = ["x", "y", "z", "rx", "ry", "rz"]
 LIMIT = 1e-6  # of the weight, the largest entry of forces and of moments over the size of the machine
@@ -34,7 +38,7 @@ def scene(seed: int) -> tuple[dict, np.ndarray]:
         points, directions = [], []
         for _ in range(rng.integers(2, 5)):
             center = size * rng.uniform(-1, 1, 3) * [1, 0.2, 1]
-            at, along = carriage_links(tuple(center), size * 10 ** rng.uniform(-1.5, 0))
+            at, along = carriage_ends(center, size * 10 ** rng.uniform(-1.5, 0))
             points.extend(at)
             directions.extend(along)
         points, directions = np.array(points), np.array(directions)

@@ -15,9 +15,8 @@ from study_standin import HashedBatch
 
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.main import main
-from guideload.cli.outputs import MANIFEST, STUDY_PICTURES
+from guideload.cli.outputs import LIFE_PICTURES, MANIFEST, STUDY_PICTURES
 from guideload.study import execution
-from guideload.study.description.measures import Life
 from guideload.study.description.study import Study
 from guideload.study.results.result import StudyResult
 from guideload.study.storage.store import FolderStore, chunks_in
@@ -223,22 +222,37 @@ def test_another_study_is_not_mixed_in(file: Path, tmp_path: Path) -> None:
     assert StudyResult.load(tmp_path / "out").metadata.seed == 2
 
 
+def rate(file: Path, conditions: str) -> None:
+    """Give the carriages of the machine beside a study file a product, and conditions of life."""
+    text = (EXAMPLES / "manipulator.toml").read_text(encoding="utf-8")
+    text = text.replace("stiffness_y", 'product = "20"\nstiffness_y')
+    product = '[[products]]\nname = "20"\nmaker = "m"\nedition = "e"\ntype = "ball"\nstatic = "30 kN"\n'
+    product += 'dynamic = { value = "20 kN", base = "50 km" }\nstatic_moments = { yaw = 200, pitch = 200 }\n'
+    (file.parent / "machine.toml").write_text(text + product + conditions, encoding="utf-8")
+
+
 def test_changed_limits_and_life_take_effect_when_a_study_goes_on(file: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run = ("study", file, "--no-pictures", "-o", out)
+    rate(file, "[life]\nreliability = 0.95\n")
     assert guideload(*run).exit_code == 0
-    before, metadata = contents(out), StudyResult.load(out).metadata
-    assert (metadata.limits, metadata.life) == ({"peak_resultant_N": 0.5}, None)
-    life = '[life]\nrating = "20 kN"\nbase = "50 km"\n'
-    file.write_text(STUDY.replace('"0.5 N"', '"0.25 N"').replace("[[vary]]", life + "[[vary]]", 1))
+    before, strict = contents(out), StudyResult.load(out)
+    assert strict.metadata.limits == {"peak_resultant_N": 0.5, "static_safety": 1.0}
+    rate(file, '[life]\nreliability = 0.9\nlife = "200 km"\nsafety = 2.5\n')
+    file.write_text(STUDY.replace('"0.5 N"', '"0.25 N"'))
     assert guideload(*run, "--resume").exit_code == 0
-    metadata = StudyResult.load(out).metadata
-    assert (metadata.limits, metadata.life) == ({"peak_resultant_N": 0.25}, Life(rating=20e3, base=50e3))
+    usual = StudyResult.load(out)
+    limits = {"peak_resultant_N": 0.25, "static_safety": 2.5, "life_km": 200.0}
+    assert usual.metadata.limits == limits
+    factor = (np.log(0.95) / np.log(0.9)) ** (1 / 1.5)
+    np.testing.assert_allclose(strict.column("life_km"), factor * usual.column("life_km"))
     file.write_text(STUDY.replace('[limits]\npeak_resultant = "0.5 N"\n', ""))  # and when they are gone
+    rate(file, "")
     assert guideload(*run, "--resume").exit_code == 0
-    metadata = StudyResult.load(out).metadata
-    assert (metadata.limits, metadata.life) == ({}, None)
+    assert StudyResult.load(out).metadata.limits == {"static_safety": 1.0}
     assert contents(out) == before
+    rate(file, '[life]\nrule = "thk"\n')
+    assert "machine.life.rule: sum there, thk here" in refused(*run, "--resume")
 
 
 def test_a_refused_resume_tells_what_differs_in_words_and_no_more(file: Path, tmp_path: Path) -> None:
@@ -273,18 +287,26 @@ def test_a_missing_study_output_names_the_command_that_writes_one(tmp_path: Path
 
 
 def test_a_limit_on_the_life_is_passed_below_it(file: Path, tmp_path: Path) -> None:
-    limit = '[limits]\nlife = "5000 km"\n[life]\nrating = "20 kN"\nbase = "50 km"\n'
-    file.write_text(STUDY.replace('[limits]\npeak_resultant = "0.5 N"\n', limit))
+    rate(file, "")
+    file.write_text(STUDY.replace('peak_resultant = "0.5 N"', 'life = "1e15 km"'))
     out = tmp_path / "out"
-    assert guideload("study", file, "-o", out, "--no-pictures").exit_code == 0
+    ended = guideload("study", file, "-o", out, "--report", out / "report.html")
+    assert "a failure by fatigue before 1000000000000000 km: " in " ".join(ended.stdout.split())
     result = StudyResult.load(out)
-    assert result.metadata.limits == {"life_km": 5000.0}
+    assert result.metadata.limits == {"life_km": 1e15, "static_safety": 1.0}
     row = result.probabilities().loc["life_km", "1a"]
     life = 50.0 * (20e3 / result.column("mean_load_N[1a]")) ** 3
-    assert row["count"] == np.count_nonzero(life < 5000.0)
-    file.write_text(file.read_text().replace('[life]\nrating = "20 kN"\nbase = "50 km"\n', ""))
+    assert row["count"] == np.count_nonzero(life < 1e15) > 0
+    assert set(LIFE_PICTURES) < names(out)
+    page = (out / "report.html").read_text(encoding="utf-8")
+    for caption in ("life", "static_safety", "failure"):
+        assert f"<figcaption>{caption}</figcaption>" in page
+    failure = json.loads((out / "summary.json").read_text())["failure"]
+    assert [one["carriage"] for one in failure] == ["1a", "1b", "2a", "2b", ""]
+    shutil.copy(str(EXAMPLES / "manipulator.toml"), file.parent / "machine.toml")
     told = refused("study", file, "-o", tmp_path / "other")
-    assert "row 8: limits.life: expected no limit on a life without [life]" in told
+    assert "row 8: limits.life: expected no limit on life without a rating" in told
+    assert "no carriage has a product" in told
 
 
 def everything(folder: Path) -> dict[Path, bytes]:

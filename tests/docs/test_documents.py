@@ -142,9 +142,10 @@ def accept(text: str) -> None:
 
 
 def law_of(keys: str) -> str:
-    """The kind of the law along y of the packaged carriage with these keys in place of its stiffness."""
-    carriage = Machine.from_toml(EXAMPLES / "machine.toml").carriages[0]
-    return carriage.model_copy(update={"stiffness_y": None, **tomllib.loads(keys)}).laws[0].kind
+    """The kind of the law along y of the packaged carriage with these keys, a law in place of its stiffness."""
+    carriage, values = Machine.from_toml(EXAMPLES / "machine.toml").carriages[0], tomllib.loads(keys)
+    replaced = {"stiffness_y": None} if values.keys() & {"stiffness_y", "curve_y"} else {}
+    return carriage.model_copy(update={**replaced, **values}).laws[0].kind
 
 
 def test_every_law_of_the_machine_page_is_one() -> None:

@@ -62,6 +62,20 @@ def test_a_life_is_shown_by_what_does_not_reach_it(result: StudyResult) -> None:
     assert "not reached" in ax.get_title(loc="left") and "limit 4" in texts(ax)
 
 
+def test_the_curve_of_failures_is_their_probability(result: StudyResult) -> None:
+    ax = pictures.failure(result)
+    *of_carriages, machine, shorter = (line.get_data() for line in ax.lines[:6])
+    for name, curve in zip([*result.metadata.carriages, ""], [*of_carriages, machine], strict=True):
+        for travel, share in np.transpose(curve)[::40]:
+            expected = result.failure_probability(travel).loc[name, "probability"]
+            assert share == pytest.approx(expected, rel=1e-9)
+    for travel, share in np.transpose(shorter)[60::20]:
+        assert share == pytest.approx(result.failure_probability(travel).loc["", "shorter"], abs=1e-12)
+    assert ax.lines[6].get_xdata()[0] == 4000.0
+    with pytest.raises(ValueError, match="no life"):
+        pictures.failure(studies.recording(result, [("load", "mean")]))
+
+
 def test_a_limit_far_beyond_leaves_the_samples_their_room() -> None:
     far = studies.study(300, 2, limits={"peak_resultant_N": 1e6})
     for draw in (pictures.distributions, pictures.exceedance):
@@ -139,7 +153,18 @@ def test_at_every_size_the_pictures_hold_their_carriages_and_parameters(
 
 def test_all_pictures_are_saved_and_none_is_blank(tmp_path: Path, result: StudyResult) -> None:
     paths = pictures.save_study(result, tmp_path / "new")
-    assert [path.stem for path in paths] == ["distributions", "exceedance", "tornado", "scatter", "histories"]
+    assert [path.stem for path in paths] == [
+        *(
+            "distributions",
+            "exceedance",
+            "tornado",
+            "life",
+            "static_safety",
+            "failure",
+            "scatter",
+            "histories",
+        )
+    ]
     for path in paths:
         pixels = imread(path)[::3, ::3, :3].reshape(-1, 3)
         assert len(set(map(tuple, pixels))) > 20  # more colours than a frame and its text have
@@ -173,7 +198,7 @@ def test_axes_given_are_drawn_on_and_the_process_is_left_alone(result: StudyResu
     [(("load", "mean"), "mean load"), (("contact", "lost"), "contact lost"), (("Fy", "max"), "largest Fy")],
 )
 def test_without_peaks_another_quantity_is_drawn(recorded: tuple[str, str], name: str) -> None:
-    result = studies.recording(studies.study(50, 2), [recorded], life=None)
+    result = studies.recording(studies.study(50, 2), [recorded])
     for draw in (pictures.distributions, pictures.exceedance):
         assert draw(result).get_xlabel().partition(" [")[0] == name
     assert pictures.tornado(result).get_title(loc="left").startswith(f"What drives the {name} of the machine")
@@ -184,7 +209,7 @@ def test_few_samples_and_chosen_cases_have_no_drivers_drawn(tmp_path: Path) -> N
     assert texts(pictures.tornado(studies.study(1))) == "too few samples to estimate what drives it"
     given = studies.chosen(studies.study(30))
     names = {path.stem for path in pictures.save_study(given, tmp_path)}
-    assert names == {"distributions", "scatter"}
+    assert names == {"distributions", "life", "static_safety", "scatter"}
     assert pictures.distributions(given).get_legend() is None
     assert pictures.scatter(given)[0].figure.get_suptitle() == "The peak resultant of the machine: Gantry"
 

@@ -95,7 +95,7 @@ def test_peaks_are_those_of_the_result(result: Result) -> None:
 
 def test_every_definition_is_said(result: Result) -> None:
     for definition in (
-        "Forces of the body on the carriage, global axes, static load included",
+        "Forces of the body on the carriage, in its rail's axes, static load included",
         "moments about the carriage's centre",
         "sqrt(Fy^2 + Fz^2)",
         "f_W: dynamic factor, peak over quasi-static peak (statics with m a)",
@@ -181,7 +181,7 @@ def test_a_motion_under_way_spoils_the_peaks_until_the_slowest_mode_has_died_awa
     slowest = Modes.of(MACHINE)
     until = 3 / (2 * np.pi * slowest.frequency * slowest.damping_ratio).min()
     both = simulate(MACHINE, Motion.along_x(TIME, np.where(TIME < 0.6, 1, -4)))
-    assert "Note: the motion begins at 1 m/s2, but a run starts at rest" in said(both)
+    assert "Note: the motion begins at 1 m/s2, but the run starts at rest" in said(both)
     assert f"until {until:.3g} s the loads contain the response to a sudden start" in said(both)
     times = both.peaks()["time_of_peak_s"]  # the dynamic parts peak late everywhere
     early = ", ".join(times.index[times < until])

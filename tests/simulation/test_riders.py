@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.integrate import solve_ivp
 
 from guideload import Machine, Motion, peak_loads, simulate
 from guideload.base.errors import ArgumentError, ConfigError
+from guideload.machine.payloads import Payload
 from guideload.machine.riders import Rider
 from guideload.reports.run import result_report
 from guideload.simulation.result import Result
@@ -201,3 +203,36 @@ def test_riders_of_a_machine_file_are_checked():
         Rider(**(SLIDE.model_dump() | {"direction": (0.0, 0.0, 0.0)}))
     with pytest.raises(ConfigError, match="unique name"):
         Machine(**(cart().model_dump() | {"riders": [SLIDE.model_dump(), SLIDE.model_dump()]}))
+
+
+def test_a_quasi_static_start_counts_the_inertia_force_of_a_rider():
+    machine = gantry().model_copy(update={"gravity": (0.0, 0.0, 0.0)})  # at rest nothing turns the direction
+    time, rate = np.linspace(0.0, 0.1, 101), 3.0
+    still = Motion.along_x(time, np.zeros(101))
+    moving = Motion.along_x(
+        time, np.full(101, rate), velocity=rate * time, position=0.2 + rate * time**2 / 2.0
+    )
+    got = simulate(machine, still, riders={"slide": moving}, start="quasi-static")
+    there = SLIDE.at(0.2)
+    force = -there.mass * rate * np.array(SLIDE.direction) / np.linalg.norm(SLIDE.direction)
+    wrench = np.tile(np.hstack([force, np.cross(there.center_of_mass, force)]), (101, 1))
+    begun = machine.model_copy(update={"riders": (SLIDE.model_copy(update={"position": 0.2}),)})
+    pushed = replace(still, wrench=wrench)
+    want = simulate(begun, pushed, start="quasi-static").quantities["link_load"][0]
+    assert np.abs(got.quantities["link_load"][0] - want).max() < 1e-12 * np.abs(want).max()
+
+
+def test_what_is_not_computed_together_with_moving_riders():
+    machine, motion, riders = gantry(), swing(0.002, 30.0), {"slide": swing(0.02, 15.0)}
+    wavy = machine.rails[0].model_copy(update={"straightness": ((-5.0, 0.0, 0.0), (5.0, 1e-5, 0.0))})
+    inertia = np.eye(3).tolist()
+    part = Payload(name="part", mass=9.0, center_of_mass=(0, 0, 0), inertia=inertia, times=((0.1, 0.2),))
+    for also, words in (
+        ({"base": {"compliance": (1e-12 * np.eye(6)).tolist()}}, "an elastic base; put its compliance into"),
+        ({"rails": (wavy, *machine.rails[1:])}, "rails that are not straight; take the largest error"),
+        ({"payloads": (part,)}, "moving riders knows no payloads"),
+    ):
+        other = machine.model_copy(update=also)
+        with pytest.raises(ArgumentError, match=words):
+            simulate(other, motion, riders=riders)
+        simulate(other, motion)  # riders that stand still are a part of the body

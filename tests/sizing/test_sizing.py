@@ -224,3 +224,25 @@ def test_commands(tmp_path: Path) -> None:
     assert "--direction needs --of overhang" in refused(
         "limit", machine, trace, "--of", "payload", "--direction", "1,0,0"
     )
+
+
+def test_a_product_replaces_type_stated_rotations_and_keeps_the_structure() -> None:
+    """The damping ratio of the law in series stays: b (k_s/k)^2 grows with the square root of k_s."""
+    shared = {
+        "length": 0.05,
+        "stiffness_y": 2e8,
+        "stiffness_z": 2e8,
+        "stiffness_roll": 3e4,
+        "compliance_y": 4e-9,
+    }
+    shared |= {"damping_y": 5e3, "damping_z": 5e3}
+    tables = [{"name": one.name, "rail": one.rail, "x": one.x, "type": "wagon"} for one in cart().carriages]
+    machine = cart().model_copy(update={"carriages": tables, "carriage_types": {"wagon": shared}})
+    curve = {"press": [[0, 0], [1e-5, 4e3]], "lift": [[0, 0], [1e-5, 3e3]], "side": [[0, 0], [1e-5, 2e3]]}
+    new = product("new", 2e4, preload_classes=[{"name": "Z", "curve": curve}], row_spacing=0.03)
+    before, after = machine.carriages[0], with_product(machine, new, "Z").carriages[0]
+    assert (after.type, after.stiffness_roll, after.stiffness_y, after.width) == (None, None, None, 0.03)
+    stiffness = [one.laws[0].stiffness for one in (before, after)]
+    assert stiffness == pytest.approx([2e8 / 1.8, 4e8 / 2.6], rel=1e-12)
+    damping = [one.damping_shares[0] * one.damping_y for one in (before, after)]
+    assert damping[1] / damping[0] == pytest.approx(math.sqrt(stiffness[1] / stiffness[0]), rel=1e-12)

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from machines import carriage_ends
 
-from guideload._core import Batch, Law, Scene, carriage_links
+from guideload._core import Batch, Law, Scene
 from guideload.base.errors import ArgumentError, SceneError, TraceError
 
 LINKS = 8
@@ -24,7 +25,7 @@ MEASURES = [
 
 def scene(law: Law) -> dict[str, Any]:
     """The paper's two carriages, all but x free, as arguments of `Scene`."""
-    ends = [carriage_links((x, y, z), 0.6) for x, y, z in CENTERS]
+    ends = [carriage_ends(center, 0.6) for center in CENTERS]
     return {
         "mass": 1250.0,
         "center_of_mass": (0.12, -0.65, 0.18),

@@ -87,6 +87,7 @@ def told(of: Machine, changes: Sequence[Change] = (), row: Sequence[float] = ())
         "gravity": np.array(of.gravity)[:, None],
         "point": table.points.copy(),
         "damping": table.damping[:, None].copy(),
+        "offset": table.offsets[:, None].copy(),
         "center": of.carriage_centers.copy(),
         "acceleration": np.ones((1, 1)),
         "wrench": np.ones((1, 1)),

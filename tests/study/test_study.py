@@ -69,16 +69,12 @@ def test_a_study_in_code_is_the_same_as_from_a_file(folder: Path) -> None:
         + """samples = 100
 seed = 5
 histories = 2
-exponent = "10/3"
 [reading]
 column = "motor_speed_rpm"
 smoothing = "savitzky_golay"
 window = "50 ms"
 [limits]
 peak_resultant = "8 kN"
-[life]
-rating = "27.1 kN"
-base = "50 km"
 [[vary]]
 path = "body.mass"
 distribution = "uniform"
@@ -105,9 +101,7 @@ value = 0.2
         motion=motion,
         samples=100,
         histories=[1, 0],
-        exponent=10 / 3,
         limits={"peak_resultant": 8000.0},
-        life={"rating": 27.1e3, "base": 5e4},
         correlation=[{"between": ["k", "body.mass"], "value": 0.2}],
     ).plan()
     assert written.metadata.fingerprint == coded.metadata.fingerprint
@@ -204,12 +198,11 @@ REFUSALS = [
     ("sampling", 'sampling = "sobel"', "sampling", '"sobol", "latin hypercube" or "random"'),
     ("sensitivity", "sensitivity = true", "sensitivity", "false where factors are correlated"),
     ("histories", "histories = [3, 10_000]", "histories", "indices below 10000"),
-    ("exponent", 'exponent = "3/0"', "exponent", '3 for balls, "10/3" for rollers'),
-    ("exponent", "exponent = 0", "exponent", "> 0"),
+    ("seed", "exponent = 3", "exponent", "is the exponent of the carriages' product"),
+    ("seed", "life = 3", "life", "life follows from the machine file"),
     ("samples", "sample = 3", "sample", 'did you mean "samples"?'),
     ("peak_resultant", 'peak_resultant = "7 kg"', "limits.peak_resultant", "a force in N"),
     ("peak_resultant", 'peak_result = "7 kN"', "limits.peak_result", "known are peak_resultant"),
-    ("rating", "rating = 0", "life.rating", "> 0 N"),
     ("path", 'path = "body.mas"', "vary[0].path", "did you mean body.mass"),
     ("path", 'path = "carriages.*.preload_y"', "vary[0].path", "it takes a preload"),
     ("path", "path = []", "vary[0].path", "at least one entry"),
@@ -269,7 +262,7 @@ def test_the_cases_of_the_example_only_need_their_mark_removed(folder: Path) -> 
     assert Study.from_toml(file).plan().runs == 2
 
 
-@pytest.mark.parametrize("table", ["life", "limits", "reading"])
+@pytest.mark.parametrize("table", ["limits", "reading"])
 def test_a_key_of_the_study_inside_a_table_is_refused_with_a_hint(folder: Path, table: str) -> None:
     file = folder / "study.toml"
     text = file.read_text().replace("# [reading]", "[reading]")
@@ -357,7 +350,7 @@ def test_the_fingerprint_is_of_all_that_decides_a_result_and_no_more() -> None:
     same = [dict(samples=128), dict(histories=3), dict(limits={"peak_resultant": 1.0})]
     assert {study(MASS, STIFFNESS, **keys).plan().metadata.fingerprint for keys in same} == {base}
     nearly = Motion.along_x(MOTION.time, MOTION.acceleration[:, 0] * 1.0000001, velocity=np.arange(11.0))
-    options = dict(seed=6, sampling="random", sensitivity=True, exponent=4, rtol=1e-7, method="rk45")
+    options = dict(seed=6, sampling="random", sensitivity=True, rtol=1e-7, method="rk45")
     other: list[dict[str, Any]] = [
         *({key: value} for key, value in options.items()),
         dict(statistics=["max"]),
@@ -459,8 +452,6 @@ def test_what_a_scene_does_not_have_is_left_out_or_refused_where_it_was_asked_fo
     still = Motion.along_x([0.0, 1.0], [0.0, 0.0])
     assert not any("mean_load" in name for name in study(motion=still).plan().metadata.columns)
     assert "has no velocity" in refused(motion=still, quantities=["load"])
-    assert "no velocity" in refused(motion=still, life={"rating": 1e4, "base": 5e4})
-    assert 'add "load" to quantities' in refused(quantities=["Fy"], life={"rating": 1e4, "base": 5e4})
     assert "add them to quantities" in refused(quantities=["Fy"], limits={"peak_resultant": 1.0})
     links = [{"name": "rack", "point": [0, 0, 0], "direction": [1, 0, 0], "stiffness": 8e7, "damping": 0}]
     floating = MACHINE.model_copy(update={"links": links, "free": ("x", *MACHINE.free)})

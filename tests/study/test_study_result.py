@@ -49,7 +49,10 @@ def test_peaks_are_largest_magnitudes_and_the_machine_has_those_of_its_worst_car
     of_all = [result.column(f"peak_resultant_N[{carriage}]") for carriage in result.metadata.carriages]
     np.testing.assert_array_equal(result.column("peak_resultant_N"), np.max(of_all, axis=0))
     lives = [result.column(f"life_km[{carriage}]") for carriage in result.metadata.carriages]
-    np.testing.assert_array_equal(result.column("life_km"), np.min(lives, axis=0))
+    np.testing.assert_allclose(result.column("life_km"), np.sum(np.power(lives, -1.5), axis=0) ** (-1 / 1.5))
+    safeties = [result.column(f"static_safety[{carriage}]") for carriage in result.metadata.carriages]
+    np.testing.assert_allclose(safeties, 36.7e3 / (1.2 * np.array(of_all)))
+    np.testing.assert_array_equal(result.column("static_safety"), np.min(safeties, axis=0))
     np.testing.assert_allclose(result.column("peak_drive_N"), 0.5 * np.mean(of_all, axis=0))
     summary = result.summary()
     for name in ("peak_resultant_N", "life_km", "peak_drive_N"):
@@ -280,7 +283,8 @@ def test_given_cases_are_listed_one_by_one_without_statistics(tmp_path: Path) ->
         peaks = [result.column(f"peak_resultant_N[{carriage}]")[i] for carriage in ("1a", "2a")]
         np.testing.assert_allclose([float(cell) for cell in row[3:5]], peaks, atol=0.51)
         assert float(row[5]) == pytest.approx(result.column("life_km")[i], abs=0.51)
-        assert (row[6:] == ["peak", "resultant"]) == (max(peaks) > 6e3)
+        assert float(row[6]) == pytest.approx(result.column("static_safety")[i], abs=0.0051)
+        assert (row[7:] == ["peak", "resultant"]) == (max(peaks) > 6e3)
     assert cells(text, "3", "Cases")[-1] == "failed"
     result.to_json(tmp_path / "summary.json")
     content = json.loads((tmp_path / "summary.json").read_text())

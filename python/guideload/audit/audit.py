@@ -83,7 +83,8 @@ class Audit:
         solve: solves the run again; default: from the quantities, if they contain the motion.
         """
         histories = Histories(machine, data)
-        rotation, contact = figures.rotation(histories), figures.contact(histories)
+        turns = [figures.rotation(part) for part in histories.stretches]
+        rotation, contact = max(turns, key=lambda turn: turn.second_order), figures.contact(histories)
         sampling, balance = figures.sampling(histories, modes), energy(histories)
         solve = solve or (histories.solve_motion if histories.has_motion else None)
         look, forces = second_look(histories, balance, solve), force_balance(histories)

@@ -32,14 +32,35 @@ def energy(histories: Histories) -> Energy | None:
     """Energy balance over the reported instants; None if the excitation jumps between them, or riders
     move, whose forces are not linear between the instants.
 
+    At a change of payload stored energy comes and goes with the payload: each stretch between changes is balanced for
+    itself, and the figures are sums over all stretches.
+    """
+    if histories.hidden_jumps or histories.rides:
+        return None
+    parts = [_energy(part) for part in histories.stretches]
+    exchanged = sum(part.exchanged for part in parts)
+    if exchanged == 0.0:
+        return Energy(0.0, 0.0, 0.0, 0.0)
+
+    def mean(name: str) -> float:
+        return float(sum(part.exchanged * getattr(part, name) for part in parts)) / exchanged
+
+    return (
+        parts[0]
+        if len(parts) == 1
+        else Energy(exchanged, mean("residual"), mean("resolution"), mean("crossed"))
+    )
+
+
+def _energy(histories: Histories) -> Energy:
+    """Energy balance of one machine.
+
     Stored energy: q'.M q' / 2 + sum of U_i(delta_i) - Q.q; power of the excitation: q'.(E - M_u a); dissipated power:
     sum of b_i delta_i'^2. Powers are integrated with their first two derivatives (Hermite quadrature of order 6), which
     follow from the states and, for q''', from the equation of motion. The excitation is linear between the instants
     and may have kinks at them. The resolution is the difference from Hermite quadrature with first derivatives only
     (order 4), plus the largest dissipation of dampers that gain or lose contact between two instants.
     """
-    if histories.hidden_jumps or histories.rides:
-        return None
     velocity, acceleration, excitation = histories.velocity, histories.acceleration, histories.excitation
     kinetic = 0.5 * _dot(velocity @ histories.mass, velocity)
     stored = kinetic - histories.position @ histories.weight + _elastic_energy(histories)
@@ -85,7 +106,7 @@ def _link_forces(histories: Histories) -> tuple[Array, Array, Array]:
     """
     links, rows = histories.links, histories.rows
     if histories.linear:
-        damping = (rows.T * links.damping) @ rows
+        damping = histories.damping
         elastic_rate = histories.velocity @ histories.stiffness
         return histories.velocity @ damping, histories.acceleration @ damping, elastic_rate
     active = active_damping(histories)
@@ -124,7 +145,9 @@ def _edge_crossed(histories: Histories) -> NDArray[np.bool_]:
 def _elastic_energy(histories: Histories) -> Array:
     """Elastic energy of all links, (time,) [J]."""
     if histories.linear:
-        return 0.5 * _dot(histories.position @ histories.stiffness, histories.position)
+        energy = 0.5 * _dot(histories.position @ histories.stiffness, histories.position)
+        pull = (histories.machine.offsets * histories.links.stiffness) @ histories.rows @ histories.relative
+        return energy - histories.position @ pull if pull.any() else energy
     total = np.zeros(histories.time.size)
     for law, deflection in zip(histories.links.laws, histories.deflection.T, strict=True):
         total += law.energy(np.ascontiguousarray(deflection))

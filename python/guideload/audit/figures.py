@@ -113,10 +113,6 @@ def contact(histories: Histories) -> Contact:
     high, low = elastic.max(axis=0), elastic.min(axis=0)
     largest = np.maximum(high, -low)
     rounding = 1e-9 * largest.max()
-    ends = np.array([largest[of_carriage] for of_carriage in histories.machine.links_of_carriages])
-    half_needed = (
-        ends.reshape(-1, 2, 2).max(axis=1) / BALL_ROW
-    )  # an end of a carriage has half of its preload
     names = np.array(links.names)
     return Contact(
         lost=lost,
@@ -125,8 +121,19 @@ def contact(histories: Histories) -> Contact:
         changes=int(histories.data.attrs["contact_changes"]),
         changing_sign=tuple(names[(high > rounding) & (low < -rounding)].tolist()),
         preloaded=preloaded,
-        preload_needed=2.0 * half_needed,
+        preload_needed=_preload_needed(histories, largest),
     )
+
+
+def _preload_needed(histories: Histories, largest: Array) -> Array:
+    """Preload (carriage, 2) [N] along y and z of which each link has its share, from the largest link loads (link,)."""
+    axis, carriages = histories.links.axis, histories.machine.links_of_carriages
+    needed = np.zeros((len(carriages), 2))
+    for needs, of_carriage in zip(needed, carriages, strict=True):
+        for i in range(2):
+            along = of_carriage[axis[of_carriage] == i + 1]
+            needs[i] = along.size * (largest[along].max() / BALL_ROW)
+    return needed
 
 
 @dataclass(frozen=True)
@@ -159,12 +166,12 @@ def sampling(histories: Histories, modes: Modes) -> Sampling:
 
 
 def resolution(histories: Histories, modes: Modes) -> TraceResolution | None:
-    """The trace resolution; None if the instants are further apart than the samples of the motion."""
+    """The trace resolution, of the machine without payloads; None if the instants are coarser than the motion."""
     if not histories.as_fine_as_motion:
         return None
     along_x = histories.cart_acceleration[:, 0]
     band, step = histories.usable_bandwidth, histories.trace_step
-    return TraceResolution.of(histories.machine, modes, histories.time, along_x, band, step)
+    return TraceResolution.of(histories.with_payloads, modes, histories.time, along_x, band, step)
 
 
 def excitation_band(histories: Histories) -> float | None:
@@ -213,7 +220,7 @@ class SimplerModels:
     peak          (name,) N, largest y-z resultant of the carriage, or largest load of the link, in the result
     quasi_static  (name,) N, peak of the quasi-static load: K q = Q + E - M_u a at every instant
     linear        (name,) N, peak with the nominal stiffness of every link; None if all links are linear, or if the
-                  instants do not contain the whole excitation from the start
+                  instants do not contain the whole excitation from the start, or payloads come and go
     links         names of the links
     dynamic       (link,) N, largest |load - static load|; of links, because the resultant of a carriage has no moments
     quasi_static_dynamic  (link,) N, largest |quasi-static load - static load|
@@ -247,7 +254,11 @@ def simpler_models(histories: Histories) -> SimplerModels:
     """The peaks of simpler models, in which nonlinear links have their nominal stiffness."""
     machine, links, load = histories.machine, histories.links.names, histories.data["link_load"]
     moved, at_rest = histories.excitation @ histories.response, histories.weight @ histories.response
-    repeat = not histories.linear and histories.repeatable
+    if machine.offsets.any():
+        at_rest = machine.nominal_scene.static_link_loads()
+    if histories.foot_load is not None:
+        moved = moved + histories.foot_load
+    repeat = not histories.linear and histories.repeatable and not histories.changes
     return SimplerModels(
         names=tuple(carriage.name for carriage in machine.carriages) or links,
         peak=_peak(histories, load),

@@ -42,7 +42,8 @@ def force_balance(histories: Histories) -> ForceBalance:
 
     It finds numbers that do not belong together (changed or damaged files, overflow), not errors of integration.
     """
-    relative = np.hstack([_of_body(histories), _of_links(histories)])
+    bodies = [_of_body(part) for part in histories.stretches]
+    relative = np.hstack([np.concatenate(bodies), _of_links(histories)])
     time, column = divmod(int(relative.argmax()), relative.shape[1])
     names = (*DOFS, *histories.links.names)
     return ForceBalance(float(relative[time, column]), names[column], float(histories.time[time]))
@@ -50,7 +51,7 @@ def force_balance(histories: Histories) -> ForceBalance:
 
 def _of_body(histories: Histories) -> Array:
     """Relative residual (time, 6) of the equation of motion."""
-    load, reaction, rows = histories.data["link_load"], histories.data["reaction"], histories.rows
+    load, reaction, rows = histories.load, histories.data["reaction"], histories.rows
     inertia, given = histories.acceleration @ histories.mass, histories.excitation + histories.weight
     terms = np.abs(histories.acceleration) @ np.abs(histories.mass) + np.abs(load) @ np.abs(rows)
     terms += np.abs(histories.wrench) + np.abs(histories.cart_acceleration) @ np.abs(histories.mass[:, :3].T)
@@ -65,12 +66,15 @@ def _of_body(histories: Histories) -> Array:
 def _of_links(histories: Histories) -> Array:
     """Relative residual (time, link) of the laws of the links; 0 within rounding of an edge, where a damper sets in."""
     links, rows, deflection = histories.links, histories.rows, histories.deflection
-    load, rate = histories.data["link_load"], histories.velocity @ rows.T
+    load, rate = histories.load, histories.velocity @ rows.T
     size = np.abs(histories.position) @ np.abs(rows).T
     terms = (
         links.stiffness * size + links.damping * (np.abs(histories.velocity) @ np.abs(rows).T) + np.abs(load)
     )
     if histories.linear:
+        if histories.machine.base is not None:  # the dampers move the base, too
+            rate = histories.velocity @ (rows @ histories.relative).T
+            deflection = deflection - histories.velocity @ (rows @ histories.dragged).T
         return _relative(load - links.stiffness * deflection - links.damping * rate, terms)
     residual = load - active_damping(histories) * rate
     for i, law in enumerate(links.laws):

@@ -2,32 +2,47 @@
 
 from __future__ import annotations
 
+import json
 from functools import cached_property
 
 import numpy as np
 
 from guideload._core import Scene
 from guideload.base.arrays import Array, median_step
-from guideload.base.quantities import Quantities
+from guideload.base.quantities import Quantities, Quantity
 from guideload.machine.machine import DOFS, Machine
+from guideload.machine.stretches import Stretches
 
 
 class Histories:
     """A machine and the arrays of a result; time is the first dimension, units are SI.
 
     `excitation` (time, 6): E - M_u a, force [N] and moment about L [N m] of process forces and inertia in the carriage
-    frame. `rows` (link, 6): deflection of a link = row . position of L.
+    frame, and of moving feet. `load` (time, link): N, of links whose feet rest. `rows` (link, 6): deflection of a link
+    = row . position of L - offset of its foot. `stretches`: the histories between the changes of payload, each with the
+    machine that carries them; `mass` is that of the first.
     """
 
     def __init__(self, machine: Machine, data: Quantities) -> None:
-        self.machine = machine
         self.data = data
+        self.changes = payload_changes(data)
+        self.machine = machine.carrying(self.changes[0][1]) if self.changes else machine
+        self.with_payloads = machine
         self.links = machine.link_table()
         self.linear = machine.scene.model_level == "linear"
         points, directions = self.links.points, self.links.directions
         self.rows: Array = np.hstack([directions, np.cross(points, directions)])
         self.free = [DOFS.index(dof) for dof in machine.free]
-        (self.mass, *_), self.weight = machine.scene.matrices()
+        (self.mass, self._damping, self._stiffness), self.weight = self.machine.scene.matrices()
+        self.relative: Array = np.eye(6)  # motion of the links per motion of the body, on an elastic base
+        self.dragged: Array = np.zeros((6, 6))  # and per unit of its velocity, by the dampers
+        if self.machine.base is not None:
+            compliance = np.array(self.machine.base.compliance)
+            links, dampers = (
+                (self.rows.T * each) @ self.rows for each in (self.links.stiffness, self.links.damping)
+            )
+            self.relative = np.asarray(np.linalg.inv(np.eye(6) + compliance @ links))
+            self.dragged = self.relative @ compliance @ dampers @ self.relative
         self.time: Array = data["time"]
         self.position: Array = data["displacement"]
         self.velocity: Array = data["velocity"]
@@ -35,18 +50,48 @@ class Histories:
         self.cart_acceleration: Array = data["cart_acceleration"]
         self.wrench: Array = data["wrench"] if "wrench" in data else np.zeros((self.time.size, 6))
         self.excitation: Array = self.wrench - self.cart_acceleration @ self.mass[:, :3].T
-        self.rides = (
-            "rider_wrench" in data
-        )  # riders act like an external load that depends on the motion of the body
+        self.rides = "rider_wrench" in data  # like an external load that depends on the motion of the body
         if self.rides:
             self.excitation = self.excitation + data["rider_wrench"]
-        self.deflection: Array = self.position @ self.rows.T
+        if self.changes:  # masses and weight change
+            self.excitation = np.concatenate([part.excitation for part in self.stretches])
+            self.weight = np.concatenate(
+                [np.broadcast_to(part.weight, (part.time.size, 6)) for part in self.stretches]
+            )
+        self.foot_load: Array | None = data["foot_load"] if "foot_load" in data else None
+        self.load: Array = data["link_load"] if self.foot_load is None else data["link_load"] - self.foot_load
+        self.deflection: Array = self.position @ (self.rows @ self.relative).T - self.machine.offsets
+        if self.machine.base is not None:
+            pull = (self.machine.offsets * self.links.stiffness) @ self.rows
+            self.deflection += self.rows @ self.relative @ np.array(self.machine.base.compliance) @ pull
         self.step = median_step(self.time)  # s, 0 for a single instant
+        self.start = str(data.attrs.get("start", "rest"))  # results of older versions lack it
         self.trace_step = float(data.attrs["motion_step_s"])  # s, of the motion's samples
+
+    @cached_property
+    def stretches(self) -> tuple[Histories, ...]:
+        """The histories between the changes of payload; of a stretch without reported instants there are none."""
+        if not self.changes:
+            return (self,)
+        bounds = [*_firsts(self.time, self.changes), self.time.size]
+        return tuple(
+            Histories(self.with_payloads.carrying(names), _part(self.data, first, end))
+            for (_, names), first, end in zip(self.changes, bounds, bounds[1:], strict=False)
+            if first < end
+        )
+
+    def _scene(self, time: Array) -> Scene | Stretches:
+        """What the core runs under a motion with these stamps."""
+        if not self.changes:
+            return self.machine.scene
+        first = tuple(_firsts(time, self.changes))
+        return Stretches(self.with_payloads, tuple(names for _, names in self.changes), first)
 
     @cached_property
     def stiffness(self) -> Array:
         """Stiffness matrix (6, 6) of L, with the nominal stiffness of every link."""
+        if self.machine.base is not None:
+            return self._stiffness
         return np.asarray((self.rows.T * self.links.stiffness) @ self.rows)
 
     @cached_property
@@ -55,11 +100,22 @@ class Histories:
         free = np.ix_(self.free, self.free)
         position = np.zeros((6, 6))
         position[free] = np.linalg.inv(self.stiffness[free])
-        return np.asarray(position @ (self.rows.T * self.links.stiffness))
+        return np.asarray(position @ ((self.rows @ self.relative).T * self.links.stiffness))
+
+    @cached_property
+    def damping(self) -> Array:
+        """Damping matrix (6, 6) of L, with all dampers in contact."""
+        if self.machine.base is not None:
+            return self._damping
+        return np.asarray((self.rows.T * self.links.damping) @ self.rows)
 
     def quasi_static_resultants(self) -> Array:
         """Quasi-static resultants (time, carriage) [N]: K q = Q + E - M_u a at every instant."""
         loads, directions = (self.excitation + self.weight) @ self.response, self.links.directions
+        if self.machine.offsets.any():
+            loads += self.machine.nominal_scene.static_link_loads() - self.weight @ self.response
+        if self.foot_load is not None:
+            loads += self.foot_load
         resultants = np.zeros((self.time.size, len(self.machine.carriages)))
         for i, links in enumerate(self.machine.links_of_carriages):
             resultants[:, i] = np.linalg.norm(loads[:, links] @ directions[links, 1:], axis=1)
@@ -81,7 +137,10 @@ class Histories:
     @property
     def hidden_jumps(self) -> int:
         """Number of jumps of the excitation between two instants; a visible jump has two instants at one time."""
-        return int(self.data.attrs["motion_jumps"]) - int(np.count_nonzero(np.diff(self.time) == 0.0))
+        jumps = np.diff(self.time) == 0.0
+        if self.changes:  # two stamps at a change are no jump of the excitation
+            jumps[[first - 1 for first in _firsts(self.time, self.changes)[1:] if first > 0]] = False
+        return int(self.data.attrs["motion_jumps"]) - int(np.count_nonzero(jumps))
 
     @property
     def as_fine_as_motion(self) -> bool:
@@ -106,20 +165,51 @@ class Histories:
         wrench = factor * self.data["motion_wrench"] if "motion_wrench" in self.data else None
         acceleration = factor * self.data["motion_acceleration"]
         motion = self.data["motion_time"], acceleration, wrench
-        return self.machine.scene.solve(*motion, method=method, rtol=rtol, times=self.time).link_loads(
-            "total"
+        solution = self._scene(motion[0]).solve(
+            *motion, method=method, rtol=rtol, times=self.time, start=self.start
         )
+        return solution.link_loads("total")
 
     def solve(self, method: str, rtol: float, factor: float, scene: Scene | None = None) -> Array:
         """Link loads (time, link) [N] of a scene, by default the machine's, under the excitation times a factor."""
         acceleration, wrench = factor * self.cart_acceleration, factor * self.wrench
-        scene = scene or self.machine.scene
         travel = None
         if self.rides:
             method = "implicit" if method == "exact" else method
-            travel = np.stack(
-                [self.data[f"rider_{name}"].T for name in ("position", "velocity", "acceleration")], 2
-            )
+            parts = [self.data[f"rider_{name}"].T for name in ("position", "velocity", "acceleration")]
+            travel = np.stack(parts, axis=2)
             travel[:, :, 0] -= np.array([[rider.position] for rider in self.machine.riders])
-        solution = scene.solve(self.time, acceleration, wrench, method=method, rtol=rtol, travel=travel)
+        solution = (scene or self._scene(self.time)).solve(
+            self.time, acceleration, wrench, method=method, rtol=rtol, start=self.start, travel=travel
+        )
         return solution.link_loads("total")
+
+
+Changes = list[tuple[float, tuple[str, ...]]]
+
+
+def payload_changes(data: Quantities) -> Changes:
+    """When each stretch of a result begins [s], and the payloads on the machine in it; none without payloads."""
+    return [
+        (float(time), tuple(names))
+        for time, names in json.loads(str(data.attrs.get("payload_changes", "[]")))
+    ]
+
+
+def _firsts(time: Array, changes: Changes) -> list[int]:
+    """Index of the first instant of each stretch: of two at the change the second, else the first from there on."""
+    began = np.array([start for start, _ in changes[1:]])
+    before, after = np.searchsorted(time, began, "left"), np.searchsorted(time, began, "right")
+    return [0, *np.where(after - before > 1, before + 1, before).tolist()]
+
+
+def _part(data: Quantities, first: int, end: int) -> Quantities:
+    """Quantities at some of the instants, of one machine."""
+    variables = {
+        name: Quantity(dims, values[first:end], attrs)
+        if dims[:1] == ("time",)
+        else Quantity(dims, values, attrs)
+        for name, (dims, values, attrs) in data.variables.items()
+    }
+    kept = {key: value for key, value in data.attrs.items() if key != "payload_changes"}
+    return Quantities(variables, kept)

@@ -113,7 +113,7 @@ class _Look:
     def __init__(self, histories: Histories, solve: Solve) -> None:
         self.histories, self.solve = histories, solve
         attributes = histories.data.attrs
-        self.load: Array = histories.data["link_load"]
+        self.load: Array = histories.load
         self.scale = float(attributes["load_scale_N"]) or 1.0
         self.exact = attributes["method"] == "exact"
         self.rtol = LOOSEST if self.exact or "step_s" in attributes else tighter(float(attributes["rtol"]))

@@ -57,12 +57,12 @@ def rotation_warnings(rotation: Rotation) -> Iterator[str]:
 
 
 def start_warnings(histories: Histories, modes: Modes) -> Iterator[str]:
-    """Warn of a motion that does not start at rest: the run does, so it begins with the response to a sudden start.
+    """Warn of a motion under way whose run starts at rest: it begins with the response to a sudden start.
 
     3 / (zeta omega) of the slowest mode later 5 % of this response is left.
     """
     size = np.linalg.norm(histories.cart_acceleration, axis=1)
-    if size[0] <= MOVING_START * size.max() or not histories.starts_at_rest:
+    if histories.start != "rest" or size[0] <= MOVING_START * size.max() or not histories.starts_at_rest:
         return
     slowest = float(-np.real(modes.eigenvalues).max())
     until = float(histories.time[0]) + 3.0 / slowest if slowest > 0 else np.inf
@@ -71,14 +71,14 @@ def start_warnings(histories: Histories, modes: Modes) -> Iterator[str]:
     early = [name for name, time in zip(names, first, strict=True) if time < until]
     if until < histories.time[-1]:
         period = f"until {until:.3g} s"
-        way_out = "record from standstill, or use the peaks after that time"
     else:
-        period, way_out = "over the whole run", "record from standstill"
+        period = "over the whole run"
     whose = "all carriages" if len(early) == len(names) else ", ".join(early)
     fall = f"peaks of {whose} are in this period" if early else "no peak of a carriage is in this period"
     yield (
-        f"Note: the motion begins at {size[0]:.3g} m/s2, but a run starts at rest: {period} the loads "
-        f"contain the response to a sudden start; {fall}. For the loads of the motion alone, {way_out}."
+        f"Note: the motion begins at {size[0]:.3g} m/s2, but the run starts at rest: {period} the loads "
+        f"contain the response to a sudden start; {fall}. For the loads of the motion alone, start it in "
+        "the quasi-static state (--start)."
     )
 
 

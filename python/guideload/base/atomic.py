@@ -42,6 +42,8 @@ def atomic_write(path: Path, *, durable: bool = False, replace: bool = True) -> 
     try:
         if not path.parent.is_dir():
             raise WriteError(errno.ENOENT, f"there is no folder {path.parent}", str(path))
+        if path.is_dir():
+            raise WriteError(errno.EISDIR, "this is a folder: give the name of a file", str(path))
         with draft_folder(draft_of(path), path) as folder:
             draft = folder / path.name
             draft.touch()

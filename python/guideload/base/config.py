@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from copy import deepcopy
 from difflib import SequenceMatcher, get_close_matches
 from functools import partial
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, PlainValidator, ValidationError
@@ -30,8 +30,12 @@ if TYPE_CHECKING:
 
 
 class ConfigModel(BaseModel):
-    """Base of all models: immutable, unknown keys refused. Raises ConfigError with all problems at once."""
+    """Base of all models: immutable, unknown keys refused. Raises ConfigError with all problems at once.
 
+    MOVED: keys of earlier versions, and where their values are now.
+    """
+
+    MOVED: ClassVar[dict[str, str]] = {}
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     def __init__(self, /, **values: Any) -> None:
@@ -159,6 +163,7 @@ def _problem(item: ErrorDetails, model: type[BaseModel]) -> Problem:
         near = _nearest(str(path[-1]), keys)
         expected = "a known key"
         hint = f"did you mean {' or '.join(near)}?" if near else f"keys known here: {', '.join(keys)}"
+        hint = getattr(holder, "MOVED", {}).get(path[-1], hint)
     elif kind == "union_tag_invalid":
         value, tags = value[path[-1]], context["expected_tags"].replace("'", "")
         near = _nearest(str(value), tags.split(", "))

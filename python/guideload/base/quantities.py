@@ -22,6 +22,7 @@ DIMENSIONS = (
     "carriage",
     "rail",
     "link",
+    "point",
     "axis",
     "dof",
 )  # order of the dimensions of every array

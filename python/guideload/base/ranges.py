@@ -56,6 +56,10 @@ ACCELERATION = Range(
 )
 JERK = Range("a jerk", "m/s^3", 0.0, 1e12, "the largest acceleration within a tenth of a millisecond")
 STIFFNESS = Range("a stiffness", "N/m", 1e-3, 1e15, "1 N on 1 km, to a million times a rail's 1 kN/um")
+TILTING = Range(
+    "a rotational stiffness", "N m/rad", 1e-9, 1e18, "a soft flexure, to a thousand times a bridge bearing"
+)
+COMPLIANCE = Range("a compliance", "m/N", 1e-15, 1e3, "the inverse of a stiffness")
 DAMPING = Range("a damping", "N s/m", 0.0, 1e12, "a million times the damper of a bridge")
 RATE = Range("a sampling rate", "1/s", 1e-9, 1e9, "from a sample in thirty years to one per nanosecond")
 CLEARANCE = Range("a clearance", "m", 1e-12, 10.0, "from a hundredth of an atom to ten metres")
@@ -70,11 +74,13 @@ TRAVEL = Range("a position of the cart", "m", 0.0, 1e7, "a quarter of the earth'
 TIME = Range("a time", "s", 0.0, 1e11, "three thousand years, so stamps since 1970 in seconds are inside")
 ANGULAR_SPEED = Range("an angular speed", "rad/s", 0.0, 1e9, "a thousand times the fastest turbine")
 ANGLE = Range("an angle", "rad", 0.0, 1.2, "70 degrees: teeth of a rack have 14.5 to 25 degrees")
+ROLL = Range("a roll angle", "rad", 0.0, 6.2832, "a full turn")
 EFFICIENCY = Range("an efficiency", "1", 0.0, 1.0, "a drive gives no more than it gets")
 FRICTION = Range("a coefficient of friction", "1", 0.0, 10.0, "more than rubber on rubber")
 
 OF_MACHINES = (
     MASS, INERTIA, POSITION, LENGTH, ACCELERATION, STIFFNESS, DAMPING, CLEARANCE, DEFLECTION, FORCE, PRELOAD, RATIO,
-    DIRECTION, ANGLE, EFFICIENCY, FRICTION,
+    DIRECTION, ANGLE, EFFICIENCY, FRICTION, TILTING, ROLL,
+    COMPLIANCE,
 )  # fmt: skip
 OF_MOTIONS = (TIME, ACCELERATION, JERK, SPEED, TRAVEL, ANGULAR_SPEED, FORCE, MOMENT, RATE)

@@ -149,7 +149,9 @@ class Product(ConfigModel):
     preload_classes: tuple[PreloadClass, ...] = Field(
         default=(), description='elastic laws, e.g. [{ name = "ZA", stiffness = "539 N/um" }]'
     )
-    row_spacing: Length | None = Field(default=None, description="distance of the rows across the rail")
+    row_spacing: Length | None = Field(
+        default=None, description="distance of the rows across the rail, the `width` of a carriage"
+    )
     row_length: Length | None = Field(default=None, description="length of the loaded rows along the rail")
     carriage_length: Length | None = Field(default=None, description="length of the carriage with end caps")
     mass: Annotated[float, PlainValidator(partial(number, unit="kg", above=0.0))] | None = Field(

@@ -39,8 +39,8 @@ def compare(
         raise click.UsageError(
             "expected machine files (.toml) and traces or motion files, together at least two runs"
         )
-    require_report(report, overwrite, *paths(*files))
-    with picture_draft(output, overwrite, *paths(*files)) as draft:
+    require_report(report, overwrite, *paths(*files, reading["forces"]))
+    with picture_draft(output, overwrite, *paths(*files, reading["forces"])) as draft:
         results = {}
         for machine_file in machines:
             with status(f"running {machine_file}"):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from guideload.base.errors import ConfigError, SceneError
+from guideload.base.errors import ConfigError, SceneError, ValueRefused
 from guideload.cli.exit_codes import InputError
 from guideload.traces.options import SmoothingOptions
 
@@ -48,9 +48,8 @@ def read_moves(trace_file: Path | Moves, **options: Any) -> Moves | None:
     from guideload.motion.moves import Moves
 
     if given := [name for name, value in options.items() if value is not None]:
-        option = "--no-cross-check" if given[0] == "cross_check" else f"--{given[0].replace('_', '-')}"
         raise InputError(
-            f"{option} is for traces; planned moves are known exactly, and nothing is read or smoothed"
+            f"{option_of(given[0])} is for traces; planned moves are known exactly, and nothing is read or smoothed"
         )
     return Moves.from_toml(trace_file) if isinstance(trace_file, Path) else trace_file
 
@@ -65,8 +64,70 @@ def is_motion_file(file: Path) -> bool:
         return False  # its reader gives the message
 
 
-def read_motion(trace_file: Path | Moves, machine: Machine, **options: Any) -> Motion:
-    """The motion of a trace, of a motion file or of --move. options: see `options.trace_options`."""
+def read_motion(
+    trace_file: Path | Moves,
+    machine: Machine,
+    *,
+    forces: Path | None = None,
+    forces_at: str | None = None,
+    forces_axes: str | None = None,
+    forces_start: float | str | None = None,
+    **options: Any,
+) -> Motion:
+    """The motion of a trace, of a motion file or of --move, with process forces.
+
+    forces...: see `options.force_options`; options: see `options.trace_options`.
+    """
+    motion = _read_motion(trace_file, machine, **options)
+    if forces is None and forces_at is None and forces_axes is None and forces_start is None:
+        return motion
+    if forces_at is None:
+        raise InputError("--forces: where do they act? Give a point of the machine file: --forces-at NAME")
+    from guideload.base.units import quantity
+    from guideload.traces.forces import read_forces
+
+    try:
+        start = None if forces_start is None else quantity(forces_start, "s")
+    except ValueRefused as error:
+        raise InputError(f"--forces-start: {error}") from None
+    stamps: dict[str, Any] = {}
+    if forces is None or (isinstance(trace_file, Path) and forces.exists() and forces.samefile(trace_file)):
+        forces, stamps, start = _own_columns(trace_file, options, start)
+    read = read_forces(forces, **stamps)
+    return motion.with_forces(read, machine.point(forces_at), own_axes=forces_axes == "point", start=start)
+
+
+def read_optional_motion(trace_file: Path | Moves | None, machine: Machine, **options: Any) -> Motion | None:
+    """The motion, None without a trace; options for a trace are then refused."""
+    if trace_file is not None:
+        return read_motion(trace_file, machine, **options)
+    if given := [name for name, value in options.items() if value is not None]:
+        raise InputError(f"{option_of(given[0])} needs a trace or a motion")
+    return None
+
+
+def option_of(name: str) -> str:
+    """The option of the command line that sets a keyword."""
+    return "--no-cross-check" if name == "cross_check" else f"--{name.replace('_', '-')}"
+
+
+def _own_columns(
+    trace_file: Path | Moves, options: dict[str, Any], start: float | None
+) -> tuple[Path, dict[str, Any], float]:
+    """File, options of its time stamps and start of forces in columns of the trace, whose clock they share."""
+    if not isinstance(trace_file, Path) or trace_file.suffix.lower() == ".toml":
+        raise InputError(
+            "--forces-at: planned moves have no columns of forces; give their file with --forces FILE"
+        )
+    if options.get("clock") == "uniform":
+        raise InputError(
+            "--clock uniform moves the time stamps of the trace, but not those of the forces in its columns; "
+            "give the forces in a file of their own, or leave --clock out"
+        )
+    return trace_file, {name: options.get(name) for name in ("time", "rate", "date_order")}, start or 0.0
+
+
+def _read_motion(trace_file: Path | Moves, machine: Machine, **options: Any) -> Motion:
     moves = read_moves(trace_file, **options)
     if moves is not None:
         return moves.motion()

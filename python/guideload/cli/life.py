@@ -14,6 +14,7 @@ from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
     from guideload.motion.moves import Moves
+    from guideload.simulation.start import Start
 
 RULES = ("sum", "thk", "hiwin", "hiwin_mg", "iko", "rexroth", "thomson")
 CONDITIONS = ("rule", "reliability", "life", "safety")
@@ -29,6 +30,7 @@ CONDITIONS = ("rule", "reliability", "life", "safety")
 @click.option("--life", help='Life to be reached, e.g. "20000 km".')
 @click.option("--safety", type=options.POSITIVE, help="Static safety to be reached, e.g. 3.")
 @click.option("--no-bands", is_flag=True, help="Leave out the credible bands, which take longest.")
+@options.start_option
 @options.rider_option
 @options.picture_option
 @options.overwrite_picture_option
@@ -37,6 +39,7 @@ def life(
     machine_file: Path,
     trace_file: Path | Moves,
     no_bands: bool,
+    start: Start,
     riders: tuple[str, ...],
     output: Path | None,
     overwrite: bool,
@@ -52,14 +55,15 @@ def life(
 
     changes = {key: given.pop(key) for key in CONDITIONS}
     changes = {key: value for key, value in changes.items() if value is not None}
-    with picture_draft(output, overwrite, *paths(machine_file, trace_file)) as draft:
+    with picture_draft(output, overwrite, *paths(machine_file, trace_file, given["forces"])) as draft:
         with status("reading"):
             machine = read_machine(machine_file)
             conditions = machine.life.model_copy(update=changes)
             motion = read_motion(trace_file, machine, **given)
             moved = read_riders(machine, machine_file, riders)
         with status("computing loads and life"):
-            found = life_of(simulate(machine, motion, riders=moved), conditions)
+            result = simulate(machine, motion, riders=moved, start=start)
+            found = life_of(result, conditions)
             text = life_report(found, band=not no_bands, encoding=output_encoding())
         if draft is not None:
             from guideload import plots

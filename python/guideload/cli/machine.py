@@ -11,7 +11,8 @@ import click
 from guideload.base.atomic import atomic_write
 from guideload.cli import options
 from guideload.cli.exit_codes import InputError
-from guideload.cli.inputs import EXAMPLES, read_machine, read_motion
+from guideload.cli.inputs import EXAMPLES, read_machine, read_optional_motion
+from guideload.cli.machine_kinds import KINDS
 from guideload.cli.outputs import picture_draft, unwritable
 from guideload.cli.terminal import output_encoding, print_text
 
@@ -31,11 +32,27 @@ if TYPE_CHECKING:
     "--catalogue", "kind", flag_value="catalogue", help="Write a catalogue.toml with example carriages."
 )
 @click.option("--moves", "kind", flag_value="moves", help="Write a moves.toml, a motion of planned moves.")
-def init(path: Path | None, kind: str | None) -> None:
-    """Write a commented machine.toml, study.toml, catalogue.toml or moves.toml to fill in."""
+@click.option(
+    "--kind",
+    "machine_kind",
+    type=click.Choice(("two-rails", *KINDS)),
+    help="Kind of machine: a short file, or two-rails, which explains every key; by default two-rails.",
+)
+def init(path: Path | None, kind: str | None, machine_kind: str | None) -> None:
+    """Write a commented machine.toml, study.toml, catalogue.toml or moves.toml to fill in.
+
+    PATH is the name of the file, or a folder.
+    """
+    if kind is not None and machine_kind is not None:
+        raise InputError(f"--kind is a kind of machine, and --{kind} writes another file: give one of them")
     name = f"{kind or 'machine'}.toml"
     path = path or Path(name)
-    template = (EXAMPLES / name).read_text(encoding="utf-8")
+    if path.is_dir():
+        path /= name
+    if machine_kind in KINDS:
+        template = KINDS[machine_kind].text
+    else:
+        template = (EXAMPLES / name).read_text(encoding="utf-8")
     if kind == "study":  # the example names the packaged machine and trace
         template = template.replace('"manipulator.toml"', '"machine.toml"')
         template = template.replace('"manipulator.csv"', '"trace.csv"')
@@ -45,7 +62,7 @@ def init(path: Path | None, kind: str | None) -> None:
     except OSError as error:
         if error.errno != errno.EEXIST:
             raise unwritable(path, error) from None
-        option = f" --{kind}" if kind else ""
+        option = f" --{kind}" if kind else f" --kind {machine_kind}" if machine_kind else ""
         raise InputError(
             f"{path} exists and is not replaced; give another name: guideload init NAME.toml{option}"
         ) from None
@@ -72,13 +89,13 @@ def check(machine_file: Path, trace_file: Path | Moves | None, **reading: Any) -
     from guideload.reports.machine import machine_report
 
     machine = read_machine(machine_file)
+    motion = read_optional_motion(trace_file, machine, **reading)
     print_text(machine_report(machine, encoding=output_encoding()))
-    if trace_file is not None:
+    if motion is not None:
         from guideload.motion.resolution import TraceResolution
         from guideload.reports.run import motion_report
         from guideload.reports.trace import resolution_report
 
-        motion = read_motion(trace_file, machine, **reading)
         print_text(motion_report(motion, encoding=output_encoding()))
         resolution = TraceResolution.of_motion(machine, motion)
         print_text("\n" + resolution_report(resolution, encoding=output_encoding()))

@@ -24,11 +24,13 @@ from guideload.base.errors import (
 from guideload.base.visible_text import visible
 from guideload.cli.catalogue import catalogue
 from guideload.cli.compare import compare
+from guideload.cli.duty import duty
 from guideload.cli.encoder import encoder
 from guideload.cli.exit_codes import CommandInterrupted, InputError
 from guideload.cli.life import life
 from guideload.cli.machine import check, init, modes
 from guideload.cli.method_comparison import chart, stability
+from guideload.cli.response import response
 from guideload.cli.run import demo, run
 from guideload.cli.schema import schema
 from guideload.cli.signals import orderly_end
@@ -79,12 +81,14 @@ for command in (
     init,
     check,
     modes,
+    response,
     encoder,
     run,
     life,
     size,
     limit,
     compare,
+    duty,
     study,
     chart,
     stability,

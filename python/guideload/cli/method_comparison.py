@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from guideload.cli import options
-from guideload.cli.inputs import paths, read_machine, read_motion
+from guideload.cli.inputs import paths, read_machine, read_motion, read_optional_motion
 from guideload.cli.outputs import (
     CHART,
     atomic_output,
@@ -56,7 +56,7 @@ def chart(
     from guideload.reports.work_precision import chart_report
 
     names = {"report.txt", *(name for name in CHART if not (no_pictures and name.endswith(".png")))}
-    inputs = paths(machine_file, trace_file)
+    inputs = paths(machine_file, trace_file, reading["forces"])
     with atomic_output(output, {"": names}, overwrite, inputs) as folder:
         with status("reading"):
             machine = read_machine(machine_file, free)
@@ -101,10 +101,10 @@ def stability(
     from guideload.method_comparison.step_stability import stability as step_stability
     from guideload.reports.stability import stability_report
 
-    with picture_draft(output, overwrite, *paths(machine_file, trace_file)) as draft:
+    with picture_draft(output, overwrite, *paths(machine_file, trace_file, reading["forces"])) as draft:
         with status("reading"):
             machine = read_machine(machine_file, free)
-            motion = None if trace_file is None else read_motion(trace_file, machine, **reading)
+            motion = read_optional_motion(trace_file, machine, **reading)
         with status("running every method"):
             found = step_stability(machine, motion, rtol=rtol)
         if draft is not None:

@@ -78,6 +78,14 @@ rider_option = click.option(
     metavar="NAME=FILE",
     help="Trace or motion file of the travel of a rider, instead of that of the machine file; again for each rider.",
 )
+start_option = click.option(
+    "--start",
+    type=click.Choice(("auto", "rest", "quasi-static")),
+    default="auto",
+    show_default=True,
+    help="State in which the run starts; auto is quasi-static, the static equilibrium under the "
+    "first acceleration and force, for a record that begins under way, else rest.",
+)
 rtol_option = click.option(
     "--rtol",
     type=POSITIVE,
@@ -103,8 +111,37 @@ def _moves_or_file(ctx: click.Context, param: click.Parameter, given: Any) -> An
     return given
 
 
+def force_options(command: Any) -> Any:
+    """Add the options for process forces; `inputs.read_motion` takes their values."""
+    for option in (
+        click.option(
+            "--forces-start",
+            type=NumberOrText(),
+            help='Time in the motion of the zero of the forces\' time stamps, e.g. "0.35 s".',
+        ),
+        click.option(
+            "--forces-axes",
+            type=click.Choice(["machine", "point"]),
+            help="Axes of the forces: of the machine, or the point's own.  [default: machine]",
+        ),
+        click.option(
+            "--forces-at",
+            metavar="POINT",
+            help="Point of the machine file ([[points]]) where the forces act.",
+        ),
+        click.option(
+            "--forces",
+            type=InputFile,
+            help="Process forces on the body: a table with columns such as Fx [N] and Mz [N m]; with --forces-at "
+            "alone, columns of TRACE.",
+        ),
+    ):
+        command = option(command)
+    return command
+
+
 def or_moves(name: str, metavar: str, nargs: int = 1) -> Callable[[Any], Any]:
-    """Decorator: an argument for a trace or a motion file, and the option --move, which stands for one."""
+    """Decorator: an argument for a trace or a motion file, the option --move, which stands for one, and forces."""
 
     def decorate(command: Any) -> Any:
         command = click.option(
@@ -115,7 +152,7 @@ def or_moves(name: str, metavar: str, nargs: int = 1) -> Callable[[Any], Any]:
             callback=lambda ctx, _, texts: ctx.meta.update({MOVES: texts}),
             help='Planned move in place of TRACE, e.g. "distance=1.2 m, speed=2 m/s, acceleration=5 m/s^2, '
             'jerk=200 m/s^3, dwell=0.5 s"; give it again for each further move.',
-        )(command)
+        )(force_options(command))
         return click.argument(
             name, metavar=metavar, type=InputFile, nargs=nargs, required=False, callback=_moves_or_file
         )(command)

@@ -14,11 +14,20 @@ from guideload.base.atomic import DRAFT, atomic_folder, atomic_write
 from guideload.cli.exit_codes import InputError
 
 FORMATS = {"netcdf": "loads.nc", "parquet": "loads.parquet", "csv": "loads.csv"}
-PICTURES = ("scene.png", "figures_7_to_11.png", "resultant.png", "moments.png", "modes.png", "spectrum.png")
+PICTURES = (
+    "scene.png",
+    "figures_7_to_11.png",
+    "resultant.png",
+    "moments.png",
+    "modes.png",
+    "spectrum.png",
+)
+OF_POINTS = "points.png"  # of a machine with [[points]]
 CHART = ("chart.png", "chart.csv")
 STUDY_PICTURES = ("distributions.png", "exceedance.png", "tornado.png", "scatter.png", "histories.png")
-STUDY = ("summary.json", "report.txt", *STUDY_PICTURES)  # besides the samples, which the study writes
-OUTPUTS = (*FORMATS.values(), "loads.json", *PICTURES, *CHART, *STUDY)
+LIFE_PICTURES = ("life.png", "static_safety.png", "failure.png")  # of a study whose carriages have ratings
+STUDY = ("summary.json", "report.txt", *STUDY_PICTURES, *LIFE_PICTURES)  # beside the samples
+OUTPUTS = (*FORMATS.values(), "loads.json", *PICTURES, OF_POINTS, *CHART, *STUDY)
 MANIFEST = ".guideload"  # hidden file in every output folder: the names of the files that guideload wrote
 MANIFEST_TITLE = "Files that guideload wrote into this folder; --overwrite replaces these and no others:"
 PICTURE_ENDINGS = (".png", ".svg", ".pdf", ".eps", ".jpg", ".tif", ".webp")

@@ -16,6 +16,7 @@ from guideload.cli.exit_codes import exit_if, picture_failure
 from guideload.cli.inputs import EXAMPLES, paths, read_machine, read_motion, read_riders
 from guideload.cli.outputs import (
     FORMATS,
+    OF_POINTS,
     PICTURES,
     atomic_output,
     require_report,
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from guideload.motion.moves import Moves
     from guideload.simulation.result import Result
     from guideload.simulation.simulation import Method
+    from guideload.simulation.start import Start
 
 METHODS = ("auto", "exact", "rk45", "implicit")
 PAPER_DOFS = ("rx", "ry", "rz")
@@ -89,6 +91,7 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
     help="Integration method; auto is the cheapest that the machine allows.",
 )
 @options.rtol_option
+@options.start_option
 @click.option("--step", type=options.POSITIVE, help="Fixed step in seconds, for rk45 and implicit.")
 @options.free_option
 @options.rider_option
@@ -112,6 +115,7 @@ def run(
     output: Path,
     method: Method,
     rtol: float,
+    start: Start,
     step: float | None,
     free: str | None,
     riders: tuple[str, ...],
@@ -131,7 +135,7 @@ def run(
     if step is not None and method in ("auto", "exact"):
         raise click.UsageError(f"--step needs --method rk45 or implicit; {method} has no fixed step")
     names = _output_names(file_format, not no_pictures)
-    inputs = paths(machine_file, trace_file)
+    inputs = paths(machine_file, trace_file, reading["forces"])
     require_report(report, overwrite, *inputs, folder=output)
     with atomic_output(output, {"": names}, overwrite, inputs) as folder:
         with status("reading"):
@@ -140,7 +144,14 @@ def run(
             moved = read_riders(machine, machine_file, riders)
         with status("computing the loads"):
             result = simulate(
-                machine, motion, method=method, riders=moved, rtol=rtol, step=step, strict=strict
+                machine,
+                motion,
+                method=method,
+                riders=moved,
+                rtol=rtol,
+                step=step,
+                start=start,
+                strict=strict,
             )
         text, failure = _write(result, folder, file_format, not no_pictures, output)
     if (encoding := output_encoding()).lower() != "utf-8":  # the encoding of the file; others lack characters
@@ -159,7 +170,7 @@ def run(
 
 def _output_names(file_format: str, pictures: bool) -> set[str]:
     """Names of the files that `_write` writes."""
-    names = {FORMATS[file_format], "report.txt", *(PICTURES if pictures else ())}
+    names = {FORMATS[file_format], "report.txt", *((*PICTURES, OF_POINTS) if pictures else ())}
     return names | {"loads.json"} if file_format == "csv" else names
 
 

@@ -9,9 +9,9 @@ import click
 
 
 @click.command()
-@click.argument("kind", type=click.Choice(["machine", "study", "catalogue", "motion"]))
-def schema(kind: Literal["machine", "study", "catalogue", "motion"]) -> None:
-    """Print the JSON schema of machine, study, catalogue or motion files, for completion and checks in an editor."""
+@click.argument("kind", type=click.Choice(["machine", "study", "catalogue", "motion", "duty"]))
+def schema(kind: Literal["machine", "study", "catalogue", "motion", "duty"]) -> None:
+    """Print the JSON schema of a kind of file, for completion and checks in an editor."""
     from guideload.cli.file_schema import file_schema
 
     click.echo(json.dumps(file_schema(kind), indent=2, ensure_ascii=False))

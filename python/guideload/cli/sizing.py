@@ -71,7 +71,7 @@ def size(
     from guideload.reports.sizing import sizing_report
     from guideload.sizing.size import size as find
 
-    require_report(report, overwrite, *paths(machine_file, trace_file), catalogue_file)
+    require_report(report, overwrite, *paths(machine_file, trace_file, reading["forces"]), catalogue_file)
     with status("reading"):
         machine = read_machine(machine_file)
         motion = read_motion(trace_file, machine, **reading)
@@ -123,9 +123,17 @@ def limit(
     for name, of in (("at", "payload"), ("direction", "overhang")):
         if name in places and quantity != of:
             raise click.UsageError(f"--{name} needs --of {of}, got --of {quantity}")
+    with_forces = any(reading[name] is not None for name in reading if name.startswith("forces"))
+    if with_forces and quantity in ("speed", "acceleration", "deceleration", "jerk"):
+        raise click.UsageError(
+            f"--of {quantity} plans the moves anew at every try, but forces have fixed time stamps: leave --forces "
+            "out, or use --of pace"
+        )
     with status("reading"):
         machine = read_machine(machine_file)
-        motion = read_moves(trace_file, **reading) or read_motion(trace_file, machine, **reading)
+        reading_only = {name: value for name, value in reading.items() if not name.startswith("forces")}
+        moves = None if with_forces else read_moves(trace_file, **reading_only)
+        motion = moves or read_motion(trace_file, machine, **reading)
     with status("searching the limit"):
         conditions = _conditions(machine, life, safety)
         found = largest(machine, motion, quantity, conditions=conditions, **places)

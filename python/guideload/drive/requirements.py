@@ -16,6 +16,7 @@ from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import friction_force, require_held_x
 from guideload.simulation.result import Result
 from guideload.simulation.simulation import Method, peak_loads
+from guideload.simulation.start import StartState
 
 RESULTANT = 6  # column of `Peaks`
 RACK = "pressure_angle", "helix_angle", "push_direction"
@@ -89,8 +90,17 @@ class DriveRequirements:
 
     @property
     def holding_force(self) -> float:
-        """Force [N] that holds the cart at rest: against gravity along x, without friction."""
-        return float(self.machine.scene.static_reaction()[0])
+        """Force [N] that holds the cart with all its payloads at rest: against gravity along x, without friction."""
+        laden = self.machine.carrying(payload.name for payload in self.machine.payloads)
+        return float((laden if self.machine.payloads else self.machine).scene.static_reaction()[0])
+
+    @property
+    def holding_torque(self) -> float | None:
+        """Torque of the motor [N m] that holds the cart at rest, without loss in the gear; None without `motor`."""
+        drive = self.machine.drive
+        return (
+            None if self.motor is None or drive is None else self.holding_force * drive.speed_per_motor_speed
+        )
 
     @cached_property
     def power(self) -> Array | None:
@@ -153,12 +163,17 @@ def share_of_push(result: Result, needed: DriveRequirements) -> Array:
         raise ArgumentError("times: the share of the push needs the loads at the samples; leave times out")
     wrench = data["wrench"].copy()
     wrench[:, :3] -= needed.push[:, None] * np.array(drive.push_direction)
-    motion = Motion(data["time"], data["cart_acceleration"], wrench=wrench)
+    if "foot_load" in data:  # the force of rails that are not straight, which `peak_loads` adds
+        table = result.machine.link_table()
+        wrench += data["foot_load"] @ np.hstack([table.directions, np.cross(table.points, table.directions)])
+    velocity, position = (data[name] if name in data else None for name in ("cart_velocity", "cart_position"))
+    motion = Motion(data["time"], data["cart_acceleration"], velocity, position, wrench)
     kept = {key: getattr(drive, key) for key in type(drive).model_fields if key not in RACK}
     machine = result.machine.model_copy(update={"drive": Drive(**kept)})
     method, attributes = cast("Method", result.method), data.attrs
     step = float(attributes["step_s"]) if "step_s" in attributes else None
-    without = peak_loads(machine, motion, method, rtol=float(attributes["rtol"]), step=step)
+    start = cast("StartState", attributes.get("start", "rest"))
+    without = peak_loads(machine, motion, method, rtol=float(attributes["rtol"]), step=step, start=start)
     return np.asarray(1.0 - without.largest[:, RESULTANT] / peaks)
 
 

@@ -11,10 +11,12 @@ from guideload.plots.compare import comparison
 from guideload.plots.study import study_drawings
 from guideload.plots.style import carriage_look
 from guideload.reports.compare import comparison_parts
+from guideload.reports.duty import duty_parts
 from guideload.reports.sizing import sizing_parts
 from guideload.reports.study import study_parts
 
 if TYPE_CHECKING:
+    from guideload.duty.duty_cycle import DutyCycle
     from guideload.machine.machine import Machine
     from guideload.simulation.result import Result
     from guideload.sizing.size import Sizing
@@ -48,6 +50,13 @@ def sizing_page(machine: Machine, sizing: Sizing) -> str:
     best = sizing.smallest
     charts = [] if best is None or best.result is None else _charts({best.name: best.result})
     return page_of(f"{machine.name}: which carriage", sizing_parts(machine, sizing), charts=charts)
+
+
+def duty_page(duty: DutyCycle) -> str:
+    """The report of a duty cycle, and the history of the most loaded carriage in each case."""
+    results = {case.name: life.record.result for case, life in zip(duty.cases, duty.lives, strict=True)}
+    title = f"{duty.cases[0].machine.name}: duty cycle"
+    return page_of(title, duty_parts(duty), charts=_charts(results))
 
 
 def study_page(result: StudyResult) -> str:

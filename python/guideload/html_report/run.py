@@ -20,6 +20,7 @@ from guideload.base.arrays import Array
 from guideload.html_report.document import Line, chart, document, folded, html_of, picture, section
 from guideload.html_report.page import footer, save_page
 from guideload.life.life import Life
+from guideload.plots.long_records import is_long, worst_cycle
 from guideload.plots.machine import modes as modes_picture
 from guideload.plots.machine import scene
 from guideload.plots.style import INK, carriage_look
@@ -27,6 +28,7 @@ from guideload.reports.elements import dofs_line, new_table
 from guideload.reports.elements import section as heading
 from guideload.reports.life import life_answer, life_of_run, life_section
 from guideload.reports.machine import body_lines, carriage_tables, links_table, modes_table, nominal_lines
+from guideload.reports.points import points_section
 from guideload.reports.run import (
     DEFINITIONS,
     answer,
@@ -41,7 +43,7 @@ if TYPE_CHECKING:
     from guideload.machine.machine import Machine
     from guideload.simulation.result import Result
 
-AROUND_PEAK = 0.25  # s before and after the largest load
+AROUND_PEAK = 0.25  # s before and after the largest load; of a long record the worst cycle is shown instead
 PACKAGES = ("guideload", "numpy", "scipy")
 # What the figures rest on: statement and source.
 ASSUMPTIONS = (
@@ -58,7 +60,10 @@ ASSUMPTIONS = (
         "Load of a link: k delta + b delta', or its nonlinear law; load of a carriage: sum over its links.",
         "paper, 3.6",
     ),
-    ("The run starts at rest in static equilibrium.", "guideload, theory"),
+    (
+        "The run starts in static equilibrium: under the weight, or, of a record that begins under way, with m a.",
+        "guideload, theory",
+    ),
     ("Between two samples the acceleration of the cart is linear in time.", "guideload, theory"),
 )
 
@@ -94,6 +99,9 @@ def _body(result: Result) -> Iterator[str]:
         yield section("Peak loads of the carriages", html_of(peaks_tables(result)), definitions)
     if parts := life_section(life):
         yield section("Life and static safety", html_of(parts[len(heading("")) :]))
+    if parts := points_section(result):
+        text = html_of(parts[len(heading("")) :])
+        yield section("Motion of the points", text, *_point_charts(result), long=True)
     yield section("Load histories", *_load_charts(result), long=True)
     yield section("Motion of the cart", html_of(motion_lines_of(data)), *_motion_charts(result), long=True)
     yield section("Drive and held dofs", html_of(reactions_section(result)[len(heading("")) :]))
@@ -115,6 +123,9 @@ def _load_charts(result: Result) -> Iterator[str]:
         return
     largest = time[int(data["resultant"].max(axis=1).argmax())]
     near = np.abs(time - largest) <= AROUND_PEAK
+    if is_long(result):
+        near = np.zeros(time.size, np.bool_)
+        near[worst_cycle(result)] = True
 
     def lines_of(values: Array) -> list[Line]:
         return [_line(i, carriage.name, values[:, i]) for i, carriage in enumerate(machine.carriages)]
@@ -147,6 +158,14 @@ def _motion_charts(result: Result) -> Iterator[str]:
                 if axis == "x" or values[:, i].any()
             ]
             yield chart(title, unit, data["time"], lines, group="run")
+
+
+def _point_charts(result: Result) -> Iterator[str]:
+    data = result.quantities
+    moving = 1e6 * (data["point_displacement"] - data["static_point_displacement"])
+    for i, point in enumerate(result.machine.points):
+        lines = [_line(axis, "xyz"[axis], moving[:, i, axis]) for axis in range(3)]
+        yield chart(f"{point.name}: displacement from rest", "um", data["time"], lines, group="run")
 
 
 def _machine(result: Result) -> Iterator[str]:

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.catalogue.conditions import LifeConditions
 from guideload.life.carriage_life import CarriageLife
 from guideload.life.mean_load import Travel, integrals, mean_load
-from guideload.life.rating_life import rating_life, system_life
+from guideload.life.rating_life import system_life
 from guideload.life.record import Record
 from guideload.motion.uncertainty import COVER
 
@@ -33,12 +32,10 @@ class LifeBand:
     method: str
 
 
-def life_bands(
-    record: Record, carriages: Sequence[CarriageLife], conditions: LifeConditions
-) -> LifeBand | None:
+def life_bands(record: Record, carriages: Sequence[CarriageLife]) -> LifeBand | None:
     """The bands of a run that was just simulated; None without uncertainty, or for a result read from a file."""
     lives = [
-        [_life(record.travel, loads[:, one.index], one, conditions) for one in carriages]
+        [_life(record.travel, loads[:, one.index], one) for one in carriages]
         for loads in record.result.drawn_loads(SAMPLES)
     ]
     if not lives:
@@ -53,7 +50,6 @@ def life_bands(
     return LifeBand(lower[:-1], upper[:-1], (float(lower[-1]), float(upper[-1])), method)
 
 
-def _life(travel: Travel, loads: Array, one: CarriageLife, conditions: LifeConditions) -> float:
+def _life(travel: Travel, loads: Array, one: CarriageLife) -> float:
     exponent = one.rating.exponent
-    mean = mean_load(*integrals(travel, loads, one.rule, exponent), exponent)
-    return rating_life(one.rating, mean, conditions, one.contact_factor)
+    return float(one.life_under(mean_load(*integrals(travel, loads, one.rule, exponent), exponent)))

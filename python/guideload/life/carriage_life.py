@@ -8,15 +8,10 @@ from functools import cached_property
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.base.errors import LifeError
-from guideload.catalogue.conditions import LifeConditions
-from guideload.catalogue.product import Product
-from guideload.catalogue.rating import Rating
-from guideload.life.arrangement import Arrangement
 from guideload.life.causes import PHASES, WorstInstant, shares_by_cause
-from guideload.life.equivalent_load import AXES, RULES, EquivalentLoad, dynamic_load, static_load
+from guideload.life.criteria import Criteria
+from guideload.life.equivalent_load import AXES
 from guideload.life.mean_load import integrals, mean_load
-from guideload.life.rating_life import rating_life
 from guideload.life.record import Record
 from guideload.life.row_loads import row_loads
 from guideload.life.static_safety import StaticSafety, static_safety
@@ -27,30 +22,19 @@ SMALL_MOMENT = 1e-6  # N m per N of load: a smaller moment without rating is rou
 
 
 @dataclass(frozen=True, eq=False)
-class CarriageLife:
+class CarriageLife(Criteria):
     """Life and static safety of one carriage; damage, factors, rows and causes are computed when first used.
 
-    name, rail, product       names of the carriage, its rail and its product
-    rating                    dynamic rating of the product
-    contact_factor            f_C
-    rule, static_rule         rules of the equivalent load, for the life and for the static safety
-    index                     of the carriage in the machine
-    power                     (n - 1,) N^p m, integral of P^p over the path in each interval of the record
-    distance                  m, travel in the record
-    mean_load                 N, over distance
-    life                      m
-    static                    static safety
-    record                    the loads
+    Its criteria, and in addition:
+
+    power      (n - 1,) N^p m, integral of P^p over the path in each interval of the record
+    distance   m, travel in the record
+    mean_load  N, over distance
+    life       m
+    static     static safety
+    record     the loads
     """
 
-    name: str
-    rail: str
-    product: Product
-    rating: Rating
-    contact_factor: float
-    rule: EquivalentLoad
-    static_rule: EquivalentLoad
-    index: int
     power: Array
     distance: float
     mean_load: float
@@ -102,50 +86,30 @@ class CarriageLife:
         return WorstInstant(time, self.static.peak, shares_by_cause(shares), noise, when)
 
 
-def carriage_life(record: Record, index: int, place: Arrangement, conditions: LifeConditions) -> CarriageLife:
-    """Life and static safety of the carriage with this index, whose product has ratings.
+def carriage_life(record: Record, criteria: Criteria) -> CarriageLife:
+    """Life and static safety of the carriage with these criteria.
 
     Raises LifeError if the product lacks a rated moment that the rule counts.
     """
-    machine, loads = record.result.machine, np.ascontiguousarray(record.result.carriage_loads[:, index])
-    carriage, product = machine.carriages[index], machine.product_of_carriage[index]
-    assert product is not None and product.dynamic is not None
-    preload = product.class_named(carriage.preload_class)
-    contact = place.contact_factor if conditions.contact_factor is None else conditions.contact_factor
-    rule = dynamic_load(conditions.rule, product, place, (preload and preload.preload) or 0.0)
-    of_statics = static_load(conditions.rule, product, place)
-    for name in dict.fromkeys((*rule.missing, *of_statics.missing)):
-        _require_small(loads, name, carriage.name, product, conditions)
-    rating, exponent = product.dynamic, product.dynamic.exponent
-    power, path = integrals(record.travel, loads, rule, exponent)
+    loads = np.ascontiguousarray(record.result.carriage_loads[:, criteria.index])
+    for axis in criteria.unrated_moments:
+        _require_small(loads, axis, criteria)
+    exponent = criteria.rating.exponent
+    power, path = integrals(record.travel, loads, criteria.rule, exponent)
     mean = mean_load(power, path, exponent)
     return CarriageLife(
-        name=carriage.name,
-        rail=carriage.rail,
-        product=product,
-        rating=rating,
-        contact_factor=contact,
-        rule=rule,
-        static_rule=of_statics,
-        index=index,
+        **vars(criteria),
         power=power,
         distance=float(path.sum()),
         mean_load=mean,
-        life=rating_life(rating, mean, conditions, contact),
-        static=static_safety(loads, product, of_statics, contact),
+        life=float(criteria.life_under(mean)),
+        static=static_safety(loads, criteria.product, criteria.static_rule, criteria.contact_factor),
         record=record,
     )
 
 
-def _require_small(
-    loads: Array, axis: str, carriage: str, product: Product, conditions: LifeConditions
-) -> None:
-    """Raise LifeError if the carriage carries a moment that the rule counts and the product has no rating for."""
+def _require_small(loads: Array, axis: str, criteria: Criteria) -> None:
+    """Raise LifeError if the carriage carries a moment about an axis for which its product has no rating."""
     moment = float(np.abs(loads[:, 3 + AXES.index(axis)]).max())
-    if moment <= SMALL_MOMENT * float(np.abs(loads[:, :3]).max()):
-        return
-    kind = "dynamic" if RULES[conditions.rule].rated == "dynamic" else "static"
-    raise LifeError(
-        f"carriage {carriage} carries a {axis} moment of up to {moment:.3g} N m, which the rule {conditions.rule} "
-        f"counts, but {product.name} has no {kind}_moments.{axis}: add it to its record, or choose another rule"
-    )
+    if moment > SMALL_MOMENT * float(np.abs(loads[:, :3]).max()):
+        raise criteria.unrated(axis, f"carries a {axis} moment of up to {moment:.3g} N m")

@@ -174,6 +174,11 @@ class EquivalentLoad:
         return np.asarray(parts[:, 1:] @ (larger + self.minor * smaller))
 
 
+PLAIN_SUM = EquivalentLoad(
+    np.stack([np.pad(np.full((1, 2), 1.0), ((i, len(COMPONENTS) - 1 - i), (0, 0))) for i in range(2)]), 1.0
+)  # |Fy| + |Fz|
+
+
 def dynamic_load(
     rule: RuleName, product: Product, arrangement: Arrangement, preload: float = 0.0
 ) -> EquivalentLoad:

@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.base.errors import LifeError
-from guideload.base.number_text import joined
 from guideload.catalogue.conditions import LifeConditions
-from guideload.life.arrangement import arrangements
 from guideload.life.bands import LifeBand, life_bands
 from guideload.life.by_place import RailDamage, rail_damage
 from guideload.life.carriage_life import CarriageLife, carriage_life
 from guideload.life.causes import phase_shares
-from guideload.life.limits import limit_notes
+from guideload.life.criteria import criteria_of
+from guideload.life.limits import left_out, limit_notes, load_notes
 from guideload.life.rating_life import failure_probability, system_life
 from guideload.life.record import Record
 from guideload.simulation.result import Result
@@ -79,9 +77,12 @@ class Life:
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """Limits of the formulas that are passed, and what was left out."""
-        names = self.left_out
-        left_out = (f"without ratings, and left out: carriage {joined(names)}",) if names else ()
-        return (*left_out, *limit_notes(self.record, self.carriages, self.conditions))
+        record = self.record
+        position = record.result.history("cart_position")
+        return (
+            *limit_notes(record.result.machine, self.carriages, record.travel, position),
+            *load_notes(record, self.carriages),
+        )
 
     @property
     def shortest(self) -> CarriageLife:
@@ -104,7 +105,7 @@ class Life:
 
     def failure_probability(self, travel: float) -> float:
         """Probability that a carriage of the machine fails by fatigue before `travel` [m]: 1 - R^((travel/L)^1.5)."""
-        return failure_probability(travel, self.machine, self.conditions.reliability)
+        return float(failure_probability(travel, self.machine, self.conditions.reliability))
 
     @property
     def holds(self) -> bool:
@@ -118,7 +119,7 @@ class Life:
 
         It simulates drawn motions, so it takes longer than everything else.
         """
-        return life_bands(self.record, self.carriages, self.conditions)
+        return life_bands(self.record, self.carriages)
 
     def table(self) -> pd.DataFrame:
         """A row per carriage; names of columns end in the unit."""
@@ -152,15 +153,9 @@ def life_of(result: Result, conditions: LifeConditions | None = None) -> Life:
     """
     machine = result.machine
     conditions = conditions or machine.life
-    products, places = machine.product_of_carriage, arrangements(machine)
-    rated = [i for i, one in enumerate(products) if one is not None and one.dynamic and one.static]
-    if not rated:
-        raise LifeError(
-            f"{machine.name}: no carriage has a product with dynamic and static rating; name a catalogue file by "
-            'catalogue = "..." and at each carriage product = "..."'
-        )
+    rated = criteria_of(machine, conditions)
     record = Record.of(result)
-    carriages = tuple(carriage_life(record, i, places[i], conditions) for i in rated)
+    carriages = tuple(carriage_life(record, one) for one in rated)
     by_rail: dict[str, list[float]] = {}
     for one in carriages:
         by_rail.setdefault(one.rail, []).append(one.life)
@@ -169,11 +164,11 @@ def life_of(result: Result, conditions: LifeConditions | None = None) -> Life:
         duration = SECONDS_PER_HOUR / conditions.cycles_per_hour
     return Life(
         carriages=carriages,
-        rails={rail: system_life(lives) for rail, lives in by_rail.items()},
-        machine=system_life([one.life for one in carriages]),
+        rails={rail: float(system_life(lives)) for rail, lives in by_rail.items()},
+        machine=float(system_life([one.life for one in carriages])),
         distance=carriages[0].distance,
         duration=duration,
         conditions=conditions,
-        left_out=tuple(machine.carriages[i].name for i in range(len(products)) if i not in rated),
+        left_out=left_out(machine, rated),
         record=record,
     )

@@ -8,46 +8,57 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.number_text import joined, load_in_sentence
-from guideload.catalogue.conditions import LifeConditions
 from guideload.life.carriage_life import CarriageLife
+from guideload.life.criteria import Criteria
+from guideload.life.mean_load import Travel
 from guideload.life.record import Record
-from guideload.simulation.result import Result
+from guideload.machine.machine import Machine
 
 SHORT_STROKE = 2.0  # carriage lengths: the life formula may not hold for shorter strokes (THK)
 LARGE_LOAD = 0.5  # of C: the life formula holds below (ISO 14728-1)
 
 
+def left_out(machine: Machine, rated: Sequence[Criteria]) -> tuple[str, ...]:
+    """Names of the carriages without ratings."""
+    names = {one.name for one in rated}
+    return tuple(carriage.name for carriage in machine.carriages if carriage.name not in names)
+
+
 def limit_notes(
-    record: Record, carriages: Sequence[CarriageLife], conditions: LifeConditions
+    machine: Machine, rated: Sequence[Criteria], travel: Travel, position: Array | None
 ) -> Iterator[str]:
-    """Sentences on limits that are passed; each names the carriages and the figure."""
-    yield from _strokes(record.result, carriages)
-    yield from _loads(record.result.carriage_loads, carriages)
+    """Sentences on what was left out and on limits that the motion passes; each names carriages and figures.
+
+    position: (n, 3) m, of the cart; None if it is unknown.
+    """
+    if names := left_out(machine, rated):
+        yield f"without ratings, and left out: carriage {joined(names)}"
+    yield from _strokes(position, rated)
     for what, key, unit, history in (
-        ("speed", "max_speed", "m/s", record.travel.velocity),
-        ("acceleration", "max_acceleration", "m/s2", record.travel.acceleration),
+        ("speed", "max_speed", "m/s", travel.velocity),
+        ("acceleration", "max_acceleration", "m/s2", travel.acceleration),
     ):
         largest = float(np.abs(history).max())
-        for name, limit in dict.fromkeys((one.product.name, getattr(one.product, key)) for one in carriages):
+        for name, limit in dict.fromkeys((one.product.name, getattr(one.product, key)) for one in rated):
             if limit is not None and largest > limit:
                 yield f"the {what} reaches {largest:.3g} {unit}, but {name} allows {limit:.3g} {unit}"
-    if conditions.load_factor != 1.0:
+    load_factor = rated[0].conditions.load_factor
+    if load_factor != 1.0:
         yield (
-            f"load_factor is {conditions.load_factor:g}: the simulated loads contain the dynamics already, which are "
-            "now counted twice"
+            f"load_factor is {load_factor:g}: the simulated loads contain the dynamics already, which are now counted "
+            "twice"
         )
-    for name, keys in dict.fromkeys((one.product.name, one.product.unverified) for one in carriages):
+    for name, keys in dict.fromkeys((one.product.name, one.product.unverified) for one in rated):
         if keys:
             yield f"{name}: not compared with the maker's page: {joined(keys)}"
 
 
-def _strokes(result: Result, carriages: Sequence[CarriageLife]) -> Iterator[str]:
-    position = result.history("cart_position")
+def _strokes(position: Array | None, rated: Sequence[Criteria]) -> Iterator[str]:
     if position is None:
         yield "the position of the cart is unknown: neither short strokes nor the damage by place are known"
         return
     stroke = float(np.ptp(position[:, 0]))
-    short = [one.name for one in carriages if stroke < SHORT_STROKE * (one.product.carriage_length or 0.0)]
+    short = [one.name for one in rated if stroke < SHORT_STROKE * (one.product.carriage_length or 0.0)]
     if short:
         yield (
             f"the stroke of {1e3 * stroke:.3g} mm is shorter than {SHORT_STROKE:g} carriage lengths (carriage "
@@ -55,15 +66,13 @@ def _strokes(result: Result, carriages: Sequence[CarriageLife]) -> Iterator[str]
         )
 
 
-def _loads(loads: Array, carriages: Sequence[CarriageLife]) -> Iterator[str]:
-    above = [
-        (one.name, float(one.rule(loads[:, one.index]).max()))
-        for one in carriages
-        if one.rule(loads[:, one.index]).max() > LARGE_LOAD * one.rating.value
-    ]
+def load_notes(record: Record, carriages: Sequence[CarriageLife]) -> Iterator[str]:
+    """A sentence on loads beyond those for which the life formula holds."""
+    peaks = {one.name: float(one.rule(record.result.carriage_loads[:, one.index]).max()) for one in carriages}
+    above = [one.name for one in carriages if peaks[one.name] > LARGE_LOAD * one.rating.value]
     if above:
-        name, peak = max(above, key=lambda item: item[1])
+        name = max(above, key=peaks.__getitem__)
         yield (
-            f"P exceeds {LARGE_LOAD:g} C on carriage {joined(other for other, _ in above)} (up to "
-            f"{load_in_sentence(peak)} on {name}): the life formula holds for smaller loads"
+            f"P exceeds {LARGE_LOAD:g} C on carriage {joined(above)} (up to {load_in_sentence(peaks[name])} on "
+            f"{name}): the life formula holds for smaller loads"
         )

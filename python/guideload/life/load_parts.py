@@ -18,7 +18,7 @@ class LoadParts(NamedTuple):
 
     weight          static load
     acceleration    quasi-static load of the cart's acceleration (m a), with nominal stiffness
-    process_force   quasi-static load of the process forces
+    process_force   quasi-static load of the process forces, and of rails that are not straight
     vibration       the rest: dynamic overshoot, and what the elastic laws add if they are not linear
     """
 
@@ -45,12 +45,11 @@ def load_parts(result: Result) -> LoadParts:
     weight = np.concatenate([data["static_force"], data["static_moment"]], axis=1)
     links = histories.links
     to_carriage = np.zeros((len(machine.carriages), 6, len(links.names)))
-    for i, (of_carriage, center) in enumerate(
-        zip(machine.links_of_carriages, machine.carriage_centers, strict=True)
-    ):
+    places = zip(machine.links_of_carriages, machine.carriage_centers, machine.carriage_axes, strict=True)
+    for i, (of_carriage, center, axes) in enumerate(places):
         direction = links.directions[of_carriage]
-        arm = links.points[of_carriage] - center
-        to_carriage[i][:, of_carriage] = np.hstack([direction, np.cross(arm, direction)]).T
+        moment = np.cross(links.points[of_carriage] - center, direction)
+        to_carriage[i][:, of_carriage] = np.hstack([direction @ axes.T, moment @ axes.T]).T
 
     to_loads = histories.response @ to_carriage.reshape(-1, len(links.names)).T  # (6, 6 for each carriage)
 
@@ -58,6 +57,8 @@ def load_parts(result: Result) -> LoadParts:
         return np.asarray((excitation @ to_loads).reshape(-1, len(machine.carriages), 6))
 
     process = quasi_static(histories.wrench)
+    if histories.foot_load is not None:
+        process += (histories.foot_load @ to_carriage.reshape(-1, len(links.names)).T).reshape(process.shape)
     acceleration = quasi_static(histories.excitation - histories.wrench)
     vibration = result.carriage_loads - weight - process - acceleration
     return LoadParts(weight, acceleration, process, vibration)

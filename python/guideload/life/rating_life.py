@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from guideload.base.arrays import Array
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.rating import WEIBULL_SLOPE, Rating, reliability_factor
 
@@ -18,28 +19,29 @@ def effective_rating(rating: Rating, conditions: LifeConditions, contact_factor:
 
 
 def rating_life(
-    rating: Rating, mean_load: float, conditions: LifeConditions, contact_factor: float = 1.0
-) -> float:
+    rating: Rating, mean_load: ArrayLike, conditions: LifeConditions, contact_factor: float = 1.0
+) -> Array:
     """The life [m] under a mean load [N]: a1 base (f_H f_T f_C C / (f_W P_m))^p; infinite without load."""
     rated = Rating(
         value=effective_rating(rating, conditions, contact_factor), base=rating.base, exponent=rating.exponent
     )
-    return reliability_factor(conditions.reliability) * float(rated.life(mean_load))
+    return np.asarray(reliability_factor(conditions.reliability) * rated.life(mean_load))
 
 
-def failure_probability(travel: float, life: float, reliability: float) -> float:
+def failure_probability(travel: ArrayLike, life: ArrayLike, reliability: float) -> Array:
     """Probability of a failure before a travel [m]: Weibull distribution whose `life` [m] has this reliability."""
-    return -math.expm1((travel / life) ** WEIBULL_SLOPE * math.log(reliability))
+    ratio = np.asarray(travel) / np.asarray(life)
+    return np.asarray(-np.expm1(ratio**WEIBULL_SLOPE * math.log(reliability)))
 
 
-def system_life(lives: ArrayLike) -> float:
+def system_life(lives: ArrayLike) -> Array:
     """The life [m] that several carriages all reach with the probability for which each of `lives` [m] holds.
 
-    Weibull distributions of slope e = 1.5 (that of the reliability factor a1), independent of each other: the
-    probabilities multiply, so L = (sum L_i^-e)^(-1/e).
+    lives: (carriages, ...). Weibull distributions of slope e = 1.5 (that of the reliability factor a1), independent of
+    each other: the probabilities multiply, so L = (sum L_i^-e)^(-1/e).
     """
     values = np.asarray(lives, dtype=np.float64)
-    shortest = float(values.min())
-    if not np.isfinite(shortest):
-        return shortest
-    return float(shortest * np.sum((shortest / values) ** WEIBULL_SLOPE) ** (-1.0 / WEIBULL_SLOPE))
+    shortest = values.min(axis=0)
+    with np.errstate(invalid="ignore"):  # all lives may be infinite
+        sums = np.sum((shortest / values) ** WEIBULL_SLOPE, axis=0)
+    return np.asarray(np.where(np.isfinite(shortest), shortest * sums ** (-1.0 / WEIBULL_SLOPE), shortest))

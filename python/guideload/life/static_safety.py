@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from guideload._core import largest_equivalent_load
 from guideload.base.arrays import Array
@@ -44,9 +45,11 @@ def static_safety(
     for i, axis in enumerate(AXES, start=3):
         if (moment := getattr(product.static_moments, axis)) is not None:
             rated[axis] = (contact_factor * moment, largest[i])
-    alone = {name: _over(limit, load) for name, (limit, load) in rated.items()}
-    return StaticSafety(_over(rating, peak), peak, instant, alone)
+    alone = {name: float(safety(limit, load)) for name, (limit, load) in rated.items()}
+    return StaticSafety(float(safety(rating, peak)), peak, instant, alone)
 
 
-def _over(limit: float, load: float) -> float:
-    return limit / load if load > 0.0 else float("inf")
+def safety(rating: float, load: ArrayLike) -> Array:
+    """Rating over largest load; infinite without load."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(rating / np.asarray(load))

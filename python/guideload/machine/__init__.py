@@ -4,5 +4,19 @@ from guideload.machine.components import Body, Carriage, Link, Rail
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
+from guideload.machine.points import PointOfInterest
+from guideload.machine.response import FrequencyResponse, frequency_response
 
-__all__ = ["Body", "Carriage", "Drive", "Friction", "Link", "Machine", "Modes", "Rail"]
+__all__ = [
+    "Body",
+    "Carriage",
+    "Drive",
+    "FrequencyResponse",
+    "Friction",
+    "Link",
+    "Machine",
+    "Modes",
+    "PointOfInterest",
+    "Rail",
+    "frequency_response",
+]

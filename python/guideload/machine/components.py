@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Annotated, Literal, cast
+from typing import Annotated, Literal, NamedTuple, cast
 
 import numpy as np
 from pydantic import (
@@ -17,12 +17,14 @@ from pydantic import (
     StrictStr,
     ValidationInfo,
     field_validator,
+    model_validator,
 )
+from pydantic_core import PydanticKnownError
 
 from guideload._core import Law
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel, entries, in_range, not_required
-from guideload.base.errors import ValueRefused
+from guideload.base.errors import SceneError, ValueRefused
 from guideload.base.ranges import (
     ACCELERATION,
     DAMPING,
@@ -32,11 +34,15 @@ from guideload.base.ranges import (
     MASS,
     POSITION,
     RATIO,
+    ROLL,
     SMALLEST_MOMENT,
+    TILTING,
+    TRAVEL,
 )
 from guideload.base.visible_text import HIDDEN, escaped
 from guideload.machine.laws import (
     Clearance,
+    Compliance,
     Curve,
     DampingInContact,
     ElasticModel,
@@ -44,10 +50,12 @@ from guideload.machine.laws import (
     Rolling,
     Stiffness,
     clearance_field,
+    compliance_field,
     curve_field,
     preload_field,
     stiffness_field,
 )
+from guideload.machine.straightness import Profile, Straightness, Waviness, spline_through
 
 
 def _printable(name: str) -> str:
@@ -61,7 +69,10 @@ def _printable(name: str) -> str:
 
 Name = Annotated[StrictStr, Field(min_length=1), AfterValidator(_printable)]
 Length = Annotated[float, in_range(POSITION)]
+TravelPosition = Annotated[float, in_range(TRAVEL)]
 PositiveLength = Annotated[float, in_range(LENGTH, above=0.0)]
+RotationalStiffness = Annotated[float, in_range(TILTING, above=0.0)]
+Roll = Annotated[float, in_range(ROLL)]
 Mass = Annotated[float, in_range(MASS, above=0.0)]
 Inertia = Annotated[float, in_range(INERTIA)]
 Damping = Annotated[float, in_range(DAMPING, least=0.0)]
@@ -156,21 +167,89 @@ class Rail(ConfigModel):
 
     name: Name = Field(description='a unique name, e.g. "1"')
     position: Cross = Field(description='y, z from L, e.g. ["50 mm", "-350 mm"]')
+    roll: Roll = Field(
+        default=0.0,
+        description='angle about x by which y and z of its carriages are turned, y towards z, e.g. "90 deg"',
+    )
+    mounting_error: Cross = Field(
+        default=(0.0, 0.0),
+        description='y, z by which it is mounted beside its position, e.g. ["20 um", "-5 um"]; it loads the carriages',
+    )
+    straightness: Straightness | None = Field(
+        default=None,
+        description='points [x, dy, dz] of its displacement, x in the fixed frame, e.g. [["0 m", "0 um", "0 um"], ...]',
+    )
+    straightness_file: Name | None = Field(
+        default=None,
+        description='a CSV file with these points, relative to the machine file: columns "x [mm],dy [um],dz [um]"',
+    )
+    waviness: Waviness | None = Field(
+        default=None, description="a random displacement in addition, with rms, wavelengths and seed"
+    )
+
+    @field_validator("straightness_file")
+    @classmethod
+    def _was_read(cls, name: str | None, info: ValidationInfo) -> str | None:
+        if name is not None and info.data.get("straightness", ()) is None:
+            raise ValueRefused("no straightness_file in code", name, "give its points as straightness")
+        return name
+
+    @property
+    def profiles(self) -> tuple[Profile, ...]:
+        """The profiles whose sum is its displacement; none for a straight rail."""
+        points = () if self.straightness is None else (spline_through(self.straightness),)
+        return points if self.waviness is None else (*points, self.waviness)
+
+
+class Distances(NamedTuple):
+    """Distances [m] between the links of a carriage, which with their stiffness resist its rotations.
+
+    pitch  of the links along y, along the rail
+    yaw    of the links along z, along the rail
+    roll   of the links along y, across the rail; 0 if they are in the middle of the rail
+    """
+
+    pitch: float
+    yaw: float
+    roll: float
 
 
 class Carriage(ElasticModel):
     """A carriage: one link along y and one along z at each of its ends, x - length/2 and x + length/2 (paper, 4.1).
 
-    Its elastic law along y and z follows from stiffness, clearance, preload or curve; see `guideload.machine.laws`.
+    With `width` it has two links along y at each end, at z - width/2 and z + width/2, which resist roll. y and z are
+    those of its rail. Its elastic law along y and z follows from stiffness, clearance, preload or curve; see
+    `guideload.machine.laws`.
     """
 
-    model_config = not_required("length")
+    model_config = not_required("damping_y", "damping_z")  # its type may give them
 
     name: Name = Field(description='a unique name, e.g. "1"')
     rail: Name = Field(description="the name of the rail it runs on")
+    type: Name | None = Field(
+        default=None, description="a table of [carriage_types], which gives the keys that are left out here"
+    )
     x: Length = Field(description='x of its centre from L, e.g. "-500 mm"')
-    length: PositiveLength = Field(
-        description='distance between its two ends along x, e.g. "85 mm"; a product may give it'
+    stiffness_pitch: RotationalStiffness | None = Field(
+        default=None,
+        description='stiffness against rotation about z, e.g. "250 kN m/rad", in place of the one by length',
+    )
+    stiffness_yaw: RotationalStiffness | None = Field(
+        default=None,
+        description='stiffness against rotation about y, e.g. "250 kN m/rad", in place of the one by length',
+    )
+    stiffness_roll: RotationalStiffness | None = Field(
+        default=None, description='stiffness against rotation about x, e.g. "80 kN m/rad" (or width instead)'
+    )
+    length: PositiveLength | None = Field(
+        default=None,
+        validate_default=True,
+        description='distance between its two ends along x, e.g. "85 mm"; a product may give it',
+    )
+    width: PositiveLength | None = Field(
+        default=None,
+        description='distance across the rail of its rows of balls or rollers, e.g. "23 mm", which resist roll; '
+        "a product may give it",
     )
     curve_y: Curve | None = curve_field("of the whole carriage along y", "_y")
     curve_z: Curve | None = curve_field("of the whole carriage along z", "_z")
@@ -180,10 +259,16 @@ class Carriage(ElasticModel):
     preload_z: Preload = preload_field("of the whole carriage along z", "_z")
     clearance_y: Clearance = clearance_field("along y")
     clearance_z: Clearance = clearance_field("along z")
+    compliance_y: Compliance = compliance_field("along y")
+    compliance_z: Compliance = compliance_field("along z")
     rolling: Rolling = None
     damping_y: Damping = Field(description='damping of the whole carriage along y, e.g. "100 kN s/m"')
     damping_z: Damping = Field(description='damping of the whole carriage along z, e.g. "100 kN s/m"')
     damping_in_contact: DampingInContact = False
+    mounting_error: Cross = Field(
+        default=(0.0, 0.0),
+        description='y, z by which it is too high or too far across, e.g. ["5 um", "0 um"]; adds to that of its rail',
+    )
     product: Name | None = Field(
         default=None,
         description="a product of the catalogue; it gives length and stiffness if they are left out",
@@ -194,8 +279,82 @@ class Carriage(ElasticModel):
 
     @property
     def laws(self) -> tuple[Law, Law]:
-        """The elastic laws of the whole carriage along y and along z."""
+        """The elastic laws of the whole carriage along y and along z, in series with the structure's compliance."""
+        return self._law("_y", self.compliance_y), self._law("_z", self.compliance_z)
+
+    @property
+    def own_laws(self) -> tuple[Law, Law]:
+        """The elastic laws of the carriage alone."""
         return self._law("_y"), self._law("_z")
+
+    @property
+    def damping_shares(self) -> tuple[float, float]:
+        """What the compliance in series leaves of the damping along y and along z: (k_s/k)^2.
+
+        k: nominal stiffness of the carriage, whose damper is parallel to it; k_s: together with the structure. A
+        vibration of amplitude a then moves the carriage by a k_s/k, and its damper dissipates (k_s/k)^2 of the energy.
+        """
+        compliances = self.compliance_y, self.compliance_z
+        shares = [
+            (1.0 + law.stiffness * compliance) ** -2.0
+            for law, compliance in zip(self.own_laws, compliances, strict=True)
+        ]
+        return shares[0], shares[1]
+
+    @field_validator("length")
+    @classmethod
+    def _length_or_stiffness(cls, length: float | None, info: ValidationInfo) -> float | None:
+        """Require length unless pitch and yaw stiffness, which replace it, are both given."""
+        replaced = all(info.data.get(key, 0.0) is not None for key in ("stiffness_pitch", "stiffness_yaw"))
+        if length is None and not replaced:
+            raise PydanticKnownError("missing")
+        if length is not None and replaced:
+            way_out = "they replace what length gives: keep one of them"
+            raise ValueRefused("no length beside stiffness_pitch and stiffness_yaw", length, way_out)
+        return length
+
+    @field_validator("width")
+    @classmethod
+    def _width_or_stiffness(cls, width: float | None, info: ValidationInfo) -> float | None:
+        if width is not None and info.data.get("stiffness_roll") is not None:
+            way_out = "either gives the stiffness against roll: keep one of them"
+            raise ValueRefused("no width beside stiffness_roll", width, way_out)
+        return width
+
+    @model_validator(mode="after")
+    def _possible(self) -> Carriage:
+        """Refuse a rotational stiffness that links with the carriage's stiffness cannot have in any machine."""
+        try:
+            distances = self.distances
+        except SceneError:  # an impossible law: the scene tells it
+            return self
+        for key, distance in distances._asdict().items():
+            if not LENGTH.holds(distance):
+                axis = "z" if key == "yaw" else "y"
+                reason = (
+                    f"with stiffness_{axis} its links would be {distance:.3g} m apart: is the unit right?"
+                )
+                raise ValueRefused(f"a possible stiffness_{key}", getattr(self, f"stiffness_{key}"), reason)
+        return self
+
+    @property
+    def resists_roll(self) -> bool:
+        """Whether its links along y are in two rows."""
+        return self.width is not None or self.stiffness_roll is not None
+
+    @property
+    def distances(self) -> Distances:
+        """The distances of its links; a stiffness k_r against a rotation takes 2 sqrt(k_r/k), with the nominal k."""
+
+        def distance(rotational: float | None, law: Law, otherwise: float | None) -> float:
+            return (otherwise or 0.0) if rotational is None else 2.0 * math.sqrt(rotational / law.stiffness)
+
+        along_y, along_z = self.own_laws
+        return Distances(
+            pitch=distance(self.stiffness_pitch, along_y, self.length),
+            yaw=distance(self.stiffness_yaw, along_z, self.length),
+            roll=distance(self.stiffness_roll, along_y, self.width),
+        )
 
 
 def unit_vector(direction: Vector, example: str) -> Vector:

@@ -25,7 +25,7 @@ from pydantic_core import PydanticKnownError
 from guideload._core import Law
 from guideload.base.config import ConfigModel, entries, in_range, number
 from guideload.base.errors import ValueRefused
-from guideload.base.ranges import CLEARANCE, DEFLECTION, FORCE, PRELOAD, STIFFNESS
+from guideload.base.ranges import CLEARANCE, COMPLIANCE, DEFLECTION, FORCE, PRELOAD, STIFFNESS
 
 Value = TypeVar("Value")
 CurvePoints = tuple[tuple[float, float], ...]  # deflection [m], force [N]
@@ -132,6 +132,7 @@ Curve = Annotated[tuple[CurvePoint, ...], BeforeValidator(_as_list), AfterValida
 Stiffness = Annotated[float | Sides, BeforeValidator(_stiffness)] | None
 Preload = Annotated[float, in_range(PRELOAD, above=0.0)] | None
 Clearance = Annotated[float, in_range(CLEARANCE, least=0.0)]
+Compliance = Annotated[float, in_range(COMPLIANCE, least=0.0)]
 Rolling = Annotated[
     Literal["ball", "roller"] | None,
     Field(validate_default=True, description='rolling element of a preloaded contact: "ball" or "roller"'),
@@ -160,6 +161,11 @@ def preload_field(where: str, suffix: str = "") -> Any:
         f'preload {where}, e.g. "2.09 kN", beside stiffness{suffix} at no load; leave it out if there is none'
     )
     return Field(default=None, description=text)
+
+
+def compliance_field(where: str) -> Any:
+    text = f'compliance {where} of what is in series with the carriage, as bolted joint and table, e.g. "2 um/kN"'
+    return Field(default=0.0, description=text)
 
 
 def clearance_field(where: str) -> Any:
@@ -206,18 +212,38 @@ class ElasticModel(ConfigModel):
         keys = [key for key in cls.model_fields if key.startswith("clearance")]
         return _refuse_without(value, info, keys, "false without a clearance")
 
-    def _law(self, suffix: str = "") -> Law:
-        """The law of the keys with this suffix. Raises SceneError if it is impossible."""
+    @field_validator("compliance_y", "compliance_z", check_fields=False)
+    @classmethod
+    def _piecewise_linear(cls, value: float, info: ValidationInfo) -> float:
+        suffix = (info.field_name or "")[-2:]
+        if value and info.data.get(f"preload{suffix}") is not None:
+            way_out = (
+                f"the two have no closed form: write the law as curve{suffix}, with compliance times force added "
+                "to each deflection"
+            )
+            raise ValueRefused(f"no {info.field_name} beside preload{suffix}", value, way_out)
+        return value
+
+    def _law(self, suffix: str = "", compliance: float = 0.0) -> Law:
+        """The law of the keys with this suffix, in series with a compliance [m/N]. Raises SceneError if impossible.
+
+        In series, each deflection grows by the compliance times the force, so a slope k becomes k/(1 + k compliance).
+        """
         keys = dict(self)
         curve, stiffness = keys[f"curve{suffix}"], keys[f"stiffness{suffix}"]
         preload, clearance = keys[f"preload{suffix}"], keys[f"clearance{suffix}"]
         if curve is not None:
             points = np.array(curve)
+            points[:, 0] += compliance * points[:, 1]
             return Law.curve(np.vstack([-points[:0:-1], points]) if curve[0] == (0.0, 0.0) else points)
         if isinstance(stiffness, Sides):
-            return Law.sided(stiffness.positive, stiffness.negative, clearance)
+            positive, negative = (
+                k / (1.0 + k * compliance) for k in (stiffness.positive, stiffness.negative)
+            )
+            return Law.sided(positive, negative, clearance)
         if preload is not None:
             return Law.preloaded(stiffness, preload, EXPONENT[keys["rolling"]])
+        stiffness = stiffness / (1.0 + stiffness * compliance)
         return Law.sided(stiffness, stiffness, clearance)
 
 

@@ -2,23 +2,62 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload._core import Law, carriage_links
+from guideload._core import Law
 from guideload.base.arrays import Array
-from guideload.machine.components import Carriage, Link
+from guideload.base.errors import SceneError
+from guideload.machine.components import Carriage, Distances, Link, Rail
+from guideload.machine.straightness import Profile
 
-ENDS = ("-y", "-z", "+y", "+z")  # the links of a carriage: "-" at x - length/2, "+" at x + length/2
+
+class CarriageLink(NamedTuple):
+    """The place of a link in its carriage.
+
+    end   -0.5 at the end -x, 0.5 at the end +x
+    axis  1 along y, 2 along z, of the carriage's own axes
+    row   across the rail: -0.5 in the row at -z, 0.5 in the one at +z, 0 in the middle
+    """
+
+    end: float
+    axis: int
+    row: float
+
+    @property
+    def name(self) -> str:
+        """Its name without that of the carriage: "-y", or with rows "-y-z" and "-y+z"."""
+        row = f"{_sign(self.row)}z" if self.row else ""
+        return f"{_sign(self.end)}{'xyz'[self.axis]}{row}"
+
+    def offset(self, distances: Distances) -> tuple[float, float]:
+        """Its place from the carriage's centre along and across the rail [m]."""
+        return self.end * (distances.pitch if self.axis == 1 else distances.yaw), self.row * distances.roll
+
+
+def _sign(number: float) -> str:
+    return "-" if number < 0.0 else "+"
+
+
+ENDS = (-0.5, 0.5)
+IN_MIDDLE = tuple(CarriageLink(end, axis, 0.0) for end in ENDS for axis in (1, 2))
+IN_ROWS = tuple(CarriageLink(end, axis, row) for end in ENDS for axis, row in ((1, -0.5), (1, 0.5), (2, 0.0)))
+NAMES = frozenset(link.name for link in (*IN_MIDDLE, *IN_ROWS))
+
+
+def links_of(carriage: Carriage) -> tuple[CarriageLink, ...]:
+    """The links of a carriage: with a width, those along y are in two rows."""
+    return IN_ROWS if carriage.resists_roll else IN_MIDDLE
 
 
 @dataclass(frozen=True, eq=False)
 class LinkTable:
-    """All links: four for each carriage, in the order of the carriages, then the extra links. Read-only."""
+    """All links: four or six for each carriage, in the order of the carriages, then the extra links. Read-only."""
 
     names: tuple[str, ...]
     points: Array  # (n, 3) m, from L
@@ -27,43 +66,120 @@ class LinkTable:
     stiffness: Array  # (n,) N/m, nominal stiffness: see `Law.stiffness` of the core
     damping: Array  # (n,) N s/m
     damping_in_contact: NDArray[np.bool_]  # (n,) whether the damping acts only outside the clearance
+    offsets: Array  # (n,) m, displacement of the foot along the direction, from mounting errors
     carriage: NDArray[np.intp]  # (n,) index into the carriages, -1 for an extra link
+    axis: NDArray[np.intp]  # (n,) 1 along the carriage's y, 2 along its z, -1 for an extra link
 
 
-def table_of(carriages: Sequence[Carriage], centers: Array, links: Sequence[Link]) -> LinkTable:
-    """The link table. Each end of a carriage has half of the carriage's force at the same deflection.
+class _Row(NamedTuple):
+    name: str
+    point: tuple[float, ...]
+    direction: tuple[float, ...]
+    law: Law
+    damping: float
+    in_contact: bool
+    offset: float
+    carriage: int
+    axis: int
 
-    centers: (carriage, 3) m from L. Raises SceneError for an impossible law.
+
+def table_of(carriages: Sequence[Carriage], places: Array, links: Sequence[Link], errors: Array) -> LinkTable:
+    """The link table. The links along one axis of a carriage share its force at the same deflection.
+
+    places: (carriage, 4) m, m, m from L, and rad, the roll of its rail. errors: (carriage, 3) m, mounting errors.
+    Raises SceneError for an impossible law.
     """
-    names: list[str] = []
-    laws: list[Law] = []
-    damping: list[float] = []
-    in_contact: list[bool] = []
-    for carriage in carriages:
-        names += [f"{carriage.name}:{end}" for end in ENDS]
-        laws += [law.scaled(0.5) for law in carriage.laws] * 2
-        damping += [0.5 * carriage.damping_y, 0.5 * carriage.damping_z] * 2
-        clearances = carriage.clearance_y, carriage.clearance_z
-        in_contact += [carriage.damping_in_contact and clearance > 0.0 for clearance in clearances] * 2
+    rows: list[_Row] = []
+    for i, (carriage, place) in enumerate(zip(carriages, places.tolist(), strict=True)):
+        rows += _rows_of(i, carriage, place, errors[i])
     for link in links:
-        names.append(link.name)
-        laws.append(link.law)
-        damping.append(link.damping)
-        in_contact.append(link.damping_in_contact)
-    lengths = [carriage.length for carriage in carriages]
-    ends = [np.hstack(carriage_links(*end)) for end in zip(centers.tolist(), lengths, strict=True)]
-    lines = np.vstack([*ends, *((*link.point, *link.direction) for link in links)])
-    owner = np.repeat(np.arange(len(carriages)), len(ENDS))
+        own = link.law, link.damping, link.damping_in_contact
+        rows.append(_Row(link.name, link.point, link.direction, *own, 0.0, -1, -1))
     return LinkTable(
-        names=tuple(names),
-        points=read_only(lines[:, :3]),
-        directions=read_only(lines[:, 3:]),
-        laws=tuple(laws),
-        stiffness=read_only(np.array([law.stiffness for law in laws])),
-        damping=read_only(np.array(damping)),
-        damping_in_contact=read_only(np.array(in_contact)),
-        carriage=read_only(np.append(owner, np.full(len(links), -1)).astype(np.intp)),
+        names=tuple(row.name for row in rows),
+        points=read_only(np.array([row.point for row in rows], dtype=np.float64)),
+        directions=read_only(np.array([row.direction for row in rows], dtype=np.float64)),
+        laws=tuple(row.law for row in rows),
+        stiffness=read_only(np.array([row.law.stiffness for row in rows])),
+        damping=read_only(np.array([row.damping for row in rows])),
+        damping_in_contact=read_only(np.array([row.in_contact for row in rows])),
+        offsets=read_only(np.array([row.offset for row in rows])),
+        carriage=read_only(np.array([row.carriage for row in rows], dtype=np.intp)),
+        axis=read_only(np.array([row.axis for row in rows], dtype=np.intp)),
     )
+
+
+def _rows_of(index: int, carriage: Carriage, place: Sequence[float], error: Array) -> Iterator[_Row]:
+    x, y, z, roll = place
+    own_y = (math.cos(roll), math.sin(roll))
+    own_z = (0.0 - own_y[1], own_y[0])
+    (share_y, share_z), laws = carriage.damping_shares, carriage.laws
+    damping = share_y * carriage.damping_y, share_z * carriage.damping_z
+    clearance = carriage.clearance_y, carriage.clearance_z
+    distances = carriage.distances
+    links = links_of(carriage)
+    for link in links:
+        of_axis = link.axis - 1
+        share = 1.0 / sum(other.axis == link.axis for other in links)
+        along, across = link.offset(distances)
+        direction = (0.0, *(own_y, own_z)[of_axis])
+        yield _Row(
+            name=f"{carriage.name}:{link.name}",
+            point=(x + along, y + across * own_z[0], z + across * own_z[1]),
+            direction=direction,
+            law=laws[of_axis].scaled(share),
+            damping=share * damping[of_axis],
+            in_contact=carriage.damping_in_contact and clearance[of_axis] > 0.0,
+            offset=float(error @ direction),
+            carriage=index,
+            axis=link.axis,
+        )
+
+
+def feet_on(
+    rails: Sequence[Rail], carriages: Sequence[Carriage], table: LinkTable, position: Array
+) -> tuple[Array, Array]:
+    """Displacements [m] and slopes [1] of the feet of all links along the links, each (n, link).
+
+    rails: that of each carriage. position: (n,) m, of the cart. Raises SceneError where a profile is not known.
+    """
+    displacement, slope = np.zeros((2, position.size, table.carriage.size))
+    for i, (rail, carriage) in enumerate(zip(rails, carriages, strict=True)):
+        links = np.flatnonzero(table.carriage == i) if rail.profiles else np.array([], dtype=np.intp)
+        for x in np.unique(table.points[links, 0]).tolist():
+            here = links[table.points[links, 0] == x]
+            across = table.directions[here, 1:].T
+            for profile in rail.profiles:
+                _require_known(profile, position + x, rail.name, carriage.name)
+                moved, inclined = profile.at(position + x)
+                displacement[:, here] += moved @ across
+                slope[:, here] += inclined @ across
+    return displacement, slope
+
+
+def _require_known(profile: Profile, places: Array, rail: str, carriage: str) -> None:
+    """Raise SceneError unless a profile is known at all places (n,) [m]."""
+    (first, last), low, high = profile.reach, float(places.min()), float(places.max())
+    if first <= low and high <= last:
+        return
+    raise SceneError(
+        f"rail {rail}: straightness: expected points from {low:.6g} to {high:.6g} m, where carriage {carriage} runs, "
+        f"got points from {first:g} to {last:g} m; add points, or for the machine at rest set rest_at, the position of "
+        "the cart"
+    )
+
+
+def own_axes(places: Array) -> Array:
+    """Own x, y and z of carriages or rails, as rows, in the axes of the machine: (n, 3, 3).
+
+    places: (n, 4) m, m, m from L, and rad, the roll.
+    """
+    rolls = places[:, 3]
+    axes = np.zeros((rolls.size, 3, 3))
+    axes[:, 0, 0] = 1.0
+    axes[:, 1, 1] = axes[:, 2, 2] = np.cos(rolls)
+    axes[:, 1, 2], axes[:, 2, 1] = np.sin(rolls), 0.0 - np.sin(rolls)
+    return axes
 
 
 _Numbers = TypeVar("_Numbers", Array, NDArray[np.intp], NDArray[np.int64], NDArray[np.bool_])

@@ -22,16 +22,29 @@ from pydantic_core import InitErrorDetails
 from guideload._core import Law, Scene
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel
-from guideload.base.errors import MOST_PROBLEMS, ConfigError, KeyPath, ValueRefused, shown
+from guideload.base.errors import (
+    MOST_PROBLEMS,
+    ArgumentError,
+    ConfigError,
+    KeyPath,
+    SceneError,
+    ValueRefused,
+    shown,
+)
 from guideload.base.toml import located, read_toml
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
-from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail
+from guideload.machine.base import Base
+from guideload.machine.carriage_types import CarriageTypes, TypesByName, at_types, type_problems, with_types
+from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail, TravelPosition
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
-from guideload.machine.links import ENDS, LinkTable, read_only, table_of
+from guideload.machine.links import NAMES, LinkTable, feet_on, own_axes, read_only, table_of
+from guideload.machine.payloads import Payload, united
+from guideload.machine.points import PointOfInterest
 from guideload.machine.products import filled, product_problems, with_catalogue
 from guideload.machine.riders import MOST_RIDERS, Rider, joined
+from guideload.machine.straightness import with_straightness
 
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 DOFS: tuple[Dof, ...] = get_args(Dof)
@@ -61,9 +74,26 @@ class Machine(ConfigModel):
     friction: Friction | None = Field(
         default=None, description="the table [friction] of the guides; it adds to the drive's force"
     )
+    rest_at: TravelPosition = Field(
+        default=0.0,
+        description="position of the cart at rest, where rails are not straight; a run rests where it starts",
+    )
+    base: Base | None = Field(
+        default=None, description="the table [base]: its compliance; left out if it is rigid"
+    )
     rails: tuple[Rail, ...] = Field(default=(), description="one [[rails]] table per rail")
     carriages: tuple[Carriage, ...] = Field(default=(), description="one [[carriages]] table per carriage")
+    carriage_types: CarriageTypes = Field(
+        default_factory=TypesByName,
+        description="a table [carriage_types.NAME] of keys for each type that carriages name by `type`",
+    )
     links: tuple[Link, ...] = Field(default=(), description="one [[links]] table for each extra link")
+    points: tuple[PointOfInterest, ...] = Field(
+        default=(), description="one [[points]] table for each point of the body whose motion matters"
+    )
+    payloads: tuple[Payload, ...] = Field(
+        default=(), description="one [[payloads]] table for each mass that comes and goes"
+    )
     catalogue: Name | None = Field(
         default=None, description='a catalogue file, relative to the machine file, e.g. "catalogue.toml"'
     )
@@ -79,13 +109,33 @@ class Machine(ConfigModel):
         """The machine described in a TOML file. Raises ConfigError naming file, row, key and value."""
         values, places = read_toml(file)
         try:
-            return cls(**with_catalogue(values, Path(file)))
+            return cls(**with_catalogue(with_straightness(values, Path(file).parent), Path(file)))
         except ConfigError as error:
             raise located(error, str(file), places) from None
 
     def with_free(self, free: Iterable[str]) -> Machine:
         """The same machine with other free dofs; the drive holds the rest."""
         return self.model_copy(update={"free": tuple(free)})
+
+    def carrying(self, payloads: Iterable[str]) -> Machine:
+        """The machine with the payloads of these names as part of its body, and without the others."""
+        names = frozenset(payloads)
+        if names not in self._carrying:
+            bodies = [self.body, *(payload for payload in self.payloads if payload.name in names)]
+            self._carrying[names] = self.model_copy(update={"body": united(bodies), "payloads": ()})
+        return self._carrying[names]
+
+    def require_no_payloads(self, what: str) -> None:
+        """Raise ArgumentError for a machine whose payloads come and go, which `what` does not know."""
+        if self.payloads:
+            raise ArgumentError(
+                f"payloads: {what} knows no payloads that come and go; run the machine (simulate, guideload run), or "
+                f"make them part of its body: machine.carrying([{shown(self.payloads[0].name)}])"
+            )
+
+    @cached_property
+    def _carrying(self) -> dict[frozenset[str], Machine]:
+        return {}
 
     @field_validator("free")
     @classmethod
@@ -98,33 +148,44 @@ class Machine(ConfigModel):
     @classmethod
     def _with_checked_names(cls, values: Any, handler: ModelWrapValidatorHandler[Machine]) -> Machine:
         """Check the names before the components are validated, so that all problems are reported at once."""
+        given, values = values, with_types(values)
         problems = [
             InitErrorDetails(type="value_error", loc=path, input=refused.value, ctx={"error": refused})
             for path, refused in _name_conflicts(values)
         ]
-        without_product = {
-            item["loc"][:2] for item in problems if item["loc"][2:] in (("product",), ("preload_class",))
+        without_keys = {
+            item["loc"][:2]
+            for item in problems
+            if item["loc"][2:] in (("product",), ("preload_class",), ("type",))
         }
         try:
             machine = handler(filled(values))
         except ValidationError as error:
             found = cast(list[InitErrorDetails], error.errors(include_url=False))
-            # An unknown product would have given the keys that are missing.
+            # An unknown product or type would have given the keys that are missing.
             problems += [
-                item for item in found if item["type"] != "missing" or item["loc"][:2] not in without_product
+                item for item in found if item["type"] != "missing" or item["loc"][:2] not in without_keys
             ]
         if problems:
-            raise ValidationError.from_exception_data(cls.__name__, problems)
+            raise ValidationError.from_exception_data(cls.__name__, at_types(problems, given))
         return machine
+
+    def point(self, name: str) -> PointOfInterest:
+        """The point of [[points]] with this name. Raises ArgumentError if there is none."""
+        for one in self.points:
+            if one.name == name:
+                return one
+        known = ", ".join(one.name for one in self.points)
+        there = f"it has {known}" if known else "it has no [[points]]"
+        raise ArgumentError(
+            f"{self.name}: expected the name of a point of the machine, got {name!r}; {there}"
+        )
 
     @cached_property
     def whole_body(self) -> Body:
         """The main body with all riders at their positions."""
-        return (
-            joined([self.body, *(rider.at(rider.position) for rider in self.riders)])
-            if self.riders
-            else self.body
-        )
+        riders = [rider.at(rider.position) for rider in self.riders]
+        return joined([self.body, *riders]) if riders else self.body
 
     @cached_property
     def carriage_centers(self) -> Array:
@@ -132,6 +193,36 @@ class Machine(ConfigModel):
         rails = [self.rails[i].position for i in self.rail_of_carriage]
         centers = [(carriage.x, *rail) for carriage, rail in zip(self.carriages, rails, strict=True)]
         return read_only(np.array(centers, dtype=np.float64).reshape(-1, 3))
+
+    @cached_property
+    def carriage_places(self) -> Array:
+        """Centre of each carriage and roll of its rail, (carriage, 4) [m, m, m, rad]: point and axes of its load."""
+        rolls = [self.rails[i].roll for i in self.rail_of_carriage]
+        return read_only(np.column_stack([self.carriage_centers, np.array(rolls, dtype=np.float64)]))
+
+    @cached_property
+    def carriage_axes(self) -> Array:
+        """Own x, y and z of each carriage, as rows, in the axes of the machine: (carriage, 3, 3)."""
+        return read_only(own_axes(self.carriage_places))
+
+    @property
+    def in_one_line(self) -> bool:
+        """Whether all carriages are in one line, as on a single rail."""
+        across = self.carriage_centers[:, 1:]
+        return across.size > 0 and not np.ptp(across, axis=0).any()
+
+    @property
+    def has_rolled_rails(self) -> bool:
+        """Whether the own axes of a carriage differ from those of the machine."""
+        return bool(self.carriage_places[:, 3].any())
+
+    @cached_property
+    def mounting_errors(self) -> Array:
+        """Mounting error of each carriage, the sum of its own and that of its rail, shape (carriage, 3) [m]."""
+        errors = np.zeros((len(self.carriages), 3))
+        for error, carriage, rail in zip(errors, self.carriages, self.rail_of_carriage.tolist(), strict=True):
+            error[1:] = np.add(carriage.mounting_error, self.rails[rail].mounting_error)
+        return read_only(errors)
 
     @cached_property
     def rail_of_carriage(self) -> NDArray[np.intp]:
@@ -169,10 +260,24 @@ class Machine(ConfigModel):
         return read_only(centers)
 
     @cached_property
+    def rail_places(self) -> Array:
+        """As `carriage_places`, for the loads of the rails: (rail, 4) [m, m, m, rad]."""
+        rolls = np.array([rail.roll for rail in self.rails], dtype=np.float64)
+        return read_only(np.column_stack([self.rail_centers, rolls]))
+
+    @cached_property
     def scene(self) -> Scene:
         """The scene that the core integrates. Raises SceneError if the links do not support the body."""
         table = self.link_table()
-        return self._scene_with(table.laws, table.damping_in_contact)
+        try:
+            return self._scene_with(table.laws, table.damping_in_contact)
+        except SceneError as error:
+            if self.in_one_line and not any(carriage.resists_roll for carriage in self.carriages):
+                way_out = (
+                    "carriages in one line resist roll if each has the key width, the distance of its rows"
+                )
+                raise SceneError(f"{error}; {way_out}") from None
+            raise
 
     @cached_property
     def nominal_scene(self) -> Scene:
@@ -196,8 +301,28 @@ class Machine(ConfigModel):
             laws=laws,
             damping=table.damping,
             damping_in_contact=damping_in_contact,
+            offsets=self.offsets,
+            base_compliance=None if self.base is None else self.base.compliance,
             riders=[rider.for_core() for rider in self.riders],
         )
+
+    @property
+    def has_straight_rails(self) -> bool:
+        """Whether no rail has a profile; it may have a mounting error."""
+        return not any(rail.profiles for rail in self.rails)
+
+    @cached_property
+    def offsets(self) -> Array:
+        """Displacement of the foot of each link at rest, from mounting errors and profiles of rails, (link,) [m]."""
+        return read_only(self.link_table().offsets + self.feet_at(np.array([self.rest_at]))[0][0])
+
+    def feet_at(self, position: Array) -> tuple[Array, Array]:
+        """Displacements [m] and slopes [1] of the rails at the feet of all links, along the links, each (n, link).
+
+        position: (n,) m, of the cart. Raises SceneError where the profile of a rail is not known.
+        """
+        rails = [self.rails[rail] for rail in self.rail_of_carriage]
+        return feet_on(rails, self.carriages, self.link_table(), position)
 
     @property
     def model_level(self) -> ModelLevel:
@@ -210,7 +335,7 @@ class Machine(ConfigModel):
 
     @cached_property
     def _links(self) -> LinkTable:
-        return table_of(self.carriages, self.carriage_centers, self.links)
+        return table_of(self.carriages, self.carriage_places, self.links, self.mounting_errors)
 
     def __eq__(self, other: object) -> bool:
         """Whether all fields are equal; cached properties are not compared."""
@@ -229,20 +354,20 @@ def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
     """Problems of unchecked values: duplicate names, unknown rails, neither carriages nor links."""
     if not isinstance(values, dict):
         return
+    yield from type_problems(values)
     yield from product_problems(values)
-    rails, carriages, links, riders = (
-        _names(values, key, "name") for key in ("rails", "carriages", "links", "riders")
-    )
+    keys = ("rails", "carriages", "links", "riders", "points", "payloads")
+    parts = {key: _names(values, key, "name") for key in keys}
     if not values.get("carriages") and not values.get("links"):
         yield ("carriages",), ValueRefused("at least one [[carriages]] or [[links]] table", [])
-    known = {name for _, name in rails}
+    known = {name for _, name in parts["rails"]}
     expected = f"a rail's name ({shown(sorted(known))})"
     unknown = ((i, rail) for i, rail in _names(values, "carriages", "rail") if rail not in known)
     for number, (i, rail) in enumerate(unknown):
         near = get_close_matches(rail, sorted(known), n=1) if number < MOST_PROBLEMS else []
         hint = f'did you mean "{near[0]}"?' if near else "add a [[rails]] table with that name"
         yield ("carriages", i, "rail"), ValueRefused(expected, rail, hint)
-    for key, named in (("rails", rails), ("carriages", carriages), ("links", links), ("riders", riders)):
+    for key, named in parts.items():
         first: dict[str, int] = {}
         for i, name in named:
             if first.setdefault(name, i) < i:
@@ -250,8 +375,8 @@ def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
                     (key, i, "name"),
                     ValueRefused("a unique name", name, f"{key}[{first[name]}] has it already"),
                 )
-    taken = {f"{name}:{end}" for _, name in carriages for end in ENDS}
-    for i, name in links:
+    taken = {f"{name}:{end}" for _, name in parts["carriages"] for end in NAMES}
+    for i, name in parts["links"]:
         if name in taken:
             yield (
                 ("links", i, "name"),

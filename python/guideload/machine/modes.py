@@ -18,8 +18,8 @@ class Modes:
     frequency     (n,) Hz, natural frequencies of the undamped machine
     damping_ratio (n,) 1, neglects coupling of the modes by damping (exact for damping proportional to stiffness)
     shape         (n, 6) mode shapes, displacement and rotation of L [m, rad], without damping; the largest
-                  displacement of the carriage centres (without carriages: of the links' points) and of the centre
-                  of mass is 1
+                  displacement of the carriage centres (without carriages, or if all are in one line: of the links'
+                  points) and of the centre of mass is 1
     eigenvalues   (2 n,) 1/s, complex, of the damped machine; for one mode -zeta omega +- i omega sqrt(1 - zeta^2)
     """
 
@@ -43,8 +43,12 @@ class Modes:
 
 
 def _guided_points(machine: Machine) -> Array:
-    """Carriage centres, or the links' points without carriages, and the centre of mass, from L (n, 3) [m]."""
-    guided = machine.carriage_centers if machine.carriages else machine.link_table().points
+    """Carriage centres and the centre of mass, from L (n, 3) [m]; the links' points in place of no or aligned centres.
+
+    Rotation about the line of the carriages of a single rail does not move their centres.
+    """
+    rolls = machine.in_one_line and "rx" in machine.free
+    guided = machine.carriage_centers if machine.carriages and not rolls else machine.link_table().points
     return np.vstack([guided, machine.whole_body.center_of_mass])
 
 

@@ -9,6 +9,7 @@ from typing import Any
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused
 from guideload.catalogue.catalogue import Catalogue
 from guideload.catalogue.product import Product, product_by_name
+from guideload.machine.carriage_types import with_types
 
 LAW_KEYS = ("stiffness", "curve")  # a carriage that has one of them has its own law along this axis
 
@@ -25,7 +26,7 @@ def with_catalogue(values: dict[str, Any], file: Path) -> dict[str, Any]:
     if not path.is_file():
         hint = f"there is no {path}; the name is relative to the machine file"
         raise ConfigError([Problem(("catalogue",), name, "a catalogue file", hint, None, f'"{name}"')])
-    tables = values.get("carriages", ())
+    tables = with_types(values).get("carriages", ())
     wanted = {table.get("product") for table in tables if isinstance(table, dict)}
     own = tuple(values.get("products", ()))
     names = {table.get("name") for table in own if isinstance(table, dict)}
@@ -38,7 +39,8 @@ def with_catalogue(values: dict[str, Any], file: Path) -> dict[str, Any]:
 def filled(values: Any) -> Any:
     """Unchecked values of a machine whose carriages have the keys of their products, unless they have their own.
 
-    A product gives length, and the elastic law along each axis for which the carriage has neither stiffness nor curve.
+    A product gives length and width, and the elastic law along each axis for which the carriage has neither stiffness
+    nor curve.
     """
     products = _products(values)
     if not products:
@@ -53,8 +55,10 @@ def filled(values: Any) -> Any:
 def _with_product(table: dict[str, Any], product: Product) -> dict[str, Any]:
     given = {key: value for key, value in table.items() if value is not None}
     added: dict[str, Any] = {}
-    if product.model_length is not None:
+    if product.model_length is not None and not {"stiffness_pitch", "stiffness_yaw"} <= given.keys():
         added["length"] = product.model_length
+    if product.row_spacing is not None and "stiffness_roll" not in given:
+        added["width"] = product.row_spacing
     try:
         laws = product.law_keys(given.get("preload_class"))
     except ValueRefused:  # an unknown preload class: `product_problems` tells it

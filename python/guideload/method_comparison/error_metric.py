@@ -38,7 +38,7 @@ class ErrorMetric:
         if not carriages:
             text = "the loads of the links: the machine has no carriages"
             return cls(machine, static_links.size, static_links, text)
-        forces = scene.static_group_loads(machine.links_of_carriages, machine.carriage_centers)[:, :3]
+        forces = scene.static_group_loads(machine.links_of_carriages, machine.carriage_places)[:, :3]
         by_carriage = cls(machine, None, forces, "the forces of the carriages along x, y and z")
         count = sum(links.size for links in machine.links_of_carriages)  # these come before the extra links
         by_link = cls(machine, count, static_links[:count], "")
@@ -58,7 +58,7 @@ class ErrorMetric:
         if self.links is not None:
             return solution.link_loads("total")[:, : self.links]
         machine = self.machine
-        return solution.group_loads(machine.links_of_carriages, machine.carriage_centers, "total")[:, :, :3]
+        return solution.group_loads(machine.links_of_carriages, machine.carriage_places, "total")[:, :, :3]
 
 
 def difference(loads: Array, others: Array) -> float:

@@ -124,6 +124,7 @@ def stability(machine: Machine, motion: Motion | None = None, *, rtol: float = 1
 
     Raises SceneError (unsupported body), ArgumentError (rtol, motion), RunError.
     """
+    machine.require_no_payloads("the stability of steps")
     if motion is None:
         motion = standard_move()
     if not np.ptp(motion.time):

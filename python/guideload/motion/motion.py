@@ -10,7 +10,10 @@ from numpy.typing import ArrayLike
 
 from guideload.base.arrays import Array, check_finite
 from guideload.base.errors import TraceError
+from guideload.base.number_text import counted
 from guideload.base.ranges import ACCELERATION, ANGULAR_SPEED, FORCE, MOMENT, POSITION, SPEED, TIME, TRAVEL
+from guideload.machine.points import PointOfInterest
+from guideload.motion.forces import Forces
 from guideload.motion.uncertainty import Uncertainty
 
 # The histories of a Motion and the shape of one sample of each.
@@ -49,6 +52,7 @@ class Motion:
     bandwidth     Hz, of the acceleration along x; inf if the acceleration is exact, or if its bandwidth is unknown
     uncertainty   of the acceleration along x, or None; if its `time` is None, it has the stamps of the motion
     exact         whether the acceleration is known between the stamps too, as that of planned moves: it hides nothing
+    recorded      whether it is a record, which may begin under way; any other motion begins at standstill
 
     The arrays are read-only copies in float64. Raises TraceError with the history and the index.
     """
@@ -64,6 +68,7 @@ class Motion:
     bandwidth: float = np.inf
     uncertainty: Uncertainty | None = None
     exact: bool = False
+    recorded: bool = False
 
     def __repr__(self) -> str:
         source = f" of {self.source}" if self.source else ""
@@ -111,6 +116,7 @@ class Motion:
         bandwidth: float = np.inf,
         uncertainty: Uncertainty | None = None,
         exact: bool = False,
+        recorded: bool = False,
     ) -> Motion:
         """A motion along the rails: acceleration (n,) m/s2, velocity (n,) m/s and position (n,) m along x."""
         stamps = _history("time", time, (np.size(time),))
@@ -129,6 +135,7 @@ class Motion:
             bandwidth=bandwidth,
             uncertainty=uncertainty,
             exact=exact,
+            recorded=recorded,
         )
 
     def with_force(
@@ -164,6 +171,40 @@ class Motion:
             return replace(self, wrench=load if self.wrench is None else self.wrench + load, notes=notes)
         Motion(stamps, np.zeros((stamps.size, 3)))  # checks the stamps
         return replace(self._with_wrench(stamps, load), notes=notes)
+
+    def with_forces(
+        self, forces: Forces, at: PointOfInterest, *, own_axes: bool = False, start: float | None = None
+    ) -> Motion:
+        """The motion with process forces on the body at a point, as `machine.point("tool")`.
+
+        own_axes: force and moment are in the axes of the point instead of those of the machine. start: s, added to the
+        stamps of the forces; needed if these count from the first one. The result has the stamps of both, as in
+        `with_force`. Raises TraceError for forces outside the time of the motion, unless they are zero there.
+        """
+        if start is None and forces.from_first:
+            raise TraceError(
+                f"{forces.source}: the stamps count from the first one: give the time of the first in the motion, "
+                "as in start=0.0 (--forces-start 0)"
+            )
+        start = start or 0.0
+        stamps = _history("time", forces.time, (np.size(forces.time),)) + start
+        shape = (stamps.size, 3)
+        vectors = [_history(name, getattr(forces, name), shape) for name in ("force", "moment")]
+        outside = (stamps < self.time[0]) | (stamps > self.time[-1])
+        lost = np.flatnonzero(outside & np.any(np.hstack(vectors) != 0.0, axis=1))
+        if lost.size:
+            raise TraceError(
+                f"{forces.source}: expected no forces outside the time of the motion, {self.time[0]:g} to "
+                f"{self.time[-1]:g} s, got some at {counted(lost.size, 'stamp')}, the first at "
+                f"{stamps[lost[0]]:.6g} s; cut them off, set them to zero there, or shift them (start, --forces-start)"
+            )
+        if own_axes:
+            vectors = [vector @ at.rotation for vector in vectors]
+        moved = self.with_force(at.at, *vectors, time=stamps)
+        shift = f", shifted by {start:g} s" if start else ""
+        axes = "its own axes" if own_axes else "the axes of the machine"
+        note = f"process forces of {forces.source} at {at.name}, in {axes}{shift}"
+        return replace(moved, notes=(*self.notes, note, *forces.notes))
 
     def _with_wrench(self, time: Array, wrench: Array) -> Motion:
         """This motion plus a wrench (k, 6) at `time` (k,), zero outside `time`; the result has the stamps of both."""

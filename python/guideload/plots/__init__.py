@@ -14,10 +14,13 @@ from guideload.plots.drivers import scatter, tornado
 from guideload.plots.life import rail_damage
 from guideload.plots.loads import load_y, load_z, moments, motor_speed, paper_figures, resultant
 from guideload.plots.machine import equivalent_box, modes, scene
+from guideload.plots.points import points
+from guideload.plots.response import frequency_response
 from guideload.plots.saving import save, save_each
 from guideload.plots.spectrum import load_density, spectrum
 from guideload.plots.stability_region import stability
 from guideload.plots.study import band, distributions, exceedance, save_study
+from guideload.plots.study_life import failure
 from guideload.plots.trace import encoder
 from guideload.plots.work_precision_diagram import work_precision
 
@@ -35,6 +38,8 @@ __all__ = [
     "encoder",
     "equivalent_box",
     "exceedance",
+    "failure",
+    "frequency_response",
     "load_density",
     "load_y",
     "load_z",
@@ -42,6 +47,7 @@ __all__ = [
     "moments",
     "motor_speed",
     "paper_figures",
+    "points",
     "rail_damage",
     "resultant",
     "save",
@@ -74,4 +80,6 @@ def save_all(result: Result, folder: str | Path) -> list[Path]:
             "moments.png": lambda: moments(result),
             "spectrum.png": lambda: spectrum(result),
         }
+    if result.machine.points:
+        drawings["points.png"] = lambda: points(result)[0]
     return save_each(drawings, folder)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.plots.long_records import draw_envelope, is_long
 from guideload.plots.style import carriage_look, legend_beside, look, new_figure
 from guideload.reports.compare import require_carriages
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 def comparison(results: Mapping[str, Result]) -> tuple[Axes, Axes]:
     """Above, the resultant of each run's most loaded carriage over time; below, the peaks of all carriages.
 
+    Of a long record the range of the resultant in each column of the picture is drawn.
+
     Raises ArgumentError if a machine has no carriages.
     """
     require_carriages(results)
@@ -30,7 +33,10 @@ def comparison(results: Mapping[str, Result]) -> tuple[Axes, Axes]:
             data, style = result.quantities, carriage_look(i)
             peaks = result.peak_columns["peak_resultant_N"]
             at = int(peaks.argmax())
-            above.plot(data["time"], data["resultant"][:, at], color=style.color, ls=style.dash)
+            if is_long(result):
+                draw_envelope(above, data["time"], data["resultant"][:, at], style.color)
+            else:
+                above.plot(data["time"], data["resultant"][:, at], color=style.color, ls=style.dash)
             places = np.arange(peaks.size) + (i - 0.5 * (len(results) - 1)) * width
             below.bar(places, peaks, width, color=style.color, label="_")
             below.containers[-1].set_label(f"{title}, largest on {result.machine.carriages[at].name}")

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from guideload.audit.figures import share_of_time
-from guideload.audit.histories import Histories
+from guideload.audit.histories import Histories, payload_changes
 from guideload.base.number_text import joined, load_with_unit, percent
 from guideload.base.units import factor
 from guideload.motion.uncertainty import COVER
+from guideload.plots.long_records import draw_envelope, is_long, worst_cycle
 from guideload.plots.style import (
     DASHED,
     GREY,
@@ -59,7 +60,10 @@ def motor_speed(result: Result, ax: Axes | None = None) -> Axes:
         values, label = data["cart_acceleration"].sel(axis="x").values, "acceleration [m/s²]"
     with look():
         ax = axes_or_new(ax, 7.5, 2.6)
-        ax.plot(data["time"].values, values, color=INK)
+        if is_long(result):
+            draw_envelope(ax, data["time"].values, values, INK)
+        else:
+            ax.plot(data["time"].values, values, color=INK)
         ax.axhline(0, color=GREY, linewidth=0.7, zorder=1)
         ax.set(title=title, xlabel="time [s]", ylabel=label)
         _limit_zoom(ax, values)
@@ -70,34 +74,49 @@ def load_y(result: Result, carriage: str, ax: Axes | None = None) -> Axes:
     """Force of the body on one carriage along y in newtons over time (paper, figures 8 and 10).
 
     A bar along the time axis marks where one of its y links has no contact, or an open row. If the motion has an
-    uncertainty, a pale area is the 95 % band of the load at each instant. Raises ValueError for an unknown carriage.
+    uncertainty, a pale area is the 95 % band of the load at each instant. Of a long record the range in each column of
+    the picture is drawn and, unless axes are given, the worst cycle beside it. Raises ValueError for an unknown
+    carriage.
     """
-    return _load(result, carriage, "y", ax)
+    return _overview_and_cycle(result, carriage, "y", ax)
 
 
 def load_z(result: Result, carriage: str, ax: Axes | None = None) -> Axes:
     """Force of the body on one carriage along z in newtons over time (paper, figures 9 and 11); see `load_y`."""
-    return _load(result, carriage, "z", ax)
+    return _overview_and_cycle(result, carriage, "z", ax)
 
 
 def paper_figures(result: Result) -> list[Axes]:
     """The paper's figures 7 to 11 on one sheet: the motor speed, below it the y and z load of each carriage.
 
-    Returns the axes in that order: motor speed, y and z of the first carriage, y and z of the second, ...
+    Returns the axes in that order: motor speed, y and z of the first carriage, y and z of the second, ... Of a long
+    record the worst cycle is drawn beside each load; these axes are the last ones.
     """
     carriages = [str(name) for name in result.data["carriage"].values]
+    enlarged = is_long(result)
     with look():
-        figure = new_figure(12.0, 1.0 + 2.1 * (1 + len(carriages)))
-        grid = figure.add_gridspec(1 + len(carriages), 2)
+        figure = new_figure(20.0 if enlarged else 12.0, 1.0 + 2.1 * (1 + len(carriages)))
+        grid = figure.add_gridspec(1 + len(carriages), 4 if enlarged else 2)
         sheet = [motor_speed(result, figure.add_subplot(grid[0, :]))]
+        cycles: list[Axes] = []
         for row, carriage in enumerate(carriages, start=1):
             for column, axis in enumerate("yz"):
-                ax = figure.add_subplot(grid[row, column], sharex=sheet[0])
-                sheet.append(_load(result, carriage, axis, ax))
-        for ax in sheet[1:-2]:
+                place = grid[row, 2 * column if enlarged else column]
+                sheet.append(_load(result, carriage, axis, figure.add_subplot(place, sharex=sheet[0])))
+                if enlarged:
+                    below = cycles[0] if cycles else None
+                    cycles.append(
+                        _cycle(
+                            result,
+                            carriage,
+                            axis,
+                            figure.add_subplot(grid[row, 2 * column + 1], sharex=below),
+                        )
+                    )
+        for ax in (*sheet[1:-2], *cycles[:-2]):
             ax.set_xlabel("")
         figure.suptitle(run_title(result), parse_math=False)
-    return sheet
+    return [*sheet, *cycles]
 
 
 def resultant(result: Result, ax: Axes | None = None) -> Axes:
@@ -105,16 +124,12 @@ def resultant(result: Result, ax: Axes | None = None) -> Axes:
 
     Dashed lines are the quasi-static resultants: statics with m a and nominal stiffness. Bars along the time axis mark
     where a link of a carriage has no contact, or an open row. If the motion has an uncertainty, pale areas are the 95 %
-    bands of the loads at each instant.
+    bands of the loads at each instant. Of a long record the range in each column of the picture is drawn and, unless
+    axes are given, the worst cycle below.
     """
     static = Histories(result.machine, result.quantities).quasi_static_resultants()
-    with look():
-        ax = axes_or_new(ax, 9.0, 4.4)
-        ax.set_ylabel("√(F$_y$² + F$_z$²) [N]")
-        set_run_title(ax, result, "Resultant load of the carriages")
-        loads = result.data["resultant"].values
-        _draw_carriages(ax, result, loads, static, "static with m a", "resultant_sd", "N")
-    return ax
+    loads = _Loads(result.data["resultant"].values, static, "static with m a", "resultant_sd", "N")
+    return _carriages(result, loads, "Resultant load of the carriages", "√(F$_y$² + F$_z$²) [N]", ax)
 
 
 def moments(result: Result, ax: Axes | None = None) -> Axes:
@@ -126,42 +141,62 @@ def moments(result: Result, ax: Axes | None = None) -> Axes:
     moment = result.data["moment"].transpose("time", "carriage", "axis").values
     static = result.data["static_moment"].transpose("carriage", "axis").values
     magnitude, level = np.linalg.norm(moment, axis=2), np.linalg.norm(static, axis=1)
+    loads = _Loads(
+        magnitude, np.broadcast_to(level, magnitude.shape), "static level", "moment_magnitude_sd", "N m"
+    )
+    label = "√(M$_x$² + M$_y$² + M$_z$²) [N m]"
+    return _carriages(result, loads, "Moments of the carriages about their centres", label, ax)
+
+
+def _overview_and_cycle(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
+    """A load on axes; without axes those of a new figure, for a long record with the worst cycle beside them."""
+    if ax is not None or not is_long(result):
+        return _load(result, carriage, axis, ax)
     with look():
-        ax = axes_or_new(ax, 9.0, 4.4)
-        ax.set_ylabel("√(M$_x$² + M$_y$² + M$_z$²) [N m]")
-        set_run_title(ax, result, "Moments of the carriages about their centres")
-        static = np.broadcast_to(level, magnitude.shape)
-        _draw_carriages(ax, result, magnitude, static, "static level", "moment_magnitude_sd", "N m")
-    return ax
+        overview, cycle = new_figure(13.0, 2.8).subplots(1, 2)
+        _cycle(result, carriage, axis, cycle)
+    return _load(result, carriage, axis, overview)
 
 
-def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
+def _cycle(result: Result, carriage: str, axis: str, ax: Axes) -> Axes:
+    """The load of a carriage in the worst cycle."""
+    return _load(result, carriage, axis, ax, worst_cycle(result))
+
+
+def _load(result: Result, carriage: str, axis: str, ax: Axes | None, part: slice | None = None) -> Axes:
+    """A load over time, of a long record as an envelope; part: instants that are drawn enlarged instead."""
     data = result.data
     names = [str(name) for name in data["carriage"].values]
     if carriage not in names:
         raise ValueError(f"no carriage {carriage!r}: the result has {joined(repr(name) for name in names)}")
-    index = names.index(carriage)
+    index, shown = names.index(carriage), part or slice(None)
     color = carriage_look(index).color
-    time, here = data["time"].values, {"carriage": carriage, "axis": axis}
-    load, static = data["force"].sel(here).values, float(data["static_force"].sel(here))
-    peak = int(np.abs(load).argmax())
+    here = {"carriage": carriage, "axis": axis}
+    time, load = data["time"].values[shown], data["force"].sel(here).values[shown]
+    static, peak = float(data["static_force"].sel(here)), int(np.abs(load).argmax())
     contact = result.audit.contact
-    links = result.machine.links_of_carriages[index]["yz".index(axis) :: 2]
-    lost = contact.lost_by(links)
+    links = result.machine.links_of_carriages[index]
+    links = links[result.machine.link_table().axis[links] == "xyz".index(axis)]
+    lost = contact.lost_by(links)[shown]
+    envelope = part is None and is_long(result)
     with look():
         ax = axes_or_new(ax, 7.5, 2.8)
-        ax.plot(time, load, color=color)
-        if "force_sd" in data:
-            deviation = data["force_sd"].sel(here).values
+        if envelope:
+            draw_envelope(ax, time, load, color)
+        else:
+            ax.plot(time, load, color=color)
+        if "force_sd" in data and not envelope:
+            deviation = data["force_sd"].sel(here).values[shown]
             _draw_band(ax, time, load, deviation, color, BAND_ALPHA, _band_label(deviation))
-        ax.axhline(
-            static, color=INK, linewidth=0.8, linestyle=DASHED, label=f"static {load_with_unit(static)}"
-        )
+        label = f"static {load_with_unit(static)}"
+        ax.axhline(static, color=INK, linewidth=0.8, linestyle=DASHED, label=label)
         label = f"peak {load_with_unit(load[peak])} at {time[peak]:.2f} s"
         ax.plot(time[peak], load[peak], "o", color=color, markersize=5, clip_on=False, label=label)
         ax.set(xlabel="time [s]", ylabel=f"load F$_{axis}$ [N]")
-        ax.set_title(f"Carriage {carriage}, {axis}", pad=22, parse_math=False)  # room for the legend
+        title = f"Carriage {carriage}, {axis}{'' if part is None else ', worst cycle'}"
+        ax.set_title(title, pad=22, parse_math=False)  # room for the legend
         _limit_zoom(ax, load, float(data["resultant"].max()))
+        _mark_changes(ax, result)
         if lost.any():
             share = percent(float(share_of_time(time, lost[:, None])[0]))
             _mark_lost(ax, time, lost, color, label=f"{contact.words(links)} {share} of the time")
@@ -169,43 +204,88 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
     return ax
 
 
-def _draw_carriages(
-    ax: Axes, result: Result, loads: Array, static: Array, static_label: str, deviations: str, unit: str
-) -> None:
-    """Loads and static loads, both (time, carriage) and >= 0, with bands and peaks.
+class _Loads(NamedTuple):
+    """Loads and static loads of the carriages, both (time, carriage) and >= 0.
 
     deviations: name in the result of the standard deviations of the loads; missing if the motion has no uncertainty.
     """
-    time, carriages = result.data["time"].values, result.data["carriage"].values
-    for index, (name, load) in enumerate(zip(carriages, loads.T, strict=True)):
+
+    values: Array
+    static: Array
+    static_label: str
+    deviations: str
+    unit: str
+
+
+def _carriages(result: Result, loads: _Loads, title: str, label: str, ax: Axes | None) -> Axes:
+    """Loads of all carriages on axes; without axes, of a long record the overview above the worst cycle."""
+    enlarged = ax is None and is_long(result)
+    with look():
+        if enlarged:
+            ax, cycle = new_figure(9.0, 8.4).subplots(2, 1)
+            part = worst_cycle(result, loads.values)
+            cycle.set(ylabel=label)
+            time = result.data["time"].values[part]
+            cycle.set_title(f"Worst cycle, {time[0]:.2f} to {time[-1]:.2f} s")
+            _draw_carriages(cycle, result, loads, part)
+        ax = axes_or_new(ax, 9.0, 4.4)
+        ax.set_ylabel(label)
+        set_run_title(ax, result, title)
+        _draw_carriages(ax, result, loads, None)
+    return ax
+
+
+def _draw_carriages(ax: Axes, result: Result, loads: _Loads, part: slice | None) -> None:
+    """Loads with static loads, bands and peaks; of a long record their envelopes, or a part of it enlarged."""
+    shown = part or slice(None)
+    time, carriages = result.data["time"].values[shown], result.data["carriage"].values
+    values, static = loads.values[shown], loads.static[shown]
+    envelope = part is None and is_long(result)
+    deviations = (
+        None
+        if envelope or loads.deviations not in result.data
+        else result.data[loads.deviations].values[shown]
+    )
+    for index, (name, load) in enumerate(zip(carriages, values.T, strict=True)):
         color, dash = carriage_look(index)
         # Each line is thinner than the one before, so that equal loads of symmetric carriages are all visible.
         width = 0.8 + 1.4 * (1 - (index + 1) / len(carriages))
-        label = f"{plain(str(name))}: peak {load_with_unit(load.max(), unit)}"
-        ax.plot(time, load, color=color, linestyle=dash, linewidth=width, alpha=LINE_ALPHA, label=label)
-        ax.plot(time, static[:, index], color=INK, linewidth=0.8, linestyle=DASHED, zorder=2.5)
+        label = f"{plain(str(name))}: peak {load_with_unit(load.max(), loads.unit)}"
+        if envelope:
+            draw_envelope(ax, time, load, color, label)
+        else:
+            ax.plot(time, load, color=color, linestyle=dash, linewidth=width, alpha=LINE_ALPHA, label=label)
+            ax.plot(time, static[:, index], color=INK, linewidth=0.8, linestyle=DASHED, zorder=2.5)
         peak = int(load.argmax())
         ax.plot(time[peak], load[peak], "o", color=color, markersize=4, clip_on=False, zorder=3)
-        if deviations in result.data:
+        if deviations is not None:
             alpha = BAND_ALPHA / np.sqrt(len(carriages))  # bands of symmetric carriages cover each other
-            _draw_band(ax, time, load, result.data[deviations].values[:, index], color, alpha)
-    if deviations in result.data:
-        label = _band_label(result.data[deviations].values, unit)
+            _draw_band(ax, time, load, deviations[:, index], color, alpha)
+    if deviations is not None:
+        label = _band_label(deviations, loads.unit)
         ax.fill_between([], [], [], color=GREY, alpha=BAND_ALPHA, linewidth=0, label=label)
-    ax.plot([], [], color=INK, linewidth=0.8, linestyle=DASHED, label=static_label)
+    if not envelope:
+        ax.plot([], [], color=INK, linewidth=0.8, linestyle=DASHED, label=loads.static_label)
     ax.set_xlabel("time [s]")
-    _limit_zoom(ax, loads)
+    _limit_zoom(ax, values)
+    _mark_changes(ax, result)
+    _mark_carriages(ax, result, time, shown, from_zero=part is None)
+    legend_beside(ax, "carriage")
+
+
+def _mark_carriages(ax: Axes, result: Result, time: Array, shown: slice, from_zero: bool) -> None:
+    """Bars along the time axis where a carriage has lost contact; from_zero: the axis begins there, above the bars."""
     contact, links = result.audit.contact, result.machine.links_of_carriages
-    lost = [contact.lost_by(links_of_carriage) for links_of_carriage in links]
+    lost = [contact.lost_by(links_of_carriage)[shown] for links_of_carriage in links]
     marked = [index for index, flags in enumerate(lost) if flags.any()]
     height = min(BAR, ALL_BARS / max(len(marked), 1))
     strip = height * len(marked)
-    ax.set_ylim(bottom=-strip / (1 - strip) * ax.get_ylim()[1])  # the bars are below zero
+    low, high = (0.0, ax.get_ylim()[1]) if from_zero else ax.get_ylim()
+    ax.set_ylim(bottom=low - strip / (1 - strip) * (high - low))  # the bars are below the loads
     for row, index in enumerate(reversed(marked)):  # from the axis up, in the legend's order
         _mark_lost(ax, time, lost[index], carriage_look(index).color, row * height, height)
     if marked:
         ax.plot([], [], color=GREY, linewidth=4, label=contact.words(np.concatenate(links)))
-    legend_beside(ax, "carriage")
 
 
 def _band_label(deviation: Array, unit: str = "N") -> str:
@@ -237,6 +317,13 @@ def _mark_lost(
     shown = lost | np.append(lost[1:], False)
     edge, high = ax.get_xaxis_transform(), low + 0.7 * height
     ax.fill_between(time, low, high, where=shown, transform=edge, color=color, linewidth=0.5, label=label)
+
+
+def _mark_changes(ax: Axes, result: Result) -> None:
+    """A vertical line at each change of payload."""
+    for number, (time, _) in enumerate(payload_changes(result.quantities)[1:]):
+        label = "" if number else "change of payload"
+        ax.axvline(time, color=GREY, linewidth=0.8, linestyle=":", zorder=1, label=label)
 
 
 def _limit_zoom(ax: Axes, values: Array, scale: float = 0.0) -> None:

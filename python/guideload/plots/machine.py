@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from mpl_toolkits.mplot3d.axes3d import Axes3D
     from numpy.typing import NDArray
 
+    from guideload.machine.components import Carriage
     from guideload.machine.machine import Machine
     from guideload.machine.modes import Modes
     from guideload.simulation.result import Result
@@ -126,15 +127,20 @@ def _diagonal(machine: Machine, box: Points) -> float:
 
 def _carriage_block(machine: Machine, index: int, size: float) -> Points:
     """Corners of the block of a carriage; its length is true, its section is symbolic."""
-    sides = np.array([machine.carriages[index].length, 0.045 * size, 0.055 * size])
-    return cast("Points", machine.carriage_centers[index] + CORNERS * sides)
+    sides = np.array([_length(machine.carriages[index]), 0.045 * size, 0.055 * size])
+    return cast("Points", machine.carriage_centers[index] + (CORNERS * sides) @ machine.carriage_axes[index])
+
+
+def _length(carriage: Carriage) -> float:
+    """Distance [m] of the ends of a carriage at which its links act."""
+    return max(carriage.distances.pitch, carriage.distances.yaw)
 
 
 def _rail_ends(machine: Machine, box: Points) -> Iterator[Points]:
     """Start and end of each rail, a little beyond the body and the carriages."""
     ends = [box[:, 0]]
     for center, carriage in zip(machine.carriage_centers, machine.carriages, strict=True):
-        ends.append(center[0] + carriage.length * np.array([-0.5, 0.5]))
+        ends.append(center[0] + _length(carriage) * np.array([-0.5, 0.5]))
     low, high = np.min(np.concatenate(ends)), np.max(np.concatenate(ends))
     margin = 0.08 * (high - low)
     for rail in machine.rails:
@@ -163,7 +169,12 @@ def _draw_loads(ax: Axes3D, result: Result, centers: Points, size: float) -> Poi
     """Arrows of the carriages' loads at the instant of the peak; returns the y components (carriage,) [N]."""
     data = result.data
     instant = int(np.argmax(data["resultant"].max("carriage").values))
-    force = data["force"].isel(time=instant).transpose("carriage", "axis").values
+    force = (
+        data["force_global" if "force_global" in data else "force"]
+        .isel(time=instant)
+        .transpose("carriage", "axis")
+        .values
+    )
     sizes = np.linalg.norm(force, axis=1)
     if sizes.max() == 0:
         return force[:, 1]

@@ -84,9 +84,15 @@ def load_density(result: Result) -> tuple[Array, Array]:
     data = result.data
     dynamic = (data["force"] - data["static_force"]).transpose("time", "carriage", "axis")
     step, force = uniform(data["time"].values, dynamic.sel(axis=["y", "z"]).values)
-    count = len(force)
-    transform = np.fft.rfft(force, axis=0)[1:]
-    power = 2 * step / count * (transform.real**2 + transform.imag**2).sum(axis=-1)
+    frequency, density = power_density(step, force)
+    return frequency, density.sum(axis=-1)
+
+
+def power_density(step: float, values: Array) -> tuple[Array, Array]:
+    """Frequencies (frequency,) [Hz] and one-sided power spectral density of values (n, ...) at a uniform step [s]."""
+    count = len(values)
+    transform = np.fft.rfft(values, axis=0)[1:]
+    power = 2 * step / count * (transform.real**2 + transform.imag**2)
     if count % 2 == 0:
         power[-1] /= 2  # the highest frequency of an even count has no negative counterpart
     return np.arange(1, power.shape[0] + 1) / (count * step), np.asarray(power, dtype=np.float64)

@@ -16,6 +16,7 @@ from guideload.base.arrays import Array
 from guideload.base.number_text import load_with_unit
 from guideload.plots.drivers import STEPS, scatter, set_title, short, tornado, write_no_result
 from guideload.plots.saving import save_each
+from guideload.plots.study_life import failure
 from guideload.plots.style import (
     GREY,
     INK,
@@ -26,7 +27,7 @@ from guideload.plots.style import (
     new_figure,
     plain,
 )
-from guideload.study.description.measures import LIFE, QUANTITIES
+from guideload.study.description.measures import LIFE, QUANTITIES, SAFETY
 from guideload.study.results import statistics
 from guideload.study.results.result import StudyResult
 from guideload.study.results.statistics import known, quantiles
@@ -183,8 +184,9 @@ def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
 def save_study(result: StudyResult, folder: str | Path) -> list[Path]:
     """Save the pictures of a study as PNG in `folder`, which is made if missing; returns their paths.
 
-    They are distributions, exceedance, tornado and scatter of the main quantity; and a band for each carriage if
-    histories are stored. Given cases have neither exceedance nor tornado. Raises PictureError if some cannot be drawn,
+    They are distributions, exceedance, tornado and scatter of the main quantity; distributions of life and static
+    safety and the probability of failure if carriages have ratings; and a band for each carriage if histories are
+    stored. Given cases have neither exceedance nor tornado nor failure. Raises PictureError if some cannot be drawn,
     after the others are saved.
     """
     folder = Path(folder)
@@ -199,6 +201,11 @@ def study_drawings(result: StudyResult) -> dict[str, Callable[[], Axes]]:
     drawings: dict[str, Callable[[], Axes]] = {
         draw.__name__: partial(draw, result) for draw, wanted in drawn.items() if wanted
     }
+    if LIFE in result.quantities:
+        drawings["life"] = partial(distributions, result, LIFE)
+        drawings["static_safety"] = partial(distributions, result, SAFETY)
+        if not chosen:
+            drawings["failure"] = partial(failure, result)
     drawings["scatter"] = lambda: scatter(result)[0]
     if result.histories is not None and result.histories.sizes["sample"]:
         drawings["histories"] = partial(_bands, result)

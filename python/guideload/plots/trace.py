@@ -11,6 +11,7 @@ from guideload.audit.figures import uniform
 from guideload.base.arrays import Array
 from guideload.base.visible_text import visible
 from guideload.motion.uncertainty import COVER
+from guideload.plots.long_records import COLUMNS, thinned
 from guideload.plots.spectrum import label_modes, octave_bands, set_frequency_ticks
 from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, PALE, legend_above, look, new_figure
 
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 ESTIMATE, BAND_END = CARRIAGE_COLORS[0], CARRIAGE_COLORS[1]
 BAND = "#b3d4ea"  # the 95 % band around the estimate
 ROUNDING_DASHES, NOT_EXCITED_DASHES = (0, (4, 3)), (0, (2, 3))
-COLUMNS = 1500  # of the picture: of more samples, the range within each column is drawn
 DOTS = 400  # samples up to which each is drawn as a dot
 CLOSE_PERIODS, CLOSE_SAMPLES = 3.0, 40.0  # half width of the closer look, the larger counts
 MARGIN = 0.12  # above and below the band, over its range
@@ -72,17 +72,6 @@ def density(time: Array, acceleration: Array) -> tuple[Array, Array]:
     frequency = np.arange(1, power.size + 1) / (values.size * step)
     centers, means, _ = octave_bands(frequency, power[:, None])
     return centers, means[:, 0]
-
-
-def thinned(time: Array, *histories: Array) -> tuple[Array, list[tuple[Array, Array]]]:
-    """Histories (n,) reduced to the columns of a picture: time of each column, and for each history its range there.
-
-    Returns time (column,) and a pair of smallest and largest values (column,) for each history. Up to COLUMNS samples,
-    each is a column.
-    """
-    starts = np.arange(0, time.size, -(-time.size // COLUMNS))
-    ranges = [(np.minimum.reduceat(each, starts), np.maximum.reduceat(each, starts)) for each in histories]
-    return time[starts], ranges
 
 
 def _draw(ax: Axes, time: Array, values: Array, **style: Any) -> None:

@@ -55,7 +55,12 @@ def _table(needed: DriveRequirements) -> RenderableType:
 
 def _sentences(result: Result, needed: DriveRequirements) -> Iterator[str]:
     if needed.holding_force:
-        yield f"The drive holds the cart at rest with {load_in_table(needed.holding_force)} N, without friction."
+        torque = needed.holding_torque
+        motor = "" if torque is None else f" at the cart, {torque:.3g} N m at the motor"
+        held = f"{load_in_table(needed.holding_force)} N{motor}"
+        yield f"The drive holds the cart at rest against gravity with {held}, without friction and losses."
+        if needed.power is not None and needed.power.min() < 0.0:
+            yield f"Power flows back from the cart, up to {load_in_table(-float(needed.power.min()))} W."
     if needed.motor is not None:
         yield from _motor_sentences(needed.motor)
     if needed.push.any() and needed.velocity is not None:

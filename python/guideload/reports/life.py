@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rich.console import RenderableType
@@ -10,6 +11,7 @@ from rich.text import Text
 
 from guideload.base.errors import LifeError
 from guideload.base.number_text import joined, load_in_table, percent
+from guideload.life.criteria import Criteria
 from guideload.life.equivalent_load import RULES
 from guideload.life.life import Life, life_of
 from guideload.life.load_parts import CAUSES
@@ -207,9 +209,19 @@ def _places_section(life: Life) -> list[RenderableType]:
 
 
 def _formulas(life: Life) -> list[str]:
-    rule = RULES[life.conditions.rule]
-    conditions, one = life.conditions, life.carriages[0]
-    factors = joined(f"{value:g}" for value in dict.fromkeys(c.contact_factor for c in life.carriages))
+    return [
+        *rating_formulas(life.carriages),
+        f"One record is {life.record.travel.time[-1] - life.record.travel.time[0]:.4g} s and {life.distance:.4g} m of "
+        f"travel; it repeats every {life.duration:.4g} s.",
+    ]
+
+
+def rating_formulas(carriages: Sequence[Criteria]) -> list[str]:
+    """Formulas of equivalent load, mean load and life, with their numbers."""
+    one = carriages[0]
+    conditions = one.conditions
+    rule = RULES[conditions.rule]
+    factors = joined(f"{value:g}" for value in dict.fromkeys(c.contact_factor for c in carriages))
     return [
         f"Equivalent load, rule {conditions.rule} ({rule.source}): {rule.note}.",
         "P_m = (int P^p |v| dt / int |v| dt)^(1/p), exact for loads that are linear between the samples. "
@@ -219,6 +231,4 @@ def _formulas(life: Life) -> list[str]:
         f"{kilometres(one.rating.base)} km ({one.product.maker}, {one.product.edition}).",
         "a1 = (ln R / ln 0.9)^(1/1.5). Rails and machine: L = (sum L_i^-1.5)^(-1/1.5), Weibull distributions of "
         "the slope 1.5 that a1 has.",
-        f"One record is {life.record.travel.time[-1] - life.record.travel.time[0]:.4g} s and {life.distance:.4g} m of "
-        f"travel; it repeats every {life.duration:.4g} s.",
     ]

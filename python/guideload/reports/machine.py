@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from guideload._core import Law
-    from guideload.machine.components import Carriage, Link
+    from guideload.machine.components import Carriage, Link, Rail
     from guideload.machine.machine import Machine
 
 # Machines on guides have modes at tens to hundreds of Hz, damping of some percent and clearances of micrometres. Beyond
@@ -28,7 +28,9 @@ SLOWEST_MODE = 1.0  # Hz
 LARGEST_DAMPING = 2.0  # of critical
 LARGEST_CLEARANCE = 1e-3  # m
 
-STATIC_DEFINITIONS = "Forces of the body on the carriage, global axes; moments about the carriage's centre."
+STATIC_DEFINITIONS = (
+    "Forces of the body on the carriage, in its rail's axes; moments about the carriage's centre."
+)
 NOMINAL = "* Not linear. The table has the nominal stiffness, which determines modes and longest stable step. The law:"
 
 
@@ -52,14 +54,14 @@ def machine_report(machine: Machine, encoding: str = "utf-8") -> str:
     parts += [*section(f"Carriages and links ({count})"), *carriage_tables(machine)]
     if machine.links:
         parts.append(links_table(machine))
-    parts += product_lines(machine)
+    parts += [*mounting_lines(machine), *product_lines(machine), *payload_lines(machine)]
     if machine.carriages:
         parts += [*section("Static loads"), static_table(machine), *remark(STATIC_DEFINITIONS)]
     return to_text([*parts, *weight_lines(machine)], encoding=encoding)
 
 
 def body_lines(machine: Machine) -> list[str]:
-    """Mass, centre of mass and inertia of the body, and the travel per turn of the motor."""
+    """Mass, centre of mass and inertia of the body, the travel per turn of the motor, and the points."""
     body = machine.whole_body
     weight = body.mass * float(np.linalg.norm(machine.gravity))
     principal = np.linalg.eigvalsh(body.central_inertia())
@@ -75,6 +77,8 @@ def body_lines(machine: Machine) -> list[str]:
     if machine.drive is not None and not machine.drive.linear_motor:
         per_turn = 2e3 * np.pi * machine.drive.speed_per_motor_speed
         lines.append(f"drive: the cart moves {per_turn:.4g} mm per turn of the motor")
+    for point in machine.points:
+        lines.append(f"point {point.name} {_millimetres(point.at)} from L")
     return lines
 
 
@@ -96,34 +100,100 @@ def modes_range(modes: Modes) -> str:
 
 def carriage_tables(machine: Machine) -> list[RenderableType]:
     """A row per carriage: position, stiffness, damping, rail; and a second table of nonlinear laws."""
-    headings = ("x\nmm", "y\nmm", "z\nmm", "length\nmm", "ky\nN/um", "kz\nN/um", "by\nkN s/m", "bz\nkN s/m")
-    table = new_table("carriage", *headings, texts=("rail",))
+    rolling = [carriage.distances.roll > 0.0 for carriage in machine.carriages]
+    width = ("width\nmm",) if any(rolling) else ()
+    headings = ("ky\nN/um", "kz\nN/um", "by\nkN s/m", "bz\nkN s/m")
+    table = new_table("carriage", "x\nmm", "y\nmm", "z\nmm", "length\nmm", *width, *headings, texts=("rail",))
+    rails = {rail.name: rail for rail in machine.rails}
     carriages_of: dict[tuple[str, str], list[str]] = {}  # by axes and text of a nonlinear law
     for carriage, center in zip(machine.carriages, machine.carriage_centers, strict=True):
         table.add_row(
             Text(carriage.name),
-            *(f"{1e3 * place:g}" for place in (*center, carriage.length)),
+            *(f"{1e3 * place:g}" for place in center),
+            *_distances(carriage)[: 1 + len(width)],
             *(
                 f"{1e-6 * law.stiffness:g}" if law.kind == "linear" else f"{1e-6 * law.stiffness:.4g}*"
                 for law in carriage.laws
             ),
-            *(f"{1e-3 * b:g}" for b in (carriage.damping_y, carriage.damping_z)),
-            Text(carriage.rail),
+            *(f"{1e-3 * b:g}" for b in _dampings(carriage)),
+            Text(_rail_text(rails[carriage.rail])),
         )
         laws = [
-            (axis, law_text(carriage, law, axis))
+            (axis, law_text(carriage, law, axis) + _series_text(getattr(carriage, f"compliance_{axis}")))
             for axis, law in zip("yz", carriage.laws, strict=True)
             if law.kind != "linear"
         ]
         for text in dict.fromkeys(text for _, text in laws):
             axes = ", ".join(axis for axis, same in laws if same == text)
             carriages_of.setdefault((axes, text), []).append(carriage.name)
+    compliant = [one.name for one in machine.carriages if one.compliance_y or one.compliance_z]
+    notes = (
+        [f"Stiffness and damping of {joined(compliant)} are those with the compliance in series."]
+        if compliant
+        else []
+    )
     if not carriages_of:
-        return [table]
+        return [table, *remark(*notes)]
     laws_table = new_table("carriage", texts=("along", "law of the whole carriage"))
     for (axes, text), names in carriages_of.items():
         laws_table.add_row(Text(", ".join(names)), axes, text)
-    return [table, NOMINAL, laws_table]
+    return [table, NOMINAL, laws_table, *remark(*notes)]
+
+
+def _distances(carriage: Carriage) -> tuple[str, str]:
+    """Length and width of a carriage in mm, or the distances of its links that stated stiffnesses give."""
+    pitch, yaw, roll = (f"{1e3 * distance:.4g}" for distance in carriage.distances)
+    return (pitch if pitch == yaw else f"{pitch} (y), {yaw} (z)"), roll
+
+
+def _dampings(carriage: Carriage) -> tuple[float, float]:
+    share_y, share_z = carriage.damping_shares
+    return share_y * carriage.damping_y, share_z * carriage.damping_z
+
+
+def _rail_text(rail: Rail) -> str:
+    return f"{rail.name}, rolled {np.degrees(rail.roll):.4g} deg" if rail.roll else rail.name
+
+
+def _series_text(compliance: float) -> str:
+    return f"; in series with {1e9 * compliance:g} um/kN" if compliance else ""
+
+
+def mounting_lines(machine: Machine) -> list[str]:
+    """Lines on mounting errors, an elastic base, and rails that are not straight."""
+    parts = [("rail", one.name, one.mounting_error) for one in machine.rails]
+    parts += [("carriage", one.name, one.mounting_error) for one in machine.carriages]
+    errors = [f"{kind} {name} ({1e6 * y:g}, {1e6 * z:g}) um" for kind, name, (y, z) in parts if y or z]
+    lines = [f"mounting errors (y, z): {', '.join(errors)}"] if errors else []
+    if machine.base is not None:
+        across = ", ".join(f"{1e9 * machine.base.compliance[i][i]:.3g}" for i in range(3))
+        lines.append(f"elastic base under all links: at L it gives way by {across} um/kN along x, y, z")
+    for rail in machine.rails:
+        for profile in rail.profiles:
+            first, last = profile.reach
+            known = f"known from {first:g} to {last:g} m" if np.isfinite(last) else "random"
+            lines.append(
+                f"rail {rail.name} is not straight: {known}, shortest wavelength {profile.shortest:g} m"
+            )
+    at_rest = f"static loads are those with the cart at {machine.rest_at:g} m (rest_at)"
+    return lines if machine.has_straight_rails else [*lines, at_rest]
+
+
+def payload_lines(machine: Machine) -> list[str]:
+    """The payloads with mass, place and when they are on the machine."""
+    lines = []
+    for one in machine.payloads:
+        if one.times is not None:
+            when = joined(f"{start:g} to {end:g} s" for start, end in one.times)
+        else:
+            places = ("gripped", one.picked_at), ("released", one.released_at)
+            when = ", ".join(
+                f"{word} at x = {at.x:g} m going {at.travel}" for word, at in places if at is not None
+            )
+        lines.append(
+            f"payload {one.name}: {one.mass:g} kg at {_millimetres(one.center_of_mass)} from L, {when}"
+        )
+    return lines
 
 
 def product_lines(machine: Machine) -> list[str]:
@@ -254,4 +324,4 @@ def _millimetres(point: Sequence[float]) -> str:
 
 def _static_loads(machine: Machine) -> NDArray[np.float64]:
     """Static loads (carriage, 6): Fx Fy Fz [N], Mx My Mz [N m]."""
-    return machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_centers)
+    return machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_places)

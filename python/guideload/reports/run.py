@@ -11,12 +11,14 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from guideload.audit.audit import LABEL
-from guideload.base.number_text import load_in_table
+from guideload.audit.histories import payload_changes
+from guideload.base.number_text import joined, load_in_table
 from guideload.machine.machine import DOFS
 from guideload.reports.drive import drive_parts
 from guideload.reports.elements import WIDTH, dofs_line, new_table, remark, section, to_text
 from guideload.reports.life import life_answer, life_of_run, life_section
 from guideload.reports.machine import modes_table, nominal_lines, weight_lines
+from guideload.reports.points import points_section
 
 if TYPE_CHECKING:
     from guideload.base.arrays import Array
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
 ANSWER = ("peak_resultant_N", "time_of_peak_s", "dynamic_resultant_N")
 MOMENT_HEADINGS = ("|Mx|\nN m", "|My|\nN m", "|Mz|\nN m", "dyn.\nN m")
 DEFINITIONS = (
-    "Forces of the body on the carriage, global axes, static load included; moments about the carriage's "
+    "Forces of the body on the carriage, in its rail's axes, static load included; moments about the carriage's "
     "centre. Peak, static: resultant sqrt(Fy^2 + Fz^2). f_W: dynamic factor, peak over quasi-static peak (statics "
     "with m a). Dyn.: largest |load - static load|, of (Fy, Fz) and of (Mx, My, Mz); share: dyn. force over peak. "
     "All values are those at the samples."
@@ -44,6 +46,7 @@ def result_report(result: Result, encoding: str = "utf-8") -> str:
             dofs_line(machine),
             *_peaks_section(result),
             *life_section(life),
+            *points_section(result),
             *reactions_section(result),
             *section("Natural modes"),
             modes_table(machine, result.modes),
@@ -217,6 +220,14 @@ def _largest(vectors: Array) -> float:
     return float(np.linalg.norm(vectors, axis=1).max())
 
 
+def payload_lines(data: Quantities) -> list[str]:
+    """When payloads come and go; empty without payloads."""
+    changes = payload_changes(data)
+    stays = [f"from {time:.4g} s {joined(names) if names else 'none'}" for time, names in changes]
+    law = "static values are those at the start, natural modes those without payloads"
+    return [f"payloads: {', '.join(stays)}; {law}"] if changes else []
+
+
 def solution_lines(data: Quantities) -> list[str]:
     """Method and its reason; step or tolerance, if the method has one; number of contact changes, if any."""
     attributes = data.attrs
@@ -231,6 +242,12 @@ def solution_lines(data: Quantities) -> list[str]:
             f"load scale {load_in_table(scale)} N: largest link load at rest plus quasi-static link load under the "
             "peaks of the motion",
         ]
+    if attributes.get("start", "rest") != "rest":
+        lines.append(
+            "start: static equilibrium under the weight, the first acceleration and the first external load, as if "
+            "they had acted for long"
+        )
+    lines += payload_lines(data)
     if changes := int(attributes["contact_changes"]):
         lines.append(f"{changes} contact changes, located between the samples")
     return lines

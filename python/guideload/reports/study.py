@@ -12,7 +12,8 @@ from rich.text import Text
 
 from guideload.base.number_text import load_in_table
 from guideload.reports.elements import WIDTH, heading, new_table, remark, section, to_text
-from guideload.study.description.measures import CONTACT, LIFE, PEAK, QUANTITIES, Quantity
+from guideload.reports.study_life import life_answer, life_section
+from guideload.study.description.measures import CONTACT, LIFE, PEAK, QUANTITIES, SAFETY, Quantity
 from guideload.study.description.metadata import StudyMetadata
 from guideload.study.results.result import StudyResult, weaker_parameters
 from guideload.study.results.statistics import TOO_FEW, fewest_samples, known
@@ -28,6 +29,7 @@ MOST_CASES = 50  # in the table of cases
 MOST_VALUES = 3  # parameters whose values are in the table of cases
 MOST_CARRIAGES = 4  # in the table of cases; with more it has the worst only
 
+MACHINE_LIFE = "life is that which all carriages reach with the stated probability"
 DEFINITIONS = (
     "Peaks are the largest magnitudes of a run, at the samples of the motion, static load included; resultant: "
     'sqrt(Fy^2 + Fz^2). Machine: the worst carriage of each sample. "99 % lies in" (for minima 1 %): 95 % confidence '
@@ -72,9 +74,9 @@ def study_parts(result: StudyResult) -> list[RenderableType]:
     if result.failed:
         parts += [*section("Failures"), failures_table(result)]
     if metadata.chosen and not summary.empty:
-        parts += [*section("Cases"), *cases_table(result)]
+        parts += [*section("Cases"), *cases_table(result), *life_section(result)]
     elif not summary.empty:
-        parts += [*statistics_tables(result, summary), *section("Definitions")]
+        parts += [*statistics_tables(result, summary), *life_section(result), *section("Definitions")]
         parts += remark(" ".join(definitions(result, summary)))
     return parts
 
@@ -92,9 +94,10 @@ def answer_lines(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
         worst = min if quantity.smallest_is_worst else max
         carriage = str(worst(owners, key=rows[level].to_dict().__getitem__))
         value, low, high = (float(rows[f"{level}{end}"][carriage]) for end in ("", "_low", "_high"))
-        interval, owner = _interval(low, high), f"carriage {carriage}" if carriage else "machine"
+        interval, owner = _interval(low, high, stem), f"carriage {carriage}" if carriage else "machine"
         title = f"{capitalised(title_of(stem, metadata))}, {int(level[1:])} % quantile"
         yield f"{title}: {_with_unit(value, quantity)} ({interval} at 95 %), {owner}"
+    yield from life_answer(result, summary)
     probabilities = result.probabilities()
     for name in probabilities.index.unique("quantity"):
         rows = probabilities.loc[name]
@@ -215,21 +218,29 @@ def cases_table(result: StudyResult) -> list[RenderableType]:
     """A row for each of the first cases, with parameters and carriages if there are few of them."""
     cases, metadata, stem = result.cases(), result.metadata, result.leading.partition("[")[0]
     varied = [one.name for one in metadata.parameters] if len(metadata.parameters) <= MOST_VALUES else []
-    columns = [name for name in cases.columns[len(metadata.parameters) : -1] if name != LIFE]
+    columns = [
+        name
+        for name in cases.columns[len(metadata.parameters) : -1]
+        if name not in (LIFE, SAFETY) or name == stem
+    ]
     each = len(columns) <= MOST_CARRIAGES or QUANTITIES[stem].worse is None
     if not each:
         cases, columns = cases.assign(**{stem: result.column(stem)}), [stem]
     titles = [name.replace(".", ".\n").replace("].", "].\n") for name in varied]
     titles += [name.partition("[")[2].removesuffix("]").replace(" ", "\n") or "machine" for name in columns]
     owner = "each carriage" if each and len(columns) > 1 else "the machine"
-    if LIFE in cases:
-        titles, columns = [*titles, "life\nkm"], [*columns, LIFE]
+    for name, title in ((LIFE, "life\nkm"), (SAFETY, "S0\n")):
+        if name in cases and name not in columns:
+            titles, columns = [*titles, title], [*columns, name]
     table = new_table("case", *titles, texts=("exceeded",))
     for i, (_, row) in enumerate(cases.iloc[:MOST_CASES].iterrows()):
-        cells = [*(f"{row[name]:.4g}" for name in varied), *(_cell(float(row[name])) for name in columns)]
+        cells = [
+            *(f"{row[name]:.4g}" for name in varied),
+            *(_cell(float(row[name]), name) for name in columns),
+        ]
         table.add_row(str(i), *cells, Text(row["exceeded"]))
     unit = f" [{QUANTITIES[stem].unit}]" if QUANTITIES[stem].unit else ""
-    life = "; life: the shortest of the carriages" if LIFE in cases else ""
+    life = f"; {MACHINE_LIFE}; S0: the smallest static safety" if LIFE in cases else ""
     lines = [f"{capitalised(title_of(stem, metadata))} of {owner}{unit}{life}."]
     if len(cases) > MOST_CASES:
         lines += [
@@ -247,7 +258,7 @@ def statistics_tables(result: StudyResult, summary: pd.DataFrame) -> Iterator[Re
     names = [name for name in summary.index.unique("quantity") if name != CONTACT]
     for name in [name for name in names if QUANTITIES[name].worse is not None] or names:
         yield from section(capitalised(with_unit(name, result.metadata)))
-        yield summary_table(summary.loc[name], QUANTITIES[name].smallest_is_worst)
+        yield summary_table(summary.loc[name], QUANTITIES[name])
     probabilities = result.probabilities()
     if not probabilities.empty:
         yield from section("Probabilities")
@@ -256,22 +267,23 @@ def statistics_tables(result: StudyResult, summary: pd.DataFrame) -> Iterator[Re
     yield from driving_table(result)
 
 
-def summary_table(rows: pd.DataFrame, smallest_is_worst: bool = False) -> Table:
+def summary_table(rows: pd.DataFrame, quantity: Quantity) -> Table:
     """A row per carriage and one of the machine: mean, standard deviation, quantiles.
 
     The last column is the interval of the outermost quantile on the worst side.
     """
-    levels = (1, 5, 50, 95) if smallest_is_worst else (5, 50, 95, 99)
-    outermost = 1 if smallest_is_worst else 99
+    levels = (1, 5, 50, 95) if quantity.smallest_is_worst else (5, 50, 95, 99)
+    outermost = 1 if quantity.smallest_is_worst else 99
     quantiles = [f"q{level:02d}" for level in levels]
     table = new_table(
         "carriage", "mean", "std. dev.", *(f"{level} %" for level in levels), f"{outermost} % lies in"
     )
     for carriage, row in rows.iterrows():
         if carriage or len(rows) != 2:  # the row of the machine equals that of its only carriage
-            values = (_cell(float(row[name])) for name in ("mean", "standard_deviation", *quantiles))
-            ends = (float(row[f"q{outermost:02d}_{end}"]) for end in ("low", "high"))
-            table.add_row(Text(str(carriage) or "machine"), *values, _interval(*ends))
+            keys = ("mean", "standard_deviation", *quantiles)
+            values = (_cell(float(row[key]), quantity.name) for key in keys)
+            low, high = (float(row[f"q{outermost:02d}_{end}"]) for end in ("low", "high"))
+            table.add_row(Text(str(carriage) or "machine"), *values, _interval(low, high, quantity.name))
     return table
 
 
@@ -284,7 +296,8 @@ def probabilities_table(probabilities: pd.DataFrame, metadata: StudyMetadata) ->
         title = _limit_text(name, rows["limit"].iloc[0], metadata)
         for carriage, row in rows.iterrows():
             if carriage or len(rows) != 2:
-                owner = Text(str(carriage) or ("" if len(rows) == 1 else "any"))
+                of_all = "machine" if name == LIFE else "any"
+                owner = Text(str(carriage) or ("" if len(rows) == 1 else of_all))
                 counts = (f"{row[key]:.0f}" for key in ("count", "samples"))
                 probability, *ends = (f"{100 * row[key]:.3g}" for key in ("probability", "low", "high"))
                 table.add_row(title, owner, *counts, probability, " to ".join(ends))
@@ -320,10 +333,14 @@ def definitions(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     metadata, names = result.metadata, summary.index.unique("quantity")
     yield DEFINITIONS
     if "mean_load_N" in names:
-        yield f"Mean load: power mean of |Fy| + |Fz| over distance, exponent {metadata.exponent:.4g}."
-    if LIFE in names and metadata.life is not None:
-        rating, base = load_in_table(metadata.life.rating), 1e-3 * metadata.life.base
-        yield f"Life: {base:g} km (rating {rating} N / mean load)^{metadata.exponent:.4g}."
+        load = (
+            f"the equivalent load by the rule {metadata.machine.life.rule}" if result.rated else "|Fy| + |Fz|"
+        )
+        yield f"Mean load: power mean of {load} over distance, exponent {metadata.exponent:.4g}."
+    if LIFE in names:
+        yield (
+            f"Of the machine, {MACHINE_LIFE}. Static safety: C0/P0 at the worst instant of each sample (ISO 14728-2)."
+        )
     if result.limits:
         yield PROBABILITIES
     if CONTACT in result.limits:
@@ -338,16 +355,19 @@ def contact_line(metadata: StudyMetadata) -> str:
     return f"{capitalised(words)}: at some instant of a run {CONTACT_COUNTS[words]}."
 
 
-def _cell(value: float) -> str:
-    return load_in_table(value) if np.isfinite(value) else ""
+def _cell(value: float, name: str) -> str:
+    """A value of a column as text, empty if it is unknown or infinite; a static safety has two decimals."""
+    if not np.isfinite(value):
+        return ""
+    return f"{value:.2f}" if name.partition("[")[0] == SAFETY else load_in_table(value)
 
 
-def _interval(low: float, high: float) -> str:
-    return f"{_cell(low) or '...'} to {_cell(high) or '...'}"
+def _interval(low: float, high: float, name: str) -> str:
+    return f"{_cell(low, name) or '...'} to {_cell(high, name) or '...'}"
 
 
 def _with_unit(value: float, quantity: Quantity) -> str:
-    return f"{load_in_table(value)} {quantity.unit}".rstrip()
+    return f"{_cell(value, quantity.name)} {quantity.unit}".rstrip()
 
 
 def _share(value: float) -> str:

@@ -55,7 +55,7 @@ def bands_of(run: Run, carriage_loads: Array) -> CredibleBands | None:
     """The credible bands of a run, from its loads (time, carriage, 6); None if the motion has no uncertainty."""
     if run.motion.uncertainty is None:
         return None
-    if run.machine.scene.model_level == "linear" and run.travel is None:
+    if run.machine.scene.model_level == "linear" and run.stretches is None and run.travel is None:
         return _through_linear_scene(run, run.motion.uncertainty, np.ascontiguousarray(carriage_loads))
     return _by_samples(run, run.motion.uncertainty, carriage_loads)
 
@@ -88,8 +88,11 @@ def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> C
     machine = run.machine
     stamps = run.motion.time if uncertainty.time is None else uncertainty.time
     motion = uncertainty.model, uncertainty.derivative, uncertainty.unit, stamps
-    groups = machine.links_of_carriages, machine.carriage_centers
-    standard_deviations = load_spread(machine.scene, *motion, run.time, loads, *groups)
+    groups = machine.links_of_carriages, machine.carriage_places
+    quasi_static = run.start == "quasi-static"
+    standard_deviations = load_spread(
+        machine.scene, *motion, run.time, loads, *groups, quasi_static=quasi_static
+    )
     of_loads = standard_deviations[1]
     lower = upper = np.full(loads.shape[1], np.nan)
     if run.time.size:
@@ -97,7 +100,16 @@ def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> C
         reach = MOST_DEVIATION * np.hypot(of_loads[:, :, 1], of_loads[:, :, 2])
         can_be_peak = resultant + reach >= np.max(resultant - reach, axis=0)
         peaks = draw_peaks(
-            machine.scene, *motion, run.time, loads, can_be_peak, *groups, LINEAR_SAMPLES, SEED, cores()
+            machine.scene,
+            *motion,
+            run.time,
+            loads,
+            can_be_peak,
+            *groups,
+            LINEAR_SAMPLES,
+            SEED,
+            cores(),
+            quasi_static=quasi_static,
         )
         lower, upper = np.quantile(peaks, (TAIL, 1.0 - TAIL), axis=1)
     method = (
@@ -110,11 +122,11 @@ def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> C
 def _by_samples(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBands:
     steps = run.solution.steps + run.solution.rejected
     count = int(np.clip(STEPS[run.method] // max(steps, 1), FEWEST_SAMPLES, MOST_SAMPLES))
-    estimates = _histories(run.solution, loads)
+    estimates = _histories(run, run.solution, loads)
     squares = [np.zeros_like(estimate) for estimate in estimates]
     peaks = np.full((count, loads.shape[1]), np.nan)
     for i, solution in enumerate(_drawn_solutions(run, uncertainty, count)):
-        histories = _histories(solution, run.carriage_loads(solution=solution))
+        histories = _histories(run, solution, run.carriage_loads(solution=solution))
         for square, history, estimate in zip(squares, histories, estimates, strict=True):
             square += (history - estimate) ** 2
         if run.time.size:
@@ -149,11 +161,11 @@ def _drawn_solutions(run: Run, uncertainty: Uncertainty, count: int) -> Iterator
         yield run.solution_under(acceleration)
 
 
-def _histories(solution: Solution, loads: Array) -> tuple[Array, Array, Array, Array]:
+def _histories(run: Run, solution: Solution, loads: Array) -> tuple[Array, Array, Array, Array]:
     """`acceleration`, `loads`, `resultants` and `links` of one motion, in the shapes of `CredibleBands`."""
     resultant, magnitude = np.hypot(loads[:, :, 1], loads[:, :, 2]), np.linalg.norm(loads[:, :, 3:], axis=2)
     resultants = np.stack([resultant, magnitude], axis=2)
-    return solution.inputs()[:, 0], loads, resultants, solution.link_loads("total")
+    return solution.inputs()[:, 0], loads, resultants, run.link_loads(solution=solution)
 
 
 def _deviations(time: Array, uncertainty: Uncertainty, count: int) -> Iterator[Array]:

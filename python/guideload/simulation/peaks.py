@@ -9,7 +9,7 @@ import numpy as np
 from guideload.base.arrays import Array
 from guideload.base.quantities import Quantities
 from guideload.motion.uncertainty import COVER
-from guideload.simulation.run import AXES
+from guideload.simulation.run import AXES, Run
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +25,16 @@ class Peaks:
     largest: Array
     time_of_smallest: Array
     time_of_largest: Array
+
+
+def peaks_of(run: Run) -> Peaks:
+    """The extremes of a run, from the histories of its loads."""
+    loads = run.carriage_loads()
+    across, moment = np.hypot(loads[:, :, 1], loads[:, :, 2]), np.linalg.norm(loads[:, :, 3:], axis=2)
+    values = np.concatenate([loads, across[:, :, None], moment[:, :, None]], axis=2)
+    low, high = values.argmin(axis=0), values.argmax(axis=0)
+    names = tuple(carriage.name for carriage in run.machine.carriages)
+    return Peaks(names, values.min(axis=0), values.max(axis=0), run.time[low], run.time[high])
 
 
 def peak_columns(data: Quantities) -> dict[str, Array]:

@@ -14,11 +14,13 @@ from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, DoubtfulResult, GuideloadError
 from guideload.base.number_text import counted
 from guideload.base.quantities import Quantities
+from guideload.base.units import quantity
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.simulation import result_files
 from guideload.simulation.bands import bands_of, drawn_loads, with_bands
 from guideload.simulation.peaks import peak_columns
+from guideload.simulation.point_motion import Settling, point_columns, settling_of
 from guideload.simulation.run import Run
 from guideload.simulation.run_quantities import quantities_of
 
@@ -40,7 +42,9 @@ class Result:
 
     Quantities: force, moment (loads of the carriages, moments about their centres), with elastic and damping parts;
     resultant (y-z), link_load, rail_force, rail_moment, reaction (of the held dofs; of x: the drive force);
-    displacement, velocity, acceleration (of L in the carriage frame); and static values.
+    displacement, velocity, acceleration (of L in the carriage frame); of each point of [[points]] point_displacement,
+    point_velocity, point_acceleration (in the carriage frame) and point_absolute_acceleration (with that of the cart),
+    along the axes of the machine; and static values.
     A load is the force that the body exerts on its guide: weight makes y negative.
     If riders move: rider_position, rider_velocity and rider_acceleration along their directions, rider_force of their
     drives, and rider_wrench, which their motion adds to the forces on the body.
@@ -164,6 +168,36 @@ class Result:
         """The columns of `peaks` as plain arrays (carriage,)."""
         self._require_instants()
         return peak_columns(self.quantities)
+
+    def points(self) -> pd.DataFrame:
+        """A row per point of [[points]]: sag, and peaks of displacement, velocity and acceleration.
+
+        Names of columns end in the unit. Sag: size of the displacement at rest. Peaks: the largest over the reported
+        instants, of displacement from the place at rest, of velocity and of acceleration in the carriage frame, and of
+        the absolute acceleration. Raises ArgumentError if the result reports no instant.
+        """
+        import pandas as pd
+
+        names = [point.name for point in self.machine.points]
+        return pd.DataFrame(self.point_columns, index=pd.Index(names, name="point", dtype=object))
+
+    @cached_property
+    def point_columns(self) -> dict[str, Array]:
+        """The columns of `points` as plain arrays (point,); none without points."""
+        self._require_instants()
+        return point_columns(self._estimate) if self.machine.points else {}
+
+    def settling(self, window: float | str | None = None) -> tuple[Settling, ...]:
+        """The settling times of the points into a window after each move.
+
+        window: m or text such as "10 um", for all points; by default each point's settle_window, and points without one
+        are left out. The time runs from the last acceleration of the move until the point stays within the window
+        around its place at rest; process forces shift this place. Raises ArgumentError for an impossible window.
+        """
+        self._require_instants()
+        lowest = float(self.modes.frequency.min(initial=np.inf))
+        size = None if window is None else quantity(window, "m")
+        return settling_of(self.machine, self._estimate, lowest, size)
 
     def _require_instants(self) -> None:
         if not self._estimate["time"].size:

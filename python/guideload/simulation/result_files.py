@@ -17,6 +17,7 @@ from guideload.base.checksum import append_checksum, check_hdf5
 from guideload.base.errors import TraceError, ValueRefused, shortened, shown
 from guideload.base.quantities import Quantities, Quantity
 from guideload.machine.machine import Machine
+from guideload.simulation.point_motion import DIMS as POINT_DIMS
 from guideload.simulation.run import AXES
 
 if TYPE_CHECKING:
@@ -139,9 +140,10 @@ def read(path: str | PathLike[str]) -> tuple[Machine, xr.Dataset]:
 
 def _check(data: xr.Dataset, machine: Machine) -> None:
     """Raise ValueError unless the data are complete, finite and of this machine."""
-    if missing := REQUIRED.keys() - set(data.data_vars):
+    required = REQUIRED | (POINT_DIMS if machine.points else {})
+    if missing := required.keys() - set(data.data_vars):
         raise ValueError(f"a file without {', '.join(sorted(missing))}")
-    for name, dims in REQUIRED.items():
+    for name, dims in required.items():
         if set(data[name].dims) != set(dims):
             raise ValueError(f"{name} with the dimensions {', '.join(map(str, data[name].dims))}")
     for name, variable in {str(name): each for name, each in data.variables.items()}.items():
@@ -152,6 +154,7 @@ def _check(data: xr.Dataset, machine: Machine) -> None:
     for label, expected in {
         "carriage": [carriage.name for carriage in machine.carriages],
         "axis": list(AXES),
+        **({"point": [point.name for point in machine.points]} if machine.points else {}),
     }.items():
         if data[label].values.tolist() != expected:
             raise ValueError(

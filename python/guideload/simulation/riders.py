@@ -39,6 +39,7 @@ def ridden(machine: Machine, motion: Motion, riders: Mapping[str, Motion] | None
     given = _checked(machine, riders)
     if not given:
         return Ridden(machine, motion, None)
+    _require_alone(machine)
     common = _united(motion, list(given.values()))
     travel = np.zeros((len(machine.riders), common.time.size, 3))
     starts = []
@@ -51,6 +52,28 @@ def ridden(machine: Machine, motion: Motion, riders: Mapping[str, Motion] | None
         starts.append(rider.model_copy(update={"position": start}))
     started = machine.model_copy(update={"riders": tuple(starts)})
     return Ridden(started, common, travel) if np.any(travel) else Ridden(started, motion, None)
+
+
+def _require_alone(machine: Machine) -> None:
+    """Raise ArgumentError for a machine with what is not computed together with moving riders."""
+    machine.require_no_payloads("a run with moving riders")
+    for there, what, way_out in (
+        (
+            machine.base is not None,
+            "an elastic base",
+            "put its compliance into the stiffness of the carriages",
+        ),
+        (
+            not machine.has_straight_rails,
+            "rails that are not straight",
+            "take the largest error as mounting_error",
+        ),
+    ):
+        if there:
+            raise ArgumentError(
+                f"riders: moving riders are not computed on {what}; {way_out}, or give riders={{}} (or no key motion) "
+                "and they stand at their positions"
+            )
 
 
 def _checked(machine: Machine, riders: Mapping[str, Motion] | None) -> dict[str, Motion]:

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from guideload._core import Solution
+import numpy as np
+from numpy.typing import NDArray
+
+from guideload._core import Scene, Solution
 from guideload.base.arrays import Array
+from guideload.machine.links import own_axes
 from guideload.machine.machine import Machine
+from guideload.machine.stretches import Stretches
 from guideload.motion.motion import Motion
+from guideload.simulation.feet import Feet
+from guideload.simulation.start import StartState
 
 AXES = ("x", "y", "z")
 
@@ -24,14 +32,25 @@ class Run:
     rtol: float
     step: float | None
     times: Array | None  # s, the instants to report; None: the samples of the motion
-    travel: Array | None = (
-        None  # (riders, n, 3) of the riders at the samples of the motion; None if none moves
-    )
+    start: StartState
+    stretches: Stretches | None = None  # between the changes of payload; the motion has two stamps at each
+    feet: Feet | None = None  # None: all rails are straight
+    travel: Array | None = None  # (riders, n, 3) at the samples of the motion; None if no rider moves
 
     @property
     def time(self) -> Array:
         """The reported instants, (time,) [s]."""
         return self.motion.time if self.times is None else self.times
+
+    @property
+    def scene(self) -> Scene | Stretches:
+        """What the core runs."""
+        return self.stretches or self.machine.scene
+
+    @property
+    def machine_at_start(self) -> Machine:
+        """The machine with the payloads that are on it at the start, as part of its body."""
+        return self.stretches.machines[0] if self.stretches else self.machine
 
     @cached_property
     def solution(self) -> Solution:
@@ -40,7 +59,7 @@ class Run:
 
     def solution_under(self, acceleration: Array) -> Solution:
         """The solution under another acceleration (n, 3) [m/s2] at the samples of the motion."""
-        return self.machine.scene.solve(
+        return self.scene.solve(
             self.motion.time,
             acceleration,
             self.motion.wrench,
@@ -48,20 +67,25 @@ class Run:
             rtol=self.rtol,
             step=self.step,
             times=self.times,
+            start=self.start,
             travel=self.travel,
         )
 
     def link_loads_again(self, method: str, rtol: float, factor: float) -> Array:
-        """Link loads (time, link) [N] by a method with step-size control, under the excitation times a factor."""
+        """Link loads (time, link) [N] by a method with step-size control, under the excitation times a factor.
+
+        Without what moving feet add to them.
+        """
         motion = self.motion
         wrench = None if motion.wrench is None else factor * motion.wrench
-        solution = self.machine.scene.solve(
+        solution = self.scene.solve(
             motion.time,
             factor * motion.acceleration,
             wrench,
             method=method,
             rtol=rtol,
             times=self.times,
+            start=self.start,
             travel=self.travel,
         )
         return solution.link_loads("total")
@@ -83,7 +107,29 @@ class Run:
 
         part: total, elastic or damping. solution: default `self.solution`.
         """
-        groups = self.machine.links_of_carriages, self.machine.carriage_centers
-        loads = (solution or self.solution).group_loads(*groups, part)
+        loads = self._loads_of(self.machine.links_of_carriages, self.machine.carriage_places, part, solution)
         loads.setflags(write=False)  # arrays of the result are views of it
+        return loads
+
+    def rail_loads(self) -> Array:
+        """Loads (time, rail, 6): force [N] and moment about the mean of its carriage centres [N m]."""
+        return self._loads_of(self.machine.links_of_rails, self.machine.rail_places, "total", None)
+
+    def link_loads(self, part: str = "total", solution: Solution | None = None) -> Array:
+        """Loads along the links (time, link) [N]. Arguments as for `carriage_loads`."""
+        loads = (solution or self.solution).link_loads(part)
+        return loads if self.feet is None else loads + self.feet.loads(part, self.times)
+
+    def _loads_of(
+        self, groups: Sequence[NDArray[np.int64]], places: Array, part: str, solution: Solution | None
+    ) -> Array:
+        """Loads (time, group, 6) of groups of links about their centres, in their own axes."""
+        loads = (solution or self.solution).group_loads(groups, places, part)
+        if self.feet is not None:
+            table, of_feet = self.machine.link_table(), self.feet.loads(part, self.times)
+            for i, (links, place, axes) in enumerate(zip(groups, places, own_axes(places), strict=True)):
+                direction = table.directions[links]
+                moment = np.cross(table.points[links] - place[:3], direction)
+                arms = np.hstack([direction @ axes.T, moment @ axes.T])
+                loads[:, i] += of_feet[:, links] @ arms
         return loads

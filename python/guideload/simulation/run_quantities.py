@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from importlib.metadata import version
 
@@ -10,10 +11,11 @@ import numpy as np
 from guideload.base.arrays import Array, median_step
 from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.machine.machine import DOFS
+from guideload.machine.stretches import Stretches
 from guideload.motion.resolution import usable_bandwidth_of
+from guideload.simulation.point_motion import Row, point_rows
 from guideload.simulation.run import AXES, Run
 
-Row = tuple[str, tuple[str, ...], Array, str, str]
 MOST_STORED = 200_000  # samples of the motion beside other instants: 5 MB
 LOAD_UNITS = "N, N, N, N m, N m, N m"
 POSITION_UNITS = "m, m, m, rad, rad, rad"
@@ -32,9 +34,12 @@ def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
         "axis": AXES,
         "dof": DOFS,
     }
+    if machine.points:
+        labels["point"] = [point.name for point in machine.points]
     if run.travel is not None:
         labels["rider"] = [rider.name for rider in machine.riders]
     rows = [*_loads(run, carriage_loads), *_reference_point(run), *_static(run), *_motion(run), *_riders(run)]
+    rows += point_rows(machine, {name: values for name, _, values, *_ in rows})
     rows.append(("time", ("time",), run.time, "s", "time"))
     variables = quantities(
         sorted(rows, key=lambda row: row[1] == (row[0],))
@@ -44,7 +49,6 @@ def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
 
 
 def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
-    machine, solution = run.machine, run.solution
     of_carriages, of_rails = ("time", "carriage", "axis"), ("time", "rail", "axis")
     for part in ("total", "elastic", "damping"):
         loads = carriage_loads if part == "total" else run.carriage_loads(part)
@@ -57,11 +61,23 @@ def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
             "N m",
             f"{share}moment about the carriage centre",
         )
-        load = solution.link_loads(part)
+        load = run.link_loads(part)
         yield f"link_load{suffix}", ("time", "link"), load, "N", f"{share}load along the link"
+    machine = run.machine
+    if machine.has_rolled_rails:
+        turned, (cosine, sine) = carriage_loads.copy(), machine.carriage_axes[:, 1, 1:].T
+        for y, z in ((1, 2), (4, 5)):
+            own_y, own_z = carriage_loads[:, :, y], carriage_loads[:, :, z]
+            turned[:, :, y], turned[:, :, z] = cosine * own_y - sine * own_z, sine * own_y + cosine * own_z
+        text = "of the carriage in the axes of the machine"
+        yield "force_global", of_carriages, turned[:, :, :3], "N", f"load {text}"
+        yield "moment_global", of_carriages, turned[:, :, 3:], "N m", f"moment {text}, about its centre"
+    if run.feet is not None:
+        words = "part of the load along the link that the motion of its foot adds"
+        yield "foot_load", ("time", "link"), run.feet.loads("total", run.times), "N", words
     resultant = np.hypot(carriage_loads[:, :, 1], carriage_loads[:, :, 2])
     yield "resultant", ("time", "carriage"), resultant, "N", "resultant load of the carriage in y and z"
-    rails = solution.group_loads(machine.links_of_rails, machine.rail_centers, "total")
+    rails = run.rail_loads()
     yield "rail_force", of_rails, rails[:, :, :3], "N", "load of the rail"
     yield "rail_moment", of_rails, rails[:, :, 3:], "N m", "moment about the mean of its carriage centres"
 
@@ -77,8 +93,8 @@ def _reference_point(run: Run) -> Iterator[Row]:
 
 
 def _static(run: Run) -> Iterator[Row]:
-    machine, scene = run.machine, run.machine.scene
-    loads = scene.static_group_loads(machine.links_of_carriages, machine.carriage_centers)
+    machine, scene = run.machine, run.machine_at_start.scene
+    loads = scene.static_group_loads(machine.links_of_carriages, machine.carriage_places)
     yield "static_force", ("carriage", "axis"), loads[:, :3], "N", "static load of the carriage"
     yield "static_moment", ("carriage", "axis"), loads[:, 3:], "N m", "static moment of the carriage"
     yield "static_link_load", ("link",), scene.static_link_loads(), "N", "static load along the link"
@@ -132,6 +148,17 @@ def _riders(run: Run) -> Iterator[Row]:
     yield "rider_wrench", ("time", "dof"), solution.rider_wrench(), LOAD_UNITS, text
 
 
+def _changes(run: Run) -> int:
+    """Number of changes of payload."""
+    return 0 if run.stretches is None else len(run.stretches.first) - 1
+
+
+def payload_changes(stretches: Stretches, time: Array) -> list[tuple[float, tuple[str, ...]]]:
+    """The time at which each stretch begins [s], and the payloads that are on the machine then."""
+    began = (float(time[first]) for first in stretches.first)
+    return list(zip(began, stretches.payloads, strict=True))
+
+
 def _attributes(run: Run) -> dict[str, str | float | int]:
     solution = run.solution
     attributes: dict[str, str | float | int] = {
@@ -142,6 +169,7 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "method": run.method,
         "method_reason": run.reason,
         "rtol": run.rtol,
+        "start": run.start,
         "load_scale_N": solution.load_scale,
         "steps": solution.steps,
         "rejected_steps": solution.rejected,
@@ -149,10 +177,12 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "instants": "samples of the motion" if run.times is None else "given",
         "motion_step_s": median_step(run.motion.time),
         "motion_bandwidth_Hz": usable_bandwidth_of(run.motion),
-        "motion_jumps": int(np.count_nonzero(np.diff(run.motion.time) == 0.0)),
+        "motion_jumps": int(np.count_nonzero(np.diff(run.motion.time) == 0.0)) - _changes(run),
         "motion_source": run.motion.source,
         "motion_notes": "\n".join(run.motion.notes),
     }
+    if run.stretches is not None:
+        attributes["payload_changes"] = json.dumps(payload_changes(run.stretches, run.motion.time))
     if run.step is not None:
         attributes["step_s"] = run.step
     return attributes

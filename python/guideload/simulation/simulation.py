@@ -13,10 +13,13 @@ from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import with_rack_push
-from guideload.simulation.peaks import Peaks
+from guideload.simulation.feet import over_rails
+from guideload.simulation.payload_changes import with_changes
+from guideload.simulation.peaks import Peaks, peaks_of
 from guideload.simulation.result import Result
 from guideload.simulation.riders import ridden
 from guideload.simulation.run import Run
+from guideload.simulation.start import Start, start_of
 
 Method = Literal["auto", "exact", "rk45", "implicit"]
 STEP_COST = 4.0  # time of a step of implicit over that of rk45, on a smooth nonlinear scene
@@ -31,9 +34,10 @@ def simulate(
     rtol: float = 1e-6,
     step: float | None = None,
     times: ArrayLike | None = None,
+    start: Start = "auto",
     strict: bool = False,
 ) -> Result:
-    """The load of every carriage of a machine under a motion. The run starts in static equilibrium.
+    """The load of every carriage of a machine under a motion.
 
     If the drive has a pressure angle, the push of its rack acts too: see `guideload.simulation.drive_force`.
 
@@ -46,11 +50,15 @@ def simulate(
             rest plus quasi-static link load under the peaks of the motion (`load_scale_N` of the result)
     step    s, fixed step of rk45 and implicit instead of step-size control; steps end at samples of the motion
     times   (m,) s, instants to report, ascending; default: the samples of the motion
+    start   rest (static equilibrium under the weight), quasi-static (static equilibrium under the weight, the first
+            acceleration and the first external load, as if they had acted for long), or auto:
+            quasi-static for a record that begins under way, else rest; see `guideload.simulation.start`
     strict  compute the audit, and raise DoubtfulResult if it doubts the result: see `Audit.doubts`
 
-    Raises SceneError (unsupported body), ArgumentError (method, rtol, step or times), RunError (with time and step).
+    Raises SceneError (unsupported body), ArgumentError (method, rtol, step, times or start), RunError (with time and
+    step).
     """
-    result = Result.of_run(_run(machine, motion, method, rtol, step, times, riders))
+    result = Result.of_run(_run(machine, motion, method, rtol, step, times, start, riders))
     if strict:
         result.require_no_doubts()
     return result
@@ -64,6 +72,7 @@ def peak_loads(
     riders: Mapping[str, Motion] | None = None,
     rtol: float = 1e-6,
     step: float | None = None,
+    start: Start = "auto",
     strict: bool = False,
 ) -> Peaks:
     """The extremes of the load of every carriage, without histories.
@@ -71,9 +80,11 @@ def peak_loads(
     Arguments and errors as for `simulate`. Only strict=True judges the loads: it computes a result and its audit too.
     """
     if strict:
-        simulate(machine, motion, method, riders=riders, rtol=rtol, step=step, strict=True)
-    run = _run(machine, motion, method, rtol, step, None, riders)
-    extremes = run.machine.scene.peaks(
+        simulate(machine, motion, method, riders=riders, rtol=rtol, step=step, start=start, strict=True)
+    run = _run(machine, motion, method, rtol, step, None, start, riders)
+    if run.feet is not None:
+        return peaks_of(run)
+    extremes = run.scene.peaks(
         run.motion.time,
         run.motion.acceleration,
         run.motion.wrench,
@@ -81,20 +92,25 @@ def peak_loads(
         rtol=rtol,
         step=step,
         groups=machine.links_of_carriages,
-        centers=machine.carriage_centers,
+        centers=machine.carriage_places,
+        start=run.start,
         travel=run.travel,
     )
     return Peaks(tuple(carriage.name for carriage in machine.carriages), *extremes)
 
 
 def with_forces_of_drive(
-    machine: Machine, motion: Motion, method: Method = "auto", rtol: float = 1e-6
+    machine: Machine,
+    motion: Motion,
+    method: Method = "auto",
+    rtol: float = 1e-6,
+    start: Start = "auto",
 ) -> Motion:
     """The motion with the forces of the drive on the body: the push of a rack, if the drive has a pressure angle.
 
     `simulate` and `peak_loads` add them themselves. Errors as for `simulate`.
     """
-    return _run(machine, motion, method, rtol, None, None).motion
+    return _run(machine, motion, method, rtol, None, None, start).motion
 
 
 def _run(
@@ -104,15 +120,20 @@ def _run(
     rtol: float,
     step: float | None,
     times: ArrayLike | None,
+    start: str,
     riders: Mapping[str, Motion] | None = None,
 ) -> Run:
     """A run with its method chosen, with the push of a rack, not solved yet."""
     _require_types(machine, motion, rtol, step)
     moved = ridden(machine, motion, riders)
-    machine, motion = moved.machine, moved.motion
+    machine, motion, feet = over_rails(moved.machine, moved.motion)
     chosen, reason = _method_and_reason(machine, motion, method, step, moved.travel is not None)
+    if feet is not None:
+        machine.require_no_payloads("a run over rails that are not straight")
+    motion, stretches = with_changes(machine, motion)
     instants = None if times is None else _instants(times)
-    run = Run(machine, motion, chosen, reason, rtol, step, instants, moved.travel)
+    begin = start_of(machine, motion, start)
+    run = Run(machine, motion, chosen, reason, rtol, step, instants, begin, stretches, feet, moved.travel)
     return with_rack_push(run)
 
 

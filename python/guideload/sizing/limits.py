@@ -68,6 +68,7 @@ def largest(
     """
     if quantity not in get_args(Quantity):
         raise ArgumentError(f"quantity: expected one of {', '.join(get_args(Quantity))}, got {quantity!r}")
+    machine.require_no_payloads("the search for a limit")
     vary, unit = (
         _variation_of_limit(machine, motion, quantity)
         if quantity in ("speed", "acceleration", "deceleration", "jerk")

@@ -116,8 +116,8 @@ def size(
     conditions  requirements; default: the table [life] of the machine
     progress    called with the number of finished candidates and of all
 
-    A product gives its ratings, and, if its record has them, stiffness, preload and length; otherwise the machine's own
-    stay. Damping is scaled with the square root of the stiffness, so that the damping ratios stay. The mass stays.
+    A product gives its ratings and, if its record has them, stiffness, preload, length and width; else the machine's
+    own stay. Damping is scaled with the square root of the stiffness, so that the damping ratios stay. The mass stays.
     Raises ArgumentError for an unknown product, and for a machine without carriages.
     """
     if not machine.carriages:
@@ -164,19 +164,21 @@ def with_product(machine: Machine, product: Product, preload_class: str | None) 
     carriages = []
     for carriage in machine.carriages:
         keys = {key: getattr(carriage, key) for key in type(carriage).model_fields}
-        keys |= {"product": product.name, "preload_class": preload_class}
+        keys |= {"product": product.name, "preload_class": preload_class, "type": None}
         if product.model_length is not None:
-            keys["length"] = product.model_length
+            keys |= {"length": product.model_length, "stiffness_pitch": None, "stiffness_yaw": None}
+        if product.row_spacing is not None:
+            keys |= {"width": product.row_spacing, "stiffness_roll": None}
         if laws:
             before = [law.stiffness for law in carriage.laws]
             keys |= {f"{key}_{axis}": None for key in LAW_KEYS for axis in "yz"} | {"rolling": None}
             keys |= {"clearance_y": 0.0, "clearance_z": 0.0, "damping_in_contact": False}
             keys |= laws["y"] | laws["z"]
             new = type(carriage)(**keys)
-            for axis, old, law in zip("yz", before, new.laws, strict=True):
-                keys[f"damping_{axis}"] = getattr(carriage, f"damping_{axis}") * math.sqrt(
-                    law.stiffness / old
-                )
+            shares = zip(carriage.damping_shares, new.damping_shares, strict=True)
+            for axis, old, law, (share, left) in zip("yz", before, new.laws, shares, strict=True):
+                damping = getattr(carriage, f"damping_{axis}") * math.sqrt(law.stiffness / old)
+                keys[f"damping_{axis}"] = damping * (share / left)
         carriages.append(keys)
     return machine.model_copy(
         update={"carriages": tuple(carriages), "products": (product,), "catalogue": None}

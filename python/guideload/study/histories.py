@@ -33,7 +33,9 @@ def histories(plan: Plan) -> xr.Dataset:
             reasons[start + i] = reason
     variables = _loads(("sample",), loads, "", "load of the carriage")
     try:
-        nominal = simulate(metadata.machine, plan.motion, metadata.method, rtol=metadata.rtol).carriage_loads
+        nominal = simulate(
+            metadata.machine, plan.motion, metadata.method, rtol=metadata.rtol, start=metadata.start
+        ).carriage_loads
         variables |= _loads((), nominal, "nominal_", "load of the carriage, nominal machine")
     except (RunError, SceneError):  # perhaps only the drawn machines have a solution
         pass

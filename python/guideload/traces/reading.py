@@ -196,4 +196,5 @@ def motion_from_trace(
             notes=(*trace.notes, smoothed.note),
             bandwidth=smoothed.bandwidth,
             uncertainty=smoothed.uncertainty if isinstance(smoothed, Estimate) else None,
+            recorded=True,
         )

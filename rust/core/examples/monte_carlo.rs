@@ -38,6 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         links: &links,
         gravity: Vector3::new(0.0, -9.80665, 0.0),
         free: Free::GUIDED,
+        base_compliance: None,
         groups: &groups,
     };
     let acceleration = there_and_back();

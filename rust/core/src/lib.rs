@@ -82,15 +82,15 @@ pub use numeric::watch::Watch;
 // Solve: the system, its modes, and a run.
 #[cfg(feature = "std")]
 pub use integrate::NamedMethod;
-pub use integrate::{Control, Exact, Method, Output, Radau, Rk45, Summary, load_scale, run};
+pub use integrate::{Control, Exact, Method, Output, Radau, Rk45, Start, Summary, load_scale, run, run_from};
 pub use system::{
     Input, Matrices, Mode, ModelLevel, State, System, assemble, eigenvalues, input_from, modes,
 };
 
 // Read out: records of a run, and loads and motions from its states.
 pub use output::{
-    Axial, Extremes, History, Part, Peaks, Record, Recovery, Ridden, RiddenInstant, Wrench, acceleration,
-    evaluate, group_load, link_load, position, reaction, velocity,
+    Axes, Axial, Extremes, History, Part, Peaks, Record, Recovery, Ridden, RiddenInstant, Wrench,
+    acceleration, evaluate, group_load, group_load_along, link_load, position, reaction, velocity,
 };
 
 #[cfg(feature = "std")]

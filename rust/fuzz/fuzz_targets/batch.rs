@@ -27,6 +27,7 @@ fuzz_target!(|bytes: &[u8]| {
         links: &links,
         gravity: Vector3::new(0.0, -source.number(9.8), 0.0),
         free: source.free(),
+        base_compliance: None,
         groups: &groups,
     };
     let samples = source.motion();

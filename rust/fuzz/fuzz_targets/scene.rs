@@ -2,7 +2,7 @@
 #![no_main]
 
 use guideload::{
-    Control, Excitation, NamedMethod, Output, Part, Scene, State, System, eigenvalues, evaluate, link_load,
+    Control, Excitation, NamedMethod, Output, Part, Scene, Start, State, System, eigenvalues, evaluate, link_load,
     modes,
 };
 use guideload_fuzz::Source;
@@ -28,8 +28,9 @@ fuzz_target!(|bytes: &[u8]| {
     };
     let method = [NamedMethod::Exact, NamedMethod::Rk45, NamedMethod::Implicit][source.below(3)];
     let control = Control::Adaptive { rtol: [1e-3, 1e-6, 1e-9, source.number(1e-6)][source.below(4)] };
+    let start = [Start::AtRest, Start::QuasiStatic][source.below(2)];
     let mut states: Vec<State> = Vec::new();
-    if method.run(&system, control, &excitation, Output::Samples, &mut states).is_err() {
+    if method.run(&system, control, start, &excitation, Output::Samples, &mut states).is_err() {
         return;
     }
     let mut out = vec![0.0; states.len() * loads.len()];

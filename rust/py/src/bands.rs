@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 
 use crate::chain::Chain;
 use crate::convert::{
-    Array1, Array2, CoreError, List, check_ascending, check_finite, check_results, numbers, rows, zeros,
+    Array1, Array2, CoreError, List, check_ascending, check_finite, check_results, numbers, zeros,
 };
 use crate::interrupt::compute;
 use crate::links::group_loads;
@@ -88,7 +88,7 @@ impl<'a> Loads<'a> {
         groups: &[PyReadonlyArray1<'_, i64>],
         centers: &PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Self> {
-        let groups = group_loads(&scene.0, groups, &rows::<3>(centers, "centers")?, Part::Total)?;
+        let groups = group_loads(&scene.0, groups, centers, Part::Total)?;
         let instants = numbers(instants, "instants")?;
         check_ascending(&instants, "instants")?;
         if loads.shape() != [instants.len(), groups.len(), 6] || !loads.is_c_contiguous() {
@@ -125,6 +125,7 @@ fn not_linear() -> PyErr {
 
 /// Standard deviations: acceleration (m,), groups (m, groups, 6), sizes (m, groups, 2), links (m, links).
 #[pyfunction]
+#[pyo3(signature = (scene, chain, derivative, unit, time, instants, loads, groups, centers, *, quasi_static=false))]
 #[allow(clippy::too_many_arguments, clippy::type_complexity)] // named in the stub
 pub fn load_spread<'py>(
     py: Python<'py>,
@@ -137,6 +138,7 @@ pub fn load_spread<'py>(
     loads: PyReadonlyArray3<'py, f64>,
     groups: List<PyReadonlyArray1<'py, i64>>,
     centers: PyReadonlyArray2<'py, f64>,
+    quasi_static: bool,
 ) -> PyResult<(Array1<'py>, Array3<'py>, Array3<'py>, Array2<'py>)> {
     let model = checked(&chain, derivative)?;
     let (time, unit) = (per_sample(&time, "time", &model)?, per_sample(&unit, "unit", &model)?);
@@ -159,7 +161,8 @@ pub fn load_spread<'py>(
         };
         compute(py, |watch| {
             let chain = posterior(&model, watch)?;
-            let deviation = Deviation { posterior: &chain, time: &time, derivative, unit: &unit };
+            let deviation =
+                Deviation { posterior: &chain, time: &time, derivative, unit: &unit, quasi_static };
             bands::standard_deviations(system, deviation, &instants, &groups, &loads, &mut out)
         })?
         .map_err(CoreError::from)?
@@ -171,6 +174,7 @@ pub fn load_spread<'py>(
 
 /// Random largest y-z resultants, (groups, count).
 #[pyfunction]
+#[pyo3(signature = (scene, chain, derivative, unit, time, instants, loads, wanted, groups, centers, count, seed, threads, *, quasi_static=false))]
 #[allow(clippy::too_many_arguments)] // named in the stub
 pub fn draw_peaks<'py>(
     py: Python<'py>,
@@ -187,6 +191,7 @@ pub fn draw_peaks<'py>(
     count: usize,
     seed: u64,
     threads: usize,
+    quasi_static: bool,
 ) -> PyResult<Array2<'py>> {
     let model = checked(&chain, derivative)?;
     let (time, unit) = (per_sample(&time, "time", &model)?, per_sample(&unit, "unit", &model)?);
@@ -203,7 +208,8 @@ pub fn draw_peaks<'py>(
         let out = out.as_slice_mut()?;
         compute(py, |watch| {
             let chain = posterior(&model, watch)?;
-            let deviation = Deviation { posterior: &chain, time: &time, derivative, unit: &unit };
+            let deviation =
+                Deviation { posterior: &chain, time: &time, derivative, unit: &unit, quasi_static };
             let nominal = NominalLoads { instants: &instants, loads: &loads, wanted: &wanted };
             bands::draw_peaks(system, deviation, nominal, &groups, seed, threads, out)
         })?

@@ -2,12 +2,12 @@
 
 use guideload::LawParameter;
 use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Solver, Target, Width};
-use guideload::{BatchError, Free, Link, SampleError, Watch};
+use guideload::{BatchError, Free, Link, SampleError, Start, Watch};
 use numpy::{PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array2, CoreError, List, Samples, matrix3, numbers, rows, zeros};
+use crate::convert::{self, Array2, CoreError, List, Samples, matrix3, numbers, zeros};
 use crate::interrupt::compute;
 use crate::law::PyLaw;
 use crate::life::{Rule, equivalent_load};
@@ -22,6 +22,7 @@ pub struct PyBatch {
     inertia_about_reference: bool,
     gravity: [f64; 3],
     free: Free,
+    base_compliance: Option<nalgebra::Matrix6<f64>>,
     links: Vec<Link>,
     groups: Vec<Group>,
     samples: Samples,
@@ -31,6 +32,7 @@ pub struct PyBatch {
     measures: Vec<Measure>,
     solver: Solver,
     rtol: f64,
+    start: Start,
 }
 
 /// Samples without a result, and the reasons.
@@ -49,7 +51,7 @@ type ChangeArguments = ((String, usize, Place), f64, List<(usize, f64)>);
 #[pymethods]
 impl PyBatch {
     #[new]
-    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol, rules=None))]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol, rules=None, offsets=None, base_compliance=None, start="rest"))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         py: Python<'_>,
@@ -76,11 +78,14 @@ impl PyBatch {
         method: &str,
         rtol: f64,
         rules: Option<List<(Rule<'_>, Rule<'_>)>>,
+        offsets: Option<PyReadonlyArray1<'_, f64>>,
+        base_compliance: Option<[[f64; 6]; 6]>,
+        start: &str,
     ) -> PyResult<Self> {
-        let links = links(&points, &directions, &laws.0, &damping, &damping_in_contact)?;
-        let mut groups: Vec<Group> = group_links(links.len(), &groups.0, &rows::<3>(&centers, "centers")?)?
+        let links = links(&points, &directions, &laws.0, &damping, &damping_in_contact, offsets.as_ref())?;
+        let mut groups: Vec<Group> = group_links(links.len(), &groups.0, &centers)?
             .into_iter()
-            .map(|(links, center)| Group::new(links, center.into()))
+            .map(|(links, center, axes)| Group { axes, ..Group::new(links, center) })
             .collect();
         let rules = rules.map_or_else(Vec::new, |rules| rules.0);
         if ![0, groups.len()].contains(&rules.len()) {
@@ -97,6 +102,7 @@ impl PyBatch {
             inertia_about_reference,
             gravity,
             free: convert::free(&free.0)?,
+            base_compliance: base_compliance.map(convert::matrix6),
             links,
             groups,
             samples: Samples::new(&time, &acceleration, wrench.as_ref())?,
@@ -106,6 +112,7 @@ impl PyBatch {
             measures: measures.0.iter().map(measure).collect::<PyResult<_>>()?,
             solver: solver(method)?,
             rtol,
+            start: convert::start(start)?,
         };
         compute(py, |watch| batch.with_batch(watch, |_| Ok(())))??;
         Ok(batch)
@@ -167,6 +174,7 @@ impl PyBatch {
             links: &self.links,
             gravity: self.gravity.into(),
             free: self.free,
+            base_compliance: self.base_compliance,
             groups: &self.groups,
         };
         let motion = Motion {
@@ -175,7 +183,7 @@ impl PyBatch {
             exponent: self.exponent,
         };
         let batch = Batch::new(base, motion, &self.changes, &self.measures, self.solver, self.rtol)?;
-        Ok(then(batch.with_watch(watch))?)
+        Ok(then(batch.with_start(self.start).with_watch(watch))?)
     }
 }
 
@@ -197,6 +205,7 @@ fn change(((name, index, place), constant, terms): ChangeArguments) -> PyResult<
         ("gravity", _) => Target::Gravity(index),
         ("point", Place::Index(axis)) => Target::Point { link: index, axis },
         ("damping", _) => Target::Damping(index),
+        ("offset", _) => Target::Offset(index),
         ("law", Place::Name(parameter)) => {
             Target::Law { link: index, parameter: LawParameter::from_name(&parameter).ok_or_else(unknown)? }
         }

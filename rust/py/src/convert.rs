@@ -1,7 +1,10 @@
 //! Conversion of NumPy arrays, names and errors.
 
+use core::ops::Range;
+
 use guideload::{
-    BatchError, Control, Dof, Excitation, ExcitationError, Free, Output, Part, RunError, SceneError, Stopped,
+    BatchError, Control, Dof, Excitation, ExcitationError, Free, Output, Part, RunError, SceneError, Start,
+    Stopped,
 };
 use nalgebra::{Matrix3, Vector3};
 use numpy::{
@@ -84,7 +87,8 @@ impl From<CoreError> for PyErr {
                 | RunError::Step { .. }
                 | RunError::OutputTime { .. }
                 | RunError::NotExact { .. }
-                | RunError::NotExactRiders),
+                | RunError::NotExactRiders
+                | RunError::StartState { .. }),
             ) => errors::ArgumentError::new_err(error.to_string()),
             CoreError::Run(RunError::Interrupted { .. }) | CoreError::Stopped(Stopped::Interrupted) => {
                 PyKeyboardInterrupt::new_err(())
@@ -94,6 +98,15 @@ impl From<CoreError> for PyErr {
             CoreError::Run(error) => errors::RunError::new_err(error.to_string()),
             CoreError::Batch(error) => errors::ArgumentError::new_err(error.to_string()),
         }
+    }
+}
+
+/// The start of that name.
+pub fn start(name: &str) -> PyResult<Start> {
+    match name {
+        "rest" => Ok(Start::AtRest),
+        "quasi-static" => Ok(Start::QuasiStatic),
+        _ => Err(PyValueError::new_err(format!("start: expected rest or quasi-static, got {name:?}"))),
     }
 }
 
@@ -220,7 +233,7 @@ impl<'py, T: FromPyObjectOwned<'py>> FromPyObject<'_, 'py> for List<T> {
 
 /// The samples of an excitation.
 pub struct Samples {
-    time: Vec<f64>,
+    pub time: Vec<f64>,
     pub acceleration: Vec<[f64; 3]>,
     pub wrench: Option<Vec<[f64; 6]>>,
 }
@@ -239,12 +252,34 @@ impl Samples {
     }
 
     pub fn excitation(&self) -> Result<Excitation<'_>, CoreError> {
-        Ok(Excitation::new(&self.time, &self.acceleration, self.wrench.as_deref())?)
+        self.excitation_of(0..self.time.len())
+    }
+
+    /// The excitation of some samples.
+    pub fn excitation_of(&self, part: Range<usize>) -> Result<Excitation<'_>, CoreError> {
+        let length = self.acceleration.len();
+        let wrench = self.wrench.as_ref().map(|wrench| &wrench[..]);
+        if part == (0..self.time.len()) {
+            return Ok(Excitation::new(&self.time, &self.acceleration, wrench)?);
+        }
+        if part.end > usize::min(self.time.len(), length)
+            || wrench.is_some_and(|wrench| wrench.len() < part.end)
+        {
+            let (field, expected, got) = ("acceleration", self.time.len(), length);
+            return Err(ExcitationError::Length { field, expected, got }.into());
+        }
+        let wrench = wrench.map(|wrench| &wrench[part.clone()]);
+        Ok(Excitation::new(&self.time[part.clone()], &self.acceleration[part], wrench)?)
     }
 }
 
 pub fn not_contiguous(name: &str) -> PyErr {
     PyValueError::new_err(format!("{name}: expected a C-contiguous array; use numpy.ascontiguousarray"))
+}
+
+/// A 6 x 6 matrix from its rows.
+pub fn matrix6(rows: [[f64; 6]; 6]) -> nalgebra::Matrix6<f64> {
+    nalgebra::Matrix6::from_fn(|i, j| rows[i][j])
 }
 
 pub fn matrix3([a, b, c]: [[f64; 3]; 3]) -> Matrix3<f64> {

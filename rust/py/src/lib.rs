@@ -15,6 +15,7 @@ mod riders;
 mod scene;
 mod smoother;
 mod solution;
+mod stretches;
 
 use pyo3::prelude::*;
 
@@ -31,9 +32,11 @@ mod _core {
     #[pymodule_export]
     use super::life::{equivalent_load_integrals, largest_equivalent_load};
     #[pymodule_export]
-    use super::scene::{PyScene, carriage_links};
+    use super::scene::PyScene;
     #[pymodule_export]
     use super::smoother::{adapt_motion, motion_likelihood, smooth_motion};
     #[pymodule_export]
     use super::solution::PySolution;
+    #[pymodule_export]
+    use super::stretches::{peaks_of_stretches, solve_stretches};
 }

@@ -23,9 +23,11 @@ pub struct Travels {
 }
 
 impl Travels {
+    pub const NONE: Self = Self { riders: Vec::new(), samples: Vec::new() };
+
     /// From an array (riders, n, 3), if it is given.
     pub fn new(riders: &[Rider], travel: Option<&PyReadonlyArray3<'_, f64>>) -> PyResult<Self> {
-        let Some(travel) = travel else { return Ok(Self { riders: Vec::new(), samples: Vec::new() }) };
+        let Some(travel) = travel else { return Ok(Self::NONE) };
         let shape = travel.shape();
         if shape[0] != riders.len() || shape[2] != 3 || shape[1] == 0 {
             let message = format!(

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use guideload::reaction;
 use guideload::{
     Body, Extremes, Input, ModelLevel, NamedMethod, Output, Part, Peaks, Rider, RunError, Scene, State,
-    System, Watched, carriage_ends, eigenvalues, link_load, modes,
+    System, Watched, eigenvalues, link_load, modes,
 };
 use numpy::{
     Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, ToPyArray,
@@ -13,7 +13,7 @@ use numpy::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array1, Array2, CoreError, List, Samples, matrix3, numbers, room, rows};
+use crate::convert::{self, Array1, Array2, CoreError, List, Samples, matrix3, numbers, room};
 use crate::interrupt::compute;
 use crate::law::PyLaw;
 use crate::links::{self, group_loads};
@@ -24,7 +24,7 @@ use crate::solution::{AT_A_TIME, Inputs, PySolution};
 pub struct PyScene(pub Arc<System>, Vec<Rider>);
 
 /// The method of that name.
-fn named_method(name: &str) -> PyResult<NamedMethod> {
+pub fn named_method(name: &str) -> PyResult<NamedMethod> {
     NamedMethod::from_name(name).ok_or_else(|| {
         PyValueError::new_err(format!("method: expected exact, rk45 or implicit, got {name:?}"))
     })
@@ -33,7 +33,7 @@ fn named_method(name: &str) -> PyResult<NamedMethod> {
 #[pymethods]
 impl PyScene {
     #[new]
-    #[pyo3(signature = (*, mass, center_of_mass, inertia, gravity, free, points, directions, laws, damping, damping_in_contact, riders=None))]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, gravity, free, points, directions, laws, damping, damping_in_contact, offsets=None, base_compliance=None, riders=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         mass: f64,
@@ -46,6 +46,8 @@ impl PyScene {
         laws: List<PyRef<'_, PyLaw>>,
         damping: PyReadonlyArray1<'_, f64>,
         damping_in_contact: PyReadonlyArray1<'_, bool>,
+        offsets: Option<PyReadonlyArray1<'_, f64>>,
+        base_compliance: Option<[[f64; 6]; 6]>,
         riders: Option<List<RiderTuple>>,
     ) -> PyResult<Self> {
         let mut body = Body::new(mass, center_of_mass.into(), matrix3(inertia)).map_err(CoreError::from)?;
@@ -54,9 +56,13 @@ impl PyScene {
         for rider in &riders {
             body = body.plus(rider.body());
         }
-        let links = links::links(&points, &directions, &laws.0, &damping, &damping_in_contact)?;
+        let links =
+            links::links(&points, &directions, &laws.0, &damping, &damping_in_contact, offsets.as_ref())?;
         let free = convert::free(&free.0)?;
-        let scene = Scene::new(body, &links, gravity.into(), free).map_err(CoreError::from)?;
+        let mut scene = Scene::new(body, &links, gravity.into(), free).map_err(CoreError::from)?;
+        if let Some(compliance) = base_compliance {
+            scene = scene.on_base(convert::matrix6(compliance)).map_err(CoreError::from)?;
+        }
         let system = System::new(&scene).map_err(CoreError::from)?;
         Ok(Self(Arc::new(system), riders))
     }
@@ -77,7 +83,7 @@ impl PyScene {
         table(py, self.0.free_at_rest().map(<[f64; 6]>::from))
     }
 
-    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, times=None, travel=None))]
+    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, times=None, start="rest", travel=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn solve(
         &self,
@@ -89,9 +95,10 @@ impl PyScene {
         rtol: f64,
         step: Option<f64>,
         times: Option<PyReadonlyArray1<'_, f64>>,
+        start: &str,
         travel: Option<PyReadonlyArray3<'_, f64>>,
     ) -> PyResult<PySolution> {
-        let method = named_method(method)?;
+        let (method, start) = (named_method(method)?, convert::start(start)?);
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let travels = Travels::new(&self.1, travel.as_ref())?;
         let times = times.as_ref().map(|times| numbers(times, "times")).transpose()?;
@@ -102,23 +109,24 @@ impl PyScene {
             let excitation = samples.excitation()?.with_riders(&motions)?;
             let mut record = Watched { record: Vec::<State>::new(), watch };
             let (control, output) = (convert::control(rtol, step), convert::output(times.as_deref()));
-            let summary = method.run(&system, control, &excitation, output, &mut record)?;
+            let summary = method.run(&system, control, start, &excitation, output, &mut record)?;
             let states = record.record;
             if let Some(times) = times {
                 for some in times.chunks(AT_A_TIME).take_while(|_| !watch.stops()) {
                     inputs.extend(some.iter().map(|&time| excitation.input_at(time)));
                 }
                 let travels = travels.at(&excitation, &times);
-                return Ok(PySolution { system, states, inputs: Inputs::At(inputs), travels, summary });
+                let (stretches, inputs) = (vec![(system, 0)], Inputs::At(inputs));
+                return Ok(PySolution { stretches, states, inputs, travels, summary });
             }
             let inputs = Inputs::Samples { acceleration: samples.acceleration, wrench: samples.wrench };
             drop(motions);
-            Ok::<_, CoreError>(PySolution { system, states, inputs, travels, summary })
+            Ok::<_, CoreError>(PySolution { stretches: vec![(system, 0)], states, inputs, travels, summary })
         })??)
     }
 
     /// Running extremes only: (smallest, largest, time of smallest, time of largest), each (groups, 8).
-    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, travel=None))]
+    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, start="rest", travel=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn peaks<'py>(
         &self,
@@ -131,18 +139,20 @@ impl PyScene {
         step: Option<f64>,
         groups: List<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
+        start: &str,
         travel: Option<PyReadonlyArray3<'_, f64>>,
     ) -> PyResult<[Array2<'py>; 4]> {
-        let method = named_method(method)?;
+        let (method, start) = (named_method(method)?, convert::start(start)?);
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let travels = Travels::new(&self.1, travel.as_ref())?;
-        let loads = group_loads(&self.0, &groups.0, &rows::<3>(&centers, "centers")?, Part::Total)?;
+        let loads = group_loads(&self.0, &groups.0, &centers, Part::Total)?;
         let extremes = compute(py, |watch| {
             let motions = travels.motions();
             let excitation = samples.excitation()?.with_riders(&motions)?;
             let mut extremes = vec![Extremes::NONE; loads.len()];
             let mut record = Watched { record: Peaks::new(&loads, &mut extremes), watch };
-            method.run(&self.0, convert::control(rtol, step), &excitation, Output::Samples, &mut record)?;
+            let control = convert::control(rtol, step);
+            method.run(&self.0, control, start, &excitation, Output::Samples, &mut record)?;
             if !extremes.iter().all(Extremes::is_finite) {
                 return Err(RunError::OutOfRange.into());
             }
@@ -208,7 +218,7 @@ impl PyScene {
         groups: List<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Array2<'py>> {
-        let loads = group_loads(&self.0, &groups.0, &rows::<3>(&centers, "centers")?, Part::Total)?;
+        let loads = group_loads(&self.0, &groups.0, &centers, Part::Total)?;
         let at_rest: Vec<[f64; 6]> = loads.iter().map(|load| load.at_rest()).collect();
         if !at_rest.as_flattened().iter().all(|x| x.is_finite()) {
             return Err(CoreError::Run(RunError::OutOfRange).into());
@@ -217,18 +227,8 @@ impl PyScene {
     }
 }
 
-/// Where the four links of a carriage hold the body: points (4, 3), directions (4, 3).
-#[pyfunction]
-pub fn carriage_links(py: Python<'_>, center: [f64; 3], length: f64) -> PyResult<(Array2<'_>, Array2<'_>)> {
-    let ends = carriage_ends(center.into(), length);
-    Ok((
-        table(py, ends.iter().map(|(point, _)| <[f64; 3]>::from(*point)))?,
-        table(py, ends.iter().map(|(_, direction)| <[f64; 3]>::from(*direction)))?,
-    ))
-}
-
 /// Rows of one length as a two-dimensional array.
-fn table<'py, const N: usize>(
+pub fn table<'py, const N: usize>(
     py: Python<'py>,
     rows: impl Iterator<Item = [f64; N]>,
 ) -> PyResult<Array2<'py>> {

@@ -9,7 +9,7 @@ use numpy::ndarray::Dimension;
 use numpy::{PyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use crate::convert::{self, CoreError, List, rows, zeros};
+use crate::convert::{self, CoreError, List, zeros};
 use crate::interrupt::compute;
 use crate::links::group_loads;
 use crate::riders::Travels;
@@ -33,10 +33,13 @@ impl Inputs {
 
 #[pyclass(name = "Solution", module = "guideload._core", frozen)]
 pub struct PySolution {
-    pub system: Arc<System>,
+    /// The systems one after the other, and the index of the first state of each.
+    pub stretches: Vec<(Arc<System>, usize)>,
     pub states: Vec<State>,
     pub inputs: Inputs,
+    /// Of a single system; empty where no rider moves.
     pub travels: Travels,
+    /// Of all stretches together.
     pub summary: Summary,
 }
 
@@ -70,17 +73,17 @@ impl PySolution {
         centers: PyReadonlyArray2<'_, f64>,
         part: &str,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let loads =
-            group_loads(&self.system, &groups.0, &rows::<3>(&centers, "centers")?, convert::part(part)?)?;
-        self.recover(py, &loads, &[self.states.len(), loads.len(), 6])
+        let part = convert::part(part)?;
+        let of = |system| group_loads(system, &groups.0, &centers, part);
+        self.recover(py, of, &[self.states.len(), groups.0.len(), 6])
     }
 
     /// Loads of the links along their directions, (time, links).
     fn link_loads<'py>(&self, py: Python<'py>, part: &str) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let part = convert::part(part)?;
-        let load = |link| link_load(&self.system, link, part);
-        let loads: Vec<_> = (0..self.system.links().len()).map(load).collect();
-        self.recover(py, &loads, &[self.states.len(), loads.len()])
+        let count = self.stretches[0].0.links().len();
+        let of = |system| Ok((0..count).map(|link| link_load(system, link, part)).collect());
+        self.recover(py, of, &[self.states.len(), count])
     }
 
     /// Position of L in the carriage frame, (time, 6).
@@ -149,8 +152,8 @@ impl PySolution {
         write: impl Fn(&RiddenInstant, &mut [f64]),
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let array = zeros(py, &[self.states.len(), width])?;
-        let instants =
-            compute(py, |_| self.travels.instants(&self.system, &self.states, |k| self.inputs.at(k)))??;
+        let system = &self.stretches[0].0;
+        let instants = compute(py, |_| self.travels.instants(system, &self.states, |k| self.inputs.at(k)))??;
         for (instant, out) in instants.iter().zip(array.readwrite().as_slice_mut()?.chunks_mut(width.max(1)))
         {
             write(instant, out);
@@ -163,33 +166,39 @@ impl PySolution {
         py: Python<'py>,
         quantity: for<'a> fn(&'a System) -> Wrench<'a>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let quantity = [quantity(&self.system)];
-        self.recover(py, &quantity, &[self.states.len(), 6])
+        self.recover(py, |system| Ok(vec![quantity(system)]), &[self.states.len(), 6])
     }
 
-    /// The quantities at all instants, as an array of this shape.
-    fn recover<'py, const ROWS: usize, D: Dimension>(
-        &self,
+    /// The quantities of each system at all its instants, as an array of this shape.
+    fn recover<'a, 'py, const ROWS: usize, D: Dimension>(
+        &'a self,
         py: Python<'py>,
-        quantities: &[Recovery<ROWS>],
+        quantities: impl Fn(&'a System) -> PyResult<Vec<Recovery<'a, ROWS>>>,
         shape: &[usize],
     ) -> PyResult<Bound<'py, PyArray<f64, D>>> {
         let array = zeros(py, shape)?;
-        let width = usize::max(quantities.len() * ROWS, 1);
         {
             let mut out = array.readwrite();
-            let parts = out.as_slice_mut()?.chunks_mut(AT_A_TIME * width);
-            let finite = compute(py, |watch| {
-                let mut finite = true;
-                let parts = self.states.chunks(AT_A_TIME).zip(parts).enumerate();
-                for (part, (states, out)) in parts.take_while(|_| !watch.stops()) {
-                    evaluate(quantities, states, |k| self.inputs.at(part * AT_A_TIME + k), out);
-                    finite &= out.iter().fold(true, |all, x| all & x.is_finite());
+            let mut rest = out.as_slice_mut()?;
+            for (index, (system, first)) in self.stretches.iter().enumerate() {
+                let quantities = quantities(system)?;
+                let width = usize::max(quantities.len() * ROWS, 1);
+                let end = self.stretches.get(index + 1).map_or(self.states.len(), |(_, next)| *next);
+                let (out, after) = rest.split_at_mut(usize::min((end - first) * width, rest.len()));
+                rest = after;
+                let states = &self.states[*first..end];
+                let finite = compute(py, |watch| {
+                    let mut finite = true;
+                    let parts = states.chunks(AT_A_TIME).zip(out.chunks_mut(AT_A_TIME * width)).enumerate();
+                    for (part, (states, out)) in parts.take_while(|_| !watch.stops()) {
+                        evaluate(&quantities, states, |k| self.inputs.at(first + part * AT_A_TIME + k), out);
+                        finite &= out.iter().fold(true, |all, x| all & x.is_finite());
+                    }
+                    finite
+                })?;
+                if !finite {
+                    return Err(CoreError::Run(RunError::OutOfRange).into());
                 }
-                finite
-            })?;
-            if !finite {
-                return Err(CoreError::Run(RunError::OutOfRange).into());
             }
         }
         Ok(array)

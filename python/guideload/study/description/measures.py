@@ -9,17 +9,16 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import Annotated, Any, Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, PlainValidator
 
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, number
+from guideload.base.config import number
 from guideload.base.errors import ConfigError, Problem, ValueRefused
-from guideload.catalogue.rating import Rating
+from guideload.catalogue.conditions import LifeConditions
+from guideload.life.rating_life import system_life
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.study.description.refusals import problem_at, refused_at
@@ -28,37 +27,26 @@ Measure = tuple[str, int, str]  # recorded load, index of the carriage, statisti
 Recorded = Literal["Fx", "Fy", "Fz", "Mx", "My", "Mz", "resultant", "load", "contact", "drive"]
 Statistic = Literal["min", "time_of_min", "max", "time_of_max", "rms", "start"]
 STATISTICS: tuple[Statistic, ...] = get_args(Statistic)
-# A carriage has no links along x, so Fx and Mx are 0 and recorded on request only.
-USUAL: tuple[Recorded, ...] = ("Fy", "Fz", "My", "Mz", "resultant", "load", "contact", "drive")
+# A carriage has no links along x and, without width, resists no roll: Fx and Mx are then 0, recorded on request only.
+USUAL: tuple[Recorded, ...] = ("Fy", "Fz", "Mx", "My", "Mz", "resultant", "load", "contact", "drive")
 UNITS = {name: "N" for name in ("Fx", "Fy", "Fz")} | {name: "Nm" for name in ("Mx", "My", "Mz")}
 UNITS |= {"resultant": "N", "drive": "N"}
-PEAK, LIFE, CONTACT = "peak_resultant_N", "life_km", "contact_lost"
-
-
-class Life(ConfigModel):
-    """The life of a carriage: base * (rating / mean load)^exponent."""
-
-    rating: Annotated[float, PlainValidator(partial(number, unit="N", above=0.0))] = Field(
-        description='dynamic load rating of a carriage, e.g. "27.1 kN"'
-    )
-    base: Annotated[float, PlainValidator(partial(number, unit="m", above=0.0))] = Field(
-        description='travel to which the rating refers, "50 km" or "100 km", from the catalogue'
-    )
-
-    def with_exponent(self, exponent: float) -> Rating:
-        """The whole rating; the exponent is that of the mean load."""
-        return Rating(value=self.rating, base=self.base, exponent=exponent)
+PEAK, LIFE, SAFETY, CONTACT = "peak_resultant_N", "life_km", "static_safety", "contact_lost"
+MEAN_LOAD, PEAK_LOAD = ("load", "mean"), ("load", "max")  # of the equivalent load, for life and static safety
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity of every sample: of each carriage, and of the machine, which has the value of its worst carriage.
+    """A quantity of every sample: of each carriage, and of the machine.
 
-    name        with the unit at its end: "peak_Fy_N"
-    title       in tables and pictures
-    sources     (load, statistic) of the recorded columns; the quantity is their largest magnitude
-    in_summary  whether the summary contains it
-    worse       np.minimum or np.maximum, the worse of two values; None for a time, or the load at the start
+    name               with the unit at its end: "peak_Fy_N"
+    title              in tables and pictures
+    sources            (load, statistic) of the recorded columns; the quantity is their largest magnitude, life and
+                       static safety follow from it
+    in_summary         whether the summary contains it
+    worse              the value of two carriages together, as np.maximum, the worse one; None for a time, or the load
+                       at the start, which the machine does not have
+    smallest_is_worst  whether values below a limit exceed it
     """
 
     name: str
@@ -66,6 +54,7 @@ class Quantity:
     sources: tuple[tuple[str, str], ...]
     in_summary: bool = True
     worse: Any = np.maximum
+    smallest_is_worst: bool = False
 
     @property
     def of_machine(self) -> bool:
@@ -73,9 +62,9 @@ class Quantity:
         return self.sources[0][0] == "drive"
 
     @property
-    def smallest_is_worst(self) -> bool:
-        """Whether values below a limit exceed it, as for a life."""
-        return self.worse is np.minimum
+    def is_rated(self) -> bool:
+        """Whether only carriages with ratings have it."""
+        return self.name in (LIFE, SAFETY)
 
     @property
     def unit(self) -> str:
@@ -91,7 +80,8 @@ class Quantity:
 def column_of(load: str, statistic: str) -> str:
     """The name of a recorded column, without the carriage. Raises KeyError for one that is never recorded."""
     if load in ("load", "contact"):
-        return {("load", "mean"): "mean_load_N", ("contact", "lost"): CONTACT}[load, statistic]
+        names = {MEAN_LOAD: "mean_load_N", PEAK_LOAD: "peak_equivalent_load_N", ("contact", "lost"): CONTACT}
+        return names[load, statistic]
     return f"{statistic}_{load}_{'s' if statistic.startswith('time') else UNITS[load]}"
 
 
@@ -101,9 +91,14 @@ def unit_of(name: str) -> str:
     return {"Nm": "N m"}.get(ends[1], ends[1]) if ends else ""
 
 
+def _life_of_both(one: Array, other: Array) -> Array:
+    """The life that two carriages reach, each with the probability of its own life."""
+    return system_life((one, other))
+
+
 def _catalogue() -> dict[str, Quantity]:
     """All quantities by name: first those computed from recorded columns, then the recorded columns."""
-    forces, moments, mean = ("Fx", "Fy", "Fz"), ("Mx", "My", "Mz"), (("load", "mean"),)
+    forces, moments = ("Fx", "Fy", "Fz"), ("Mx", "My", "Mz")
 
     def peak(load: str, title: str, in_summary: bool) -> Quantity:
         return Quantity(f"peak_{load}_{UNITS[load]}", title, ((load, "min"), (load, "max")), in_summary)
@@ -114,8 +109,10 @@ def _catalogue() -> dict[str, Quantity]:
     quantities = [
         Quantity(PEAK, "peak resultant", (("resultant", "max"),)),
         *(peak(load, f"peak |{load}|", load in ("Fy", "Fz")) for load in (*forces, *moments)),
-        Quantity("mean_load_N", "mean load", mean),
-        Quantity(LIFE, "life", mean, worse=np.minimum),
+        Quantity("mean_load_N", "mean load", (MEAN_LOAD,)),
+        Quantity("peak_equivalent_load_N", "peak equivalent load", (PEAK_LOAD,), False),
+        Quantity(LIFE, "life", (MEAN_LOAD,), worse=_life_of_both, smallest_is_worst=True),
+        Quantity(SAFETY, "static safety", (PEAK_LOAD,), worse=np.minimum, smallest_is_worst=True),
         *(rms(load, load) for load in ("resultant", *forces, *moments)),
         Quantity(CONTACT, "contact lost", (("contact", "lost"),)),
         peak("drive", "peak drive force", True),
@@ -140,16 +137,21 @@ RECORDED = {column_of(load, statistic) for load in UNITS for statistic in STATIS
 LIMITS = {
     re.sub(r"_(Nm|N|km)$", "", name): quantity
     for name, quantity in QUANTITIES.items()
-    if name.startswith(("peak_", "rms_", "mean_", LIFE))
+    if name.startswith(("peak_", "rms_", "mean_", LIFE, SAFETY))
 }
 
 
 def measures_of(
-    machine: Machine, motion: Motion, loads: Sequence[Recorded] | None, statistics: Sequence[Statistic]
+    machine: Machine,
+    motion: Motion,
+    loads: Sequence[Recorded] | None,
+    statistics: Sequence[Statistic],
+    rated: bool = False,
 ) -> tuple[tuple[Measure, ...], tuple[str, ...]]:
     """The measures, and the names of their columns: "max_Fy_N[1a]", "contact_lost[1a]", "max_drive_N".
 
-    loads: None for all of `USUAL` that the scene has. Raises ConfigError for a load that it does not have.
+    loads: None for all of `USUAL` that the scene has. rated: whether the largest equivalent load is recorded for the
+    static safety. Raises ConfigError for a load that the scene does not have.
     """
     missing: dict[str, str] = {}
     if motion.velocity is None:
@@ -159,8 +161,10 @@ def measures_of(
     for i, load in enumerate(loads or ()):
         if load in missing:
             raise refused_at(("quantities", i), "a quantity of this scene", load, missing[load])
-    recorded = [load for load in loads or USUAL if load not in missing]
-    statistics_of = {"load": ("mean",), "contact": ("lost",)}
+    resists_roll = any(carriage.resists_roll for carriage in machine.carriages)
+    usual = [load for load in USUAL if load != "Mx" or resists_roll]
+    recorded = [load for load in loads or usual if load not in missing]
+    statistics_of = {"load": ("mean", "max") if rated else ("mean",), "contact": ("lost",)}
     measures: list[Measure] = [
         (load, i, statistic)
         for i in range(len(machine.carriages))
@@ -183,11 +187,12 @@ def columns_of(measures: Sequence[Measure], carriages: Sequence[str]) -> tuple[s
 
 
 def limits_of(
-    given: Mapping[str, object], measures: Sequence[Measure], life: Life | None
+    given: Mapping[str, object], measures: Sequence[Measure], conditions: LifeConditions, unrated: str
 ) -> dict[str, float]:
-    """Limits by quantity, in its unit. Raises ConfigError with all that are unknown or not recorded.
+    """Limits by quantity, in its unit; of life and static safety, if not given, those that the machine is to reach.
 
-    life: None if the study has no table [life], and thus no limit on the life.
+    unrated: why there is neither life nor static safety, or empty. Raises ConfigError with all that are unknown or not
+    recorded.
     """
     problems: list[Problem] = []
     limits: dict[str, float] = {}
@@ -197,17 +202,22 @@ def limits_of(
             if key not in LIMITS:
                 raise ValueRefused("a known limit", value, f"known are {', '.join(LIMITS)}")
             quantity = LIMITS[key]
-            if quantity.name == LIFE and life is None:
-                hint = "add [life] with rating and base"
-                raise ValueRefused("no limit on a life without [life]", value, hint)
-            limit = number(value, "m" if quantity.name == LIFE else quantity.unit, above=0.0)
+            if quantity.is_rated and unrated:
+                raise ValueRefused(f"no limit on {quantity.title} without a rating", value, unrated)
+            unit = "m" if quantity.name == LIFE else quantity.unit or "1"
+            limit = number(value, unit, above=0.0)
             if not recorded.issuperset(quantity.sources):
                 names = " and ".join(column_of(*source) for source in quantity.sources)
                 hint = f"it takes {names}: add them to quantities and statistics"
+                hint = 'add "load" to quantities' if quantity.sources[0][0] == "load" else hint
                 raise ValueRefused("a limit on a recorded quantity", value, hint)
             limits[quantity.name] = 1e-3 * limit if quantity.name == LIFE else limit
         except ValueRefused as refused:
             problems.append(problem_at(("limits", key), refused))
     if problems:
         raise ConfigError(problems)
+    if PEAK_LOAD in recorded:
+        limits.setdefault(SAFETY, conditions.least_safety)
+        if conditions.life is not None:
+            limits.setdefault(LIFE, 1e-3 * conditions.life)
     return limits

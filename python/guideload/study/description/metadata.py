@@ -16,9 +16,11 @@ from pydantic import BaseModel, Field, NonNegativeInt, ValidationError, model_va
 
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, GuideloadError, shown
+from guideload.life.criteria import Criteria, criteria_of
 from guideload.machine.machine import Machine
 from guideload.simulation.simulation import Method
-from guideload.study.description.measures import Life, Measure, columns_of
+from guideload.simulation.start import StartState
+from guideload.study.description.measures import PEAK_LOAD, Measure, columns_of
 from guideload.traces.format.table import listed
 
 if TYPE_CHECKING:
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
 
 FILE = "study.json"
 CONTENT = "samples of a guideload study"
-FORMAT = 2  # of `study.json` and of the chunks; guideload 0.1.0 wrote format 1, without a number
+FORMAT = 3  # of `study.json` and of the chunks; guideload 0.1.0 wrote format 1, without a number
 
 
 class ParameterMetadata(BaseModel, frozen=True):
@@ -85,9 +87,10 @@ class StudyMetadata(BaseModel, frozen=True):
     parameters      the d columns of drawn values, in their order
     correlations    of normal scores, by the names of both parameters: "body.mass and k[1a]"
     measures        recorded load, carriage and statistic of each column of results; columns: their names
+    start           of all runs: rest or quasi-static
     exponent        p of the mean load
     limits          by quantity, in its unit: {"peak_resultant_N": 7000.0}
-    life            rating and travel of a carriage, or None
+    life_notes      on life and static safety, or why they are not computed, in sentences
     second_look     samples solved again when all were done; text if none had to be; None in an unfinished study
     """
 
@@ -105,6 +108,7 @@ class StudyMetadata(BaseModel, frozen=True):
     instants: int
     method: Method = "auto"
     rtol: float = 1e-6
+    start: StartState = "rest"
     sampling: str
     seed: int | None = None
     runs: NonNegativeInt
@@ -115,7 +119,7 @@ class StudyMetadata(BaseModel, frozen=True):
     columns: tuple[str, ...]
     exponent: float
     limits: dict[str, float]
-    life: Life | None = None
+    life_notes: tuple[str, ...] = ()
     second_look: SecondLooks | str | None = None
 
     @model_validator(mode="after")
@@ -141,6 +145,12 @@ class StudyMetadata(BaseModel, frozen=True):
     def carriages(self) -> tuple[str, ...]:
         """Names of the carriages, in their order."""
         return tuple(carriage.name for carriage in self.machine.carriages)
+
+    def rated(self) -> tuple[Criteria, ...]:
+        """How life and static safety follow from the columns, of each carriage that has them; empty if none has."""
+        if not any((load, statistic) == PEAK_LOAD for load, _, statistic in self.measures):
+            return ()
+        return criteria_of(self.machine, self.machine.life)
 
     def as_json(self) -> dict[str, Any]:
         """The metadata as dicts, lists, numbers and text, without None."""
@@ -217,7 +227,7 @@ def _decisive(values: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
         | {name: listed(targets) for name, targets in sets.items()}
         | {f"correlation of {pair}": value for pair, value in values["correlations"].items()}
         | {"machine": values["machine"], "motion": f"{values['motion']} ({values['motion_digest'][:8]})"}
-        | {key: values[key] for key in ("method", "rtol", "versions")}
+        | {key: values[key] for key in ("method", "rtol", "start", "versions")}
         | ({"recorded columns": f"also {listed(only)}"} if only else {})
     )
 

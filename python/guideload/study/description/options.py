@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
 
 import numpy as np
 from pydantic import Field, PlainValidator, StrictBool, StrictStr, create_model
@@ -17,16 +17,17 @@ from pydantic import Field, PlainValidator, StrictBool, StrictStr, create_model
 from guideload.base.config import ConfigModel, number
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused
 from guideload.base.toml import Place, read_toml
-from guideload.catalogue.rating import exponent_of
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.motion.moves import Moves
 from guideload.simulation.simulation import Method
+from guideload.simulation.start import Start
 from guideload.study.description.correlation import Correlation
-from guideload.study.description.measures import STATISTICS, Life, Recorded, Statistic
+from guideload.study.description.measures import STATISTICS, Recorded, Statistic
 from guideload.study.description.refusals import problem_at, refused_at
 from guideload.study.description.varied_parameter import DistributionSpec, NumberOrText, optional
 from guideload.study.sampling.sequences import Sampling, Sobol
+from guideload.traces.forces import read_forces
 from guideload.traces.options import ReadingOptions, SmoothingOptions
 from guideload.traces.reading import motion_from_trace, read_trace
 
@@ -81,9 +82,32 @@ class TraceOptions(Keys):
         return motion_from_trace(read_trace(trace, **options), drive=machine.drive, **smoothing)
 
 
+class ForcesOptions(ConfigModel):
+    """Process forces on the body in all samples, from a table with columns such as Fx [N] and Mz [N m]."""
+
+    file: StrictStr = Field(min_length=1, description='a table with its own time stamps, e.g. "forces.csv"')
+    at: StrictStr = Field(description="name of the point of the machine file ([[points]]) where they act")
+    axes: Literal["machine", "point"] = optional(
+        "axes of the forces: of the machine, or the point's own", "machine"
+    )
+    start: Annotated[float, PlainValidator(partial(number, unit="s"))] | None = optional(
+        'time in the motion of the zero of their time stamps, e.g. "0.35 s"'
+    )
+
+    def added_to(self, motion: Motion, folder: Path, machine: Machine) -> Motion:
+        """The motion with the forces. Raises TraceError, ArgumentError."""
+        point, forces = machine.point(self.at), read_forces(folder / self.file)
+        return motion.with_forces(forces, point, own_axes=self.axes == "point", start=self.start)
+
+
 class StudyOptions(ConfigModel):
     """The options of a study, in a file and in code."""
 
+    MOVED = {
+        "exponent": "that of the mean load is the exponent of the carriages' product, in the machine file",
+        "life": "life follows from the machine file: a product with dynamic and static rating for each carriage "
+        "(catalogue, or a [[products]] table), and conditions in its table [life]",
+    }
     samples: Annotated[int, PlainValidator(partial(_integer, least=1, most=2**Sobol.BITS))] | None = optional(
         "number of samples, e.g. 10_000"
     )
@@ -95,15 +119,15 @@ class StudyOptions(ConfigModel):
     histories: Annotated[int | tuple[int, ...], PlainValidator(_indices)] = optional(
         "runs whose histories are stored, or the number of first runs", 0
     )
-    quantities: tuple[Recorded, ...] | None = optional("recorded loads; default all but Fx, Mx", min_length=1)
-    statistics: tuple[Statistic, ...] = optional("statistics of loads over time", STATISTICS, min_length=1)
-    exponent: Annotated[float, PlainValidator(exponent_of)] = optional(
-        'exponent of the mean load: 3 for balls, "10/3" for rollers', 3.0
+    quantities: tuple[Recorded, ...] | None = optional(
+        "recorded loads; default all but Fx, and Mx only where a carriage has width or stiffness_roll",
+        min_length=1,
     )
+    statistics: tuple[Statistic, ...] = optional("statistics of loads over time", STATISTICS, min_length=1)
     method: Method = optional("method of integration, as in `guideload run`", "auto")
     rtol: Positive = optional("relative tolerance of the loads, for rk45 and implicit", 1e-6)
+    start: Start = optional("state in which every run starts, as in `guideload run`", "auto")
     limits: dict[str, NumberOrText] = optional('limits for exceedance, e.g. peak_resultant = "8 kN"', {})
-    life: Life | None = optional("the table [life]: rating and base")
     vary: tuple[DistributionSpec, ...] = optional("one [[vary]] table for each varied parameter", ())
     correlation: tuple[Correlation, ...] = optional("one [[correlation]] table each", ())
 
@@ -120,6 +144,7 @@ class StudyFile(StudyOptions):
         ),
     ]
     reading: TraceOptions = optional("the table [reading]: how the trace is read", TraceOptions())
+    forces: ForcesOptions | None = optional("the table [forces]: process forces beside the motion")
     cases: StrictStr | None = optional("a table of given cases in place of [[vary]]; its headers are paths")
 
     def require_files(self, folder: Path) -> None:
@@ -127,6 +152,7 @@ class StudyFile(StudyOptions):
         files: dict[KeyPath, str | None] = {
             (key,): getattr(self, key) for key in ("machine", "trace", "cases")
         }
+        files["forces", "file"] = None if self.forces is None else self.forces.file
         files |= {("vary", i, "file"): getattr(one, "file", None) for i, one in enumerate(self.vary)}
         problems = [
             problem_at(place, ValueRefused("a file that exists", name, f"there is no {folder / name}"))
@@ -137,7 +163,7 @@ class StudyFile(StudyOptions):
             raise ConfigError(problems)
 
 
-TABLES = {"reading", "limits", "life", "vary", "correlation"}
+TABLES = {"reading", "forces", "limits", "vary", "correlation"}
 TOP_KEYS = StudyFile.model_fields.keys() - TABLES  # keys outside all tables
 
 

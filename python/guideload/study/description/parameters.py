@@ -1,7 +1,7 @@
 """Parameters: the numbers of a machine that can vary, found by paths such as `carriages.*.stiffness_y`.
 
-`_of_machine`, `_of_rail`, `_of_carriage`, `_of_link` and `_of_spring` list them, with the targets in the core's scene
-that each of them sets.
+`_of_machine` and the functions of `parameters_of_parts` list them, with the targets in the core's scene that each of
+them sets.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
-from typing import NamedTuple
 
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import (
@@ -27,19 +26,14 @@ from guideload.base.ranges import (
     STIFFNESS,
     Range,
 )
-from guideload.machine.components import Carriage, Link
-from guideload.machine.laws import Sides
-from guideload.machine.links import ENDS
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.study.description.parameters_of_parts import AXES, Row, Target, of_carriage, of_link, of_rail
 from guideload.study.sampling.distributions import Form
 
-Target = tuple[str, int, int | str]  # a number in the core's scene, see `_core.Batch`
-Targets = Sequence[tuple[Target, float]]  # with their factors
 # Target, constant, and (column, factor) of each term.
 Change = tuple[Target, float, tuple[tuple[int, float], ...]]
 RANGES = {one.unit: one for one in (MASS, INERTIA, ACCELERATION, STIFFNESS, DAMPING, PRELOAD, RATIO)}
-AXES = ("x", "y", "z")
 NEAR = 3  # nearest names that an error lists
 
 
@@ -63,6 +57,11 @@ class Parameter:
     owners: dict[str, str]
     within: Range
 
+    @property
+    def root(self) -> str:
+        """Its key in the table of its part: "stiffness_y" of "carriages[1a].stiffness_y.positive"."""
+        return self.path.rpartition("].")[2].partition(".")[0]
+
     def require(self, low: float, high: float, form: Form = "value") -> None:
         """Raise ValueRefused if values of this form from `low` to `high` leave the range or go below the floor."""
         factor = self.value if form == "factor" else 1.0
@@ -81,17 +80,6 @@ class Parameter:
 # ---- the numbers that can vary
 
 
-class Row(NamedTuple):
-    """A parameter of one part; if its link law has none, value is None and `need` says what the law needs."""
-
-    key: str
-    unit: str
-    floor: str
-    value: float | None
-    sets: Targets
-    need: str = ""
-
-
 def _of_machine(machine: Machine, motion: Motion) -> Iterator[Row]:
     body = machine.body
     yield Row("body.mass", "kg", "> 0", body.mass, [(("mass", 0, 0), 1.0)])
@@ -108,64 +96,13 @@ def _of_machine(machine: Machine, motion: Motion) -> Iterator[Row]:
     yield Row("motion.force_scale", "1", "", force, [(("wrench", 0, 0), 1.0)], need)
 
 
-def _of_rail(position: Sequence[float], carriages: Sequence[int]) -> Iterator[Row]:
-    for i, axis in enumerate(("y", "z")):
-        links = [(("point", 4 * j + end, i + 1), 1.0) for j in carriages for end in range(len(ENDS))]
-        centers = [(("center", j, i + 1), 1.0) for j in carriages]
-        yield Row(f"position.{axis}", "m", "", position[i], [*links, *centers])
-
-
-def _of_carriage(i: int, carriage: Carriage) -> Iterator[Row]:
-    points: list[Target] = [("point", 4 * i + k, 0) for k in range(len(ENDS))]
-    yield Row("x", "m", "", carriage.x, [*((point, 1.0) for point in points), (("center", i, 0), 1.0)])
-    signs = [0.5 if end.startswith("+") else -0.5 for end in ENDS]
-    yield Row("length", "m", "> 0", carriage.length, list(zip(points, signs, strict=True)))
-    for axis in ("y", "z"):
-        links = [4 * i + k for k, end in enumerate(ENDS) if end.endswith(axis)]
-        yield from _of_spring(carriage, carriage.damping_in_contact, f"_{axis}", links, 0.5)
-
-
-def _of_link(index: int, link: Link) -> Iterator[Row]:
-    for i, axis in enumerate(AXES):
-        yield Row(f"point.{axis}", "m", "", link.point[i], [(("point", index, i), 1.0)])
-    yield from _of_spring(link, link.damping_in_contact, "", [index], 1.0)
-
-
-def _of_spring(
-    part: Carriage | Link, damping_in_contact: bool, suffix: str, links: Sequence[int], share: float
-) -> Iterator[Row]:
-    """The parameters of an elastic law and its damper; share: part of them in each of the core's links."""
-    stiffness, clearance, preload, curve, damping = (
-        getattr(part, f"{key}{suffix}") for key in ("stiffness", "clearance", "preload", "curve", "damping")
-    )
-    sides = stiffness if isinstance(stiffness, Sides) else None
-    # The core has no link that is damped in contact only and always in contact.
-    clear = preload is None and curve is None and (clearance > 0.0 or not damping_in_contact)
-
-    def of_law(
-        key: str, unit: str, floor: str, value: float | None, need: str, name: str, factor: float = share
-    ) -> Row:
-        return Row(key, unit, floor, value, [(("law", k, name), factor) for k in links], need)
-
-    need, by_side = "one stiffness, in place of a curve or of one per side", "a stiffness by side"
-    value = stiffness if isinstance(stiffness, float) else None
-    yield of_law(f"stiffness{suffix}", "N/m", "> 0", value, need, "stiffness")
-    for side in ("positive", "negative"):
-        value = getattr(sides, side, None)
-        yield of_law(f"stiffness{suffix}.{side}", "N/m", ">= 0", value, by_side, f"{side}_stiffness")
-    need = "a stiffness without preload, and a clearance above 0 if damping_in_contact is true"
-    yield of_law(f"clearance{suffix}", "m", ">= 0", clearance if clear else None, need, "clearance", 1.0)
-    yield of_law(f"preload{suffix}", "N", "> 0", preload, "a preload, and the rolling element", "preload")
-    yield of_law(f"curve{suffix}.scale", "1", "> 0", 1.0 if curve else None, "a curve", "scale", 1.0)
-    damper: list[tuple[Target, float]] = [(("damping", k, 0), share) for k in links]
-    yield Row(f"damping{suffix}", "N s/m", ">= 0", damping, damper)
-
-
 def _range_of(row: Row) -> Range:
     """The range of a parameter: by its unit and, for lengths, by its key."""
     if row.unit != "m":
         return RANGES[row.unit]
-    return CLEARANCE if row.key.startswith("clearance") else LENGTH if row.key == "length" else POSITION
+    if row.key.startswith("clearance"):
+        return CLEARANCE
+    return LENGTH if row.key in ("length", "width") else POSITION
 
 
 # ---- the parameters of one machine
@@ -178,6 +115,7 @@ class Parameters:
     """
 
     def __init__(self, machine: Machine, motion: Motion) -> None:
+        self.machine = machine
         self.of_part: dict[tuple[str, str], dict[str, Parameter | str]] = {}
         self.names = {
             "rails": [rail.name for rail in machine.rails],
@@ -186,13 +124,13 @@ class Parameters:
         }
         self._add("", "", {}, _of_machine(machine, motion))
         for i, rail in enumerate(machine.rails):
-            on_it = [j for j, index in enumerate(machine.rail_of_carriage.tolist()) if index == i]
-            self._add("rails", rail.name, {"rail": rail.name}, _of_rail(rail.position, on_it))
+            self._add("rails", rail.name, {"rail": rail.name}, of_rail(machine, i))
         for i, carriage in enumerate(machine.carriages):
             owners = {"carriage": carriage.name, "rail": carriage.rail}
-            self._add("carriages", carriage.name, owners, _of_carriage(i, carriage))
+            self._add("carriages", carriage.name, owners, of_carriage(machine, i))
+        first = len(machine.link_table().names) - len(machine.links)
         for i, link in enumerate(machine.links):
-            self._add("links", link.name, {"link": link.name}, _of_link(4 * len(machine.carriages) + i, link))
+            self._add("links", link.name, {"link": link.name}, of_link(first + i, link))
 
     def _add(self, kind: str, name: str, owners: dict[str, str], rows: Iterator[Row]) -> None:
         part = f'{kind}["{name}"].' if name.isdecimal() else f"{kind}[{name}]." if kind else ""
@@ -211,8 +149,11 @@ class Parameters:
         """The parameters of a path, in the machine's order.
 
         `*` or `[*]` means all carriages, rails or links, [1a] or ["1a"] the one with that name, [0] the first;
-        `stiffness` means `stiffness_y` and `stiffness_z`, `position` all its components. Raises ValueRefused.
+        `stiffness` means `stiffness_y` and `stiffness_z`, `position` all its components. `carriage_types.front` means
+        all carriages that take this value from their type "front". Raises ValueRefused.
         """
+        if path.startswith("carriage_types"):
+            return self._of_type(path)
         match = SELECTOR.fullmatch(path)
         if match is None:
             return self._keyed(path, ("", ""), path)
@@ -224,6 +165,27 @@ class Parameters:
         if not names:
             raise ValueRefused("a path in this machine", path, f"it has no {kind}")
         return tuple(parameter for name in names for parameter in self._keyed(path, (kind, name), key))
+
+    def _of_type(self, path: str) -> tuple[Parameter, ...]:
+        """The parameters of all carriages whose value is that of their type."""
+        match, types = TYPE.fullmatch(path), self.machine.carriage_types
+        name = "" if match is None else match["quoted"] or match["bare"] or match["name"]
+        if match is None or name not in types:
+            known = ", ".join(types) or "none"
+            raise ValueRefused("a path such as carriage_types.NAME.length", path, f"its types are {known}")
+        given = {key: value for key, value in vars(types[name]).items() if value is not None}
+        users = [one for one in self.machine.carriages if one.type == name]
+        found = [
+            parameter
+            for one in users
+            for parameter in self._keyed(path, ("carriages", one.name), match["key"])
+            if given.get(parameter.root, one) == getattr(one, parameter.root)
+        ]
+        if not found:
+            raise ValueRefused(
+                "a key that carriages take from their type", path, f"none takes it from {name}"
+            )
+        return tuple(found)
 
     def _name(self, path: str, kind: str, quoted: str | None, bare: str | None) -> str:
         """The name of the part in brackets: a name with or without quotes, or an index from 0."""
@@ -307,6 +269,9 @@ class Parameters:
 
 SELECTOR = re.compile(
     r'(?P<kind>carriages|rails|links)(?:\.\*|\[(?:"(?P<quoted>[^"]+)"|(?P<bare>[^\]"]+))\])\.(?P<key>[^\[\]]+)'
+)
+TYPE = re.compile(
+    r'carriage_types(?:\.(?P<name>[^.\[\]]+)|\[(?:"(?P<quoted>[^"]+)"|(?P<bare>[^\]"]+))\])\.(?P<key>[^\[\]]+)'
 )
 ROOTS = ("body.", "gravity.", "motion.", "rails.*.", "carriages.*.", "links.*.")
 

@@ -7,19 +7,23 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from guideload._core import Batch
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
+from guideload.life.equivalent_load import PLAIN_SUM
 from guideload.motion.motion import Motion
 from guideload.study.description.factors import Factor
 from guideload.study.description.metadata import StudyMetadata
 from guideload.study.description.parameters import Change
 from guideload.study.sampling.design import Copula, Design
 from guideload.study.sampling.distributions import Sample
+
+if TYPE_CHECKING:
+    from guideload._core import Rule
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,10 +69,17 @@ class Plan:
     def _batch(self) -> Batch:
         return self._batch_with(
             groups=self.metadata.machine.links_of_carriages,
-            centers=self.metadata.machine.carriage_centers,
+            centers=self.metadata.machine.carriage_places,
             changes=self.changes,
             measures=self.metadata.measures,
+            rules=self._rules(),
         )
+
+    def _rules(self) -> list[tuple[Rule, Rule]] | None:
+        """Rules of the equivalent loads of each carriage; None if no carriage has a rating."""
+        rated = {one.index: (one.rule.of_core, one.static_rule.of_core) for one in self.metadata.rated()}
+        plain = (PLAIN_SUM.of_core, PLAIN_SUM.of_core)
+        return [rated.get(i, plain) for i in range(len(self.metadata.carriages))] if rated else None
 
     def batch_of_links(self, method: str, rtol: float, factor: float) -> Batch:
         """A batch by a method under the excitation times a factor.
@@ -108,6 +119,8 @@ class Plan:
             laws=table.laws,
             damping=table.damping,
             damping_in_contact=table.damping_in_contact,
+            offsets=machine.offsets,
+            base_compliance=None if machine.base is None else machine.base.compliance,
             time=motion.time,
             acceleration=factor * motion.acceleration,
             wrench=None if motion.wrench is None else factor * motion.wrench,
@@ -115,6 +128,7 @@ class Plan:
             exponent=metadata.exponent,
             method=method or metadata.method,
             rtol=rtol or metadata.rtol,
+            start=metadata.start,
             **keys,
         )
 
@@ -125,21 +139,18 @@ class Plan:
 def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any) -> StudyMetadata:
     """The metadata of a study with its fingerprint.
 
-    It contains the versions of guideload, NumPy and SciPy, but not histories, limits and life. It contains the number
-    of samples for a Latin hypercube only, whose draws depend on it: other studies can be resumed with more samples.
+    It contains the versions of guideload, NumPy and SciPy, but not histories and limits, and of the products and
+    conditions of life only what the recorded loads depend on: the rules. It contains the number of samples for a Latin
+    hypercube only, whose draws depend on it: other studies can be resumed with more samples.
     """
-    resumed_with_more = design is not None and design.sampling != "latin hypercube"
-    free = {
-        "motion",
-        "motion_exact",
-        "duration",
-        "instants",
-        "limits",
-        "life",
-        "second_look",
-        *(("runs",) if resumed_with_more else ()),
-    }
-    exact = (*exact, None if design is None else design.copula)
+    names = ["motion", "motion_exact", "duration", "instants", "limits", "life_notes", "second_look"]
+    if design is not None and design.sampling != "latin hypercube":
+        names.append("runs")
+    free: dict[str, Any] = dict.fromkeys(names, True)
+    free["machine"] = dict.fromkeys(("catalogue", "products", "life"), True)
+    rules = [rule for one in metadata.rated() for rule in (one.rule, one.static_rule)]
+    rules_text = [(digest(rule.weights), rule.minor, rule.preload, rule.thomson) for rule in rules]
+    exact = (*exact, None if design is None else design.copula, rules_text)
     text = json.dumps([metadata.model_dump(mode="json", exclude=free), exact], default=_plain, sort_keys=True)
     return metadata.model_copy(update={"fingerprint": hashlib.sha256(text.encode()).hexdigest()})
 

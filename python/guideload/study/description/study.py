@@ -15,6 +15,7 @@ from guideload.base.toml import located
 from guideload.machine.machine import Machine
 from guideload.motion.motion import HISTORIES, Motion
 from guideload.simulation.simulation import with_forces_of_drive
+from guideload.simulation.start import start_of
 from guideload.study.description.cases import cases_of
 from guideload.study.description.correlation import copula_of
 from guideload.study.description.factors import factors_of
@@ -23,6 +24,7 @@ from guideload.study.description.metadata import StudyMetadata
 from guideload.study.description.options import StudyFile, StudyOptions, read_study, with_hint_on_place
 from guideload.study.description.parameters import Parameters
 from guideload.study.description.plan import Plan, correlations_of, digest, with_fingerprint
+from guideload.study.description.rated import RatedStudy, rated_study
 from guideload.study.description.refusals import refused_at
 from guideload.study.description.varied_parameter import SampleSpec
 from guideload.study.sampling.design import Design
@@ -57,6 +59,10 @@ class Study(StudyOptions):
             described.require_files(folder)
             machine = Machine.from_toml(folder / described.machine)
             motion = described.reading.motion(folder / described.trace, machine)
+            sources = [Path(file), folder / described.machine, folder / described.trace]
+            if described.forces is not None:
+                motion = described.forces.added_to(motion, folder, machine)
+                sources.append(folder / described.forces.file)
             options = {key: getattr(described, key) for key in StudyOptions.model_fields}
             options["vary"] = tuple(
                 entry.model_copy(update={"file": str(folder / entry.file)})
@@ -65,8 +71,7 @@ class Study(StudyOptions):
                 for entry in described.vary
             )
             cases = None if described.cases is None else folder / described.cases
-            sources = (Path(file), folder / described.machine, folder / described.trace)
-            return cls(machine=machine, motion=motion, cases=cases, sources=sources, **options)
+            return cls(machine=machine, motion=motion, cases=cases, sources=tuple(sources), **options)
         except ConfigError as error:
             if error.file is not None:  # the machine's own file
                 raise
@@ -80,6 +85,7 @@ class Study(StudyOptions):
                 self.machine.riders[0].name,
                 "a study knows one body: add their masses to [body]",
             )
+        self.machine.require_no_payloads("a study")
         _ = self.machine.scene, self._plan  # computed once, and cached
         return self
 
@@ -97,8 +103,14 @@ class Study(StudyOptions):
     @cached_property
     def _plan(self) -> Plan:
         self._require_one_source()
+        if not self.machine.has_straight_rails:
+            way_out = "mounting errors can vary; for profiles, run simulate or peak_loads with each seed of waviness"
+            profiles = [rail.name for rail in self.machine.rails if rail.profiles]
+            raise refused_at(
+                ("machine",), "straight rails in a study", f"profiles of rails {profiles}", way_out
+            )
         # The push of a rack is that of the machine as given: in a batch, all samples share one motion.
-        motion = with_forces_of_drive(self.machine, self.motion, self.method, self.rtol)
+        motion = with_forces_of_drive(self.machine, self.motion, self.method, self.rtol, self.start)
         parameters = Parameters(self.machine, motion)
         design = cases = None
         if self.cases is not None:
@@ -115,14 +127,16 @@ class Study(StudyOptions):
         histories = tuple(range(min(histories, runs))) if isinstance(histories, int) else histories
         if histories and histories[-1] >= runs:
             raise refused_at(("histories",), f"indices below {runs}, the number of runs", histories[-1])
-        measures, columns = measures_of(self.machine, motion, self.quantities, self.statistics)
-        if self.life is not None and not any(load == "load" for load, _, _ in measures):
-            no_velocity = motion.velocity is None
-            hint = "the motion has no velocity" if no_velocity else 'add "load" to quantities'
-            raise refused_at(("life",), "a mean load to count the life from", self.life.model_dump(), hint)
+        rated = RatedStudy()
+        if self.quantities is None or "load" in self.quantities:
+            rated = rated_study(self.machine, motion, factors, cases)
+        measures, columns = measures_of(
+            self.machine, motion, self.quantities, self.statistics, bool(rated.criteria)
+        )
         changes = parameters.changes((factor.form, factor.targets) for factor in factors)
         metadata = StudyMetadata(
-            **{key: getattr(self, key) for key in ("machine", "method", "rtol", "exponent", "life")},
+            **{key: getattr(self, key) for key in ("machine", "method", "rtol")},
+            start=start_of(self.machine, self.motion, self.start),
             motion=motion.source,
             motion_exact=motion.exact,
             motion_digest=digest(*(getattr(motion, name) for name in ("time", *HISTORIES))),
@@ -136,7 +150,9 @@ class Study(StudyOptions):
             correlations=correlations_of(factors, None if design is None else design.copula),
             measures=measures,
             columns=columns,
-            limits=limits_of(self.limits, measures, self.life),
+            exponent=rated.exponent,
+            limits=limits_of(self.limits, measures, self.machine.life, rated.reason),
+            life_notes=rated.notes,
         )
         metadata = with_fingerprint(metadata, design, factors, changes, digest(cases))
         return Plan(metadata, motion, factors, changes, design, cases, histories)

@@ -11,7 +11,8 @@ import xarray as xr
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ValueRefused
-from guideload.study.description.measures import CONTACT, LIFE, PEAK, QUANTITIES, RECORDED
+from guideload.life.criteria import Criteria
+from guideload.study.description.measures import CONTACT, LIFE, PEAK, PEAK_LOAD, QUANTITIES, RECORDED, SAFETY
 from guideload.study.description.metadata import StudyMetadata
 from guideload.study.storage.store import SampleStore
 
@@ -23,7 +24,8 @@ class StudyColumns:
     metadata  description of the study
 
     Beside the stored columns there are the quantities of `QUANTITIES`: "peak_resultant_N[1a]" of a carriage, and
-    "peak_resultant_N" of the worst carriage in each sample. Peaks are largest magnitudes.
+    "peak_resultant_N" of the worst carriage in each sample. Peaks are largest magnitudes. "life_km" is the
+    life that all carriages with ratings reach with the stated probability.
     """
 
     def __init__(self, store: SampleStore, metadata: StudyMetadata) -> None:
@@ -49,6 +51,11 @@ class StudyColumns:
     def finished(self) -> int:
         """Number of finished runs, failed ones included."""
         return self.store.done
+
+    @cached_property
+    def rated(self) -> dict[str, Criteria]:
+        """How life and static safety follow from the loads, by the name of each carriage that has them."""
+        return {one.name: one for one in self.metadata.rated()}
 
     @cached_property
     def histories(self) -> xr.Dataset | None:
@@ -93,27 +100,27 @@ class StudyColumns:
         if stem in self.quantities and quantity is not None:
             owners = self.owners(stem)
             if owner in owners:
-                return self._quantity(stem, owners.index(owner))
+                return self._quantity(stem, owner)
             if not label and quantity.worse is not None:
-                return reduce(quantity.worse, (self._quantity(stem, i) for i in range(len(owners))))
+                return reduce(quantity.worse, (self._quantity(stem, owner) for owner in owners))
         if name in self.store.columns:
             return self.store.column(name)
         names = [*self._names(), *self.store.columns]
         near = get_close_matches(name, names, n=3, cutoff=0.4) or names[:3]
         raise ValueRefused("a column of the study", name, f"nearest: {', '.join(near)}")
 
-    def _quantity(self, name: str, index: int) -> Array:
-        """(runs,) a quantity of the carriage with this index."""
+    def _quantity(self, name: str, owner: str) -> Array:
+        """(runs,) a quantity of a carriage, or with the name "" of the machine."""
         metadata = self.metadata
         columns = dict(zip(metadata.measures, metadata.columns, strict=True))
+        index = metadata.carriages.index(owner) if owner else 0
         sources = QUANTITIES[name].sources
         first, *rest = (self.store.column(columns[load, index, statistic]) for load, statistic in sources)
         for other in rest:
             first = np.maximum(np.abs(first), np.abs(other))
-        if name != LIFE:
-            return first
-        assert metadata.life is not None
-        return 1e-3 * metadata.life.with_exponent(metadata.exponent).life(first)
+        if name == LIFE:
+            return 1e-3 * self.rated[owner].life_under(first)
+        return self.rated[owner].safety_under(first) if name == SAFETY else first
 
     def of_carriages(self, name: str) -> list[str]:
         """Columns of a quantity: one per carriage, or one for the machine."""
@@ -121,13 +128,15 @@ class StudyColumns:
 
     def owners(self, name: str) -> tuple[str, ...]:
         """Names of the carriages that have the quantity; ("",) for a quantity of the machine."""
+        if QUANTITIES[name].is_rated:
+            return tuple(self.rated)
         return ("",) if QUANTITIES[name].of_machine else self.metadata.carriages
 
     def _owned(self, name: str) -> Iterator[tuple[str, Array]]:
-        """Samples of a quantity by carriage, and by "" those of the worst carriage in each sample."""
+        """Samples of a quantity by carriage, and by "" those of the machine: of its worst carriage, or its life."""
         worse, worst = QUANTITIES[name].worse, None
-        for index, owner in enumerate(self.owners(name)):
-            values = self._samples(self._quantity(name, index))
+        for owner in self.owners(name):
+            values = self._samples(self._quantity(name, owner))
             worst = values if worst is None or worse is None else worse(worst, values)
             yield owner, values
         if worse is not None and worst is not None and not QUANTITIES[name].of_machine:
@@ -142,7 +151,7 @@ class StudyColumns:
 
 
 def available(metadata: StudyMetadata) -> tuple[str, ...]:
-    """Quantities that the recorded columns give; a life if the study has a rating.
+    """Quantities that the recorded columns give; a life if they give a static safety, too.
 
     A recorded column is among them only if no other quantity contains it, as "max_Fy_N" without "min_Fy_N".
     """
@@ -151,7 +160,9 @@ def available(metadata: StudyMetadata) -> tuple[str, ...]:
     made = [
         name
         for name, quantity in QUANTITIES.items()
-        if name not in RECORDED and recorded.issuperset(quantity.sources) and (name != LIFE or metadata.life)
+        if name not in RECORDED
+        and recorded.issuperset(quantity.sources)
+        and (name != LIFE or PEAK_LOAD in recorded)
     ]
     used = {source for name in made for source in QUANTITIES[name].sources}
     rest = (name for name in columns if name in RECORDED and not used.issuperset(QUANTITIES[name].sources))

@@ -18,7 +18,8 @@ from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, DoubtfulResult, ValueRefused, shown
 from guideload.base.units import quantity as to_unit
-from guideload.study.description.measures import CONTACT, LIFE, QUANTITIES, unit_of
+from guideload.life.rating_life import failure_probability
+from guideload.study.description.measures import CONTACT, LIFE, QUANTITIES, SAFETY, unit_of
 from guideload.study.description.metadata import SecondLooks
 from guideload.study.results import statistics
 from guideload.study.results.columns import StudyColumns, summarised
@@ -166,15 +167,49 @@ class StudyResult(StudyColumns):
                 rows[name, owner] = (limit, values.size, count, *ends)
         return _by_quantity_and_carriage(rows, ["limit", "samples", "count", "probability", "low", "high"])
 
+    def failure_probability(
+        self, travel: float | str | None = None, confidence: float = statistics.CONFIDENCE
+    ) -> pd.DataFrame:
+        """Probability of a failure by fatigue before a travel: a row per carriage with a rating, and "" for any.
+
+        travel: in km, or text with a unit; default: the limit on the life. In each sample a carriage fails before it
+        with the probability 1 - R^((travel/L)^1.5), a Weibull distribution, with the rating life L of this sample and
+        its reliability R. The mean over the samples combines the scatter of fatigue with that of the parameters.
+
+        Columns: travel_km, samples, probability, low and high (of the mean, by its standard error), and shorter, the
+        share of the samples whose rating life is shorter than the travel. Raises ArgumentError without rating or
+        travel.
+        """
+        travel = self.metadata.limits.get(LIFE) if travel is None else travel
+        if not self.rated or travel is None:
+            missing = "a limit on the life" if self.rated else "carriages whose products have ratings"
+            raise ArgumentError(f"failure_probability: expected {missing}, which this study does not have")
+        distance = 1e-3 * to_unit(travel, "m") if isinstance(travel, str) else float(travel)
+        if not distance > 0.0:
+            raise ArgumentError(f"travel: expected > 0 km, got {shown(travel)}")
+        rows = {}
+        for owner, column in self._owned(LIFE):
+            lives = statistics.known(column)
+            failed = failure_probability(distance, lives, self.metadata.machine.life.reliability)
+            ends = map(float, statistics.mean_share(failed, confidence))
+            rows[owner] = (
+                distance,
+                lives.size,
+                *ends,
+                float(np.mean(lives < distance)) if lives.size else np.nan,
+            )
+        columns = ["travel_km", "samples", "probability", "low", "high", "shorter"]
+        return pd.DataFrame(list(rows.values()), pd.Index(list(rows), name="carriage"), columns)
+
     def cases(self) -> pd.DataFrame:
         """A row per run: parameters, main quantity, and exceeded limits.
 
-        Columns: parameters; the leading quantity of each carriage; life_km, the shortest life of all carriages, if
-        there is a rating; exceeded: the limits that any carriage exceeds and lost contact, or "failed" for a run
+        Columns: parameters; the leading quantity of each carriage; life_km and static_safety of the machine, if
+        carriages have ratings; exceeded: the limits that any carriage exceeds and lost contact, or "failed" for a run
         without result.
         """
         stem = self.leading.partition("[")[0]
-        life = [LIFE] if LIFE in self.quantities and stem != LIFE else []
+        life = [name for name in (LIFE, SAFETY) if name in self.quantities and stem != name]
         table = self.table([*(one.name for one in self.metadata.parameters), *self.of_carriages(stem), *life])
         exceeded: list[list[str]] = [["failed"] if i in self.reasons else [] for i in range(self.runs)]
         for name, limit in self.limits.items():
@@ -263,6 +298,8 @@ class StudyResult(StudyColumns):
             tables["summary"] = self.summary().reset_index()
             tables["probabilities"] = self.probabilities().reset_index()
             tables["driving"] = self.driving().reset_index()
+            if LIFE in self.limits:
+                tables["failure"] = self.failure_probability().reset_index()
         content: dict[str, Any] = {
             "metadata": self.metadata.as_json(),
             "runs": self.runs,

@@ -123,6 +123,14 @@ def probability(counts: ArrayLike, samples: int, confidence: float = CONFIDENCE)
     return Estimates(hits / samples, low, high)
 
 
+def mean_share(shares: ArrayLike, confidence: float = CONFIDENCE) -> Estimate:
+    """Mean of shares from 0 to 1, and its interval by the standard error, within 0 and 1; NaN without samples."""
+    mean, deviation = mean_and_deviation(shares)
+    half = norm.ppf(0.5 + _confidence(confidence) / 2) * deviation / max(known(shares).size, 1) ** 0.5
+    low, high = (0.0, 1.0) if np.isnan(half) else (max(mean - half, 0.0), min(mean + half, 1.0))
+    return Estimate(mean, float(low), float(high))
+
+
 def exceedance(values: ArrayLike, confidence: float = CONFIDENCE) -> Exceedance:
     """The probability that a sample reaches a limit, at limits that are samples: from 1 down to 1/n.
 

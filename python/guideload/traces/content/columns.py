@@ -44,7 +44,7 @@ def columns_of(table: Table, options: ReadingOptions) -> Columns:
     for name in (measured, options.get("time")):
         if name is not None and name not in table.columns:
             raise TraceError(f"{table.source}: no column {name!r}; there are {listed(table.names)}")
-    time, note = _time_column(table, options), ""
+    time, note = time_column_of(table, options), ""
     if measured is None:
         measured, note = _measured_column(table, time, options)
     kind, scale = _kind_and_scale(table, measured, options)
@@ -59,7 +59,7 @@ def columns_of(table: Table, options: ReadingOptions) -> Columns:
     return Columns(measured, kind, scale, time, _partner_of(table, measured) if compared else None, note)
 
 
-def _time_column(table: Table, options: ReadingOptions) -> str | None:
+def time_column_of(table: Table, options: ReadingOptions) -> str | None:
     """Name of the time column; None if the sampling rate is given, or if each channel has its own time.
 
     Raises TraceError if there is no time column, or more than one.

@@ -18,10 +18,12 @@ pub(super) struct Covariance {
     a_z: [f64; 12],
     d_z: [[f64; 12]; MAX_ORDER],
     pub z: [[f64; 12]; 12],
+    /// z at the first sample per m/s² of its acceleration, until that sample.
+    start: Option<[f64; 12]>,
 }
 
 impl Covariance {
-    pub fn new(order: usize, derivative: usize) -> Self {
+    pub fn new(order: usize, derivative: usize, start: [f64; 12]) -> Self {
         Self {
             order,
             derivative,
@@ -32,6 +34,7 @@ impl Covariance {
             a_z: [0.0; 12],
             d_z: [[0.0; 12]; MAX_ORDER],
             z: [[0.0; 12]; 12],
+            start: Some(start),
         }
     }
 
@@ -93,6 +96,13 @@ impl Covariance {
             }
         }
         self.unit = unit;
+        if let Some(start) = self.start.take() {
+            let (_, variance) = self.end();
+            for i in 0..order {
+                self.d_z[i] = start.map(|z| unit * self.d[i][at] * z);
+            }
+            self.z = start.map(|column| start.map(|row| variance * column * row));
+        }
     }
 
     /// z' = carry z + g a + h unit d[derivative].
@@ -194,12 +204,13 @@ mod tests {
         let posterior = Posterior::new(3, given).expect("memory").expect("order 3");
         let time: [f64; 10] = core::array::from_fn(|k| 0.004 * k as f64);
         let unit: [f64; 10] = core::array::from_fn(|k| 1.0 + 0.1 * k as f64);
-        let deviation = Deviation { posterior: &posterior, time: &time, derivative: 2, unit: &unit };
+        let deviation =
+            Deviation { posterior: &posterior, time: &time, derivative: 2, unit: &unit, quasi_static: true };
         let mut cut: Vec<f64> = time.to_vec();
         cut.extend(time[..9].iter().flat_map(|t| [t + 0.0011, t + 0.0029]));
         cut.sort_by(f64::total_cmp);
         let follow = |instants: &[f64]| {
-            let mut covariance = Covariance::new(3, 2);
+            let mut covariance = Covariance::new(3, 2, deviation.start(&system));
             for step in Schedule::new(&system, deviation, instants) {
                 covariance.follow(&step);
             }

@@ -52,7 +52,8 @@ pub fn standard_deviations(
     let lengths = [&*out.acceleration, out.groups, out.sizes, out.links].map(<[f64]>::len);
     assert_eq!(lengths, [count, count * width, count * width / 3, count * links.len()], "room for all");
     let mut schedule = Schedule::new(system, deviation, instants);
-    let mut covariance = Covariance::new(deviation.posterior.order(), deviation.derivative);
+    let mut covariance =
+        Covariance::new(deviation.posterior.order(), deviation.derivative, deviation.start(system));
     let quantities = Quantities {
         groups: packed(groups),
         links: packed(&links),

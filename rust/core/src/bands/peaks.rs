@@ -9,7 +9,7 @@ use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch_wide};
 use crate::numeric::watch::{Watch, filled, on_threads, room};
 use crate::output::Wrench;
 use crate::smoother::DeviationDraws;
-use crate::system::{ModelLevel, System};
+use crate::system::{ModelLevel, State, System};
 
 /// The loads to which deviations are added.
 #[derive(Debug, Clone, Copy)]
@@ -53,6 +53,7 @@ pub fn draw_peaks(
         active: system.mode_count(),
         order: deviation.posterior.order(),
         derivative: deviation.derivative,
+        start: deviation.start(system),
         across: groups
             .iter()
             .map(|load| [1, 2].map(|row| load.linear.by_state.map(|all| all[row])))
@@ -121,6 +122,8 @@ struct Plan<'a> {
     active: usize,
     order: usize,
     derivative: usize,
+    /// State at the first sample per m/s² of its acceleration.
+    start: State,
     /// Fy and Fz of each group per unit of each entry of the state.
     across: Vec<[[f64; 12]; 2]>,
     loads: &'a [f64],
@@ -130,6 +133,7 @@ struct Plan<'a> {
 /// Eight draws side by side.
 struct DrawBlock {
     drawn: DeviationDraws,
+    started: bool,
     /// Acceleration at the start and at the end of the interval, m/s².
     before: Lanes,
     after: Lanes,
@@ -142,6 +146,7 @@ impl DrawBlock {
     fn new(seed: u64, first: usize, groups: usize) -> Result<Self, Stopped> {
         Ok(Self {
             drawn: DeviationDraws::new(seed, first),
+            started: false,
             before: [0.0; LANES],
             after: [0.0; LANES],
             state: [[0.0; LANES]; 12],
@@ -221,6 +226,10 @@ impl Kernel for FollowKernel<'_> {
                     block.drawn.advance(step, plan.order);
                     for lane in 0..LANES {
                         block.after[lane] = unit * block.drawn.state[plan.derivative][lane];
+                    }
+                    if !block.started {
+                        block.started = true;
+                        block.state = plan.start.map(|z| block.after.map(|acceleration| z * acceleration));
                     }
                 }
                 Event::Part { response, from, to } => block.advance(plan, response, *from, *to),

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use crate::equations::Propagator;
 use crate::numeric::simd::{Kernel, dispatch};
 use crate::smoother::{MarkovStep, Posterior};
-use crate::system::System;
+use crate::system::{State, System};
 
 /// The deviation of the acceleration along x from its estimate, linear between the stamps of the samples.
 #[derive(Clone, Copy)]
@@ -18,6 +18,16 @@ pub struct Deviation<'a> {
     pub derivative: usize,
     /// n: m/s² per unit of the state's acceleration at each time stamp.
     pub unit: &'a [f64],
+    /// Whether the machine starts in the quasi-static state of its first acceleration, so that its deviation displaces the start.
+    pub quasi_static: bool,
+}
+
+impl Deviation<'_> {
+    /// The state of the machine at the first sample per m/s² of the deviation there.
+    pub(super) fn start(&self, system: &System) -> State {
+        let still = if self.quasi_static { system.quasi_static(&system.influence()[0]).ok() } else { None };
+        still.unwrap_or([0.0; 12])
+    }
 }
 
 /// z at the end of a part of an interval: `carry` z + `start` a(start) + `end` a(end).

@@ -24,6 +24,8 @@ pub enum Target {
     },
     /// Damping of a link.
     Damping(usize),
+    /// Offset of the foot of a link along its direction.
+    Offset(usize),
     /// A parameter of the law of a link.
     Law {
         /// Which link.
@@ -54,6 +56,7 @@ impl fmt::Display for Target {
             Self::Gravity(i) => write!(f, "gravity.{}", axis(i)),
             Self::Point { link, axis: i } => write!(f, "links[{link}].point.{}", axis(i)),
             Self::Damping(link) => write!(f, "links[{link}].damping"),
+            Self::Offset(link) => write!(f, "links[{link}].offset"),
             Self::Law { link, parameter } => write!(f, "links[{link}].{}", parameter.name()),
             Self::Center { group, axis: i } => write!(f, "centers[{group}].{}", axis(i)),
             Self::Acceleration => f.write_str("factor on the acceleration"),

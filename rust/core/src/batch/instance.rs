@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::change::{Change, Target};
 use super::error::{BatchError, SampleError};
@@ -11,6 +11,7 @@ use crate::model::Body;
 use crate::model::Free;
 use crate::model::Link;
 use crate::model::Scene;
+use crate::output::Axes;
 
 /// The scene that samples change.
 #[derive(Debug, Clone, Copy)]
@@ -29,6 +30,8 @@ pub struct Base<'a> {
     pub gravity: Vector3<f64>,
     /// The free degrees of freedom.
     pub free: Free,
+    /// Compliance of an elastic base under all links; see [`Scene::on_base`].
+    pub base_compliance: Option<Matrix6<f64>>,
     /// Groups of links (carriages) whose loads are measured.
     pub groups: &'a [Group],
 }
@@ -51,6 +54,8 @@ pub struct Group {
     pub links: Vec<usize>,
     /// Reference point of the moments, m from L.
     pub center: Vector3<f64>,
+    /// The axes of its load.
+    pub axes: Axes,
     /// Rule of the equivalent load whose mean is measured.
     pub mean_rule: EquivalentLoad,
     /// Rule of the equivalent load whose largest value is measured, for the static safety; its preload has no effect.
@@ -58,10 +63,10 @@ pub struct Group {
 }
 
 impl Group {
-    /// Links whose equivalent loads are `|Fy| + |Fz|`.
+    /// Links whose load is along the axes of the machine, and whose equivalent loads are `|Fy| + |Fz|`.
     pub fn new(links: Vec<usize>, center: Vector3<f64>) -> Self {
         let [mean_rule, peak_rule] = [EquivalentLoad::SUM_OF_FORCES; 2];
-        Self { links, center, mean_rule, peak_rule }
+        Self { links, center, axes: Axes::MACHINE, mean_rule, peak_rule }
     }
 }
 
@@ -71,8 +76,10 @@ pub struct Instance {
     body: Body,
     gravity: Vector3<f64>,
     free: Free,
+    base_compliance: Option<Matrix6<f64>>,
     links: Vec<Link>,
     centers: Vec<Vector3<f64>>,
+    axes: Vec<Axes>,
     factors: [f64; 2],
 }
 
@@ -83,15 +90,18 @@ impl Instance {
     /// As [`Base::body`] and [`Scene::new`].
     pub fn new(base: &Base) -> Result<Self, BatchError> {
         let body = base.body()?;
-        Scene::new(body, base.links, base.gravity, base.free)?;
-        Ok(Self {
+        let instance = Self {
             body,
             gravity: base.gravity,
             free: base.free,
+            base_compliance: base.base_compliance,
             links: base.links.to_vec(),
             centers: base.groups.iter().map(|group| group.center).collect(),
+            axes: base.groups.iter().map(|group| group.axes).collect(),
             factors: [1.0; 2],
-        })
+        };
+        instance.scene()?;
+        Ok(instance)
     }
 
     /// The scene.
@@ -99,7 +109,8 @@ impl Instance {
     /// # Errors
     /// As [`Scene::new`].
     pub fn scene(&self) -> Result<Scene<'_>, crate::SceneError> {
-        Scene::new(self.body, &self.links, self.gravity, self.free)
+        let scene = Scene::new(self.body, &self.links, self.gravity, self.free)?;
+        self.base_compliance.map_or(Ok(scene), |compliance| scene.on_base(compliance))
     }
 
     /// The body.
@@ -112,9 +123,9 @@ impl Instance {
         &self.links
     }
 
-    /// Whether all links are linear.
+    /// Whether all links are linear, and on a rigid base.
     pub fn is_linear(&self) -> bool {
-        self.links.iter().all(|link| link.law().is_linear())
+        self.base_compliance.is_none() && self.links.iter().all(|link| link.law().is_linear())
     }
 
     /// Gravity, m/s².
@@ -130,6 +141,11 @@ impl Instance {
     /// Centres of the groups, m from L.
     pub fn centers(&self) -> &[Vector3<f64>] {
         &self.centers
+    }
+
+    /// Axes of the loads of the groups.
+    pub fn axes(&self) -> &[Axes] {
+        &self.axes
     }
 
     /// Factors on the accelerations of the motion and on its external loads.
@@ -165,7 +181,9 @@ impl Plan {
                 Target::CenterOfMass(axis) | Target::Gravity(axis) => axis < 3,
                 Target::Inertia(i, j) => i < 3 && j < 3,
                 Target::Point { link, axis } => link < base.links.len() && axis < 3,
-                Target::Damping(link) | Target::Law { link, .. } => link < base.links.len(),
+                Target::Damping(link) | Target::Offset(link) | Target::Law { link, .. } => {
+                    link < base.links.len()
+                }
                 Target::Center { group, axis } => group < base.groups.len() && axis < 3,
             };
             if !place {
@@ -268,19 +286,23 @@ fn order(target: Target) -> (usize, usize, Target) {
         Target::Inertia(i, j) => (0, 0, Target::Inertia(usize::min(i, j), usize::max(i, j))),
         Target::Mass | Target::CenterOfMass(_) => (0, 0, target),
         Target::Gravity(_) => (1, 0, target),
-        Target::Point { link, .. } | Target::Damping(link) | Target::Law { link, .. } => (2, link, target),
+        Target::Point { link, .. }
+        | Target::Damping(link)
+        | Target::Offset(link)
+        | Target::Law { link, .. } => (2, link, target),
         Target::Center { .. } | Target::Acceleration | Target::Wrench => (3, 0, target),
     }
 }
 
 /// Changes a link of the base.
 fn set(base: &Link, changes: &[Change], values: &[f64], to: &mut Link) -> Result<(), crate::SceneError> {
-    let (mut point, mut damping, mut law) = (base.point(), base.damping(), None);
+    let (mut point, mut damping, mut offset, mut law) = (base.point(), base.damping(), base.offset(), None);
     for change in changes {
         let value = change.at(values);
         match change.target {
             Target::Point { axis, .. } => point[axis] = value,
             Target::Damping(_) => damping = value,
+            Target::Offset(_) => offset = value,
             // In the order of `LawParameter`, the factor last.
             Target::Law { parameter, .. } => {
                 law = Some(law.as_ref().unwrap_or(base.law()).with(parameter, value)?);
@@ -288,5 +310,5 @@ fn set(base: &Link, changes: &[Change], values: &[f64], to: &mut Link) -> Result
             _ => {}
         }
     }
-    to.set(point, law, damping)
+    to.set(point, law, damping, offset)
 }

@@ -6,7 +6,7 @@ use crate::excitation::Excitation;
 use crate::model::{Law, ball_force, sided_force};
 use crate::numeric::float::fma;
 use crate::numeric::simd::LANES;
-use crate::output::{Part, Wrench, group_load, reaction};
+use crate::output::{Part, Wrench, group_load_along, reaction};
 use crate::system::LinkRow;
 use crate::system::{State, System};
 use nalgebra::Vector3;
@@ -157,10 +157,11 @@ impl LoadRows {
                 LoadRow::Group(group, component) => {
                     let load = match last.take() {
                         Some((same, load)) if same == group => load,
-                        _ => group_load(
+                        _ => group_load_along(
                             system,
                             groups[group].links.iter().copied(),
                             centers[group],
+                            groups[group].axes,
                             Part::Total,
                         ),
                     };

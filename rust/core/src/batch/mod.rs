@@ -30,7 +30,7 @@ pub use travel::Motion;
 use std::sync::Mutex;
 
 use crate::error::{RunError, Stopped};
-use crate::integrate::Control;
+use crate::integrate::{Control, Start};
 use crate::model::Dof;
 use crate::numeric::watch::{Watch, check_memory, on_threads, room};
 use lanes::{LaneMemory, Lanes};
@@ -48,7 +48,8 @@ pub struct Batch<'a> {
     base: Base<'a>,
     motion: Motion<'a>,
     plan: Plan,
-    start: Instance,
+    first: Instance,
+    start: Start,
     measures: Vec<Measure>,
     requirements: Requirements,
     lanes: Lanes<'a>,
@@ -112,9 +113,10 @@ impl<'a> Batch<'a> {
         intervals.sort_unstable_by(f64::total_cmp);
         let requirements = Requirements::new(measures, drive_is_held, base.groups, &motion);
         Ok(Self {
-            lanes: Lanes::new(&base, excitation, &requirements, Width::Widest),
+            lanes: Lanes::new(&base, excitation, Start::AtRest, &requirements, Width::Widest),
             plan: Plan::new(&base, changes)?,
-            start: Instance::new(&base)?,
+            first: Instance::new(&base)?,
+            start: Start::AtRest,
             measures: measures.to_vec(),
             requirements,
             peak: excitation.peak(),
@@ -135,8 +137,15 @@ impl<'a> Batch<'a> {
 
     /// The batch with another vector width for linear scenes. The width changes the speed, but no bit of the results.
     pub fn with_width(mut self, width: Width) -> Self {
-        self.lanes = Lanes::new(&self.base, &self.motion.excitation, &self.requirements, width);
+        self.lanes = Lanes::new(&self.base, &self.motion.excitation, self.start, &self.requirements, width);
         self
+    }
+
+    /// The batch with another start of all samples than [`Start::AtRest`].
+    pub fn with_start(mut self, start: Start) -> Self {
+        self.start = start;
+        let width = self.lanes.width();
+        self.with_width(width)
     }
 
     /// Columns of values that the changes need.
@@ -206,7 +215,7 @@ impl<'a> Batch<'a> {
     pub fn histories(&self, count: usize, values: &[f64], out: &mut [f64]) -> Result<Failures, BatchError> {
         let width = self.motion.excitation.count() * self.base.groups.len() * 6;
         let columns = self.check(count, values, out, width)?;
-        let (mut sample, mut failures) = (self.start.clone(), Vec::new());
+        let (mut sample, mut failures) = (self.first.clone(), Vec::new());
         for index in 0..count {
             let (values, out) = (
                 &values[index * columns..(index + 1) * columns],
@@ -256,6 +265,7 @@ impl<'a> Batch<'a> {
 
     fn runs(&self) -> RunSettings<'_> {
         RunSettings {
+            start: self.start,
             excitation: &self.motion.excitation,
             peak: self.peak,
             typical_interval: self.typical_interval,
@@ -282,7 +292,7 @@ struct Worker {
 impl Worker {
     fn new(batch: &Batch) -> Self {
         Self {
-            samples: vec![batch.start.clone(); batch.lanes.count()],
+            samples: vec![batch.first.clone(); batch.lanes.count()],
             memory: Memory::new(),
             lanes: LaneMemory::default(),
             statistics: Vec::new(),
@@ -342,7 +352,9 @@ impl Worker {
         }
         // Linear scenes run side by side. Those for which the lanes are not accurate enough, and all others, run one by one.
         let lost = vec![false; batch.requirements.contacts.len()];
-        if let Solver::Auto | Solver::Exact = batch.solver {
+        let in_lanes =
+            matches!(batch.solver, Solver::Auto | Solver::Exact) && batch.lanes.can_start(batch.start);
+        if in_lanes {
             let (linear, mut rest): (Vec<usize>, Vec<usize>) =
                 valid.into_iter().partition(|&index| self.samples[index].is_linear());
             if !linear.is_empty() {

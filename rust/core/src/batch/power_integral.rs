@@ -68,7 +68,7 @@ pub(super) fn power_integral(
     }
     let Ends { components: last, groups: of_last } = *ends;
     *ends = Ends { components: components(BLOCK - 1), groups: groups.map(|group| group[BLOCK - 1]) };
-    if travel.weights[0][before..before + BLOCK].iter().all(|&weight| weight == 0.0) {
+    if !travel.moves(before, BLOCK) {
         return 0.0;
     }
     let minor = equivalent.rule.minor;

@@ -8,15 +8,16 @@ use super::solver::Solver;
 use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::excitation::ScaledExcitation;
-use crate::integrate::{Control, NamedMethod, Output};
+use crate::integrate::{Control, NamedMethod, Output, Start};
 use crate::numeric::watch::Watch;
-use crate::output::{Part, Record, Watched, evaluate, group_load};
+use crate::output::{Part, Record, Watched, evaluate, group_load_along};
 use crate::system::eigenvalues;
 use crate::system::{ModelLevel, State, System, input_from};
 
-/// Excitation, method and tolerance of all samples.
+/// Start, excitation, method and tolerance of all samples.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RunSettings<'a> {
+    pub start: Start,
     pub excitation: &'a Excitation<'a>,
     /// Largest magnitude of each component.
     pub peak: [f64; 9],
@@ -33,7 +34,7 @@ impl RunSettings<'_> {
         let scaled = ScaledExcitation { excitation: self.excitation, peak: self.peak, factors };
         let (control, output) = (Control::Adaptive { rtol: self.rtol }, Output::Samples);
         let mut record = Watched { record, watch: self.watch };
-        self.method_for(system).run_scaled(system, control, &scaled, output, &mut record)?;
+        self.method_for(system).run_scaled(system, control, self.start, &scaled, output, &mut record)?;
         Ok(record.record)
     }
 
@@ -92,7 +93,9 @@ pub(super) fn history(
     let loads: Vec<_> = groups
         .iter()
         .zip(sample.centers())
-        .map(|(group, center)| group_load(&system, group.links.iter().copied(), *center, Part::Total))
+        .map(|(group, center)| {
+            group_load_along(&system, group.links.iter().copied(), *center, group.axes, Part::Total)
+        })
         .collect();
     // Loads of links do not depend on the excitation directly.
     evaluate(&loads, &states, |_| input_from([0.0; 3], [0.0; 6]), out);

@@ -11,6 +11,9 @@ const PADDING: usize = 64;
 /// Terms of the series for an exponent that is not whole, and the largest |b - a|/(a + b) of the loads a and b at the ends of an interval
 /// for which it is used: the first term left out is then below 1e-13 for exponents up to 5.
 const TERMS: usize = 9;
+
+/// Most terms of a whole exponent, which has one more than its value; larger ones count as not whole.
+pub(super) const MOST_TERMS: usize = 17;
 pub(super) const NEARLY_CONSTANT: f64 = 0.05;
 
 /// The same for the series on a piece, and the size of its terms that are left out.
@@ -53,7 +56,7 @@ pub(super) struct Travel {
 impl Travel {
     /// The travel at a velocity along x, m/s, at the samples; none for a motion that never moves.
     pub(super) fn new(excitation: &Excitation, velocity: &[f64], exponent: f64) -> Option<Self> {
-        let whole = exponent == floor(exponent) && exponent < 17.0;
+        let whole = exponent == floor(exponent) && exponent < MOST_TERMS as f64;
         let terms = if whole { exponent as usize + 1 } else { TERMS };
         let mut weights = vec![vec![0.0; excitation.count().next_multiple_of(PADDING)]; terms];
         let at = |k: usize| excitation.component(k, 0);
@@ -75,6 +78,11 @@ impl Travel {
         let one_way = core::iter::once(None).chain(intervals.iter().map(Interval::one_way)).collect();
         let (power, on_piece) = (Power::new(exponent), series_on_piece(exponent, whole));
         (path > 0.0).then_some(Self { intervals, weights, one_way, on_piece, whole, power, exponent, path })
+    }
+
+    /// Whether the cart moves in the intervals that end at `count` samples from `start` on.
+    pub(super) fn moves(&self, start: usize, count: usize) -> bool {
+        self.weights[0][start..].iter().take(count).any(|&weight| weight != 0.0)
     }
 
     /// Largest |b - a|/(a + b) of the loads a and b at the ends of a piece for which its series is used.

@@ -45,10 +45,10 @@ pub(crate) struct Contacts<'a> {
 }
 
 impl<'a> Contacts<'a> {
-    /// The contacts at rest. `load_scale`: size of the loads, N.
-    pub(crate) fn new(system: &'a System, load_scale: f64) -> Self {
+    /// The contacts in `state`, in which a run starts. `load_scale`: size of the loads, N.
+    pub(crate) fn new(system: &'a System, state: &State, load_scale: f64) -> Self {
         let mut contacts = Self {
-            segments: Segments::new(system, load_scale, 0.0),
+            segments: Segments::new(system, state, load_scale, 0.0),
             curvature: f64::INFINITY,
             slopes: [0.0; 9],
             values: [0.0; 9],
@@ -56,7 +56,7 @@ impl<'a> Contacts<'a> {
             changes: 0,
             searched: 0,
         };
-        contacts.cross(&[0.0; 12]);
+        contacts.cross(state);
         contacts
     }
 

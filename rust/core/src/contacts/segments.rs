@@ -53,8 +53,8 @@ pub(super) struct Segments<'a, const CACHED: usize = CACHED_COMBINATIONS> {
 }
 
 impl<'a, const CACHED: usize> Segments<'a, CACHED> {
-    /// The segments at rest. `load_scale`: size of the loads, N; `slack`: part of it by which a load may be wrong beyond an edge.
-    pub(super) fn new(system: &'a System, load_scale: f64, slack: f64) -> Self {
+    /// The segments in `state`. `load_scale`: size of the loads, N; `slack`: part of it by which a load may be wrong beyond an edge.
+    pub(super) fn new(system: &'a System, state: &State, load_scale: f64, slack: f64) -> Self {
         let is_nonlinear = |row: &LinkRow| !row.link.law().is_linear();
         let count = system.rows().iter().filter(|row| is_nonlinear(row)).count();
         let mut links = BoundedVec::filled((0, 0), count);
@@ -62,7 +62,7 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
         let rows = system.rows().iter().enumerate().filter(|(_, row)| is_nonlinear(row));
         for (place, (index, row)) in rows.enumerate() {
             let law = row.link.law();
-            links.as_mut_slice()[place] = (index, law.segment_of(row.rest) as u8);
+            links.as_mut_slice()[place] = (index, law.segment_of(row.deflection_at(state)) as u8);
             let (block, lane) = (&mut blocks.as_mut_slice()[place / LANES], place % LANES);
             for j in 0..6 {
                 block.deflection[j][lane] = row.deflection[j];

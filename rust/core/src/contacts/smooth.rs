@@ -44,19 +44,23 @@ pub(crate) struct SmoothContacts<'a> {
 }
 
 impl<'a> SmoothContacts<'a> {
-    /// The contacts at rest. `load_scale`: size of the loads, N; `rtol`: tolerance of the run relative to it.
+    /// The contacts in `state`, in which a run starts. `load_scale`: size of the loads, N; `rtol`: tolerance of the run relative to it.
     pub(crate) fn new(
         system: &'a System,
         excitation: &'a Excitation<'a>,
+        state: &State,
         load_scale: f64,
         rtol: f64,
     ) -> Self {
-        let mut segments = Segments::new(system, load_scale, SLACK * rtol);
+        let mut segments = Segments::new(system, state, load_scale, SLACK * rtol);
         segments.update();
         let equations =
             SmoothEquations::new(system, segments.current.equations, Riders::new(system, excitation));
         let starts = BoundedVec::filled([0.0; LANES], segments.blocks.as_slice().len());
-        Self { segments, equations, starts, speed: 0.0, change: None, changes: 0, examined: 0 }
+        let mut contacts =
+            Self { segments, equations, starts, speed: 0.0, change: None, changes: 0, examined: 0 };
+        contacts.cross(state);
+        contacts
     }
 
     /// The equations until the next change.

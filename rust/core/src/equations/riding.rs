@@ -208,10 +208,29 @@ impl Kernel for RateKernel<'_, '_> {
     fn run(self) {
         let Self { riders, rate, state, at } = self;
         let mut force: [f64; 6] = core::array::from_fn(|i| rate[6 + i]);
-        let (mut mass, drive) = (IDENTITY, riders.excitation.acceleration(at));
-        for (index, rider) in riders.all.as_slice().iter().enumerate() {
-            let [travel, speed, acceleration] = riders.excitation.travel(index, at);
-            rider.add_mass(&mut mass, travel);
+        let mut mass = IDENTITY;
+        riders.add(&mut force, &mut mass, state, at);
+        solve(&factorised(mass), &mut force);
+        rate[6..].copy_from_slice(&force);
+    }
+}
+
+impl Riders<'_> {
+    /// The modal force of the riders at the start of a run, of a body in its static equilibrium.
+    pub(crate) fn first_force(&self) -> Force {
+        let (mut force, mut whole) = ([0.0; 6], NO_FORCE);
+        self.add(&mut force, &mut { IDENTITY }, &[0.0; 12], Instant::FIRST);
+        whole[..6].copy_from_slice(&force);
+        whole
+    }
+
+    /// Adds the modal force of the riders, but for the change of the mass matrix, and this change.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn add(&self, force: &mut [f64; 6], mass: &mut Square, state: &State, at: Instant) {
+        let drive = self.excitation.acceleration(at);
+        for (index, rider) in self.all.as_slice().iter().enumerate() {
+            let [travel, speed, acceleration] = self.excitation.travel(index, at);
+            rider.add_mass(mass, travel);
             for axis in 0..3 {
                 let (mut turning, mut turned) = (0.0, rider.direction[axis] + rider.rest_turn[axis]);
                 for j in 0..6 {
@@ -220,13 +239,11 @@ impl Kernel for RateKernel<'_, '_> {
                 }
                 // At travel zero only this part is not in the system yet.
                 let own = 2.0 * speed * turning + acceleration * turned;
-                let all = own + drive[axis] - riders.gravity[axis];
-                add_scaled(&mut force, &rider.start[axis], -rider.mass * own);
-                add_scaled(&mut force, &rider.turn[axis], -rider.mass * travel * all);
+                let all = own + drive[axis] - self.gravity[axis];
+                add_scaled(force, &rider.start[axis], -rider.mass * own);
+                add_scaled(force, &rider.turn[axis], -rider.mass * travel * all);
             }
         }
-        solve(&factorised(mass), &mut force);
-        rate[6..].copy_from_slice(&force);
     }
 }
 

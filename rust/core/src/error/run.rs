@@ -2,6 +2,10 @@
 
 use core::fmt;
 
+use nalgebra::Vector6;
+
+use super::scene::write_motion;
+
 /// Another method that the scene allows and that does not share the difficulty of the one that failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OtherMethod {
@@ -96,6 +100,20 @@ pub enum RunError {
         /// Bytes that could not be had.
         bytes: usize,
     },
+    /// No static equilibrium under the first sample of the excitation.
+    NoQuasiStaticState {
+        /// The motion `(u, φ)` in which the body leaves its links, largest entry 1.
+        motion: Vector6<f64>,
+    },
+    /// A start state that is not finite, or not zero in a held degree of freedom.
+    StartState {
+        /// Index among the position and the velocity of x y z rx ry rz.
+        component: usize,
+        /// Its value.
+        got: f64,
+        /// Whether its degree of freedom is held.
+        held: bool,
+    },
     /// Loads beyond the range of numbers.
     OutOfRange,
     /// The eigenvalue iteration does not converge.
@@ -154,6 +172,20 @@ impl fmt::Display for RunError {
                 "not enough memory for the states of all instants, {:.3} GB: use peak_loads, which stores none, or fewer times",
                 *bytes as f64 * 1e-9
             ),
+            Self::NoQuasiStaticState { motion } => {
+                f.write_str(
+                    "start: no static equilibrium under the first acceleration and force of the motion, which are more than the \
+                     links bear against ",
+                )?;
+                write_motion(f, motion)?;
+                f.write_str("; start at rest")
+            }
+            Self::StartState { component, got, held } => {
+                let name = ["x", "y", "z", "rx", "ry", "rz"][component % 6];
+                let history = if *component < 6 { "position" } else { "velocity" };
+                let expected = if *held { "0, as this degree of freedom is held" } else { "a finite number" };
+                write!(f, "start.{history}.{name}: expected {expected}, got {got}")
+            }
             Self::OutOfRange => f.write_str(
                 "the loads are beyond the range of numbers: are the accelerations and forces in m/s2, N and N m?",
             ),

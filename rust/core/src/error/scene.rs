@@ -120,6 +120,18 @@ pub enum SceneError {
     IdleLink,
     /// Damping only in contact, on a link without clearance.
     AlwaysInContact,
+    /// Compliance of the base that is not symmetric and positive semidefinite.
+    BaseCompliance {
+        /// Smallest eigenvalue, with a diagonal of ones, less the asymmetry.
+        smallest: f64,
+    },
+    /// Nonlinear law of a link on an elastic base.
+    NonlinearOnBase {
+        /// Index of the link.
+        link: usize,
+        /// Kind of its law.
+        law: &'static str,
+    },
     /// No free degree of freedom.
     NothingFree,
     /// No link.
@@ -232,6 +244,16 @@ impl fmt::Display for SceneError {
             Self::IdleLink => {
                 f.write_str("stiffness and damping are both zero; give one, or leave the link out")
             }
+            Self::BaseCompliance { smallest } => write!(
+                f,
+                "base compliance: expected a symmetric, positive semidefinite matrix, got one whose smallest eigenvalue less its asymmetry \
+                 is {smallest:e} of its diagonal"
+            ),
+            Self::NonlinearOnBase { link, law } => write!(
+                f,
+                "base compliance: expected linear links on an elastic base, got a {law} law of link {link}: put the compliance into the \
+                 stiffness of each carriage"
+            ),
             Self::NothingFree => f.write_str("free: expected at least one of x y z rx ry rz, got none"),
             Self::NoLinks => f.write_str("links: expected at least one, got none"),
             Self::TooManyLinks { max, got } => {
@@ -268,7 +290,7 @@ impl fmt::Display for SceneError {
 impl core::error::Error for SceneError {}
 
 /// A rigid motion `(u, φ)` in words: a translation along a direction or a rotation about an axis near a point.
-fn write_motion(f: &mut fmt::Formatter<'_>, motion: &Vector6<f64>) -> fmt::Result {
+pub(super) fn write_motion(f: &mut fmt::Formatter<'_>, motion: &Vector6<f64>) -> fmt::Result {
     let u = motion.fixed_rows::<3>(0).into_owned();
     let phi = motion.fixed_rows::<3>(3).into_owned();
     // A rotation about a point a kilometre away counts as a translation.

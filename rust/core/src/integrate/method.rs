@@ -60,4 +60,6 @@ pub struct Summary {
     pub contact_changes: usize,
     /// The load that the tolerance is relative to, N.
     pub load_scale: f64,
+    /// The state at the last sample.
+    pub end: State,
 }

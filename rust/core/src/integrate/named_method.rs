@@ -6,6 +6,7 @@ use super::method::{Output, Summary};
 use super::radau::Radau;
 use super::rk45::Rk45;
 use super::run::run_scaled;
+use super::start::Start;
 use crate::error::RunError;
 use crate::excitation::{Excitation, ScaledExcitation};
 use crate::output::Record;
@@ -38,19 +39,20 @@ impl NamedMethod {
         }
     }
 
-    /// [`super::run`] with this method.
+    /// [`super::run_from`] with this method.
     ///
     /// # Errors
-    /// As [`super::run`].
+    /// As [`super::run_from`].
     pub fn run(
         self,
         system: &System,
         control: Control,
+        start: Start,
         excitation: &Excitation,
         output: Output,
         record: &mut dyn Record,
     ) -> Result<Summary, RunError> {
-        self.run_scaled(system, control, &ScaledExcitation::unscaled(excitation), output, record)
+        self.run_scaled(system, control, start, &ScaledExcitation::unscaled(excitation), output, record)
     }
 
     /// [`NamedMethod::run`] with factors on the excitation.
@@ -58,14 +60,15 @@ impl NamedMethod {
         self,
         system: &System,
         control: Control,
+        start: Start,
         scaled: &ScaledExcitation,
         output: Output,
         record: &mut dyn Record,
     ) -> Result<Summary, RunError> {
         match self {
-            Self::Exact => run_scaled(system, &Exact::<CACHED_STEPS>, control, scaled, output, record),
-            Self::Rk45 => run_scaled(system, &Rk45, control, scaled, output, record),
-            Self::Implicit => run_scaled(system, &Radau, control, scaled, output, record),
+            Self::Exact => run_scaled(system, &Exact::<CACHED_STEPS>, control, start, scaled, output, record),
+            Self::Rk45 => run_scaled(system, &Rk45, control, start, scaled, output, record),
+            Self::Implicit => run_scaled(system, &Radau, control, start, scaled, output, record),
         }
     }
 }

@@ -4,6 +4,7 @@ use super::budget::Budget;
 use super::control::{Control, Controller, ErrorNorm, scale_of};
 use super::method::{Method, Output, Summary};
 use super::recorder::Recorder;
+use super::start::Start;
 use super::step_loop::{Runner, StepControl};
 use super::switched::{SwitchedEquations, Unswitched};
 use crate::contacts::{Contacts, SmoothContacts};
@@ -13,7 +14,7 @@ use crate::excitation::{Excitation, Forcing, ScaledExcitation};
 use crate::numeric::float::sqrt;
 use crate::numeric::simd::{Kernel, dispatch};
 use crate::output::Record;
-use crate::system::{ModelLevel, System};
+use crate::system::{ModelLevel, State, System, size};
 
 /// Runs a system from static equilibrium through an excitation and hands each instant to `record`.
 ///
@@ -30,10 +31,26 @@ pub fn run<M: Method, R: Record>(
     output: Output,
     record: &mut R,
 ) -> Result<Summary, RunError> {
-    run_scaled(system, method, control, &ScaledExcitation::unscaled(excitation), output, record)
+    run_from(system, method, control, Start::AtRest, excitation, output, record)
 }
 
-/// [`run`] with factors on the accelerations and on the external loads of the excitation.
+/// [`run`] from another state than static equilibrium.
+///
+/// # Errors
+/// As [`run`]; also [`RunError::NoQuasiStaticState`] and [`RunError::StartState`].
+pub fn run_from<M: Method, R: Record>(
+    system: &System,
+    method: &M,
+    control: Control,
+    start: Start,
+    excitation: &Excitation,
+    output: Output,
+    record: &mut R,
+) -> Result<Summary, RunError> {
+    run_scaled(system, method, control, start, &ScaledExcitation::unscaled(excitation), output, record)
+}
+
+/// [`run_from`] with factors on the accelerations and on the external loads of the excitation.
 ///
 /// The record is called through a table: compiling the loop for each kind of record would multiply the code, and an instant costs far more
 /// than the call.
@@ -41,6 +58,7 @@ pub(crate) fn run_scaled<M: Method>(
     system: &System,
     method: &M,
     control: Control,
+    start: Start,
     scaled: &ScaledExcitation,
     output: Output,
     record: &mut dyn Record,
@@ -66,16 +84,18 @@ pub(crate) fn run_scaled<M: Method>(
         return Err(RunError::OutOfRange);
     }
     let mut forcing = Forcing::new(system, &scaled.peak, scaled.factors).with_riders(excitation);
-    Riders::new(system, excitation)
-        .peak_forces(&scaled.peak, |force| forcing.riders += sqrt(force.iter().map(|f| f * f).sum()));
+    let riders = Riders::new(system, excitation);
+    riders.peak_forces(&scaled.peak, |force| forcing.riders += sqrt(force.iter().map(|f| f * f).sum()));
+    let start = start.state(system, &forcing, &riders, excitation)?;
     let budget = Budget::new::<M>(system, excitation, expected, control);
-    let setup = Setup { system, method, control, excitation, output, record, forcing, load_scale, budget };
+    let setup =
+        Setup { system, method, control, start, excitation, output, record, forcing, load_scale, budget };
     let level =
         if excitation.riders().is_empty() { system.model_level() } else { ModelLevel::SmoothNonlinear };
     match level {
         ModelLevel::Linear => dispatch(RunKernel { setup, equations: Unswitched(system) }),
         ModelLevel::PiecewiseLinear => {
-            dispatch(RunKernel { setup, equations: Contacts::new(system, load_scale) })
+            dispatch(RunKernel { setup, equations: Contacts::new(system, &start, load_scale) })
         }
         // Decided at compile time. Without this arm the loop of the exact method on smooth laws would be compiled too, a tenth of the
         // library.
@@ -84,7 +104,7 @@ pub(crate) fn run_scaled<M: Method>(
             let rtol = if let Control::Adaptive { rtol } = control { rtol } else { 0.0 };
             dispatch(RunKernel {
                 setup,
-                equations: SmoothContacts::new(system, excitation, load_scale, rtol),
+                equations: SmoothContacts::new(system, excitation, &start, load_scale, rtol),
             })
         }
     }
@@ -95,6 +115,7 @@ struct Setup<'a, M> {
     system: &'a System,
     method: &'a M,
     control: Control,
+    start: State,
     excitation: &'a Excitation<'a>,
     output: Output<'a>,
     record: &'a mut dyn Record,
@@ -115,7 +136,7 @@ impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> Self::Output {
         let Self { setup, mut equations } = self;
-        let Setup { system, method, control, excitation, output, record, forcing, load_scale, budget } =
+        let Setup { system, method, control, start, excitation, output, record, forcing, load_scale, budget } =
             setup;
         let has_edges = !C::Equations::LINEAR;
         let has_segments =
@@ -140,15 +161,16 @@ impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
             has_edges,
             at_edge: false,
             other,
-            reach: 0.0,
+            reach: size(&start),
         };
         let needs_input = record.needs_input();
         let recorder = Recorder { excitation, output, needs_input, record, recorded: 0 };
-        let summary = Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale };
+        let summary =
+            Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale, end: start };
         let (mut memory, equations) = (method.memory(), &mut equations);
         let memory = &mut memory;
         let runner = Runner { method, memory, equations, steps, recorder, summary, budget };
-        runner.run(&forcing)
+        runner.run(&forcing, start)
     }
 }
 

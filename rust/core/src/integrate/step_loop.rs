@@ -38,7 +38,7 @@ pub(super) struct StepControl {
     pub at_edge: bool,
     /// Way out if the run fails.
     pub other: OtherMethod,
-    /// Bound on the speed `|η'|`: the impulse of the excitation so far, for fixed steps.
+    /// Bound on the speed `|η'|`: the size of the first state and the impulse of the excitation so far, for fixed steps.
     pub reach: f64,
 }
 
@@ -61,10 +61,10 @@ struct Plan {
 
 impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn run(mut self, forcing: &Forcing) -> Result<Summary, RunError> {
+    pub(super) fn run(mut self, forcing: &Forcing, start: State) -> Result<Summary, RunError> {
         let excitation = self.recorder.excitation;
         // References that swap keep both states in memory. In registers, their entries would be unpacked and packed in every step.
-        let (mut state, mut next): (&mut State, &mut State) = (&mut [0.0; 12], &mut [0.0; 12]);
+        let (mut state, mut next): (&mut State, &mut State) = (&mut { start }, &mut [0.0; 12]);
         let (mut from, mut to) = (&mut [0.0; 9], &mut [0.0; 9]);
         forcing.sample(excitation, 0, from);
         // A method with a step error may step over samples where the slope of the excitation does not change. With contact changes, short
@@ -94,7 +94,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             return Err(RunError::OutOfRange);
         }
         self.recorder.remaining_times(state);
-        self.summary.recorded = self.recorder.recorded;
+        (self.summary.recorded, self.summary.end) = (self.recorder.recorded, *state);
         self.summary.contact_changes = self.equations.changes();
         Ok(self.summary)
     }
@@ -356,7 +356,7 @@ impl StepControl {
                 return Ok(false);
             }
         } else if self.has_error {
-            // Springs and dampers are passive, and their potential is lowest at the start, so |η'| grows no faster than ∫ |f| dt.
+            // Springs and dampers are passive, and their potential is lowest at rest, so |η'| grows no faster than ∫ |f| dt.
             self.reach += ramp.impulse();
             // Before it acts, a state is rounding only.
             bounded &= speed(next) <= DIVERGENCE * self.reach || self.norm.of(next) <= STILL;

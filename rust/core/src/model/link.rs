@@ -13,6 +13,7 @@ pub struct Link {
     law: Law,
     damping: f64,
     damping_in_contact: bool,
+    offset: f64,
 }
 
 impl Link {
@@ -44,7 +45,14 @@ impl Link {
         if point.iter().all(|x| x.is_finite()) && !(length > 0.0 && length.is_finite()) {
             return Err(SceneError::Direction { got: direction.into() });
         }
-        let link = Self { point, direction: direction / length, law, damping, damping_in_contact: false };
+        let link = Self {
+            point,
+            direction: direction / length,
+            law,
+            damping,
+            damping_in_contact: false,
+            offset: 0.0,
+        };
         link.check()?;
         Ok(link)
     }
@@ -53,6 +61,9 @@ impl Link {
     fn check(&self) -> Result<(), SceneError> {
         if !self.point.iter().all(|x| x.is_finite()) {
             return Err(SceneError::NotFinite { field: "point" });
+        }
+        if !self.offset.is_finite() {
+            return Err(SceneError::NotFinite { field: "offset" });
         }
         if !(self.damping >= 0.0 && self.damping.is_finite()) {
             return Err(SceneError::Damping { got: self.damping });
@@ -66,18 +77,19 @@ impl Link {
         Ok(())
     }
 
-    /// Changes point, law and damping in place; direction and kind of damping stay.
+    /// Changes point, law, damping and offset in place; direction and kind of damping stay.
     ///
     /// # Errors
-    /// As [`Link::with_law`] and [`Link::damped_in_contact`]; the link must then not be used.
+    /// As [`Link::with_law`], [`Link::damped_in_contact`] and [`Link::with_offset`]; the link must then not be used.
     #[cfg(feature = "std")]
     pub(crate) fn set(
         &mut self,
         point: Vector3<f64>,
         law: Option<Law>,
         damping: f64,
+        offset: f64,
     ) -> Result<(), SceneError> {
-        (self.point, self.damping) = (point, damping);
+        (self.point, self.damping, self.offset) = (point, damping, offset);
         if let Some(law) = law {
             self.law = law;
         }
@@ -90,6 +102,17 @@ impl Link {
     /// [`SceneError::AlwaysInContact`] if its law has no clearance.
     pub fn damped_in_contact(self) -> Result<Self, SceneError> {
         let link = Self { damping_in_contact: true, ..self };
+        link.check()?;
+        Ok(link)
+    }
+
+    /// The link with its foot moved by `offset` m along its direction, as by a mounting error of its rail: its deflection is
+    /// `d · (u, φ) - offset`.
+    ///
+    /// # Errors
+    /// [`SceneError::NotFinite`].
+    pub fn with_offset(self, offset: f64) -> Result<Self, SceneError> {
+        let link = Self { offset, ..self };
         link.check()?;
         Ok(link)
     }
@@ -124,7 +147,12 @@ impl Link {
         self.damping_in_contact
     }
 
-    /// Row d of the deflection `δ = d · (u, φ)`: `(o, p × o)` (eqs. 14-17, 26-28).
+    /// Displacement of its foot along its direction, m; zero unless set by [`Link::with_offset`].
+    pub fn offset(&self) -> f64 {
+        self.offset
+    }
+
+    /// Row d of the deflection `δ = d · (u, φ)`, less the offset: `(o, p × o)` (eqs. 14-17, 26-28).
     pub fn row(&self) -> Vector6<f64> {
         let (o, m) = (self.direction, self.point.cross(&self.direction));
         Vector6::new(o.x, o.y, o.z, m.x, m.y, m.z)

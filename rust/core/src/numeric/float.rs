@@ -4,7 +4,7 @@
 
 #[cfg(feature = "std")]
 pub(crate) use libm::log;
-pub(crate) use libm::{atanh, ceil, copysign, exp, expm1, floor, hypot, log1p, pow, sinh};
+pub(crate) use libm::{atanh, ceil, copysign, cos, exp, expm1, floor, hypot, log1p, pow, sin, sinh};
 
 /// Square root. (With `std` not that of `libm`, which is assembly and would stop vectorisation.)
 #[cfg_attr(feature = "std", inline(always))]

@@ -4,6 +4,7 @@
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
+use super::axes::Axes;
 use crate::model::Dof;
 use crate::numeric::bounded_vec::BoundedVec;
 use crate::numeric::float::add_scaled;
@@ -163,11 +164,26 @@ pub fn group_load(
     center: Vector3<f64>,
     part: Part,
 ) -> Wrench<'_> {
+    group_load_along(system, links, center, Axes::MACHINE, part)
+}
+
+/// The load of a group of links as [`group_load`], along and about other axes than those of the machine.
+///
+/// # Panics
+/// If there is no such link.
+pub fn group_load_along(
+    system: &System,
+    links: impl IntoIterator<Item = usize>,
+    center: Vector3<f64>,
+    axes: Axes,
+    part: Part,
+) -> Wrench<'_> {
     let mut load = Wrench::nothing(system);
     for index in links {
         let row = &system.rows()[index];
-        let o = row.link.direction();
-        let m = (row.link.point() - center).cross(&o);
+        let direction = row.link.direction();
+        let o = axes.components(direction);
+        let m = axes.components((row.link.point() - center).cross(&direction));
         load.add_link(row, part, &[o.x, o.y, o.z, m.x, m.y, m.z]);
     }
     load

@@ -131,6 +131,20 @@ impl Extremes {
         time_of_largest: [f64::NAN; 8],
     };
 
+    /// The extremes over these instants and `later` ones.
+    #[must_use]
+    pub fn with(mut self, later: &Self) -> Self {
+        for i in 0..8 {
+            if later.smallest[i] < self.smallest[i] {
+                (self.smallest[i], self.time_of_smallest[i]) = (later.smallest[i], later.time_of_smallest[i]);
+            }
+            if later.largest[i] > self.largest[i] {
+                (self.largest[i], self.time_of_largest[i]) = (later.largest[i], later.time_of_largest[i]);
+            }
+        }
+        self
+    }
+
     /// Whether all values are within the range of numbers.
     pub fn is_finite(&self) -> bool {
         self.smallest.iter().chain(&self.largest).all(|x| x.is_finite())

@@ -2,7 +2,7 @@
 
 use super::state::State;
 use crate::model::{Link, ball_force};
-use crate::numeric::float::fma;
+use crate::numeric::float::{add_scaled, fma};
 
 /// A link in the undamped modes, per unit of each entry of the state (√J), and at rest.
 #[derive(Debug, Clone, Copy)]
@@ -18,7 +18,7 @@ pub(crate) struct LinkRow {
     pub rate: [f64; 6],
     /// Deflection per unit of `ω η`: `d·Φ / ω`, m.
     pub deflection: [f64; 6],
-    /// Deflection at rest, m.
+    /// Deflection at rest, m; before the equilibrium is known, the offset of [`LinkRow::set_offsets`].
     pub rest: f64,
     /// Elastic load at rest, N.
     pub load: f64,
@@ -37,6 +37,20 @@ impl LinkRow {
             rest: 0.0,
             load: 0.0,
         }
+    }
+
+    /// Where linear links with these offsets rest without weight, in energy coordinates. `rest` of each row receives the offset from
+    /// there, with which the equilibrium is found.
+    pub(crate) fn set_offsets(rows: &mut [Self]) -> [f64; 6] {
+        let mut unloaded = [0.0; 6];
+        for row in rows.iter() {
+            add_scaled(&mut unloaded, &row.elastic, row.link.offset());
+        }
+        for row in rows {
+            let moved: f64 = row.deflection.iter().zip(unloaded).map(|(a, b)| a * b).sum();
+            row.rest = row.link.offset() - moved;
+        }
+        unloaded
     }
 
     /// Deflection at a state, m.

@@ -10,12 +10,15 @@
 //! `|s|² / 2` is the energy of the motion. Without damping the system matrix is skew-symmetric; damping only dissipates energy. The
 //! coordinates do not depend on the unit of length, and a small motion does not lose digits beside the static deflection.
 //!
-//! `state` (plain arrays), `assemble` (M, C, K), `link_row` (each link in the modes), `undamped_modes`, `statics` (equilibrium of any laws),
-//! `modes` (damping ratios, eigenvalues).
+//! `state` (plain arrays), `assemble` (M, C, K), `base` (an elastic base under all links), `link_row` (each link in the modes),
+//! `undamped_modes`, `statics` (equilibrium of any laws), `quasi_static` (states of equilibrium under a force), `modes` (damping ratios,
+//! eigenvalues).
 
 mod assemble;
+mod base;
 mod link_row;
 mod modes;
+mod quasi_static;
 mod state;
 mod statics;
 mod undamped_modes;
@@ -33,6 +36,7 @@ use crate::error::SceneError;
 use crate::model::{Free, Link, Scene};
 use crate::numeric::bounded_vec::BoundedVec;
 use crate::numeric::float::{add_scaled, fma};
+use base::ElasticBase;
 use statics::{NEGLIGIBLE, equilibrium};
 use undamped_modes::{UndampedModes, undamped_modes};
 
@@ -97,13 +101,27 @@ impl System {
             *row = LinkRow::new(link);
         }
         let mut modes = undamped_modes(scene, rows.as_mut_slice())?;
+        let mut base = None;
+        if let Some(compliance) = scene.base_compliance() {
+            let found = ElasticBase::under(compliance, &mut matrices).ok_or(OUT_OF_RANGE)?;
+            modes = found.modes(&matrices.stiffness, &modes, scene.free().count(), rows.as_mut_slice());
+            base = Some(found);
+        }
         let model_level = ModelLevel::of(links);
         let weight = modes.shapes.transpose() * matrices.weight;
         let mut rest = [0.0; 6];
         for mode in 0..scene.free().count() {
             rest[mode] = weight[mode] / modes.frequency[mode];
         }
-        let equilibrium = if model_level == ModelLevel::Linear {
+        let unloaded = LinkRow::set_offsets(rows.as_mut_slice());
+        if let Some(base) = &base {
+            let moved = base.moved_by_offsets(rows.as_slice());
+            for row in rows.as_mut_slice() {
+                row.rest -= row.link.row().dot(&moved);
+            }
+        }
+        let origin = position(&modes, &unloaded);
+        let mut equilibrium = if model_level == ModelLevel::Linear {
             linear_equilibrium(&modes, &rest, rows.as_mut_slice())
         } else {
             let found = nonlinear_equilibrium(scene, &modes, &rest, rows.as_mut_slice())?;
@@ -115,8 +133,12 @@ impl System {
             }
             found
         };
-        let UndampedModes { shapes, frequency } = modes;
+        equilibrium.position += origin;
         let damping = modal_damping(rows.as_slice());
+        if let Some(base) = &base {
+            base.drag(&modes, rows.as_mut_slice());
+        }
+        let UndampedModes { shapes, frequency } = modes;
         let influence = modal_influence(&matrices, &shapes);
         let loads = rows.as_slice().iter().map(|row| &row.load);
         let position = &equilibrium.position;
@@ -267,11 +289,13 @@ struct Rest {
     loose_count: usize,
 }
 
-/// Rest on linear links, `rest` in energy coordinates; sets the deflections and loads at rest in `rows`.
+/// Rest on linear links, `rest` in energy coordinates from where they rest without weight; sets the deflections and loads at rest in
+/// `rows`.
 fn linear_equilibrium(modes: &UndampedModes, rest: &[f64; 6], rows: &mut [LinkRow]) -> Rest {
     for row in rows {
-        row.rest = dot(&row.deflection, rest);
-        row.load = dot(&row.elastic, rest);
+        let offset = row.rest;
+        row.rest = dot(&row.deflection, rest) - offset;
+        row.load = dot(&row.elastic, rest) - row.stiffness * offset;
     }
     Rest { position: position(modes, rest), loose: Matrix6::zeros(), loose_count: 0 }
 }
@@ -286,7 +310,7 @@ fn nonlinear_equilibrium(
     if !linear.iter().all(|x| x.is_finite()) {
         return Err(OUT_OF_RANGE);
     }
-    let springs = rows.iter().map(|row| (row.link.law(), row.deflection));
+    let springs = rows.iter().map(|row| (row.link.law(), row.deflection, row.rest));
     let found = equilibrium(springs, linear, scene.free().count()).map_err(|direction| {
         let motion = position(modes, &direction);
         let largest = motion.amax();
@@ -297,7 +321,7 @@ fn nonlinear_equilibrium(
         loose.set_column(i, &position(modes, direction));
     }
     for row in rows {
-        row.rest = dot(&row.deflection, &found.position);
+        row.rest = dot(&row.deflection, &found.position) - row.rest;
         row.load = row.link.law().force(row.rest);
         let tangent = row.link.law().tangent(row.rest);
         let nominal = row.link.law().nominal();

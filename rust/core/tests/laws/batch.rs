@@ -36,6 +36,7 @@ pub fn base<'a>(machine: &'a Machine, groups: &'a [Group]) -> Base<'a> {
         links: &machine.links,
         gravity: machine.gravity,
         free: machine.free,
+        base_compliance: None,
         groups,
     }
 }

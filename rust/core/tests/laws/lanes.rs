@@ -74,6 +74,7 @@ impl Study {
             links,
             gravity: *gravity,
             free: *free,
+            base_compliance: None,
             groups: &self.groups,
         };
         let batch = Batch::new(base, motion, &self.changes, measures, Solver::Auto, 1e-6)

@@ -1,7 +1,7 @@
 //! The three methods: agreement of loads, work, and steps at samples.
 
 use guideload::{
-    Control, Exact, Excitation, Method, NamedMethod, Output, Radau, Rk45, RunError, State, Summary,
+    Control, Exact, Excitation, Method, NamedMethod, Output, Radau, Rk45, RunError, Start, State, Summary,
 };
 
 use crate::common::{
@@ -227,7 +227,8 @@ fn a_method_by_its_name_equals_the_method() {
     let excitation = Excitation::uniform(0.0, 1e-3, &motion).expect("sound");
     let by_name = |name| {
         let (named, mut states): (_, Vec<State>) = (NamedMethod::from_name(name).expect("known"), Vec::new());
-        let done = named.run(&machine.system(), ADAPTIVE, &excitation, Output::Samples, &mut states);
+        let done =
+            named.run(&machine.system(), ADAPTIVE, Start::AtRest, &excitation, Output::Samples, &mut states);
         (states, done.expect("a run that succeeds"))
     };
     assert!(by_name("exact") == machine.states(&Exact::<16>, ADAPTIVE, &excitation));
@@ -279,7 +280,7 @@ fn a_record_stops_a_run() {
     let system = cart().system();
     for method in [NamedMethod::Exact, NamedMethod::Rk45, NamedMethod::Implicit] {
         let mut record = Until { instants: 0, most: 2000 };
-        let stopped = method.run(&system, ADAPTIVE, &excitation, Output::Samples, &mut record);
+        let stopped = method.run(&system, ADAPTIVE, Start::AtRest, &excitation, Output::Samples, &mut record);
         let Err(RunError::Interrupted { time }) = stopped else { panic!("{method:?}: {stopped:?}") };
         assert!((2000..motion.len()).contains(&record.instants), "{method:?}: {}", record.instants);
         assert!(time >= 1.9 && time < 1e-3 * motion.len() as f64, "{method:?}: {time}");

@@ -58,6 +58,8 @@ pub(super) struct LaneLink<S: Simd> {
     pub row: [Real<S>; MAX_MODES],
     pub stiffness: Real<S>,
     pub damping: Real<S>,
+    /// Load of its offset on the body, `k e`; none if no scene has one.
+    pub load_of_offset: Option<Real<S>>,
 }
 
 /// All links in all scenes.
@@ -83,11 +85,18 @@ impl<S: Simd> Links<S> {
             for (i, &dof) in dofs.iter().enumerate() {
                 row[i] = if dof < 3 { along[dof] } else { moment[dof - 3] };
             }
-            all.push(LaneLink {
-                row,
-                stiffness: Real::gather(simd, |lane| scenes[lane].links()[index].stiffness()),
-                damping: Real::gather(simd, |lane| scenes[lane].links()[index].damping()),
-            });
+            let stiffness = Real::gather(simd, |lane| scenes[lane].links()[index].stiffness());
+            let damping = Real::gather(simd, |lane| scenes[lane].links()[index].damping());
+            let mut has_offset = false;
+            for scene in scenes {
+                has_offset |= scene.links()[index].offset() != 0.0;
+            }
+            let load_of_offset = if has_offset {
+                Some(stiffness * Real::gather(simd, |lane| scenes[lane].links()[index].offset()))
+            } else {
+                None
+            };
+            all.push(LaneLink { row, stiffness, damping, load_of_offset });
         }
         Self { all }
     }
@@ -126,11 +135,12 @@ impl<S: Simd> Links<S> {
     ) -> Real<S> {
         Real::gather(simd, |lane| {
             let scene = &scenes[lane];
-            let o = scene.links()[link].direction();
+            let (o, axes) = (scene.links()[link].direction(), scene.axes()[group]);
             if component < 3 {
-                o[component]
+                axes.components(o)[component]
             } else {
-                (scene.links()[link].point() - scene.centers()[group]).cross(&o)[component - 3]
+                let moment = (scene.links()[link].point() - scene.centers()[group]).cross(&o);
+                axes.components(moment)[component - 3]
             }
         })
     }

@@ -1,10 +1,22 @@
-//! Integrals over the intervals on which the equivalent load is not linear, one scene in each lane.
+//! Integrals over the intervals on which the equivalent load is not linear.
+//!
+//! In an interval, few lanes have such a load. So the intervals of all lanes of a block are collected, and then integrated side by side, one
+//! in each lane.
 
 use pulp::Simd;
 
-use super::power_integral::PowerIntegral;
+use super::power_integral::{PowerIntegral, added, combined};
+use super::timeline::BLOCK;
 use super::vector::{Mask, Real};
+use crate::life::COMPONENTS;
 use crate::numeric::simd::LANES;
+
+/// An interval of a lane, by the sample of the block at which it ends.
+#[derive(Clone, Copy, Default)]
+struct Bent {
+    sample: usize,
+    lane: usize,
+}
 
 /// Fractions of an interval, and the load at both of them; the load is linear between them.
 #[derive(Clone, Copy)]
@@ -14,99 +26,130 @@ struct Piece<S: Simd> {
 }
 
 impl<S: Simd> PowerIntegral<'_, S> {
-    /// `term`, and in the lanes of `bends` the integral over the interval before a sample, in two pieces on which the load is linear. The
-    /// few lanes with more pieces are integrated one by one. `groups`: A and B at both ends.
+    /// The sum over the intervals of a block on which the load is not linear. A lane adds its intervals in their order, so that the sum does
+    /// not depend on the other lanes.
     #[inline(always)]
-    pub(super) fn bent(
-        &self,
-        start: usize,
-        k: usize,
-        bends: Mask<S>,
-        term: Real<S>,
-        groups: [[Real<S>; 2]; 2],
-    ) -> Real<S> {
-        let one_way = self.travel.one_way.get(start + k).copied().flatten();
-        let Some(speed) = one_way.filter(|_| !self.equivalent.is_preloaded()) else {
-            return self.exact(start, k, bends, term);
-        };
-        let (cut, middle, mut more) = self.cut(k, groups);
-        let (zero, one) = (term.constant(0.0), term.constant(1.0));
-        let [first, last] = [0, 1].map(|end| self.combined(groups[0][end], groups[1][end]));
+    pub(super) fn bent(&self, start: usize) -> Real<S> {
+        let zero = Real::splat(self.simd, 0.0);
+        let (mut all, mut count) = ([Bent::default(); BLOCK * LANES], 0);
+        for sample in 0..BLOCK {
+            let bend = self.bend(sample);
+            if bend.less_than(zero).any() {
+                for lane in 0..S::F64_LANES {
+                    all[count] = Bent { sample, lane };
+                    count += usize::from(bend.lane(lane) < 0.0);
+                }
+            }
+        }
+        let mut sums = [0.0; LANES];
+        for some in all[..count].chunks(S::F64_LANES) {
+            self.add(start, some, &mut sums);
+        }
+        Real::gather(self.simd, |lane| sums[lane])
+    }
+
+    /// Adds the integrals over some intervals, at most one for each lane of a vector, to the sums of their lanes. The few with more than two
+    /// pieces are integrated one by one.
+    #[inline(always)]
+    fn add(&self, start: usize, some: &[Bent], sums: &mut [f64; LANES]) {
+        let simd = self.simd;
+        let zero = Real::splat(simd, 0.0);
+        let mut speeds = [[0.0; LANES]; 3];
+        let mut one_by_one = [self.equivalent.is_preloaded(); LANES];
+        for (place, bent) in some.iter().enumerate() {
+            let speed = self.travel.one_way.get(start + bent.sample).copied().flatten();
+            one_by_one[place] |= speed.is_none();
+            for (order, coefficient) in speed.unwrap_or_default().into_iter().enumerate() {
+                speeds[order][place] = coefficient;
+            }
+        }
+        let speed = [self.vector(&speeds[0]), self.vector(&speeds[1]), self.vector(&speeds[2])];
+        let (pieces, mut more) = self.pieces(some);
         let mut sum = zero;
-        for piece in [
-            Piece { at: [zero, cut], loads: [first, middle] },
-            Piece { at: [cut, one], loads: [middle, last] },
-        ] {
+        for piece in pieces {
             let (integral, differs_much) = self.linear(speed, piece);
             sum = sum + integral;
             more = more.or(differs_much);
         }
-        let more = more.and(bends);
-        let term = bends.select(sum, term);
-        if more.any() { self.exact(start, k, more, term) } else { term }
+        let more = more.select(zero.constant(1.0), zero);
+        for (place, &Bent { sample, lane }) in some.iter().enumerate() {
+            sums[lane] += if one_by_one[place] || more.lane(place) > 0.0 {
+                let end = |end: usize| self.equivalent.components(|row| self.ends(row, sample, lane)[end]);
+                self.equivalent.power(self.travel, start + sample, [&end(0), &end(1)])
+            } else {
+                sum.lane(place)
+            };
+        }
     }
 
-    /// The fraction of the interval at which a component or A - B changes its sign, the load there, and the lanes in which there are more
-    /// changes than this one. In the middle if there is none.
     #[inline(always)]
-    fn cut(&self, k: usize, groups: [[Real<S>; 2]; 2]) -> (Real<S>, Real<S>, Mask<S>) {
+    fn vector(&self, numbers: &[f64; LANES]) -> Real<S> {
+        Real::gather(self.simd, |lane| numbers[lane])
+    }
+
+    /// The pieces before and after the change of sign of a component, or of A - B; equal ones if there is none. And where there are more
+    /// pieces.
+    #[inline(always)]
+    fn pieces(&self, some: &[Bent]) -> ([Piece<S>; 2], Mask<S>) {
         let simd = self.simd;
         let (zero, one) = (Real::splat(simd, 0.0), Real::splat(simd, 1.0));
         let (mut from, mut drop) = (one, one + one);
         let mut found = zero.less_than(zero);
         let mut more = found;
+        let (mut components, mut groups) = ([[[zero; 2]; COMPONENTS]; 2], [[zero; 2]; 3]);
+        for (group, terms) in self.equivalent.groups.iter().enumerate().take(2) {
+            for (&(row, size, sign), component) in terms.iter().zip(&mut components[group]) {
+                let mut ends = [[0.0; LANES]; 2];
+                for (place, bent) in some.iter().enumerate() {
+                    [ends[0][place], ends[1][place]] = self.ends(row, bent.sample, bent.lane);
+                }
+                let [then, now] = [self.vector(&ends[0]), self.vector(&ends[1])];
+                *component = [then, now];
+                groups[0][group] = added(groups[0][group], then, size, sign);
+                groups[2][group] = added(groups[2][group], now, size, sign);
+                let crosses = (then * now).less_than(zero);
+                more = more.or(found.and(crosses));
+                found = found.or(crosses);
+                from = crosses.select(then, from);
+                drop = crosses.select(then - now, drop);
+            }
+        }
+        let differences = [groups[0][0] - groups[0][1], groups[2][0] - groups[2][1]];
         let two_groups = self.equivalent.rule.minor != 1.0;
-        let differences = [groups[0][0] - groups[1][0], groups[0][1] - groups[1][1]];
         if two_groups {
-            let crosses = (differences[0] * differences[1]).less_than(zero);
+            let crosses = (differences[0] * differences[1]).less_than(zero).and_not(found);
             from = crosses.select(differences[0], from);
             drop = crosses.select(differences[0] - differences[1], drop);
         }
-        for row in self.equivalent.rows.into_iter().flatten() {
-            let then = Real::new(simd, self.before(row, k));
-            let now = Real::new(simd, self.values[row][k]);
-            let crosses = (then * now).less_than(zero);
-            more = more.or(found.and(crosses));
-            found = found.or(crosses);
-            from = crosses.select(then, from);
-            drop = crosses.select(then - now, drop);
-        }
         let cut = from / drop;
-        let mut at_cut = [zero; 2];
-        for (sum, terms) in at_cut.iter_mut().zip(&self.equivalent.groups) {
-            for &(row, size, sign) in terms {
-                let then = Real::new(simd, self.before(row, k));
-                let value = cut.mul_add(Real::new(simd, self.values[row][k]) - then, then);
-                if sign != 0.0 {
-                    *sum = value.mul_add(Real::splat(simd, sign), *sum);
-                }
-                *sum = value.abs().mul_add(Real::splat(simd, size), *sum);
+        for (group, terms) in self.equivalent.groups.iter().enumerate().take(2) {
+            for (&(_, size, sign), [then, now]) in terms.iter().zip(components[group]) {
+                groups[1][group] = added(groups[1][group], cut.mul_add(now - then, then), size, sign);
             }
         }
         if two_groups {
-            let difference = at_cut[0] - at_cut[1];
-            let crosses = |end: Real<S>| (end * difference).less_than(zero);
-            more = more.or(found.and(crosses(differences[0]).or(crosses(differences[1]))));
+            let difference = groups[1][0] - groups[1][1];
+            for end in differences {
+                more = more.or(found.and((end * difference).less_than(zero)));
+            }
         }
-        (cut, self.combined(at_cut[0], at_cut[1]), more)
-    }
-
-    /// P of the groups A and B.
-    #[inline(always)]
-    fn combined(&self, first: Real<S>, second: Real<S>) -> Real<S> {
-        if self.equivalent.rule.minor == 1.0 {
-            return first;
-        }
-        first.constant(self.equivalent.rule.minor).mul_add(first.min(second), first.max(second))
+        let [first, middle, last] = groups;
+        let equivalent = self.equivalent;
+        let (first, middle) = (combined(equivalent, first), combined(equivalent, middle));
+        let last = combined(equivalent, last);
+        let before = Piece { at: [zero, cut], loads: [first, middle] };
+        ([before, Piece { at: [cut, one], loads: [middle, last] }], more)
     }
 
     /// The integral over a piece, by the speed of [`crate::life::Interval::one_way`], and the lanes in which the load changes too much
     /// for the series.
     #[inline(always)]
-    fn linear(&self, speed: [f64; 3], Piece { at, loads }: Piece<S>) -> (Real<S>, Mask<S>) {
-        let simd = self.simd;
-        let zero = Real::splat(simd, 0.0);
-        let [start, change, bend] = speed.map(|coefficient| Real::splat(simd, coefficient));
+    fn linear(
+        &self,
+        [start, change, bend]: [Real<S>; 3],
+        Piece { at, loads }: Piece<S>,
+    ) -> (Real<S>, Mask<S>) {
+        let zero = Real::splat(self.simd, 0.0);
         let half = zero.constant(0.5);
         let (middle, width) = (half * (at[0] + at[1]), at[1] - at[0]);
         let reach = half * width;
@@ -134,12 +177,6 @@ impl<S: Simd> PowerIntegral<'_, S> {
         let of_odd = ratio * sums[2];
         let sum = even.mul_add(sums[0], square.mul_add(sums[1], odd * of_odd));
         let differs_much = zero.constant(self.travel.largest_ratio()).less_than(ratio.abs());
-        let mut bases = [0.0; LANES];
-        for lane in 0..S::F64_LANES {
-            bases[lane] = load.lane(lane);
-        }
-        let powers = self.travel.power.of(&bases);
-        let power = Real::gather(simd, |lane| powers[lane]);
-        (width * power * sum, differs_much)
+        (width * self.power(load) * sum, differs_much)
     }
 }

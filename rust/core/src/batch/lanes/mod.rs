@@ -2,8 +2,8 @@
 //!
 //! Files in the order of the data: `vector`, `aligned_buffer`, `matrix` (numbers in lanes, memory for them) → `request`
 //! → `assemble`, `dense`, `jacobi` → `undamped` → `damped` → `modal` (from scenes to damped modes); `timeline` (the motion) → `step` →
-//! `integrate` (from sample to sample) → `loads` → `statistics`. The results of a scene have the same bits in any lane of any width,
-//! beside any other scenes. See `numeric::simd` for why these files use `pulp`.
+//! `integrate` (from sample to sample) → `loads` → `time_statistics` with `power_integral` and `bent`. The results of a scene have the same
+//! bits in any lane of any width, beside any other scenes. See `numeric::simd` for why these files use `pulp`.
 
 mod aligned_buffer;
 mod assemble;
@@ -29,6 +29,7 @@ use super::instance::{Base, Instance};
 use super::requirements::{Requirements, Signal, SignalRequest};
 use super::time_statistics::RunningStatistics;
 use crate::excitation::Excitation;
+use crate::integrate::Start;
 use crate::numeric::watch::Watch;
 use integrate::{LaneIntegrator, Memory};
 use modal::{ModalScenes, ModalSetup};
@@ -77,22 +78,35 @@ impl<'a> Lanes<'a> {
     pub(super) fn new(
         base: &Base<'a>,
         excitation: &Excitation,
+        start: Start,
         requirements: &Requirements,
         width: Width,
     ) -> Self {
-        let timeline = Timeline::new(excitation, &requirements.time);
+        let quasi_static = start == Start::QuasiStatic;
+        let timeline = Timeline::new(excitation, quasi_static, &requirements.time);
         let request = ModalRequest {
             dofs: base.free.iter().map(|dof| dof as usize).collect(),
             groups: base.groups,
             components: timeline.components.clone(),
             first: timeline.values[..timeline.components.len()].to_vec(),
             rows: requirements.rows.clone(),
+            quasi_static,
             duration: timeline.duration,
         };
         let more = |request: &SignalRequest| {
             request.times || request.squares || !matches!(request.signal, Signal::Row(_))
         };
         Self { request, timeline, stores_values: requirements.signals.iter().any(more), width }
+    }
+
+    /// The vector width.
+    pub(super) fn width(&self) -> Width {
+        self.width
+    }
+
+    /// Whether scenes in lanes can start like this. A given state is one of single scenes.
+    pub(super) fn can_start(&self, start: Start) -> bool {
+        matches!(start, Start::AtRest | Start::QuasiStatic)
     }
 
     /// Number of scenes that run at a time.

@@ -21,7 +21,7 @@ pub(super) struct ModalScenes {
     /// For each [`TILE`] rows side by side: the values at rest, the coefficients of each component of the excitation, then, mode by mode,
     /// those of the real and the imaginary part of v. The last tile is filled up with zeros.
     pub(super) tiles: AlignedBuffer,
-    /// Value of each row at the first sample, at rest.
+    /// Value of each row at the first sample.
     pub(super) starts: AlignedBuffer,
     /// One in lanes in which rounding leaves enough digits; zero in the others, whose scenes must run by themselves.
     pub(super) accurate: AlignedBuffer,
@@ -66,10 +66,7 @@ impl WithSimd for ModalSetup<'_> {
             let (tile, place) = (&mut tiles[index / TILE * width..][..width], index % TILE);
             let of = undamped.row(simd, scenes, request, *row, &mut feeds);
             tile[0][place] = of.constant.lanes;
-            let mut start = of.constant;
-            for (feed, &value) in feeds.iter().zip(&request.first) {
-                start = feed.mul_add(Real::splat(simd, value), start);
-            }
+            let start = first_value(simd, &of.constant, &feeds, &request.first);
             starts[index] = start.lanes;
             size = size + start.abs();
             for k in 0..n {
@@ -83,6 +80,9 @@ impl WithSimd for ModalSetup<'_> {
                 (coefficients[0][place], coefficients[1][place]) =
                     ((c.re + c.re).lanes, (-(c.im + c.im)).lanes);
             }
+            if request.quasi_static {
+                starts[index] = first_value(simd, &of.constant, &feeds, &request.first).lanes;
+            }
             for (feed, to) in feeds.iter().zip(&mut tile[1..]) {
                 to[place] = feed.lanes;
                 size = size + feed.abs();
@@ -92,4 +92,14 @@ impl WithSimd for ModalSetup<'_> {
             undamped.accurate.and(damped.accurate).and(size.less_than(size.constant(MAX_ROW_SIZE)));
         to.accurate.clear::<S>(1)[0] = accurate.select(Real::splat(simd, 1.0), undamped.zero).lanes;
     }
+}
+
+/// A row under the first values of the excitation.
+#[inline(always)]
+fn first_value<S: Simd>(simd: S, constant: &Real<S>, feeds: &[Real<S>], first: &[f64]) -> Real<S> {
+    let mut start = *constant;
+    for (feed, &value) in feeds.iter().zip(first) {
+        start = feed.mul_add(Real::splat(simd, value), start);
+    }
+    start
 }

@@ -1,11 +1,13 @@
 //! Equivalent loads, and the integral of their power over the travel, one scene in each lane.
+//!
+//! The sum over a block stays in registers. Intervals on which the load is not linear contribute nothing to it; `bent` adds them.
 
-use pulp::Simd;
+use pulp::{Simd, bytemuck};
 
 use super::timeline::BLOCK;
-use super::vector::{Mask, Real};
+use super::vector::Real;
 use crate::batch::equivalent::EquivalentRows;
-use crate::batch::travel::{NEARLY_CONSTANT, Travel};
+use crate::batch::travel::{MOST_TERMS, NEARLY_CONSTANT, Travel};
 use crate::numeric::simd::LANES;
 
 /// The loads of a block, and what they are integrated with.
@@ -18,46 +20,20 @@ pub(super) struct PowerIntegral<'a, S: Simd> {
     pub last: &'a [S::f64s],
 }
 
-/// A and B of a rule at several samples; B is zero for a rule that adds both.
+/// P of the groups A and B, without the effect of a preload.
 #[inline(always)]
-fn groups<S: Simd, const N: usize>(
-    simd: S,
-    equivalent: &EquivalentRows,
-    rows: &[[S::f64s; N]],
-) -> [[S::f64s; N]; 2] {
-    let mut groups = [[simd.splat_f64s(0.0); N]; 2];
-    for (sums, terms) in groups.iter_mut().zip(&equivalent.groups) {
-        for &(row, size, sign) in terms {
-            let values = &rows[row];
-            let (size, slope) = (Real::splat(simd, size), Real::splat(simd, sign));
-            for k in 0..N {
-                let (value, mut sum) = (Real::new(simd, values[k]), Real::new(simd, sums[k]));
-                if sign != 0.0 {
-                    sum = value.mul_add(slope, sum);
-                }
-                sums[k] = value.abs().mul_add(size, sum).lanes;
-            }
-        }
+pub(super) fn combined<S: Simd>(equivalent: &EquivalentRows, [first, second]: [Real<S>; 2]) -> Real<S> {
+    if equivalent.rule.minor == 1.0 {
+        return first;
     }
-    groups
+    first.constant(equivalent.rule.minor).mul_add(first.min(second), first.max(second))
 }
 
-/// P of the groups, without the effect of a preload.
+/// Adds `size |value| + sign value` to a group.
 #[inline(always)]
-fn combined<S: Simd, const N: usize>(
-    simd: S,
-    equivalent: &EquivalentRows,
-    [first, second]: &[[S::f64s; N]; 2],
-) -> [S::f64s; N] {
-    let mut loads = *first;
-    if equivalent.rule.minor != 1.0 {
-        let minor = Real::splat(simd, equivalent.rule.minor);
-        for k in 0..N {
-            let (first, second) = (Real::new(simd, first[k]), Real::new(simd, second[k]));
-            loads[k] = minor.mul_add(first.min(second), first.max(second)).lanes;
-        }
-    }
-    loads
+pub(super) fn added<S: Simd>(sum: Real<S>, value: Real<S>, size: f64, sign: f64) -> Real<S> {
+    let sum = if sign == 0.0 { sum } else { value.mul_add(sum.constant(sign), sum) };
+    value.abs().mul_add(sum.constant(size), sum)
 }
 
 /// Equivalent loads at the samples of a block, without the effect of a preload.
@@ -67,163 +43,184 @@ pub(super) fn equivalent_loads<S: Simd>(
     equivalent: &EquivalentRows,
     values: &[[S::f64s; BLOCK]],
 ) -> [S::f64s; BLOCK] {
-    combined(simd, equivalent, &groups(simd, equivalent, values))
-}
-
-/// Lowers the numbers of the intervals in whose lanes the values change their sign below zero.
-#[inline(always)]
-fn changes_of_sign<S: Simd>(simd: S, bends: &mut [S::f64s; BLOCK], values: &[S::f64s; BLOCK], last: S::f64s) {
-    let mut then = Real::new(simd, last);
+    let mut loads = [simd.splat_f64s(0.0); BLOCK];
     for k in 0..BLOCK {
-        let now = Real::new(simd, values[k]);
-        bends[k] = Real::new(simd, bends[k]).min(then * now).lanes;
-        then = now;
+        let mut groups = [Real::splat(simd, 0.0); 2];
+        for (sum, terms) in groups.iter_mut().zip(&equivalent.groups) {
+            for &(row, size, sign) in terms {
+                *sum = added(*sum, Real::new(simd, values[row][k]), size, sign);
+            }
+        }
+        loads[k] = combined(equivalent, groups).lanes;
     }
+    loads
 }
 
 impl<S: Simd> PowerIntegral<'_, S> {
     /// The integral over the intervals that end in the block, whose first sample has the index `start`.
     #[inline(always)]
     pub(super) fn over_block(&self, start: usize) -> Real<S> {
-        let (simd, travel) = (self.simd, self.travel);
-        let zero = Real::splat(simd, 0.0);
-        if travel.weights[0][start..start + BLOCK].iter().all(|&weight| weight == 0.0) {
+        let zero = Real::splat(self.simd, 0.0);
+        if !self.travel.moves(start, BLOCK) {
             return zero;
         }
-        let now = groups(simd, self.equivalent, self.values);
-        let last = groups(simd, self.equivalent, self.last.as_chunks::<1>().0);
-        let loads = combined(simd, self.equivalent, &now);
-        let [mut before] = combined(simd, self.equivalent, &last);
-        let (mut totals, mut changes) = ([zero.lanes; BLOCK], [zero.lanes; BLOCK]);
-        for k in 0..BLOCK {
-            let (then, now) = (Real::new(simd, before), Real::new(simd, loads[k]));
-            (totals[k], changes[k]) = ((then + now).lanes, (now - then).lanes);
-            before = loads[k];
-        }
-        let terms = self.series(start, &totals, &changes);
-        let bends = self.bends(&now, &last, &totals, &changes);
-        let mut sum = zero;
-        for k in 0..BLOCK {
-            let mut term = Real::new(simd, terms[k]);
-            let bends = Real::new(simd, bends[k]).less_than(zero);
-            if bends.any() {
-                let of_group = |group: usize| {
-                    let then = if k == 0 { last[group][0] } else { now[group][k - 1] };
-                    [Real::new(simd, then), Real::new(simd, now[group][k])]
-                };
-                term = self.bent(start, k, bends, term, [of_group(0), of_group(1)]);
-            }
-            sum = sum + term;
-        }
-        sum
+        let (sum, bends) = match (&self.equivalent.groups[..], self.equivalent.rule.minor == 1.0) {
+            ([terms], true) => match terms[..] {
+                [(y, y_size, 0.0), (z, z_size, 0.0)] => self.sum_of_two(start, [(y, y_size), (z, z_size)]),
+                _ => self.sum(start),
+            },
+            _ => self.sum(start),
+        };
+        if bends.less_than(zero).any() { sum + self.bent(start) } else { sum }
     }
 
-    /// Numbers that are negative in the lanes in which the load is not linear in the interval before a sample, or, for an exponent that is
-    /// not whole, not nearly constant. Groups of the block and of the sample before it, sums and changes of the loads.
+    /// [`Self::sum`] for the rule `c |x| + d |y|`, by the rows x and y and the factors c and d.
     #[inline(always)]
-    fn bends(
-        &self,
-        now: &[[S::f64s; BLOCK]; 2],
-        last: &[[S::f64s; 1]; 2],
-        totals: &[S::f64s; BLOCK],
-        changes: &[S::f64s; BLOCK],
-    ) -> [S::f64s; BLOCK] {
+    fn sum_of_two(&self, start: usize, terms: [(usize, f64); 2]) -> (Real<S>, Real<S>) {
         let simd = self.simd;
-        let start = if self.equivalent.is_preloaded() { -1.0 } else { 0.0 };
-        let mut bends = [simd.splat_f64s(start); BLOCK];
-        for row in self.equivalent.rows.into_iter().flatten() {
-            changes_of_sign(simd, &mut bends, &self.values[row], self.last[row]);
+        let zero = Real::splat(simd, 0.0);
+        let [first, second] = terms.map(|(row, _)| &self.values[row]);
+        let [first_size, second_size] = terms.map(|(_, size)| size);
+        let [first_size, second_size] = [Real::splat(simd, first_size), Real::splat(simd, second_size)];
+        let mut then = [Real::new(simd, self.last[terms[0].0]), Real::new(simd, self.last[terms[1].0])];
+        let mut before = then[1].abs().mul_add(second_size, then[0].abs() * first_size);
+        let weights = self.weights(start);
+        let (mut sums, mut worst) = ([zero; 2], zero);
+        for k in 0..BLOCK {
+            let now = [Real::new(simd, first[k]), Real::new(simd, second[k])];
+            let load = now[1].abs().mul_add(second_size, now[0].abs() * first_size);
+            let crossing = (then[0] * now[0]).min(then[1] * now[1]);
+            let (term, bend) = self.term(&weights, k, [before, load], crossing);
+            sums[k % 2] = bend.less_than(zero).select(zero, term) + sums[k % 2];
+            worst = worst.min(bend);
+            (then, before) = (now, load);
+        }
+        (sums[0] + sums[1], worst)
+    }
+
+    /// The sum over the intervals of the block on which the load is linear, and numbers that are negative in lanes with other intervals.
+    #[inline(always)]
+    fn sum(&self, start: usize) -> (Real<S>, Real<S>) {
+        let zero = Real::splat(self.simd, 0.0);
+        let weights = self.weights(start);
+        let (mut sums, mut worst) = ([zero; 2], zero);
+        for k in 0..BLOCK {
+            let (ends, crossing) = self.interval(k);
+            let (term, bend) = self.term(&weights, k, ends, crossing);
+            sums[k % 2] = bend.less_than(zero).select(zero, term) + sums[k % 2];
+            worst = worst.min(bend);
+        }
+        (sums[0] + sums[1], worst)
+    }
+
+    /// The load at both ends of the interval before a sample of the block, and a number that is negative if a component, or A - B, changes
+    /// its sign in it, or if a preload may act.
+    #[inline(always)]
+    fn interval(&self, k: usize) -> ([Real<S>; 2], Real<S>) {
+        let zero = Real::splat(self.simd, 0.0);
+        let mut crossing = if self.equivalent.is_preloaded() { zero.constant(-1.0) } else { zero };
+        let mut groups = [[zero; 2]; 2];
+        for (group, terms) in self.equivalent.groups.iter().enumerate().take(2) {
+            for &(row, size, sign) in terms {
+                let then = Real::new(self.simd, *self.before(row, k));
+                let now = Real::new(self.simd, self.values[row][k]);
+                groups[0][group] = added(groups[0][group], then, size, sign);
+                groups[1][group] = added(groups[1][group], now, size, sign);
+                crossing = crossing.min(then * now);
+            }
         }
         if self.equivalent.rule.minor != 1.0 {
-            let difference = |a: S::f64s, b: S::f64s| (Real::new(simd, a) - Real::new(simd, b)).lanes;
-            let mut differences = now[0];
-            for k in 0..BLOCK {
-                differences[k] = difference(now[0][k], now[1][k]);
-            }
-            changes_of_sign(simd, &mut bends, &differences, difference(last[0][0], last[1][0]));
+            crossing = crossing.min((groups[0][0] - groups[0][1]) * (groups[1][0] - groups[1][1]));
         }
-        if !self.travel.whole {
-            let nearly = Real::splat(simd, NEARLY_CONSTANT);
-            for k in 0..BLOCK {
-                let rest = nearly * Real::new(simd, totals[k]) - Real::new(simd, changes[k]).abs();
-                bends[k] = Real::new(simd, bends[k]).min(rest).lanes;
-            }
-        }
-        bends
+        ([combined(self.equivalent, groups[0]), combined(self.equivalent, groups[1])], crossing)
     }
 
-    /// The value of a row one sample before one of the block.
+    /// Weights of the block.
     #[inline(always)]
-    pub(super) fn before(&self, row: usize, k: usize) -> S::f64s {
-        if k == 0 { self.last[row] } else { self.values[row][k - 1] }
+    fn weights(&self, start: usize) -> [&[f64; BLOCK]; MOST_TERMS] {
+        let mut weights = [&[0.0; BLOCK]; MOST_TERMS];
+        for (to, all) in weights.iter_mut().zip(&self.travel.weights) {
+            if let Some(of_block) = all[start..].first_chunk() {
+                *to = of_block;
+            }
+        }
+        weights
     }
 
-    /// Integrals of the powers of linear loads, by the sums and changes of the loads at the ends of the intervals.
+    /// The integral over the interval before a sample of the block for a load that is linear from one end to the other. It does not hold in
+    /// lanes in which the returned number is negative: that of `crossing` is, or the load changes too much for the series.
     #[inline(always)]
-    fn series(
+    fn term(
         &self,
-        start: usize,
-        totals: &[S::f64s; BLOCK],
-        changes: &[S::f64s; BLOCK],
-    ) -> [S::f64s; BLOCK] {
+        weights: &[&[f64; BLOCK]; MOST_TERMS],
+        k: usize,
+        [then, now]: [Real<S>; 2],
+        crossing: Real<S>,
+    ) -> (Real<S>, Real<S>) {
         let (simd, travel) = (self.simd, self.travel);
+        let (total, change) = (then + now, now - then);
+        let weight = |term: usize| weights[term][k];
+        if travel.exponent == 3.0 {
+            let [w0, w1, w2, w3] = [weight(0), weight(1), weight(2), weight(3)];
+            let low = Real::splat(simd, w0).mul_add(total, Real::splat(simd, w1) * change);
+            let high = Real::splat(simd, w2).mul_add(total, Real::splat(simd, w3) * change);
+            return ((total * total).mul_add(low, (change * change) * high), crossing);
+        }
+        let terms = travel.weights.len();
+        if travel.whole {
+            let (mut sum, mut power) = (Real::splat(simd, weight(0)), change);
+            for term in 1..terms {
+                sum = sum.mul_add(total, Real::splat(simd, weight(term)) * power);
+                power = power * change;
+            }
+            return (sum, crossing);
+        }
         let zero = Real::splat(simd, 0.0);
-        let mut out = [zero.lanes; BLOCK];
-        let weights = |term: usize| &travel.weights[term][start..start + BLOCK];
-        let (terms, last) = (travel.weights.len(), travel.weights.len() - 1);
-        if let [w0, w1, w2, w3] = &travel.weights[..]
-            && travel.whole
-        {
-            let weights = [w0, w1, w2, w3].map(|weights| &weights[start..start + BLOCK]);
-            for k in 0..BLOCK {
-                let [w0, w1, w2, w3] = weights.map(|weights| Real::splat(simd, weights[k]));
-                let [total, change] = [totals[k], changes[k]].map(|load| Real::new(simd, load));
-                let low = w0.mul_add(total, w1 * change);
-                let high = w2.mul_add(total, w3 * change);
-                out[k] = (total * total).mul_add(low, (change * change) * high).lanes;
-            }
-            return out;
+        let ratio = zero.less_than(total).select(change / total, zero);
+        let mut sum = Real::splat(simd, weight(terms - 1));
+        for term in (0..terms - 1).rev() {
+            sum = sum.mul_add(ratio, Real::splat(simd, weight(term)));
         }
-        for k in 0..BLOCK {
-            let weight = |term: usize| Real::splat(simd, weights(term)[k]);
-            let [total, change] = [totals[k], changes[k]].map(|load| Real::new(simd, load));
-            if travel.whole {
-                let (mut sum, mut power) = (weight(0), change);
-                for term in 1..terms {
-                    sum = sum.mul_add(total, weight(term) * power);
-                    power = power * change;
-                }
-                out[k] = sum.lanes;
-                continue;
-            }
-            let ratio = zero.less_than(total).select(change / total, zero);
-            let mut sum = weight(last);
-            for term in (0..last).rev() {
-                sum = sum.mul_add(ratio, weight(term));
-            }
-            let mut bases = [0.0; LANES];
-            for lane in 0..S::F64_LANES {
-                bases[lane] = total.lane(lane);
-            }
-            let powers = travel.power.of(&bases);
-            out[k] = (sum * Real::gather(simd, |lane| powers[lane])).lanes;
-        }
-        out
+        (sum * self.power(total), self.or_changes_much(crossing, [then, now]))
     }
 
-    /// `term`, and in the lanes in which the load is not linear, the exact integral instead.
+    /// A number that is negative where `crossing` is, or where a load changes too much for the series of a power that is not whole.
     #[inline(always)]
-    pub(super) fn exact(&self, start: usize, k: usize, bends: Mask<S>, term: Real<S>) -> Real<S> {
-        let simd = self.simd;
-        let bends = bends.select(Real::splat(simd, 1.0), Real::splat(simd, 0.0));
-        Real::gather(simd, |lane| {
-            if bends.lane(lane) == 0.0 {
-                return term.lane(lane);
-            }
-            let at = |values: S::f64s| Real::new(simd, values).lane(lane);
-            let first = self.equivalent.components(|row| at(self.before(row, k)));
-            let last = self.equivalent.components(|row| at(self.values[row][k]));
-            self.equivalent.power(self.travel, start + k, [&first, &last])
+    fn or_changes_much(&self, crossing: Real<S>, [then, now]: [Real<S>; 2]) -> Real<S> {
+        let nearly = crossing.constant(NEARLY_CONSTANT);
+        if self.travel.whole { crossing } else { crossing.min(nearly * (then + now) - (now - then).abs()) }
+    }
+
+    /// A number that is negative in lanes in which the load is not linear in the interval before a sample of the block, or changes too much.
+    #[inline(always)]
+    pub(super) fn bend(&self, k: usize) -> Real<S> {
+        let (ends, crossing) = self.interval(k);
+        self.or_changes_much(crossing, ends)
+    }
+
+    /// `load^p`.
+    #[inline(always)]
+    pub(super) fn power(&self, load: Real<S>) -> Real<S> {
+        let mut bases = [0.0; LANES];
+        for lane in 0..S::F64_LANES {
+            bases[lane] = load.lane(lane);
+        }
+        let powers = self.travel.power.of(&bases);
+        Real::gather(self.simd, |lane| powers[lane])
+    }
+
+    /// The values of a row one sample before one of the block.
+    #[inline(always)]
+    pub(super) fn before(&self, row: usize, k: usize) -> &S::f64s {
+        if k == 0 { &self.last[row] } else { &self.values[row][k - 1] }
+    }
+
+    /// The value of a row in one lane, at both ends of the interval before a sample of the block.
+    #[inline(always)]
+    pub(super) fn ends(&self, row: usize, k: usize, lane: usize) -> [f64; 2] {
+        [self.before(row, k), &self.values[row][k]].map(|lanes| {
+            let numbers: &[f64] = bytemuck::cast_slice(core::slice::from_ref(lanes));
+            numbers[lane]
         })
     }
 }

@@ -13,6 +13,8 @@ pub(super) struct ModalRequest<'a> {
     /// Components of the excitation that are not zero throughout.
     pub components: Vec<usize>,
     pub rows: Vec<LoadRow>,
+    /// Whether the scenes start in the quasi-static state of the first sample instead of at rest.
+    pub quasi_static: bool,
     /// Values of these components at the first sample.
     pub first: Vec<f64>,
     /// Duration of the motion, s.

@@ -33,13 +33,16 @@ pub(super) struct Timeline {
 }
 
 impl Timeline {
-    /// The timeline of an excitation. `time`: weights of its samples in time.
-    pub(super) fn new(excitation: &Excitation, time: &[f64]) -> Self {
+    /// The timeline of an excitation. `quasi_static`: whether the first values have acted for long. `time`: weights of its samples in time.
+    pub(super) fn new(excitation: &Excitation, quasi_static: bool, time: &[f64]) -> Self {
         let count = excitation.count();
         let peak = excitation.peak();
         let components: Vec<usize> = (0..9).filter(|&component| peak[component] > 0.0).collect();
         let whole = count.next_multiple_of(BLOCK);
-        let (values, changes) = values_and_changes(excitation, &components, whole);
+        let (values, mut changes) = values_and_changes(excitation, &components, whole);
+        if quasi_static {
+            changes[..components.len()].fill(0.0);
+        }
         let ranges = ranges(&values, components.len());
         let mut intervals = vec![0.0; whole];
         for k in 1..count {

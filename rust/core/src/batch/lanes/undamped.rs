@@ -84,7 +84,14 @@ impl<S: Simd> Undamped<S> {
         for &component in &request.components {
             influence.push(modal_influence(simd, scenes, &mass, &shapes, dofs, component));
         }
-        let mut rest = on_modes(&shapes, dofs, &weight);
+        let mut force = weight;
+        for link in &links.all {
+            let Some(load) = link.load_of_offset else { continue };
+            for (i, &dof) in dofs.iter().enumerate() {
+                force[dof] = load.mul_add(link.row[i], force[dof]);
+            }
+        }
+        let mut rest = on_modes(&shapes, dofs, &force);
         for mode in 0..n {
             rest[mode] = rest[mode] / frequency[mode];
         }
@@ -209,6 +216,9 @@ impl<S: Simd> RowParts<S> {
         n: usize,
         arm: Real<S>,
     ) {
+        if let Some(load) = link.load_of_offset {
+            self.constant = (-arm).mul_add(load, self.constant);
+        }
         let (stiffness, damping) = (arm * link.stiffness, arm * link.damping);
         for mode in 0..n {
             let mut rate = arm.constant(0.0);

@@ -1,7 +1,7 @@
 //! Static equilibrium on links of any laws.
 //!
-//! The energy `U(y) = Σ E(c·y) - w·y` of elastic links under a weight is convex, and its minimum is the position of rest. In the
-//! coordinates y the nominal stiffness is the identity, so `ε |y|² / 2` is the energy of centring springs parallel to all links, ε times as
+//! The energy `U(y) = Σ E(c·y - e) - w·y` of elastic links under a weight is convex, and its minimum is the position of rest. In the
+//! coordinates y the nominal stiffness is the identity, and linear links without weight rest at y = 0, so `ε |y|² / 2` is the energy of centring springs parallel to all links, ε times as
 //! stiff as the links. They make the minimum unique where the body is free within its clearance. As ε falls to zero the minimum tends to
 //! the position of rest with the least `|y|`.
 
@@ -50,19 +50,19 @@ const STILL: f64 = 1e-9;
 /// dozens.
 const MAX_STEPS: usize = 100;
 
-/// The position of rest with the least `|y|` under `weight`, on `springs` (law, c) with the deflection `c·y`, over the first `count`
+/// The position of rest with the least `|y|` under `weight`, on `springs` (law, c, e) with the deflection `c·y - e`, over the first `count`
 /// entries.
 ///
 /// # Errors
 /// The unit direction y in which the body leaves its links, because they do not resist enough. Zeros if numbers overflow.
 pub(crate) fn equilibrium<'a>(
-    springs: impl Iterator<Item = (&'a Law, [f64; 6])> + Clone,
+    springs: impl Iterator<Item = (&'a Law, [f64; 6], f64)> + Clone,
     weight: &[f64; 6],
     count: usize,
 ) -> Result<Equilibrium, [f64; 6]> {
     let within = |v: &[f64; 6]| Vector6::from_fn(|i, _| if i < count { v[i] } else { 0.0 });
     let statics =
-        Statics { springs: springs.map(|(law, c)| (law, within(&c))), weight: within(weight), count };
+        Statics { springs: springs.map(|(law, c, e)| (law, within(&c), e)), weight: within(weight), count };
     // Start: the position on linear links of nominal stiffness.
     let mut y = statics.weight;
     for centring in CENTRING {
@@ -101,16 +101,16 @@ impl Residual {
 /// Principal stiffnesses and directions.
 type Modes = SymmetricEigen<f64, nalgebra::U6>;
 
-impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
+impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>, f64)> + Clone> Statics<I> {
     /// Force out of balance at y: the weight less what links and centring springs carry.
     fn residual(&self, y: &Vector6<f64>, centring: f64) -> Residual {
         let mut force = self.weight - y * centring;
         let mut size = self.weight.norm() + centring * y.norm();
-        for (law, c) in self.springs.clone() {
-            let d = c.dot(y);
+        for (law, c, e) in self.springs.clone() {
+            let d = c.dot(y) - e;
             let load = law.force(d);
             force -= c * load;
-            size += (load.abs() + law.tangent(d) * c.abs().dot(&y.abs())) * c.norm();
+            size += (load.abs() + law.tangent(d) * (c.abs().dot(&y.abs()) + e.abs())) * c.norm();
         }
         Residual { force, size }
     }
@@ -121,8 +121,8 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
     fn holds(&self, y: &Vector6<f64>) -> bool {
         let (direction, mut loads) = (unit(y), 0.0);
         let (mut pull, mut resists) = (self.weight.dot(&direction), false);
-        for (law, c) in self.springs.clone() {
-            loads += law.force(c.dot(y)).abs() * c.norm();
+        for (law, c, e) in self.springs.clone() {
+            loads += law.force(c.dot(y) - e).abs() * c.norm();
             let along = c.dot(&direction);
             if along.abs() > STILL * c.norm() {
                 let last = if along > 0.0 { law.edges().len() } else { 0 };
@@ -139,9 +139,9 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
     /// Tangent stiffness at y, with piecewise linear laws on their segments at `reference`; none if it is out of range.
     fn stiffness(&self, y: &Vector6<f64>, reference: &Vector6<f64>, centring: f64) -> Option<Modes> {
         let mut sum = Matrix6::zeros();
-        for (law, c) in self.springs.clone() {
+        for (law, c, e) in self.springs.clone() {
             let at = if law.is_piecewise_linear() { reference } else { y };
-            sum += c * c.transpose() * law.tangent(c.dot(at));
+            sum += c * c.transpose() * law.tangent(c.dot(at) - e);
         }
         for i in 0..6 {
             sum[(i, i)] += if i < self.count { centring } else { 1.0 };
@@ -260,9 +260,9 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>)> + Clone> Statics<I> {
     /// Whether all links at y are on their segments of `reference`, or at the edges of these.
     fn same_segments(&self, y: &Vector6<f64>, reference: &Vector6<f64>) -> bool {
         let size = y.norm();
-        self.springs.clone().filter(|(law, _)| law.is_piecewise_linear()).all(|(law, c)| {
-            let (edges, d) = (law.edges(), c.dot(y));
-            let segment = law.segment_of(c.dot(reference));
+        self.springs.clone().filter(|(law, ..)| law.is_piecewise_linear()).all(|(law, c, e)| {
+            let (edges, d) = (law.edges(), c.dot(y) - e);
+            let segment = law.segment_of(c.dot(reference) - e);
             let beyond = AT_EDGE * (d.abs() + c.norm() * size);
             let above = segment == 0 || d >= edges[segment - 1] - beyond;
             above && (segment == edges.len() || d <= edges[segment] + beyond)

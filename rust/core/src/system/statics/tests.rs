@@ -51,7 +51,7 @@ fn scene(links: &[(Law, Vector6<f64>)], count: usize) -> Vec<Spring> {
 }
 
 fn solve(springs: &[Spring], weight: [f64; 6], count: usize) -> Result<Equilibrium, [f64; 6]> {
-    equilibrium(springs.iter().map(|(law, c)| (law, *c)), &weight, count)
+    equilibrium(springs.iter().map(|(law, c)| (law, *c, 0.0)), &weight, count)
 }
 
 fn deflections(springs: &[Spring], y: &[f64; 6]) -> Vec<f64> {

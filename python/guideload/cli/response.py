@@ -1,0 +1,104 @@
+"""The command `guideload response`: frequency response of the machine's points."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+
+from guideload.base.atomic import atomic_write
+from guideload.cli import options
+from guideload.cli.exit_codes import InputError
+from guideload.cli.inputs import read_machine
+from guideload.cli.outputs import picture_draft, unwritable
+from guideload.cli.terminal import output_encoding, print_text
+
+if TYPE_CHECKING:
+    from guideload.machine.response import FrequencyResponse
+
+
+class Direction(click.ParamType[Any]):
+    """x, y, z, or three numbers separated by commas."""
+
+    name = "direction"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if "," not in str(value):
+            return value
+        try:
+            return tuple(float(part) for part in str(value).split(","))
+        except ValueError:
+            self.fail(f"expected x, y, z or three numbers such as 1,0,0.5, got {value!r}", param, ctx)
+
+
+@click.command()
+@options.machine_argument
+@click.option(
+    "--force-at", metavar="POINT", help="Point where a force acts; without it the drive accelerates."
+)
+@click.option(
+    "--direction",
+    type=Direction(),
+    default="x",
+    show_default=True,
+    help="Direction of the force or acceleration.",
+)
+@options.picture_option
+@click.option(
+    "--csv", "table", type=click.Path(path_type=Path, dir_okay=False), help="Table to write (.csv)."
+)
+@options.overwrite_picture_option
+def response(
+    machine_file: Path,
+    force_at: str | None,
+    direction: Any,
+    output: Path | None,
+    table: Path | None,
+    overwrite: bool,
+) -> None:
+    """Show how the points of a machine answer to vibration of the drive, or to a force at one of them.
+
+    Magnitude and phase over the frequency, of the machine linearised at rest. The points are the [[points]] of the
+    machine file.
+    """
+    from guideload.machine.response import frequency_response
+    from guideload.reports.response import response_report
+
+    with picture_draft(output, overwrite, machine_file) as draft:
+        machine = read_machine(machine_file)
+        found = frequency_response(machine, force_at=force_at, direction=direction)
+        if draft is not None:
+            from guideload import plots
+
+            plots.save(plots.frequency_response(machine, found)[0], draft)
+        if table is not None:
+            _write(found, table, overwrite)
+    print_text(response_report(machine, found, encoding=output_encoding()))
+    for written in filter(None, (output, table)):
+        print_text(f"Wrote {written}.")
+
+
+def _write(found: FrequencyResponse, table: Path, overwrite: bool) -> None:
+    """The response as CSV: frequency, then real and imaginary part of each point along x, y and z."""
+    if table.suffix.lower() != ".csv":
+        raise InputError(f"{table}: expected a name that ends in .csv")
+    if table.exists() and not overwrite:
+        raise InputError(f"{table} exists; give another name, or --overwrite")
+    parts = (("re", found.displacement.real), ("im", found.displacement.imag))
+    columns = {"frequency [Hz]": found.frequency}
+    for i, name in enumerate(found.points):
+        for axis in range(3):
+            columns |= {
+                f"{name} {'xyz'[axis]} {part} [{found.unit}]": values[:, i, axis] for part, values in parts
+            }
+    import pandas as pd
+
+    try:
+        with atomic_write(table, replace=overwrite) as draft:
+            pd.DataFrame({name: np.asarray(values) for name, values in columns.items()}).to_csv(
+                draft, index=False
+            )
+    except OSError as error:
+        raise unwritable(table, error) from error

@@ -1,0 +1,67 @@
+"""A machine whose payloads change: its states one after the other, each over a stretch of the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from guideload._core import Scene, Solution, peaks_of_stretches, solve_stretches
+from guideload.base.arrays import Array
+from guideload.machine.machine import Machine
+
+
+@dataclass(frozen=True, eq=False)
+class Stretches:
+    """The payloads on a machine, stretch by stretch; in `solve` and `peaks` it stands for a scene of the core.
+
+    machine   with all its payloads
+    payloads  names of those on it, in each stretch
+    first     index of the first sample of each stretch; the sample before it has the same time
+    """
+
+    machine: Machine
+    payloads: tuple[tuple[str, ...], ...]
+    first: tuple[int, ...]
+
+    @cached_property
+    def machines(self) -> tuple[Machine, ...]:
+        """The machine of each stretch, with its payloads as part of its body."""
+        return tuple(map(self.machine.carrying, self.payloads))
+
+    @cached_property
+    def kept(self) -> tuple[Machine, ...]:
+        """The machine with the payloads that are on it before and after each change."""
+        pairs = zip(self.payloads, self.payloads[1:], strict=False)
+        return tuple(
+            self.machine.carrying(name for name in before if name in after) for before, after in pairs
+        )
+
+    def solve(
+        self,
+        time: Array,
+        acceleration: Array,
+        wrench: Array | None,
+        travel: Array | None = None,
+        **settings: Any,
+    ) -> Solution:
+        """As `Scene.solve`; no rider moves."""
+        assert travel is None
+        return solve_stretches(*self._scenes, self.first, time, acceleration, wrench, **settings)
+
+    def peaks(
+        self,
+        time: Array,
+        acceleration: Array,
+        wrench: Array | None,
+        travel: Array | None = None,
+        **settings: Any,
+    ) -> list[Array]:
+        """As `Scene.peaks`; no rider moves."""
+        assert travel is None
+        return peaks_of_stretches(*self._scenes, self.first, time, acceleration, wrench, **settings)
+
+    @property
+    def _scenes(self) -> tuple[Sequence[Scene], Sequence[Scene]]:
+        return [machine.scene for machine in self.machines], [machine.scene for machine in self.kept]

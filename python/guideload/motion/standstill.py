@@ -1,0 +1,73 @@
+"""Moves and standstills of a motion, found from its speed and acceleration."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from guideload.base.arrays import Array, runs_of
+
+RESTING = 0.01  # of the largest speed: slower may be a standstill
+PARTS = 5  # of a slow stretch; the quietest is in its standstill
+STEADY = 0.01  # of the largest acceleration: its noise at rest; at a reversal without a pause it is larger
+NORMAL = 1.4826  # standard deviation of normal noise over the median of its magnitude
+LOUD = 5.0  # times the noise: more belongs to a move
+FEWEST = 10  # instants of a standstill
+
+
+class MoveSpan(NamedTuple):
+    """When a move begins and ends, and when the standstill after it ends [s]."""
+
+    start: float
+    end: float
+    until: float
+
+
+def move_spans(time: Array, acceleration: Array, velocity: Array | None = None) -> list[MoveSpan]:
+    """The moves between the standstills of a motion; one that ends without a standstill ends with the record.
+
+    time: (n,) s. acceleration: (n, 3) m/s2. velocity: (n, 3) m/s; by default integrated from rest.
+    A move ends with its last acceleration: the last one above the noise of the standstill that follows. Planned
+    motions have no noise, so their moves end exactly.
+    """
+    if velocity is None:
+        steps = 0.5 * np.diff(time)[:, None] * (acceleration[1:] + acceleration[:-1])
+        velocity = np.vstack([np.zeros((1, acceleration.shape[1])), np.cumsum(steps, axis=0)])
+    speed, rate = (np.linalg.norm(vectors, axis=1) for vectors in (velocity, acceleration))
+    if not rate.any():
+        return []
+    slow = speed <= RESTING * speed.max()
+    rests = [
+        rest for ends in zip(*runs_of(slow), strict=True) if (rest := _standstill(rate, *map(int, ends)))
+    ]
+    last = time.size - 1
+    ends = [(0, 0), *rests] if not rests or rests[0][0] > 0 else rests
+    if not rests or rests[-1][1] < last:
+        ends = [*ends, (last, last)]
+    return [
+        MoveSpan(float(time[here[1]]), float(time[there[0]]), float(time[there[1]]))
+        for here, there in zip(ends, ends[1:], strict=False)
+    ]
+
+
+def _standstill(rate: Array, first: int, after: int) -> tuple[int, int] | None:
+    """First and last instant of the standstill in a slow stretch, around its quietest part; None if there is none.
+
+    rate: (n,) size of the acceleration. first, after: ends of the stretch, as in a slice.
+    """
+    if after - first < FEWEST:
+        return None
+    edges = np.linspace(first, after, PARTS + 1).astype(np.intp)
+    noises = [float(np.sqrt(np.mean(rate[a:b] ** 2))) for a, b in zip(edges, edges[1:], strict=False)]
+    quietest = int(np.argmin(noises))
+    if noises[quietest] > STEADY * rate.max():
+        return None
+    noise = NORMAL * float(np.median(rate[first:after])) if noises[quietest] else 0.0
+    loud = first + np.flatnonzero(rate[first:after] > LOUD * noise)
+    middle = (edges[quietest] + edges[quietest + 1]) // 2
+    before, behind = loud[loud < middle], loud[loud > middle]
+    # Nothing moves before the first or after the last move of a record: what is loud there is an end of its smoothing.
+    begin = int(before[-1]) + 1 if before.size and first > 0 else first
+    end = int(behind[0]) - 1 if behind.size and after < rate.size else after - 1
+    return begin, end

@@ -1,0 +1,104 @@
+"""Rails that are not straight, as an excitation: the feet of the links move while the cart passes over them.
+
+A foot that moves by e(t) along its link changes the load of the link by -(k e + b e'), and so the force on the body.
+For linear links this is exactly an additional force on a body whose feet rest, and a correction of the loads. Both are
+linear between the stamps, of which the motion gets so many that the cart passes no wavelength in few of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError
+from guideload.machine.machine import Machine
+from guideload.motion.motion import Motion
+from guideload.motion.refinement import refined
+
+# Stamps in the shortest wavelength. The polygon through them deviates from a wave by (2 pi / 200)^2 / 8 of its
+# amplitude, 1.2e-4.
+STAMPS_PER_WAVE = 200
+MOST_STAMPS = 5_000_000  # some seconds of work, and some gigabytes for sixteen links
+
+
+@dataclass(frozen=True, eq=False)
+class Feet:
+    """Loads [N] (n, link) that the feet add to those of links with resting feet, at the stamps (n,) [s] of a motion.
+
+    elastic, damping: -k e and -b e', with the displacement e from the place at rest.
+    """
+
+    time: Array
+    elastic: Array
+    damping: Array
+
+    def loads(self, part: str, times: Array | None) -> Array:
+        """The loads (m, link) [N] at instants (m,) [s], by default the stamps. part: total, elastic or damping."""
+        loads = {"elastic": self.elastic, "damping": self.damping}.get(part)
+        loads = self.elastic + self.damping if loads is None else loads
+        if times is None:
+            return loads
+        # After a jump at an instant, as the core reports it.
+        after = np.clip(np.searchsorted(self.time, times, side="right"), 1, self.time.size - 1)
+        width = self.time[after] - self.time[after - 1]
+        share = np.divide(times - self.time[after - 1], width, out=np.ones(times.size), where=width > 0.0)
+        return np.asarray(loads[after - 1] + share[:, None] * (loads[after] - loads[after - 1]))
+
+
+def over_rails(machine: Machine, motion: Motion) -> tuple[Machine, Motion, Feet | None]:
+    """The machine that rests where the motion starts; the motion with the force of the feet; and the feet.
+
+    The same machine and motion, and None, if all rails are straight. Raises ArgumentError for links that are not linear
+    and for a motion without position, SceneError where a profile is not known.
+    """
+    if machine.has_straight_rails:
+        return machine, motion, None
+    rail = next(rail.name for rail in machine.rails if rail.profiles)
+    if machine.model_level != "linear":
+        raise ArgumentError(
+            f"rail {rail} is not straight, but the machine is {machine.model_level}: moving feet are computed for "
+            "linear links only; give the carriages one stiffness each, or take the largest error as mounting_error"
+        )
+    if machine.base is not None:
+        raise ArgumentError(
+            f"rail {rail} is not straight, and the base is elastic: moving feet are computed on a rigid base only; "
+            "leave [base] out, or put its compliance into the stiffness of the carriages"
+        )
+    if motion.position is None or motion.velocity is None:
+        raise ArgumentError(
+            f"rail {rail} is not straight: expected a motion with position and velocity of the cart, which say where "
+            "it is; this one has none"
+        )
+    machine = machine.model_copy(update={"rest_at": float(motion.position[0, 0])})
+    motion = _with_stamps(machine, motion, rail)
+    assert motion.position is not None and motion.velocity is not None
+    displacement, slope = machine.feet_at(motion.position[:, 0])
+    table = machine.link_table()
+    elastic = -table.stiffness * (displacement - displacement[0])
+    damping = -table.damping * slope * motion.velocity[:, :1]
+    rows = np.hstack([table.directions, np.cross(table.points, table.directions)])
+    force = -(elastic + damping) @ rows
+    wrench = force if motion.wrench is None else motion.wrench + force
+    notes = (*motion.notes, f"over rails that are not straight, with {motion.time.size} stamps")
+    return machine, replace(motion, wrench=wrench, notes=notes), Feet(motion.time, elastic, damping)
+
+
+def _with_stamps(machine: Machine, motion: Motion, rail: str) -> Motion:
+    """The motion with so many stamps that the feet are linear between them to `STAMPS_PER_WAVE`."""
+    assert motion.position is not None and motion.velocity is not None
+    shortest = min(profile.shortest for rail in machine.rails for profile in rail.profiles)
+    speed = np.abs(motion.velocity[:, 0])
+    way = np.maximum(
+        np.abs(np.diff(motion.position[:, 0])), np.maximum(speed[1:], speed[:-1]) * np.diff(motion.time)
+    )
+    wanted = np.ceil(way * STAMPS_PER_WAVE / shortest)
+    parts = np.maximum(wanted, 1.0)
+    if parts.sum() > MOST_STAMPS:
+        raise ArgumentError(
+            f"rail {rail}: its shortest wavelength is {shortest:g} m, and the cart passes it so often that the motion "
+            f"would need {parts.sum():.3g} stamps, more than {MOST_STAMPS}: take a longer shortest wavelength, points "
+            "farther apart, or a part of the motion"
+        )
+    return refined(motion, parts.astype(np.int64)) if parts.max() > 1.0 else motion

@@ -1,0 +1,132 @@
+"""Motion of the machine's points: displacement, velocity and acceleration in time, peaks, settling after moves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError
+from guideload.base.quantities import Quantities
+from guideload.machine.machine import DOFS, Machine
+from guideload.motion.standstill import MoveSpan, move_spans
+
+Row = tuple[str, tuple[str, ...], Array, str, str]
+DIMS = {
+    "point_displacement": ("time", "point", "axis"),
+    "point_velocity": ("time", "point", "axis"),
+    "point_acceleration": ("time", "point", "axis"),
+    "point_absolute_acceleration": ("time", "point", "axis"),
+    "static_point_displacement": ("point", "axis"),
+}
+WATCHED = 0.5  # periods of the lowest mode: shorter observation does not show that a vibration has settled
+
+
+def moved(machine: Machine, motion: Array) -> Array:
+    """u + phi x p (..., point, 3) of the machine's points, for motions (..., 6) of L: displacements or their rates."""
+    places = np.array([point.at for point in machine.points])
+    rows = np.zeros((len(places), 3, 6))  # d(displacement)/dq of every point
+    rows[:, :, :3] = np.eye(3)
+    rows[:, :, 3:] = np.cross(np.eye(3), places[:, None]).transpose(0, 2, 1)
+    return np.asarray((motion @ rows.reshape(-1, 6).T).reshape(*motion.shape[:-1], *places.shape))
+
+
+def point_rows(machine: Machine, known: Mapping[str, Array]) -> Iterator[Row]:
+    """The quantities of the points of a run, from those of L and of the cart by name; none without points."""
+    if not machine.points:
+        return
+    dims, frame = DIMS["point_displacement"], "in the carriage frame"
+    acceleration = moved(machine, known["acceleration"])
+    absolute = acceleration + known["cart_acceleration"][:, None]
+    place, static = moved(machine, known["displacement"]), moved(machine, known["static_displacement"])
+    yield "point_displacement", dims, place, "m", f"displacement {frame}, sag included"
+    yield "point_velocity", dims, moved(machine, known["velocity"]), "m/s", f"velocity {frame}"
+    yield "point_acceleration", dims, acceleration, "m/s2", f"acceleration {frame}"
+    yield "point_absolute_acceleration", dims, absolute, "m/s2", "acceleration with that of the cart"
+    yield "static_point_displacement", DIMS["static_point_displacement"], static, "m", "displacement at rest"
+
+
+def from_rest(machine: Machine, data: Quantities) -> Array:
+    """Displacement (time, point, 3) [m] from the place at rest, which process forces of the instant shift.
+
+    At rest under process forces the body is where its nominal stiffness and the forces balance.
+    """
+    moving = data["point_displacement"] - data["static_point_displacement"]
+    if "wrench" not in data:
+        return np.asarray(moving)
+    free = [DOFS.index(dof) for dof in machine.free]
+    stiffness = machine.nominal_scene.matrices()[0][2][np.ix_(free, free)]
+    shift = np.zeros((data["time"].size, 6))
+    shift[:, free] = np.linalg.solve(stiffness, data["wrench"][:, free].T).T
+    return np.asarray(moving - moved(machine, shift))
+
+
+def point_columns(data: Quantities) -> dict[str, Array]:
+    """The columns of `Result.points`, each (point,)."""
+    static = data["static_point_displacement"]
+    change = data["point_displacement"] - static
+    distance = np.linalg.norm(change, axis=2)
+    at = distance.argmax(axis=0)
+    columns = {
+        "sag_m": np.linalg.norm(static, axis=1),
+        "peak_m": distance.max(axis=0),
+        "time_of_peak_s": data["time"][at],
+    }
+    columns |= {f"peak_{axis}_m": np.abs(change[:, :, i]).max(axis=0) for i, axis in enumerate("xyz")}
+    for name, unit in (("velocity", "m_s"), ("acceleration", "m_s2"), ("absolute_acceleration", "m_s2")):
+        columns[f"peak_{name}_{unit}"] = np.linalg.norm(data[f"point_{name}"], axis=2).max(axis=0)
+    return columns
+
+
+@dataclass(frozen=True, eq=False)
+class Settling:
+    """Settling of a point after each move.
+
+    point   its name
+    window  m
+    spans   the moves, and the standstills after them
+    time    (move,) s from the end of the move until the point stays inside the window; nan if the standstill ends
+            before that is seen
+    """
+
+    point: str
+    window: float
+    spans: tuple[MoveSpan, ...]
+    time: Array
+
+
+def settling_of(
+    machine: Machine, data: Quantities, lowest_mode: float, window: float | None = None
+) -> tuple[Settling, ...]:
+    """The settling of every point with a window.
+
+    lowest_mode: Hz. window: m, for all points; by default each point's own settle_window. Raises ArgumentError for a
+    window that is not above 0.
+    """
+    if window is not None and not 0.0 < window < np.inf:
+        raise ArgumentError(f"window: expected a length above 0 m, got {window!r}")
+    windows = [one.settle_window if window is None else window for one in machine.points]
+    if not any(windows):
+        return ()
+    velocity = data["cart_velocity"] if "cart_velocity" in data else None
+    spans = tuple(move_spans(data["time"], data["cart_acceleration"], velocity))
+    distance = np.linalg.norm(from_rest(machine, data), axis=2)
+    watched = WATCHED / lowest_mode if lowest_mode else 0.0
+    found = []
+    for i, (point, limit) in enumerate(zip(machine.points, windows, strict=True)):
+        if limit is not None:
+            times = [_settled(data["time"], distance[:, i] > limit, span, watched) for span in spans]
+            found.append(Settling(point.name, limit, spans, np.array(times)))
+    return tuple(found)
+
+
+def _settled(time: Array, outside: Array, span: MoveSpan, watched: float) -> float:
+    """Time [s] from the end of a move until the point stays inside; nan if the standstill ends before that is seen."""
+    first, after = np.searchsorted(time, [span.end, span.until], side="left")
+    out = np.flatnonzero(outside[first : after + 1])
+    inside = first + (out[-1] + 1 if out.size else 0)
+    if inside > after or span.until - time[min(inside, time.size - 1)] < watched:
+        return float("nan")
+    return float(time[inside] - span.end)

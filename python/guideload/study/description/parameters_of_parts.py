@@ -1,0 +1,141 @@
+"""The numbers of rails, carriages and extra links that can vary, and the targets in the core's scene of each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from guideload.machine.components import Carriage, Link
+from guideload.machine.laws import Sides
+from guideload.machine.links import links_of
+from guideload.machine.machine import Machine
+
+Target = tuple[str, int, int | str]  # a number in the core's scene, see `_core.Batch`
+Targets = Sequence[tuple[Target, float]]  # with their factors
+AXES = ("x", "y", "z")
+# Stiffnesses against rotation: the axis of the links that resist it, and the distance that may stand in its place.
+STATED = (("pitch", "_y", "length"), ("yaw", "_z", "length"), ("roll", "_y", "width"))
+
+
+class Row(NamedTuple):
+    """A parameter of one part; if its link law has none, value is None and `need` says what the law needs."""
+
+    key: str
+    unit: str
+    floor: str
+    value: float | None
+    sets: Targets
+    need: str = ""
+
+
+def of_rail(machine: Machine, index: int) -> Iterator[Row]:
+    rail, carriages = machine.rails[index], np.flatnonzero(machine.rail_of_carriage == index).tolist()
+    for i, axis in enumerate(("y", "z")):
+        links = [(("point", k, i + 1), 1.0) for k in machine.links_of_rails[index].tolist()]
+        centers = [(("center", j, i + 1), 1.0) for j in carriages]
+        yield Row(f"position.{axis}", "m", "", rail.position[i], [*links, *centers])
+    yield Row(
+        "roll",
+        "rad",
+        "",
+        None,
+        [],
+        "a rail turned in the machine file: links of a study keep their directions",
+    )
+    yield from _of_mounting_error(machine, rail.mounting_error, machine.links_of_rails[index])
+
+
+def of_carriage(machine: Machine, i: int) -> Iterator[Row]:
+    carriage, first = machine.carriages[i], int(machine.links_of_carriages[i][0])
+    links = list(enumerate(links_of(carriage), first))
+    along: Targets = [(("point", k, 0), 1.0) for k, _ in links]
+    yield Row("x", "m", "", carriage.x, [*along, (("center", i, 0), 1.0)])
+    by_length = (carriage.stiffness_pitch is None, carriage.stiffness_yaw is None)
+    ends: Targets = [(("point", k, 0), link.end) for k, link in links if by_length[link.axis - 1]]
+    need = "a length, in place of stiffness_pitch and stiffness_yaw"
+    yield Row("length", "m", "> 0", carriage.length, ends, need)
+    own_z = machine.carriage_axes[i, 2].tolist()
+    rows: Targets = [(("point", k, j), link.row * own_z[j]) for k, link in links if link.row for j in (1, 2)]
+    yield Row("width", "m", "> 0", carriage.width, rows, "a width, in place of stiffness_roll")
+    for axis in (1, 2):
+        of_axis = [k for k, link in links if link.axis == axis]
+        damping = carriage.damping_shares[axis - 1] / len(of_axis)
+        spring = carriage, carriage.damping_in_contact, f"_{AXES[axis]}", of_axis, 1.0 / len(of_axis), damping
+        for row in _of_spring(*spring):
+            yield _if_linear(row, carriage, axis)
+    for rotation, suffix, distance in STATED:
+        need = f"{distance}, which can vary: stiffness_{rotation} is stiffness{suffix} {distance}^2/4"
+        yield Row(f"stiffness_{rotation}", "N m/rad", "> 0", None, [], need)
+    yield from _of_mounting_error(machine, carriage.mounting_error, machine.links_of_carriages[i])
+
+
+def _of_mounting_error(machine: Machine, error: Sequence[float], links: NDArray[np.int64]) -> Iterator[Row]:
+    directions = machine.link_table().directions
+    for i, axis in ((1, "y"), (2, "z")):
+        along = [(k, float(directions[k, i])) for k in links.tolist()]
+        sets = [(("offset", k, 0), share) for k, share in along if share != 0.0]
+        yield Row(f"mounting_error.{axis}", "m", "", error[i - 1], sets)
+
+
+def _if_linear(row: Row, carriage: Carriage, axis: int) -> Row:
+    """The row; without value if links or laws of the carriage do not depend linearly on it."""
+    suffix = f"_{AXES[axis]}"
+    if row.value is None or not row.key.startswith(("stiffness", "curve")):
+        return row
+    if getattr(carriage, f"compliance{suffix}"):
+        k = carriage.laws[axis - 1].stiffness
+        return row._replace(
+            value=None, need=f"the law with the structure, {k:.6g} N/m, in place of compliance{suffix}"
+        )
+    for rotation, of_suffix, distance in STATED:
+        if of_suffix == suffix and getattr(carriage, f"stiffness_{rotation}") is not None:
+            number = getattr(carriage.distances, rotation)
+            need = (
+                f"{distance} = {number:.9g} (m) in place of stiffness_{rotation}, which then varies with it"
+            )
+            return row._replace(value=None, need=need)
+    return row
+
+
+def of_link(index: int, link: Link) -> Iterator[Row]:
+    for i, axis in enumerate(AXES):
+        yield Row(f"point.{axis}", "m", "", link.point[i], [(("point", index, i), 1.0)])
+    yield from _of_spring(link, link.damping_in_contact, "", [index], 1.0, 1.0)
+
+
+def _of_spring(
+    part: Carriage | Link,
+    damping_in_contact: bool,
+    suffix: str,
+    links: Sequence[int],
+    share: float,
+    damping_share: float,
+) -> Iterator[Row]:
+    """The parameters of an elastic law and its damper; shares: parts of them in each of the core's links."""
+    stiffness, clearance, preload, curve, damping = (
+        getattr(part, f"{key}{suffix}") for key in ("stiffness", "clearance", "preload", "curve", "damping")
+    )
+    sides = stiffness if isinstance(stiffness, Sides) else None
+    # The core has no link that is damped in contact only and always in contact.
+    clear = preload is None and curve is None and (clearance > 0.0 or not damping_in_contact)
+
+    def of_law(
+        key: str, unit: str, floor: str, value: float | None, need: str, name: str, factor: float = share
+    ) -> Row:
+        return Row(key, unit, floor, value, [(("law", k, name), factor) for k in links], need)
+
+    need, by_side = "one stiffness, in place of a curve or of one per side", "a stiffness by side"
+    value = stiffness if isinstance(stiffness, float) else None
+    yield of_law(f"stiffness{suffix}", "N/m", "> 0", value, need, "stiffness")
+    for side in ("positive", "negative"):
+        value = getattr(sides, side, None)
+        yield of_law(f"stiffness{suffix}.{side}", "N/m", ">= 0", value, by_side, f"{side}_stiffness")
+    need = "a stiffness without preload, and a clearance above 0 if damping_in_contact is true"
+    yield of_law(f"clearance{suffix}", "m", ">= 0", clearance if clear else None, need, "clearance", 1.0)
+    yield of_law(f"preload{suffix}", "N", "> 0", preload, "a preload, and the rolling element", "preload")
+    yield of_law(f"curve{suffix}.scale", "1", "> 0", 1.0 if curve else None, "a curve", "scale", 1.0)
+    damper: list[tuple[Target, float]] = [(("damping", k, 0), damping_share) for k in links]
+    yield Row(f"damping{suffix}", "N s/m", ">= 0", damping, damper)

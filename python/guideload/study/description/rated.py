@@ -1,0 +1,127 @@
+"""Life and static safety in a study: how they follow from the loads of its samples, or why they do not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from guideload.base.arrays import Array
+from guideload.base.errors import LifeError
+from guideload.base.number_text import joined
+from guideload.life.arrangement import SIDE_BY_SIDE
+from guideload.life.criteria import Criteria, criteria_of, require_rated_moments
+from guideload.life.limits import limit_notes
+from guideload.life.mean_load import Travel
+from guideload.machine.machine import Machine
+from guideload.motion.motion import Motion
+from guideload.study.description.factors import Factor
+
+EXPONENT = 3.0  # of the mean load where no carriage has a rating
+LEAVE_OUT = 'or leave "load" out of quantities'
+
+
+@dataclass(frozen=True)
+class RatedStudy:
+    """Life and static safety in a study.
+
+    criteria  of the carriages with ratings; empty if neither is computed
+    reason    why not, or empty
+    notes     for the report: limits that the motion passes, what was left out, or why neither is computed
+    """
+
+    criteria: tuple[Criteria, ...] = ()
+    reason: str = ""
+    notes: tuple[str, ...] = ()
+
+    @property
+    def exponent(self) -> float:
+        """Exponent of the mean load."""
+        return self.criteria[0].rating.exponent if self.criteria else EXPONENT
+
+
+def rated_study(
+    machine: Machine, motion: Motion, factors: Sequence[Factor], cases: Array | None
+) -> RatedStudy:
+    """Life and static safety of the carriages whose products have ratings, by the machine's table [life]."""
+    try:
+        criteria = criteria_of(machine, machine.life)
+        _require_possible(machine, motion, criteria, factors, cases)
+    except LifeError as error:
+        told = any(machine.product_of_carriage)
+        notes = (f"Life and static safety are not computed: {error}.",) if told else ()
+        return RatedStudy(reason=str(error), notes=notes)
+    assert motion.velocity is not None
+    travel = Travel(motion.time, motion.velocity[:, 0], motion.acceleration[:, 0])
+    found = limit_notes(machine, criteria, travel, motion.position)
+    return RatedStudy(criteria, notes=tuple(f"Note: {note}." for note in found))
+
+
+def _require_possible(
+    machine: Machine,
+    motion: Motion,
+    criteria: Sequence[Criteria],
+    factors: Sequence[Factor],
+    cases: Array | None,
+) -> None:
+    """Raise LifeError if the life of the samples cannot be computed from one rule for each carriage."""
+    if motion.velocity is None:
+        raise LifeError("the motion has no velocity, and the mean load is a mean over distance")
+    if not motion.velocity[:, 0].any():
+        raise LifeError("the cart does not move along x, so there is no mean load over distance")
+    exponents = {one.rating.exponent: one.name for one in reversed(criteria)}
+    if len(exponents) > 1:
+        found = joined(f"{exponent:.4g} (carriage {name})" for exponent, name in sorted(exponents.items()))
+        raise LifeError(
+            f"the mean loads of a study have one exponent, but the ratings have {found}: run a study of the machine "
+            f"with products of each exponent, {LEAVE_OUT}"
+        )
+    for one in criteria:
+        require_rated_moments(machine, one)
+    places = machine.carriage_centers[:, 0] + np.zeros((2, 1))  # (2, carriage): smallest and largest x
+    for path, ends in _places(machine, factors, cases):
+        places[:, path] = ends
+    for i, j in combinations(range(len(machine.carriages)), 2):
+        _require_arrangement(machine, places[:, i], places[:, j], i, j)
+
+
+def _places(
+    machine: Machine, factors: Sequence[Factor], cases: Array | None
+) -> Iterator[tuple[int, tuple[float, float]]]:
+    """Index of each carriage whose x varies, and the smallest and largest x of the samples."""
+    index = {f"carriages[{carriage.name}].x": i for i, carriage in enumerate(machine.carriages)}
+    index |= {f'carriages["{carriage.name}"].x': i for i, carriage in enumerate(machine.carriages)}
+    for column, factor in enumerate(factors):
+        for target in factor.targets:
+            if target in index:
+                i = index[target]
+                if factor.marginal is not None:
+                    low, high = factor.marginal.reach
+                else:
+                    assert cases is not None
+                    low, high = float(cases[:, column].min()), float(cases[:, column].max())
+                x = machine.carriages[i].x
+                scale, shift = {"value": (1.0, 0.0), "factor": (x, 0.0), "shift": (1.0, x)}[factor.form]
+                ends = sorted((scale * low + shift, scale * high + shift))
+                yield i, (ends[0], ends[1])
+
+
+def _require_arrangement(machine: Machine, one: Array, other: Array, i: int, j: int) -> None:
+    """Raise LifeError if two carriages of a rail are side by side in some samples only."""
+    lengths = [
+        (product.carriage_length or 0.0) if product else 0.0
+        for product in (machine.product_of_carriage[k] for k in (i, j))
+    ]
+    if machine.rail_of_carriage[i] != machine.rail_of_carriage[j] or not any(lengths):
+        return
+    near = SIDE_BY_SIDE * max(lengths)
+    gaps = np.array([one[0] - other[1], other[0] - one[1]])
+    closest, farthest = max(0.0, float(gaps.max())), float(-gaps.min())
+    if closest <= near < farthest:
+        names = joined(machine.carriages[k].name for k in (i, j))
+        raise LifeError(
+            f"carriages {names} are side by side (at most {near:.3g} m apart) in some samples and apart in others, "
+            f"which changes f_C and the rule: narrow the distribution of x, {LEAVE_OUT}"
+        )

@@ -1,0 +1,120 @@
+"""Process forces on the command line: wherever a motion is taken, in a file of their own or in columns of the trace."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from command_line import MACHINE, guideload, refused, write_trace
+
+from guideload import Machine, Motion, Result, Study, read_forces, simulate
+from guideload.cli.inputs import EXAMPLES, read_motion
+
+POINT = '[[points]]\nname = "tool"\nat = ["100 mm", "-800 mm", "200 mm"]\naxes = [[0, 0, 1], [1, 0, 0]]\n'
+MOVE = "distance=0.4 m, speed=1 m/s, acceleration=4 m/s^2, jerk=200 m/s^3, dwell=0.5 s"
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A machine with a point, a trace, and the trace with columns of forces, in the working directory."""
+    monkeypatch.chdir(tmp_path)
+    text = Path(MACHINE).read_text(encoding="utf-8")
+    Path("machine.toml").write_text(f"{text}\n{POINT}", encoding="utf-8")
+    write_trace(tmp_path / "trace.csv", 900, 0.2)
+    rows = pd.read_csv("trace.csv")
+    rows["Fx [N]"] = 800.0 * np.sin(300.0 * rows["time_s"])
+    rows["Mz [N m]"] = 50.0
+    rows.to_csv("both.csv", index=False)
+    rows.drop(columns="velocity_m_s").to_csv("forces.csv", index=False)
+    return tmp_path
+
+
+def loads(*arguments: str) -> Result:
+    guideload("run", "machine.toml", *arguments, "-o", "out", "--no-pictures", "--overwrite")
+    return Result.load("out/loads.nc")
+
+
+def test_a_file_of_its_own_and_columns_of_the_trace_agree() -> None:
+    """With the same stamps both are the run in Python, to the bit."""
+    own = loads("trace.csv", "--forces", "forces.csv", "--forces-at", "tool", "--forces-axes", "point").data
+    machine = Machine.from_toml("machine.toml")
+    motion = read_motion(Path("trace.csv"), machine)
+    forced = motion.with_forces(read_forces("forces.csv"), machine.point("tool"), own_axes=True)
+    assert np.array_equal(own["force"], simulate(machine, forced).data["force"])
+    assert np.array_equal(own["wrench"], forced.wrench)
+    for given in (["--forces-at", "tool"], ["--forces", "both.csv", "--forces-at", "tool"]):
+        columns = loads("both.csv", "--column", "velocity_m_s", *given, "--forces-axes", "point").data
+        assert np.array_equal(columns["force"], own["force"])
+    assert (
+        "process forces of forces.csv at tool"
+        in guideload(
+            "check", "machine.toml", "trace.csv", "--forces", "forces.csv", "--forces-at", "tool"
+        ).stdout
+    )
+
+
+@pytest.mark.parametrize(
+    "command",
+    ["life", "size --from catalogue.toml --product HGH25CA", "limit --of pace", "compare", "stability",
+     "chart --budget 1 --no-pictures"],
+)  # fmt: skip
+def test_other_commands_take_forces(command: str) -> None:
+    name, *options = command.split()
+    Path("catalogue.toml").write_bytes((EXAMPLES / "catalogue.toml").read_bytes())
+    traces = ["trace.csv", "both.csv", "--column", "velocity_m_s"] if name == "compare" else ["trace.csv"]
+    forces = ["--forces", "forces.csv", "--forces-at", "tool"]
+    if name in ("life", "limit"):
+        text = Path("machine.toml").read_text(encoding="utf-8")
+        text = f'catalogue = "catalogue.toml"\n{text}'.replace(
+            "[[carriages]]\n", '[[carriages]]\nproduct = "HGH25CA"\npreload_class = "ZA"\n'
+        )
+        Path("machine.toml").write_text(text, encoding="utf-8")
+    assert guideload(name, "machine.toml", *traces, *forces, *options).stdout
+
+
+def test_planned_moves_take_forces() -> None:
+    data = loads(
+        "--move", MOVE, "--forces", "forces.csv", "--forces-at", "tool", "--forces-start", "50 ms"
+    ).data
+    assert data.attrs["motion_notes"].count("process forces") == 1
+
+
+def test_a_study_takes_forces() -> None:
+    text = 'machine = "machine.toml"\ntrace = "trace.csv"\nsamples = 2\nseed = 1\n'
+    vary = '[[vary]]\npath = "body.mass"\ndistribution = "normal"\nsigma = "1 %"\n'
+    forces = '[forces]\nfile = "forces.csv"\nat = "tool"\naxes = "point"\n'
+    Path("study.toml").write_text(text + forces + vary, encoding="utf-8")
+    study, machine = Study.from_toml("study.toml"), Machine.from_toml("machine.toml")
+    motion = read_motion(
+        Path("trace.csv"), machine, forces=Path("forces.csv"), forces_at="tool", forces_axes="point"
+    )
+    assert isinstance(motion, Motion) and np.array_equal(study.motion.wrench, motion.wrench)  # type: ignore[arg-type]
+    assert Path("forces.csv") in study.inputs
+    Path("study.toml").write_text(text + forces.replace("forces.csv", "none.csv") + vary, encoding="utf-8")
+    assert "forces.file: expected a file that exists" in refused("study", "study.toml", "-o", "study")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["trace.csv", "--forces", "forces.csv"], "Give a point of the machine file: --forces-at NAME"),
+        (["trace.csv", "--forces", "forces.csv", "--forces-at", "spindle"], "got 'spindle'; it has tool"),
+        (["--move", MOVE, "--forces-at", "tool"], "give their file with --forces FILE"),
+        (["trace.csv", "--forces-at", "tool"], "expected columns of forces"),
+        (["both.csv", "--column", "velocity_m_s", "--forces-at", "tool", "--clock", "uniform"], "--clock uniform"),
+        (["trace.csv", "--forces", "forces.csv", "--forces-at", "tool", "--forces-start", "1 mm"], "--forces-start"),
+        (["trace.csv", "--forces", "forces.csv", "--forces-at", "tool", "--forces-start", "1"], "expected no forces"),
+    ],
+)  # fmt: skip
+def test_what_would_be_ignored_is_refused(arguments: list[str], words: str) -> None:
+    assert words in refused("run", "machine.toml", *arguments, "-o", "out")
+
+
+def test_refusals_of_other_commands() -> None:
+    moves = ["--move", MOVE, "--forces", "forces.csv", "--forces-at", "tool"]
+    assert "plans the moves anew" in refused("limit", "machine.toml", *moves, "--of", "jerk")
+    for command in ("check", "stability"):
+        assert "--forces-at needs a trace" in refused(command, "machine.toml", "--forces-at", "tool")
+        assert "--unit needs a trace" in refused(command, "machine.toml", "--unit", "mm")

@@ -1,0 +1,55 @@
+"""The machine files that `guideload init --kind` writes: each is a machine and runs with the example moves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import guideload, refused
+
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.machine_kinds import KINDS
+from guideload.machine.machine import Machine
+from guideload.machine.modes import Modes
+from guideload.motion.moves import Moves
+from guideload.simulation.simulation import simulate
+
+
+def written(tmp_path: Path, kind: str) -> Machine:
+    path = tmp_path / "machine.toml"
+    guideload("init", path, "--kind", kind)
+    return Machine.from_toml(path)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_kind_is_a_machine_that_moves(tmp_path: Path, kind: str) -> None:
+    machine = written(tmp_path, kind)
+    assert Modes.of(machine).damping_ratio.max() < 0.12
+    result = simulate(machine, Moves.from_toml(EXAMPLES / "moves.toml").motion())
+    assert not result.audit.doubts
+    weight = machine.body.mass * np.array(machine.gravity)
+    carried = result.quantities["static_force"].sum(axis=0)
+    carried[0] -= result.quantities["static_reaction"][0]  # of held x: the drive
+    assert carried == pytest.approx(weight, rel=1e-9, abs=1e-6)
+
+
+def test_two_rails_is_the_default(tmp_path: Path) -> None:
+    machine = written(tmp_path, "two-rails")
+    assert machine == Machine.from_toml(EXAMPLES / "machine.toml")
+
+
+def test_the_drive_of_a_vertical_axis_holds_the_weight(tmp_path: Path) -> None:
+    machine = written(tmp_path, "vertical")
+    assert len(machine.rails) == 1 and all(one.resists_roll for one in machine.carriages)
+    assert machine.scene.static_reaction()[0] == pytest.approx(machine.body.mass * 9.80665, rel=1e-12)
+
+
+def test_a_kind_is_of_a_machine(tmp_path: Path) -> None:
+    assert "--study writes another file" in refused(
+        "init", tmp_path / "s.toml", "--kind", "vertical", "--study"
+    )
+    written(tmp_path, "gantry")
+    assert "guideload init NAME.toml --kind gantry" in refused(
+        "init", tmp_path / "machine.toml", "--kind", "gantry"
+    )

@@ -1,0 +1,169 @@
+"""Duty cycles: damage adds up as in one long record, and what cannot be added is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from lives import cart, moved
+from moves import GENTLE
+
+from guideload import LoadCase, duty_cycle, life_of, simulate
+from guideload.base.errors import ArgumentError, ConfigError, LifeError
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.main import main
+from guideload.duty.duty_cycle import DutyCycle
+from guideload.life.mean_load import integrals
+from guideload.life.rating_life import system_life
+from guideload.machine.machine import Machine
+from guideload.motion.motion import Motion
+
+MOTION = moved(GENTLE, 500.0)
+
+
+def loaded(machine: Machine, mass: float) -> Machine:
+    return machine.model_copy(update={"body": machine.body.model_copy(update={"mass": mass})})
+
+
+def cases(**life: Any) -> list[LoadCase]:
+    machine = cart(life=life)
+    return [
+        LoadCase("empty", machine, MOTION, 30.0),
+        LoadCase("full", loaded(machine, 2000.0), MOTION, 45.0),
+    ]
+
+
+def test_a_case_in_two_parts_is_that_case() -> None:
+    machine = cart()
+    parts = duty_cycle([LoadCase("a", machine, MOTION, 10.0), LoadCase("b", machine, MOTION, 30.0)])
+    whole = life_of(simulate(machine, MOTION))
+    np.testing.assert_allclose(parts.carriage_lives, [one.life for one in whole.carriages], rtol=1e-13)
+    assert parts.machine_life == pytest.approx(whole.machine, rel=1e-13)
+    np.testing.assert_allclose(parts.shares, [0.25, 0.75], rtol=1e-13)
+    once = duty_cycle([LoadCase("a", machine, MOTION, 1.0)], period=float(np.ptp(MOTION.time)))
+    assert once.hours(once.machine_life) == pytest.approx(whole.hours(whole.machine), rel=1e-13)
+
+
+def test_the_life_together_is_that_under_the_mean_load_of_all_cycles() -> None:
+    """The integrals of P^p over all cycles, one after the other, give the mean load; the rating formula the life."""
+    given = cases(reliability=0.95, life="4000 km")
+    duty = duty_cycle(given)
+    for k, one in enumerate(duty.carriages):
+        power = path = 0.0
+        for case, life in zip(given, duty.lives, strict=True):
+            loads = np.ascontiguousarray(simulate(case.machine, MOTION).carriage_loads[:, k])
+            found = integrals(life.record.travel, loads, one.rule, 3.0)
+            power, path = power + case.cycles * found[0].sum(), path + case.cycles * found[1].sum()
+        assert duty.mean_loads[k] == pytest.approx((power / path) ** (1 / 3), rel=1e-12)
+        assert duty.carriage_lives[k] == pytest.approx(float(one.life_under(duty.mean_loads[k])), rel=1e-12)
+    assert duty.machine_life == float(system_life(duty.carriage_lives))
+    assert duty.failure_probability(duty.machine_life) == pytest.approx(0.05, rel=1e-12)
+    table = duty.table()
+    np.testing.assert_allclose(table["share_of_damage"].groupby("carriage").sum(), 1.0, rtol=1e-13)
+    name, worst = duty.worst
+    assert worst.static.safety == table["static_safety"].min()
+    assert table["static_safety"].idxmin() == (name, worst.name)
+
+
+def test_cases_that_do_not_add_up_are_refused() -> None:
+    one, other = cases()
+    with pytest.raises(ArgumentError, match=r"take 529\.5 s, longer than the period of 60 s"):
+        duty_cycle([one, other], period=60.0)
+    judged = LoadCase("strict", cart(life={"reliability": 0.99}), MOTION, 1.0)
+    with pytest.raises(
+        ArgumentError, match=r"empty and strict have different conditions in the table \[life\]"
+    ):
+        duty_cycle([one, judged])
+    bare = [c.model_copy(update={"product": None} if c.name == "1a" else {}) for c in one.machine.carriages]
+    partly = one.machine.model_copy(update={"carriages": bare})
+    with pytest.raises(ArgumentError, match="different carriages with ratings"):
+        duty_cycle([one, LoadCase("partly", partly, MOTION, 1.0)])
+    still = Motion.along_x([0.0, 1.0], [0.0, 0.0], velocity=[0.0, 0.0])
+    with pytest.raises(LifeError, match="case still: the cart does not move"):
+        duty_cycle([one, LoadCase("still", one.machine, still, 1.0)])
+    with pytest.raises(ArgumentError, match="more than 0 cycles"):
+        duty_cycle([LoadCase("none", one.machine, MOTION, 0.0)])
+
+
+DUTY = """\
+machine = "machine.toml"
+period = "8 h"
+[[cases]]
+name = "empty"
+motion = "moves.toml"
+cycles = 400
+[[cases]]
+name = "full"
+motion = "manipulator.csv"
+cycles = 800
+change = { body = { mass = "1500 kg" } }
+reading = { smoothing = "savitzky_golay", window = "50 ms" }
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    """A duty file, with machine, trace and moves beside it."""
+    for name in ("catalogue.toml", "manipulator.csv", "moves.toml"):
+        (tmp_path / name).write_bytes((EXAMPLES / name).read_bytes())
+    text = (EXAMPLES / "manipulator.toml").read_text(encoding="utf-8")
+    text = text.replace('name = "Clamping', 'catalogue = "catalogue.toml"\nname = "Clamping')
+    text = text.replace("stiffness_y", 'product = "HGH25CA"\npreload_class = "ZA"\nstiffness_y')
+    (tmp_path / "machine.toml").write_text(text, encoding="utf-8")
+    (tmp_path / "duty.toml").write_text(DUTY, encoding="utf-8")
+    return tmp_path / "duty.toml"
+
+
+def guideload(*arguments: object) -> tuple[int, str]:
+    ended = CliRunner().invoke(main, [str(argument) for argument in arguments], catch_exceptions=False)
+    return ended.exit_code, " ".join(ended.output.split())
+
+
+def test_the_command_tells_life_shares_and_the_worst_case(file: Path) -> None:
+    page = file.parent / "duty.html"
+    code, text = guideload("duty", file, "--report", page)
+    assert code == 0, text
+    duty = DutyCycle.from_toml(file)
+    assert duty.cases[1].machine.body.mass == 1500.0 and duty.cases[0].machine.body.mass == 1250.0
+    assert f"all carriages last {1e-3 * duty.machine_life:.0f} km" in text
+    assert f"uses {100 * duty.shares.max():.1f} % of the life" in text and f"in case {duty.worst[0]}" in text
+    assert "empty and full: HGH25CA: not compared with the maker's page" in text
+    assert "Duty cycle" in page.read_text(encoding="utf-8").replace("duty cycle", "Duty cycle")
+    code, text = guideload("duty", file, "--report", page)
+    assert code == 2 and "--overwrite" in text
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('name = "full"', 'name = "empty"', "cases: expected a unique name of each case"),
+        ("moves.toml", "none.toml", "row 5: cases[0].motion: expected a file that exists"),
+        ('machine = "machine.toml"\n', "", "cases[0]: expected a machine file"),
+        ('mass = "1500 kg"', "mass = 0", "row 11: cases[1].change.body.mass: expected > 0 kg"),
+        ('mass = "1500 kg"', 'weight = "1 kg"', "row 11: cases[1].change.body.weight: expected a known key"),
+        ("cycles = 400", "cycles = 0", "row 6: cases[0].cycles: expected > 0"),
+        (
+            'reading = { smoothing = "savitzky_golay", window = "50 ms" }',
+            "reading = { rte = 3 }",
+            "cases[1].reading.rte",
+        ),
+    ],
+)
+def test_refusals_name_row_and_key(file: Path, old: str, new: str, words: str) -> None:
+    file.write_text(DUTY.replace(old, new), encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        DutyCycle.from_toml(file)
+    assert words in str(caught.value) and "duty.toml" in str(caught.value)
+    code, text = guideload("duty", file)
+    assert code == 2 and "Traceback" not in text
+
+
+def test_the_schema_has_the_keys_of_a_case() -> None:
+    schema = json.loads(CliRunner().invoke(main, ["schema", "duty"]).stdout)
+    assert {"name", "motion", "cycles", "machine", "change", "reading"} == set(
+        schema["$defs"]["CaseFile"]["properties"]
+    )

@@ -1,0 +1,98 @@
+"""Mounting errors of rails and carriages: displacements of the feet of links, which load a machine at rest."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from reference import cart, cart_clear, cycle, preloaded
+
+from guideload import Machine, Result, Study, run_study, simulate
+from guideload.reports.machine import machine_report
+
+
+def mounted(machine: Machine, rail: Any = (0.0, 0.0), carriage: Any = (0.0, 0.0)) -> Machine:
+    """The machine with mounting errors of its rail 2 and its carriage 2b."""
+    rails = [
+        one.model_copy(update={"mounting_error": rail} if one.name == "2" else {}) for one in machine.rails
+    ]
+    carriages = [
+        one.model_copy(update={"mounting_error": carriage} if one.name == "2b" else {})
+        for one in machine.carriages
+    ]
+    return machine.model_copy(update={"rails": tuple(rails), "carriages": tuple(carriages)})
+
+
+def static_loads(machine: Machine) -> np.ndarray:
+    return machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_centers)
+
+
+@pytest.mark.parametrize("make", [cart, cart_clear, preloaded])
+def test_a_rail_that_is_too_high_everywhere_turns_the_body(make: Any) -> None:
+    """Two straight rails of unequal height are one tilted plane: no load, and a rotation by height over distance."""
+    straight, high = make(), mounted(make(), rail=(70e-6, 0.0))
+    np.testing.assert_allclose(static_loads(high), static_loads(straight), atol=1e-6)
+    turned = high.scene.static_position() - straight.scene.static_position()
+    assert turned[3] == pytest.approx(-70e-6 / 0.7, rel=1e-6)
+    # The rails are at y = 50 mm, where the rotation moves nothing along z.
+    np.testing.assert_allclose(turned, [0, 35e-6, 5e-6, -1e-4, 0, 0], atol=1e-10)
+
+
+def test_a_carriage_that_is_too_high_twists_the_body() -> None:
+    """Four equal springs at the corners of a rectangle: one foot by e makes +-k e/4 at each corner."""
+    error = 20e-6
+    change = static_loads(mounted(cart(), carriage=(error, 0.0))) - static_loads(cart())
+    vertical = 1.2e8 * error / 4.0
+    # Each carriage is itself two springs 120 mm apart, so it resists the pitch of the body a little.
+    np.testing.assert_allclose(change[:, 1], vertical * np.array([-1.0, 1.0, 1.0, -1.0]), rtol=0.02)
+    assert change[:, 1].sum() == pytest.approx(0.0, abs=1e-8 * vertical)
+
+
+def test_errors_of_rail_and_carriage_add_up() -> None:
+    table = mounted(cart(), rail=("20 um", "-5 um"), carriage=(1e-6, 2e-6)).link_table()
+    of = {name: offset for name, offset in zip(table.names, table.offsets, strict=True)}
+    assert of["2b:-y"] == of["2b:+y"] == pytest.approx(21e-6)
+    assert of["2b:+z"] == pytest.approx(-3e-6)
+    assert of["2a:+y"] == 20e-6
+    assert of["1a:-y"] == of["1b:+z"] == 0.0
+
+
+@pytest.mark.parametrize("make", [cart, cart_clear, preloaded])
+def test_a_result_with_mounting_errors_balances_and_can_be_stored(make: Any, tmp_path: Path) -> None:
+    machine = mounted(make(), rail=(3e-6, 2e-6), carriage=(-4e-6, 3e-6))
+    result = simulate(machine, cycle())
+    assert not result.audit.doubts
+    assert result.audit.force_balance.holds
+    energy = result.audit.energy
+    assert energy is not None and energy.residual < 1e-3
+    result.to_netcdf(tmp_path / "result.nc")
+    again = Result.load(tmp_path / "result.nc")
+    assert again.machine == machine
+    assert again.audit.force_balance.holds
+
+
+@pytest.mark.parametrize("make", [cart, cart_clear])
+def test_a_study_varies_mounting_errors(make: Any) -> None:
+    motion = cycle()
+    errors = [(0.0, 0.0), (5e-6, -3e-6), (-8e-6, 2e-6)]
+    cases = {
+        "rails[2].mounting_error.y [um]": [1e6 * y for y, _ in errors],
+        "carriages[2b].mounting_error.z [um]": [1e6 * z for _, z in errors],
+    }
+    machine = mounted(make(), carriage=(2e-6, 1e-6))
+    study = Study(machine=machine, motion=motion, cases=pd.DataFrame(cases), quantities=("resultant",))
+    found = run_study(study).table()
+    for i, (y, z) in enumerate(errors):
+        one = mounted(make(), rail=(y, 0.0), carriage=(2e-6, z))
+        peaks = simulate(one, motion).peaks()["peak_resultant_N"].to_dict()
+        for name in ("1a", "2b"):
+            assert found[f"max_resultant_N[{name}]"][i] == pytest.approx(peaks[name], rel=1e-6)
+
+
+def test_the_report_tells_mounting_errors() -> None:
+    report = machine_report(mounted(cart(), rail=(20e-6, -5e-6), carriage=(0.0, 3e-6)))
+    assert "mounting errors (y, z): rail 2 (20, -5) um, carriage 2b (0, 3) um" in report
+    assert "mounting errors" not in machine_report(cart())

@@ -1,0 +1,92 @@
+"""Pictures of long records: no value is lost in the overview, and the worst cycle is the one with the peak."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+from matplotlib.collections import PolyCollection
+from reference import cart, cycle
+
+from guideload import Moves, PointOfInterest, Result, plots, simulate
+from guideload.html_report import run_page
+from guideload.plots.long_records import is_long, thinned, worst_cycle
+
+LIMITS = {"speed": 1.0, "acceleration": 5.0, "jerk": 200.0}
+
+
+@pytest.fixture(scope="module")
+def long() -> Result:
+    """Twelve cycles of a calm and a brisk move, known exactly; the brisk moves have the largest load."""
+    calm, brisk = {"distance": 0.6, "acceleration": 1.0, "dwell": 0.4}, {"target": 0.0, "dwell": 0.4}
+    point = PointOfInterest(name="tool", at=(0.3, -1.0, 0.4), settle_window=1e-6)
+    motion = Moves(limits=LIMITS, moves=[calm, brisk], repeat=12).motion()
+    return simulate(cart().model_copy(update={"points": [point]}), motion)
+
+
+@pytest.mark.parametrize("count", [1, 10, 1500, 1501, 24_840])
+def test_an_envelope_has_every_extreme(count: int) -> None:
+    values = np.random.default_rng(count).normal(size=count)
+    time = np.arange(count) / 1e3
+    columns, [(low, high)] = thinned(time, values)
+    assert columns.size <= 1500 and columns[0] == 0.0
+    index = np.searchsorted(columns, time, side="right") - 1
+    assert (low[index] <= values).all() and (values <= high[index]).all()
+    assert (low.min(), high.max()) == (values.min(), values.max())
+
+
+def test_the_worst_cycle_is_that_of_the_peak(long: Result) -> None:
+    """From the start of its move to the end of its standstill, with a margin on either side within the record."""
+    assert is_long(long) and not is_long(simulate(cart(), cycle()))
+    time, resultant = long.quantities["time"], long.quantities["resultant"].max(axis=1)
+    part = worst_cycle(long)
+    assert resultant[part].max() == resultant.max()
+    length = 0.6 / 1.0 + 1.0 / 5.0 + 5.0 / 200.0 + 0.4
+    assert 1.03 * length - 2e-3 <= time[part][-1] - time[part][0] <= 1.06 * length + 2e-3
+
+
+@pytest.mark.parametrize("draw", [plots.resultant, plots.moments])
+def test_overview_and_cycle_show_the_same_peak(long: Result, draw: object) -> None:
+    above, below = draw(long).figure.axes  # type: ignore[operator]
+    names = {f"carriage {name}" for name in long.quantities["carriage"]}
+    areas = [part for part in above.collections if isinstance(part, PolyCollection)]
+    assert len(areas) == len(names) == 4
+    top = max(area.get_paths()[0].vertices[:, 1].max() for area in areas)
+    drawn = max(float(np.max(line.get_ydata())) for line in below.lines if np.size(line.get_ydata()))
+    assert drawn == pytest.approx(top, rel=1e-12)
+    assert below.get_title("left").startswith("Worst cycle")
+    assert below.get_xlim()[1] - below.get_xlim()[0] < 0.1 * np.ptp(above.get_xlim())
+
+
+def test_paper_figures_have_the_cycle_beside_each_load(long: Result) -> None:
+    axes = plots.paper_figures(long)
+    titles = [ax.get_title("left") for ax in axes]
+    assert titles[1:3] == ["Carriage 1a, y", "Carriage 1a, z"]
+    assert titles[9:11] == ["Carriage 1a, y, worst cycle", "Carriage 1a, z, worst cycle"]
+    assert len(axes) == 17
+    assert len(plots.load_y(long, "1a").figure.axes) == 2
+
+
+def test_short_records_are_drawn_as_lines() -> None:
+    short = simulate(cart(), cycle())
+    ax = plots.resultant(short)
+    assert np.array_equal(ax.lines[0].get_xdata(), short.quantities["time"]) and len(ax.figure.axes) == 1
+    assert len(plots.paper_figures(short)) == 9
+
+
+def test_points_are_drawn_in_micrometres(long: Result) -> None:
+    overview, closer, spectrum = plots.points(long)
+    data = long.quantities
+    moving = 1e6 * (data["point_displacement"] - data["static_point_displacement"])[:, 0]
+    assert overview.collections and np.array_equal(closer.lines[0].get_ydata(), moving[worst_cycle(long), 0])
+    frequency, density = (np.asarray(values) for values in spectrum.lines[0].get_data())
+    assert frequency.size == density.size and spectrum.get_xscale() == "log"
+    with pytest.raises(ValueError, match="no points to draw"):
+        plots.points(simulate(cart(), cycle()))
+
+
+def test_the_html_report_enlarges_the_worst_cycle(long: Result) -> None:
+    titles = re.findall(r'"title": ("[^"]*")', run_page(long))
+    assert any(json.loads(title).startswith("Resultant around the largest load") for title in titles)

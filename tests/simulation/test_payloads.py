@@ -1,0 +1,194 @@
+"""Payloads that come and go: the law of a change, closed forms, and results that agree with those of fixed masses."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import reference as ref
+
+from guideload import Body, Link, Machine, Motion, Result, peak_loads, simulate
+from guideload.base.errors import ArgumentError, ConfigError
+from guideload.machine.payloads import Payload
+
+INERTIA = ((1.5, 0.0, 0.0), (0.0, 1.2, 0.0), (0.0, 0.0, 0.9))
+
+
+def payload(**values: Any) -> Payload:
+    given = {"name": "part", "mass": 90.0, "center_of_mass": (0.3, 0.25, -0.1), "inertia": INERTIA}
+    return Payload(**(given | values))
+
+
+def carrying(machine: Machine, *payloads: Payload) -> Machine:
+    return machine.model_copy(update={"payloads": payloads})
+
+
+def one_dof(**payloads: Any) -> Machine:
+    """20 kg on one vertical spring of 80 kN/m and a damper of 200 N s/m."""
+    up = Link(name="spring", point=(0.0, 0.0, 0.0), direction=(0.0, 1.0, 0.0), stiffness=8e4, damping=200.0)
+    body = Body(mass=20.0, center_of_mass=(0.0, 0.0, 0.0), inertia=INERTIA)
+    return Machine(body=body, links=[up], free=("y",), **payloads)
+
+
+def still(duration: float, rate: float = 1000.0) -> Motion:
+    time = np.arange(int(duration * rate) + 1) / rate
+    return Motion.along_x(time, np.zeros(time.size))
+
+
+def test_a_payload_picked_up_at_rest_gives_the_step_response_of_the_textbook():
+    part = payload(mass=5.0, center_of_mass=(0.0, 0.0, 0.0), times=[(0.1, 9.0)])
+    result = simulate(one_dof(payloads=[part]), still(1.0))
+    time, load = result.quantities["time"], result.quantities["link_load"][:, 0]
+    elastic = result.quantities["link_load_elastic"][:, 0]
+    after = np.flatnonzero(time == 0.1)[1]
+    mass, k, b, g = 25.0, 8e4, 200.0, 9.80665
+    omega, decay = np.sqrt(k / mass - (b / (2.0 * mass)) ** 2), b / (2.0 * mass)
+    since = time[after:] - 0.1
+    step = 1.0 - np.exp(-decay * since) * (np.cos(omega * since) + decay / omega * np.sin(omega * since))
+    expected = -20.0 * g - 5.0 * g * step
+    np.testing.assert_allclose(elastic[after:], expected, rtol=0.0, atol=1e-10 * 25.0 * g)
+    np.testing.assert_allclose(load[:after], -20.0 * g, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "machine", [ref.cart(), ref.cart_clear(), ref.preloaded()], ids=["linear", "clear", "preload"]
+)
+def test_stretches_are_runs_of_machines_with_fixed_masses(machine: Machine):
+    motion = ref.piece(ref.cycle(), 500, 1200)
+    part = payload(times=[(0.75, 1.0)])
+    result = simulate(carrying(machine, part), motion, rtol=1e-10)
+    data, time = result.quantities, result.quantities["time"]
+    grip, release = (int(np.flatnonzero(time == at)[1]) for at in (0.75, 1.0))
+    alone = simulate(machine, motion, rtol=1e-10).quantities
+    # Before the first change it is the run without payload.
+    size = np.abs(alone["link_load"]).max()
+    np.testing.assert_allclose(
+        data["link_load"][:grip], alone["link_load"][:grip], rtol=0.0, atol=1e-9 * size
+    )
+    # Position is continuous; momentum of the free dofs at the grip, velocity at the release.
+    for at in (grip, release):
+        np.testing.assert_allclose(
+            data["displacement"][at], data["displacement"][at - 1], rtol=0.0, atol=1e-15
+        )
+    full = carrying(machine, part).carrying(["part"])
+    (m_before, *_), _ = machine.scene.matrices()
+    (m_after, *_), _ = full.scene.matrices()
+    free = [1, 2, 3, 4, 5]
+    before, after = data["velocity"][grip - 1], data["velocity"][grip]
+    momentum = (m_before @ before)[free]
+    np.testing.assert_allclose(
+        (m_after @ after)[free], momentum, rtol=0.0, atol=1e-12 * np.abs(momentum).max()
+    )
+    # The energy that is lost is that of an inelastic impact.
+    loss = 0.5 * before @ m_before @ before - 0.5 * after @ m_after @ after
+    slip = before - after
+    impact = 0.5 * slip @ m_before @ slip + 0.5 * after @ (m_after - m_before) @ after
+    assert loss == pytest.approx(impact, rel=1e-9, abs=1e-18)
+    assert loss >= 0.0
+    before, after = data["velocity"][release - 1], data["velocity"][release]
+    np.testing.assert_allclose(after, before, rtol=0.0, atol=1e-14 * np.abs(before).max() + 1e-18)
+
+
+def test_the_audit_judges_every_stretch():
+    machine = carrying(ref.cart(), payload(times=[(1.0, 2.0), (3.0, 5.0)]))
+    audit = simulate(machine, ref.cycle()).audit
+    assert audit.force_balance.holds
+    assert audit.energy is not None and audit.energy.residual < 1e-6
+    assert not audit.doubts
+
+
+def test_the_second_look_solves_all_stretches_again():
+    machine = carrying(ref.preloaded(), payload(times=[(0.7, 1.1)]))
+    result = simulate(machine, ref.piece(ref.cycle(), 500, 1400))
+    look = result.audit.second_look
+    assert look is not None and not isinstance(look, str) and look.agrees
+
+
+def test_peaks_and_instants_are_those_of_the_histories():
+    machine = carrying(ref.cart(), payload(times=[(0.7, 1.1)], mass=400.0))
+    motion = ref.cycle()
+    result, peaks = simulate(machine, motion), peak_loads(machine, motion)
+    np.testing.assert_allclose(peaks.largest[:, 6], result.peak_columns["peak_resultant_N"], rtol=1e-13)
+    np.testing.assert_array_equal(peaks.time_of_largest[:, 6], result.peak_columns["time_of_peak_s"])
+    times = np.array([0.2, 0.7, 0.95, 1.1, 1.5])
+    at = simulate(machine, motion, times=times)
+    place = np.searchsorted(result.quantities["time"], times, side="right") - 1
+    loads = result.quantities["link_load"][place]
+    np.testing.assert_allclose(at.quantities["link_load"], loads, rtol=1e-9, atol=1e-6)
+    assert at.audit.force_balance.holds
+
+
+def test_payloads_that_stay_all_the_time_are_part_of_the_body():
+    machine, motion = ref.cart(), ref.cycle()
+    always = carrying(machine, payload(times=[(-1.0, 1e3)]))
+    fixed = always.carrying(["part"])
+    one, other = simulate(always, motion).quantities, simulate(fixed, motion).quantities
+    for name in ("force", "moment", "reaction", "static_force", "displacement"):
+        np.testing.assert_array_equal(one[name], other[name])
+
+
+def test_places_of_the_cart_give_the_times():
+    time = np.arange(4001) / 1000.0
+    place = 0.5 * (1.0 - np.cos(np.pi * time / 2.0))  # there and back in 4 s
+    acceleration = 0.5 * (np.pi / 2.0) ** 2 * np.cos(np.pi * time / 2.0)
+    motion = Motion.along_x(time, acceleration, position=place)
+    by_place = payload(picked_at={"x": 0.5, "travel": "+x"}, released_at={"x": 0.5, "travel": "-x"})
+    result = simulate(carrying(ref.cart(), by_place), motion)
+    changes = json.loads(str(result.quantities.attrs["payload_changes"]))
+    assert [names for _, names in changes] == [[], ["part"], []]
+    np.testing.assert_allclose([at for at, _ in changes], [0.0, 1.0, 3.0], atol=1e-9)
+    never = payload(picked_at={"x": 2.0})
+    with pytest.raises(ArgumentError, match=r"picked_at: the cart never reaches x = 2 m.*from 0 to 1 m"):
+        simulate(carrying(ref.cart(), never), motion)
+    with pytest.raises(ArgumentError, match="no position of the cart; give times instead"):
+        simulate(carrying(ref.cart(), by_place), ref.cycle())
+
+
+def test_simultaneous_changes_keep_what_stays():
+    first, second = payload(name="a", times=[(-1.0, 0.8)]), payload(name="b", mass=50.0, times=[(0.8, 9.0)])
+    machine = carrying(ref.cart(), first, second)
+    data = simulate(machine, ref.piece(ref.cycle(), 500, 1200)).quantities
+    after = int(np.flatnonzero(data["time"] == 0.8)[1])
+    (kept, *_), _ = ref.cart().scene.matrices()
+    (joined, *_), _ = machine.carrying(["b"]).scene.matrices()
+    free = [1, 2, 3, 4, 5]
+    momentum = (kept @ data["velocity"][after - 1])[free]
+    np.testing.assert_allclose(
+        (joined @ data["velocity"][after])[free], momentum, rtol=0.0, atol=1e-12 * np.abs(momentum).max()
+    )
+
+
+def test_results_keep_their_changes_in_files(tmp_path: Path):
+    machine = carrying(ref.cart(), payload(times=[(1.0, 2.0)]))
+    result = simulate(machine, ref.cycle())
+    result.to_netcdf(tmp_path / "loads.nc")
+    read = Result.load(tmp_path / "loads.nc")
+    assert read.machine == machine
+    assert read.quantities.attrs["payload_changes"] == result.quantities.attrs["payload_changes"]
+    assert read.audit.force_balance == result.audit.force_balance
+    assert read.audit.energy == result.audit.energy
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({}, "either times or picked_at"),
+        ({"times": [(2.0, 1.0)]}, "times that end after they begin"),
+        ({"times": [(1.0, 2.0), (1.5, 3.0)]}, "times that are apart"),
+        ({"times": [(1.0, 2.0)], "released_at": {"x": 1.0}}, "no released_at beside times"),
+    ],
+)
+def test_impossible_payloads_are_refused(values: dict[str, Any], words: str):
+    with pytest.raises(ConfigError, match=words):
+        payload(**values)
+
+
+def test_times_outside_the_motion_are_refused():
+    machine = carrying(ref.cart(), payload(times=[(20.0, 30.0)]))
+    with pytest.raises(
+        ArgumentError, match=r"payloads.part.times: expected times within the motion, 0 to 7.061 s"
+    ):
+        simulate(machine, ref.cycle())

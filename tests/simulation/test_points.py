@@ -1,0 +1,174 @@
+"""Motion of points: kinematics, sag and settling by closed forms; stored results keep it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from machines import body, carriage, machine
+from reference import cart, cart_clear, cycle
+
+from guideload import ArgumentError, Machine, Motion, PointOfInterest, Rail, Result, TraceError, simulate
+from guideload.html_report import run_page
+from guideload.reports.run import result_report
+from guideload.simulation.point_motion import DIMS
+
+MASS, STIFFNESS, DAMPING = 100.0, 4e6, 1e3  # one dof: 200 rad/s, damping ratio 2.5 %
+OMEGA = np.sqrt(STIFFNESS / MASS)
+ZETA = DAMPING / (2.0 * MASS * OMEGA)
+
+
+def with_points(base: Machine, *places: tuple[float, float, float], window: float | None = None) -> Machine:
+    points = [PointOfInterest(name=f"p{i}", at=at, settle_window=window) for i, at in enumerate(places)]
+    return base.model_copy(update={"points": points})
+
+
+def bouncing(window: float | None = None, place: tuple[float, float, float] = (0.3, 0.2, 0.1)) -> Machine:
+    """A mass that moves along y alone."""
+    spring = carriage(stiffness_y=STIFFNESS, stiffness_z=STIFFNESS, damping_y=DAMPING, damping_z=DAMPING)
+    mass = body(mass=MASS, center_of_mass=(0, 0, 0), inertia=np.eye(3))
+    rails = [Rail(name="1", position=(0.0, 0.0))]
+    return with_points(machine(spring, body=mass, rails=rails, free=("y",)), place, window=window)
+
+
+def braked(rest: float = 0.5) -> Motion:
+    """1 m/s2 along y until 0.1 s, then -1 m/s2 until 0.2 s, then rest; stamps 0.1 ms apart, jumps between."""
+    stamps = 1e-4 * np.arange(round(1e4 * (0.2 + rest)) + 1)
+    time = np.sort(np.append(stamps, stamps[[1000, 2000]]))
+    along = np.repeat([1.0, -1.0, 0.0], [1001, 1001, time.size - 2002])
+    return Motion(time, np.column_stack([0.0 * time, along, 0.0 * time]))
+
+
+def free_vibration() -> tuple[float, float]:
+    """Place and speed at 0.2 s of the mass under -a(t) of `braked`, by the step response of one dof."""
+    damped = OMEGA * np.sqrt(1.0 - ZETA**2)
+
+    def response(t: float) -> tuple[float, float]:
+        """To a unit step of the acceleration of the carriage frame: place and speed."""
+        decay, c, s = np.exp(-ZETA * OMEGA * t), np.cos(damped * t), np.sin(damped * t)
+        place = -(1.0 - decay * (c + ZETA * OMEGA / damped * s)) / OMEGA**2
+        return place, -decay * s / damped
+
+    steps = ((0.0, 1.0), (0.1, -2.0), (0.2, 1.0))
+    parts = np.array([[size * one for one in response(0.2 - start)] for start, size in steps])
+    place, speed = parts.sum(axis=0)
+    return float(place), float(speed)
+
+
+def envelope_leaves(window: float) -> float:
+    """The last instant after 0.2 s at which the free vibration is outside the window, by its closed form."""
+    place, speed = free_vibration()
+    damped = OMEGA * np.sqrt(1.0 - ZETA**2)
+    time = np.arange(0.0, 0.5, 1e-6)
+    decay = np.exp(-ZETA * OMEGA * time)
+    y = decay * (
+        place * np.cos(damped * time) + (speed + ZETA * OMEGA * place) / damped * np.sin(damped * time)
+    )
+    return float(time[np.flatnonzero(np.abs(y) > window)[-1]])
+
+
+@pytest.mark.parametrize("build", [cart, cart_clear])
+def test_a_point_at_a_link_moves_by_its_deflection(build: object) -> None:
+    """Elastic load of a link = law(direction . displacement of its point), at rest and in time."""
+    base = build()  # type: ignore[operator]
+    links = base.link_table()
+    here = with_points(base, *map(tuple, links.points))
+    result = simulate(here, cycle())
+    data = result.quantities
+    along = np.einsum("tpa,pa->tp", data["point_displacement"], links.directions)
+    scale = np.abs(data["link_load_elastic"]).max()
+    for i, law in enumerate(links.laws):
+        load = data["link_load_elastic"][:, i]
+        assert np.abs(law.force(np.ascontiguousarray(along[:, i])) - load).max() <= 1e-9 * scale
+    still = (data["static_point_displacement"] * links.directions).sum(axis=1)
+    loads = [float(law.force(np.array([x]))[0]) for law, x in zip(links.laws, still, strict=True)]
+    assert loads == pytest.approx(data["static_link_load"], rel=1e-9, abs=1e-9 * scale)
+
+
+def test_velocity_and_acceleration_are_derivatives() -> None:
+    """By central differences on instants 1 us apart; the absolute acceleration is that plus the cart's."""
+    times = 0.61 + 1e-6 * np.arange(2001)
+    result = simulate(with_points(cart(), (0.4, -1.0, 0.7)), cycle(), times=times)
+    data = result.quantities
+    place, speed, rate = (data[f"point_{name}"] for name in ("displacement", "velocity", "acceleration"))
+    for history, derivative in ((place, speed), (speed, rate)):
+        slope = (history[2:] - history[:-2]) / 2e-6
+        assert np.abs(slope - derivative[1:-1]).max() <= 1e-5 * np.abs(derivative).max()
+    absolute = data["point_absolute_acceleration"] - rate
+    assert np.array_equal(absolute[:, 0], data["cart_acceleration"]) or np.allclose(
+        absolute[:, 0], data["cart_acceleration"], atol=1e-12
+    )
+
+
+def test_sag_is_weight_over_stiffness() -> None:
+    result = simulate(bouncing(), braked())
+    row = result.points().loc["p0"]
+    assert row["sag_m"] == pytest.approx(MASS * 9.80665 / STIFFNESS, rel=1e-12)
+    place = result.quantities["point_displacement"][:, 0, 1] + row["sag_m"]
+    assert row["peak_m"] == pytest.approx(np.abs(place).max(), rel=1e-12)
+    assert row["peak_y_m"] == row["peak_m"] and row["peak_x_m"] == 0.0
+
+
+@pytest.mark.parametrize("window", [2e-5, 1e-5, 3e-6])
+def test_settling_by_the_closed_form(window: float) -> None:
+    """One dof after its last acceleration, at stamps 0.1 ms apart."""
+    (found,) = simulate(bouncing(window), braked()).settling()
+    assert [one.end for one in found.spans] == [0.2]
+    assert 0.0 <= found.time[0] - envelope_leaves(window) <= 1.01e-4
+    (given,) = simulate(bouncing(), braked()).settling(f"{1e6 * window} um")
+    assert given.time == found.time
+
+
+def test_what_is_not_seen_to_settle_has_no_time() -> None:
+    """The record ends before, or within half a period of the vibration."""
+    window = 1e-5
+    late = envelope_leaves(window)
+    for rest in (0.5 * late, late + 0.4 * np.pi / OMEGA):
+        (found,) = simulate(bouncing(window), braked(rest)).settling()
+        assert np.isnan(found.time).all()
+    text = " ".join(result_report(simulate(bouncing(window), braked(0.5 * late))).split())
+    assert "p0 is not seen to settle after 1 move" in text
+
+
+def test_a_lasting_force_moves_the_place_of_rest() -> None:
+    """A force that rises to k times 1 mm during the move and stays: the window of 10 um lies around the new place."""
+    force = np.array([[0.0, 0.0, 0.0], [0.0, 1e-3 * STIFFNESS, 0.0], [0.0, 1e-3 * STIFFNESS, 0.0]])
+    pressed = braked().with_force((0, 0, 0), force, time=[0.0, 0.2, 1.0])
+    (found,) = simulate(bouncing(1e-5), pressed).settling()
+    assert np.isfinite(found.time).all()
+
+
+def test_impossible_windows_are_refused() -> None:
+    result = simulate(bouncing(), braked())
+    assert result.settling() == ()
+    with pytest.raises(ArgumentError, match="window: expected a length above 0 m"):
+        result.settling(-1e-6)
+    with pytest.raises(ArgumentError, match="no instant"):
+        simulate(bouncing(), braked(), times=[]).points()
+
+
+@pytest.mark.parametrize("ending", ["netcdf", "parquet", "csv"])
+def test_files_keep_the_points(ending: str, tmp_path: Path) -> None:
+    result = simulate(with_points(cart(), (0, 0, 0), (0.4, -1.0, 0.7), window=1e-6), cycle())
+    path = tmp_path / f"loads.{ {'netcdf': 'nc'}.get(ending, ending) }"
+    getattr(result, f"to_{ending}")(path)
+    read = Result.load(path)
+    for name, dims in DIMS.items():
+        assert read.data[name].dims == dims
+        assert np.array_equal(read.data[name], result.data[name])
+    assert read.points().equals(result.points())
+    assert [one.time.tolist() for one in read.settling()] == [one.time.tolist() for one in result.settling()]
+    broken = result.data.drop_vars("point_velocity")
+    Result(result.machine, broken).to_netcdf(tmp_path / "broken.nc")
+    with pytest.raises(TraceError, match="without point_velocity"):
+        Result.load(tmp_path / "broken.nc")
+
+
+def test_reports_show_the_points() -> None:
+    result = simulate(with_points(cart(), (0.4, -1.0, 0.7), window=2e-6), cycle())
+    peak = f"{1e6 * result.points().loc['p0', 'peak_m']:.1f}"
+    text, page = result_report(result), run_page(result)
+    assert "Motion of the points" in text and f" {peak} " in text and "Settling: from the last" in text
+    assert "Motion of the points" in page and peak in page and "p0: displacement from rest" in page
+    assert "Motion of the points" not in result_report(simulate(cart(), cycle()))

@@ -1,0 +1,104 @@
+"""The start of a run: at rest, or in the quasi-static state of a record that begins under way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import reference as ref
+
+from guideload import Machine, Motion, Result, Study, peak_loads, run_study, simulate
+from guideload.base.errors import ArgumentError
+from guideload.simulation.start import NEGLIGIBLE, start_of
+from guideload.traces.reading import motion_from_trace, read_trace
+
+
+def under_way(**changes: Any) -> Motion:
+    """A record of a slow swing that begins at its largest acceleration, 2 m/s2."""
+    time = np.arange(1001) / 1000.0
+    return replace(Motion.along_x(time, 2.0 * np.cos(2.0 * np.pi * time), recorded=True), **changes)
+
+
+def test_a_constant_acceleration_leaves_a_quasi_static_start_at_rest():
+    motion = Motion(np.array([0.0, 0.5, 1.0]), np.full((3, 3), (2.0, 0.0, 0.5)))
+    for machine in (ref.cart(), ref.cart_clear(), ref.preloaded()):
+        data = simulate(machine, motion, start="quasi-static", rtol=1e-10).quantities
+        static = data["link_load"][0]
+        np.testing.assert_allclose(
+            data["link_load"],
+            np.broadcast_to(static, data["link_load"].shape),
+            rtol=0.0,
+            atol=1e-7 * np.abs(static).max(),
+        )
+        assert not data["velocity"][0].any()
+
+
+def test_what_counts_as_standstill():
+    machine, motion = ref.cart(), under_way()
+    assert start_of(machine, motion, "auto") == "quasi-static"
+    assert start_of(machine, motion, "rest") == "rest"
+    assert start_of(machine, replace(motion, recorded=False), "auto") == "rest"
+    assert start_of(machine, replace(motion, recorded=False), "quasi-static") == "quasi-static"
+    still = motion.acceleration.copy()
+    still[0] = 0.99 * NEGLIGIBLE * 2.0, 0.0, 0.0
+    assert start_of(machine, replace(motion, acceleration=still), "auto") == "rest"
+    wrench = np.zeros((motion.time.size, 6))
+    wrench[:, 1] = 5.0
+    assert start_of(machine, replace(motion, acceleration=still, wrench=wrench), "auto") == "quasi-static"
+    with pytest.raises(
+        ArgumentError, match="start: expected one of auto, rest, quasi-static, got \"still\"|got 'still'"
+    ):
+        simulate(machine, motion, start="still")  # type: ignore[arg-type]
+
+
+def test_a_record_at_standstill_starts_at_rest_to_the_bit():
+    machine, motion = ref.example()
+    auto, rest = simulate(machine, motion), simulate(machine, motion, start="rest")
+    assert auto.quantities.attrs["start"] == "rest"
+    np.testing.assert_array_equal(auto.carriage_loads, rest.carriage_loads)
+
+
+def test_everything_starts_as_the_run_does(tmp_path: Path):
+    machine, motion = ref.cart(), under_way()
+    for start in ("rest", "quasi-static"):
+        result = simulate(machine, motion, start=start)
+        peaks = peak_loads(machine, motion, start=start)
+        np.testing.assert_allclose(peaks.largest[:, 6], result.peak_columns["peak_resultant_N"], rtol=1e-13)
+        study = Study(machine=machine, motion=motion, cases={"body.mass": [machine.body.mass]}, start=start)
+        found = run_study(study)
+        for i, carriage in enumerate(machine.carriages):
+            peak = float(found.of_all_runs(f"peak_resultant_N[{carriage.name}]")[0])
+            assert peak == pytest.approx(result.peak_columns["peak_resultant_N"][i], rel=1e-12)
+    assert simulate(machine, motion).quantities.attrs["start"] == "quasi-static"
+    result.to_netcdf(tmp_path / "loads.nc")
+    assert Result.load(tmp_path / "loads.nc").quantities.attrs["start"] == "quasi-static"
+    assert "static equilibrium under the weight, the first acceleration" in _report(result)
+
+
+@pytest.mark.parametrize("machine", [ref.cart(), ref.preloaded()], ids=["linear", "preloaded"])
+def test_the_audit_solves_from_the_same_start(machine: Machine):
+    result = simulate(machine, under_way())
+    audit = result.audit
+    assert audit.energy is not None and audit.energy.residual < 1e-6
+    assert audit.force_balance.holds and not audit.doubts
+    assert not [text for text in audit.warnings if "sudden start" in text]
+    at_rest = simulate(machine, under_way(), start="rest").audit
+    assert [text for text in at_rest.warnings if "sudden start" in text]
+
+
+def test_the_peaks_of_emps_are_not_its_first_instant(shared_data: Path):
+    motion = motion_from_trace(read_trace(shared_data / "emps_bangbang_1kHz.csv"))
+    machine = ref.cart()
+    first = motion.time[0] + 0.05
+    at_rest = simulate(machine, motion, start="rest").peak_columns
+    assert (at_rest["time_of_peak_s"] < first).any()  # the blow of the first acceleration
+    assert (simulate(machine, motion).peak_columns["time_of_peak_s"] > first).all()
+
+
+def _report(result: Result) -> str:
+    from guideload.reports.run import result_report
+
+    return " ".join(result_report(result).split())

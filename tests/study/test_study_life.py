@@ -1,0 +1,225 @@
+"""Life, static safety and probability of failure in a study: those of single runs, and known distributions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import studies
+from lives import PRODUCT, cart, moved
+from moves import GENTLE
+from scipy import integrate
+
+from guideload import LifeConditions, Machine, Study, life_of, run_study, simulate
+from guideload.base.errors import ArgumentError, ConfigError
+from guideload.catalogue.product import Product
+from guideload.machine.components import Carriage
+from guideload.motion.motion import Motion
+from guideload.reports.study import study_report
+from guideload.study.description.metadata import StudyMetadata
+from guideload.study.results.result import StudyResult
+
+MOTION = moved(GENTLE, 500.0)
+CONDITIONS = {"reliability": 0.95, "hardness_factor": 0.9, "life": "20000 km", "application": "strong shock"}
+PRELOADED = {"preload_y": 8e3, "preload_z": 8e3, "rolling": "ball"}
+VARIED = ("body.mass", "carriages[1a].x", "carriages[2b].stiffness_y")
+CASES = [[1.1, -0.31, 1.2e8], [0.7, -0.25, 0.8e8]]
+
+
+def with_product(machine: Machine, **keys: Any) -> Machine:
+    return machine.model_copy(update={"products": [Product(**PRODUCT | keys)]})
+
+
+def studied(machine: Machine, motion: Motion = MOTION, **keys: Any) -> StudyResult:
+    table = {path: [row[i] for row in CASES] for i, path in enumerate(VARIED)}
+    table["body.mass"] = [row[0] * machine.body.mass for row in CASES]
+    return run_study(Study(machine=machine, motion=motion, cases=table, **keys))
+
+
+def with_carriages(machine: Machine, changes: Callable[[Carriage], dict[str, Any]]) -> Machine:
+    carriages = [one.model_copy(update=changes(one)) for one in machine.carriages]
+    return machine.model_copy(update={"carriages": carriages})
+
+
+def sample(machine: Machine, row: list[float]) -> Machine:
+    """The machine of a case."""
+    mass, x, stiffness = row
+    changes = {"1a": {"x": x}, "2b": {"stiffness_y": stiffness}}
+    body = machine.body.model_copy(update={"mass": mass * machine.body.mass})
+    machine = with_carriages(machine, lambda one: changes.get(one.name, {}))
+    return machine.model_copy(update={"body": body})
+
+
+@pytest.mark.parametrize(
+    ("rule", "laws", "kind"),
+    [
+        ("sum", {}, "ball"),
+        ("iko", {}, "roller"),
+        ("thk", {"clearance_z": 5e-6}, "roller"),
+        ("thomson", {"clearance_z": 5e-6}, "ball"),
+        ("rexroth", PRELOADED, "ball"),
+    ],
+)
+def test_life_and_safety_of_samples_are_those_of_single_runs(
+    rule: Any, laws: dict[str, Any], kind: str
+) -> None:
+    classes = [{"name": "A", "stiffness": "400 N/um", "preload": "900 N"}]
+    machine = with_product(
+        cart(life=LifeConditions(rule=rule, **CONDITIONS)),
+        type=kind,
+        dynamic_moments={"roll": 300.0, "pitch": 250.0, "yaw": 250.0},
+        preload_classes=classes,
+        lift_factor=1.1,
+    )
+    machine = with_carriages(machine, lambda one: laws)
+    result = studied(machine, method="implicit" if laws is PRELOADED else "auto", rtol=1e-9)
+    assert result.metadata.exponent == (3.0 if kind == "ball" else 10 / 3)
+    # Step sizes on smooth laws depend on estimated errors, which change with rounding.
+    rel = 1e-7 if laws is PRELOADED else 1e-12
+    for i, row in enumerate(CASES):
+        run = simulate(sample(machine, row), MOTION, result.metadata.method, rtol=1e-9)
+        life = life_of(run)
+        for one in life.carriages:
+            assert result.column(f"life_km[{one.name}]")[i] == pytest.approx(1e-3 * one.life, rel=rel)
+            assert result.column(f"static_safety[{one.name}]")[i] == pytest.approx(one.static.safety, rel=rel)
+            peak = result.column(f"peak_equivalent_load_N[{one.name}]")[i]
+            assert peak == pytest.approx(one.static.peak, rel=rel)
+        assert result.column("life_km")[i] == pytest.approx(1e-3 * life.machine, rel=rel)
+        assert result.column("static_safety")[i] == pytest.approx(life.weakest.static.safety, rel=rel)
+
+
+def test_carriages_side_by_side_keep_their_contact_factor() -> None:
+    machine = with_product(cart(life={"rule": "thk"}), carriage_length="600 mm")
+    result = studied(machine)
+    assert [one.contact_factor for one in result.rated.values()] == [0.81] * 4
+    for i, row in enumerate(CASES):
+        life = life_of(simulate(sample(machine, row), MOTION))
+        assert result.column("life_km")[i] == pytest.approx(1e-3 * life.machine, rel=1e-12)
+
+
+def test_the_probability_of_failure_combines_fatigue_and_parameters() -> None:
+    """A reference by integration: mean loads are normal in these studies, and the life is 50 km (C/P)^3."""
+    result = studies.study(100_000, 1, 1)
+    law = studies.law(0, 1, 1)
+    for travel in (300.0, 3000.0):
+
+        def failing(peak: float, travel: float = travel) -> float:
+            life = 50.0 * (27.1e3 / (0.8 * peak)) ** 3
+            return float(law.pdf(peak) * (1.0 - 0.9 ** ((travel / life) ** 1.5)))
+
+        low, high = law.ppf([1e-12, 1 - 1e-12])
+        expected, _ = integrate.quad(failing, low, high, epsabs=0.0, epsrel=1e-10)
+        row = result.failure_probability(travel, confidence=1 - 1e-4).loc["1a"]
+        assert row["low"] <= expected <= row["high"] and row["high"] < 1.1 * row["low"]
+        assert row["shorter"] == np.mean(result.column("life_km[1a]") < travel)
+    assert result.failure_probability("300 km").equals(result.failure_probability(300.0))
+
+
+def test_the_machine_fails_where_any_carriage_does_and_by_rule_at_its_life() -> None:
+    result = studies.study(500)
+    lives = np.stack([result.column(f"life_km[{name}]") for name in result.metadata.carriages])
+    survive = np.prod(0.9 ** ((800.0 / lives) ** 1.5), axis=0)
+    table = result.failure_probability(800.0)
+    assert table.loc["", "probability"] == pytest.approx(1.0 - survive.mean(), rel=1e-12)
+    np.testing.assert_allclose(result.column("life_km"), (lives**-1.5).sum(axis=0) ** (-1 / 1.5), rtol=1e-13)
+    same = studies.changed(result, machine=with_conditions(result, reliability=0.99))
+    assert same.failure_probability(800.0)["probability"].tolist() == pytest.approx(
+        table["probability"].tolist(), rel=1e-10
+    )  # the reliability is only the probability for which the life is stated
+
+
+def with_conditions(result: StudyResult, **conditions: Any) -> Machine:
+    machine = result.metadata.machine
+    return machine.model_copy(update={"life": machine.life.model_copy(update=conditions)})
+
+
+def test_requirements_of_the_machine_are_limits_and_those_of_the_study_go_first() -> None:
+    machine = cart(life=CONDITIONS)
+    assert studied(machine).metadata.limits == {"static_safety": 3.0, "life_km": 20000.0}
+    own = studied(machine, limits={"life": "300 km", "static_safety": 5.0, "peak_equivalent_load": "9 kN"})
+    assert own.metadata.limits == {"life_km": 300.0, "static_safety": 5.0, "peak_equivalent_load_N": 9e3}
+    assert (own.column("life_km") < 300.0).sum() == own.cases()["exceeded"].str.contains("life").sum()
+
+
+def test_a_study_is_resumed_with_other_ratings_but_not_with_another_rule(tmp_path: Any) -> None:
+    machine = cart(life=CONDITIONS)
+    before = studied(machine).metadata
+    better = with_product(
+        cart(life=CONDITIONS | {"reliability": 0.9}), dynamic={"value": "44 kN", "base": "50 km"}
+    )
+    assert studied(better).metadata.fingerprint == before.fingerprint
+    for other in (cart(life=CONDITIONS | {"rule": "thk"}), with_product(machine, static="50 kN")):
+        assert studied(other).metadata.fingerprint != before.fingerprint
+    before.write(tmp_path)
+    assert StudyMetadata.read(tmp_path) == before and StudyMetadata.read(tmp_path).rated()
+
+
+ROLLER = Product(**PRODUCT | {"name": "r", "type": "roller"})
+
+
+def mixed() -> Machine:
+    """A machine with a roller carriage among its ball carriages."""
+    machine = cart().model_copy(update={"products": [Product(**PRODUCT), ROLLER]})
+    return with_carriages(machine, lambda one: {"product": "r"} if one.name == "2a" else {})
+
+
+@pytest.mark.parametrize(
+    ("machine", "motion", "reason"),
+    [
+        (
+            with_product(cart(), static=None),
+            MOTION,
+            "no carriage has a product with dynamic and static rating",
+        ),
+        (
+            with_product(cart(), static_moments={}),
+            MOTION,
+            "carriage 1a can carry a yaw moment, which the rule sum",
+        ),
+        (cart(), Motion.along_x(MOTION.time, MOTION.acceleration[:, 0]), "the motion has no velocity"),
+        (cart(), Motion.along_x([0, 1], [0, 0], velocity=[0, 0]), "the cart does not move along x"),
+        (with_product(cart(), carriage_length="540 mm"), MOTION, "carriages 1a and 1b are side by side"),
+        (mixed(), MOTION, "the ratings have 3 (carriage 1a) and 3.333 (carriage 2a)"),
+    ],
+)
+def test_what_cannot_be_computed_is_told_and_a_limit_on_it_refused(
+    machine: Machine, motion: Motion, reason: str
+) -> None:
+    result = studied(machine, motion)
+    assert "life_km" not in result.quantities and not result.rated
+    (note,) = result.metadata.life_notes
+    assert note.startswith("Life and static safety are not computed: ") and reason in note
+    assert " ".join(note.split()) in " ".join(study_report(result).split())
+    with pytest.raises(ConfigError, match="no limit on life without a rating"):
+        studied(machine, motion, limits={"life": "1 km"})
+    with pytest.raises(ArgumentError, match="carriages whose products have ratings"):
+        result.failure_probability(1.0)
+
+
+def test_a_machine_without_products_and_a_study_without_load_have_no_life() -> None:
+    plain = with_carriages(cart(), lambda one: {"product": None})
+    for result in (studied(plain), studied(cart(), quantities=["resultant"])):
+        assert result.metadata.life_notes == () and "Life and static safety" not in study_report(result)
+    with pytest.raises(ConfigError, match="no carriage has a product"):
+        studied(plain, limits={"static_safety": 2})
+    with pytest.raises(ConfigError, match='add "load" to quantities'):
+        studied(cart(), quantities=["resultant"], limits={"life": "1 km"})
+
+
+def test_the_report_has_the_figures_of_life() -> None:
+    result = studies.study(2000, limits={"life_km": 900.0})
+    text = " ".join(study_report(result).split())
+    row = result.failure_probability().loc[""]
+    assert f"failure by fatigue before 900 km: {100 * row['probability']:.3g} %" in text
+    assert f"the rating life is shorter in {100 * row['shorter']:.3g} % of the samples" in text
+    summary = result.summary()
+    assert f"median {summary.loc[('life_km', ''), 'q50']:.0f} km" in text
+    assert f"1 % quantile {summary.loc[('static_safety', ''), 'q01']:.2f}" in text
+
+
+@pytest.mark.parametrize("key", ["life", "exponent"])
+def test_keys_of_earlier_versions_are_refused_with_their_new_place(key: str) -> None:
+    with pytest.raises(ConfigError, match="product"):
+        studied(cart(), **{key: 3})
