@@ -251,6 +251,8 @@ class Scene:
     offsets: (links,) m, displacement of each foot along its link, from which its deflection counts; None: 0.
     base_compliance: (6, 6) m/N, 1/N, rad/(N m) of an elastic base about L under all links, which must then be linear;
     None: rigid.
+    riders: (mass [kg], centre of mass [m from L], inertia [kg m2], direction) of each body that rides on the main one;
+    where they stand here they are a part of it.
     Raises SceneError for an impossible body or link, for a body that the links do not support (the message names the
     motion that no link resists), and if there is no static equilibrium.
     """
@@ -270,6 +272,7 @@ class Scene:
         damping_in_contact: NDArray[np.bool_],
         offsets: Array | None = None,
         base_compliance: Sequence[Sequence[float]] | None = None,
+        riders: Sequence[tuple[float, Vector, Sequence[Sequence[float]], Vector]] | None = None,
     ) -> Scene: ...
     @property
     def model_level(self) -> str:
@@ -290,6 +293,7 @@ class Scene:
         step: float | None = None,
         times: Array | None = None,
         start: str = "rest",
+        travel: Array | None = None,
     ) -> Solution:
         """Integrate from static equilibrium.
 
@@ -298,8 +302,10 @@ class Scene:
         link loads, relative to the load scale: largest link load at rest plus quasi-static link load under the peaks of
         the excitation. step: s, fixed step instead of step-size control; exact uses neither. times: (m,) s, ascending
         instants between the first and the last sample, reported instead of the samples. start: rest (equilibrium under
-        the weight) or quasi-static (under the weight and the first sample of the excitation). Raises TraceError,
-        ArgumentError, RunError; ValueError or TypeError for an array that is not float64 or not C-contiguous.
+        the weight) or quasi-static (under the weight, the first sample of the excitation, and the riders' inertia
+        forces there). travel: (riders, n, 3) travel [m] from where they stand in the scene, speed [m/s] and
+        acceleration [m/s2] of the riders, which then move; not with exact. Raises TraceError, ArgumentError,
+        RunError; ValueError or TypeError for an array that is not float64 or not C-contiguous.
         """
 
     def peaks(
@@ -314,6 +320,7 @@ class Scene:
         groups: Groups,
         centers: Array,
         start: str = "rest",
+        travel: Array | None = None,
     ) -> list[Array]:
         """Smallest and largest loads of groups of links, without histories, and their times [s]; each (groups, 8).
 
@@ -420,6 +427,15 @@ class Solution:
 
     def reaction(self) -> Array:
         """Reaction (time, 6) of the held dofs [N, N m]; 0 for free dofs."""
+
+    def rider_travel(self) -> Array:
+        """Travel [m], speed [m/s] and acceleration [m/s2] of the moving riders, (riders, time, 3)."""
+
+    def rider_wrench(self) -> Array:
+        """Force [N] and moment about L [N m], (time, 6), by which moving riders differ from riders where they stand."""
+
+    def rider_forces(self) -> Array:
+        """Force of the drive on each moving rider along its direction, (time, riders) [N]; no columns if none moves."""
 
     def inputs(self) -> Array:
         """Excitation (time, 9): acceleration of L [m/s2], external force [N], external moment about L [N m]."""

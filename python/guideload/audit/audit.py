@@ -50,13 +50,14 @@ class Audit:
     resolution      modes that the trace shows, and loads that it may hide; None if the reported instants are further
                     apart than the samples of the motion
     simpler_models  peaks of simpler models, and the dynamic factor
-    energy          energy balance; None if the excitation jumps between the reported instants
+    energy          energy balance; None if the excitation jumps between the reported instants, or riders move
     force_balance   force balance of the reported loads
     second_look     comparison with a second solution, and sensitivity to the motion; text if that solution failed, or
                     why there can be none; None if none is needed (linear, exact, energy balances)
     free_at_rest    dofs of L in each motion in which the body is free within its clearance at rest
     doubts          warnings of a result that contradicts itself or cannot be predicted: its loads are not to be used
     warnings        each with its figure and a way out, the gravest first: the doubts, then those on model and samples
+    riders_move     whether riders move during the run
     """
 
     model_level: str
@@ -73,6 +74,7 @@ class Audit:
     free_at_rest: tuple[tuple[str, ...], ...]
     doubts: tuple[str, ...]
     warnings: tuple[str, ...]
+    riders_move: bool
 
     @classmethod
     def of(cls, machine: Machine, data: Quantities, modes: Modes, solve: Solve | None = None) -> Audit:
@@ -113,6 +115,7 @@ class Audit:
                 *rest_notes(motions),
                 *contact_warnings(histories, contact),
             ),
+            riders_move=histories.rides,
         )
 
     @property
@@ -199,7 +202,8 @@ class Audit:
         unknown = "unknown: the reported instants are further apart than the samples of the motion"
         yield "trace", unknown if self.resolution is None else self.resolution.text
         if energy is None:
-            yield "energy", "balance unknown: the excitation jumps between the reported instants"
+            why = "riders move" if self.riders_move else "the excitation jumps between the reported instants"
+            yield "energy", f"balance unknown: {why}"
         elif not energy.residual < NEGLIGIBLE:
             share = f"{percent(energy.residual)} of the exchanged energy, {energy.exchanged:.3g} J, does not balance"
             yield "energy", f"{share} in the quadrature over the reported instants"

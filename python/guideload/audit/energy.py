@@ -29,12 +29,13 @@ class Energy:
 
 
 def energy(histories: Histories) -> Energy | None:
-    """Energy balance over the reported instants; None if the excitation jumps between them.
+    """Energy balance over the reported instants; None if the excitation jumps between them, or riders
+    move, whose forces are not linear between the instants.
 
     At a change of payload stored energy comes and goes with the payload: each stretch between changes is balanced for
     itself, and the figures are sums over all stretches.
     """
-    if histories.hidden_jumps:
+    if histories.hidden_jumps or histories.rides:
         return None
     parts = [_energy(part) for part in histories.stretches]
     exchanged = sum(part.exchanged for part in parts)

@@ -44,7 +44,7 @@ def rotation(histories: Histories) -> Rotation:
     For linear links the estimate agrees with a model of finite rotations to about 10 %. It neglects gyroscopic forces
     and the vibration that the changes excite.
     """
-    body, links, load = histories.machine.body, histories.links, histories.data["link_load"]
+    body, links, load = histories.machine.whole_body, histories.links, histories.data["link_load"]
     points, directions = links.points, links.directions
     phi = histories.position[:, 3:]
     size = np.linalg.norm(phi, axis=1)

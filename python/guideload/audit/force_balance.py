@@ -56,6 +56,8 @@ def _of_body(histories: Histories) -> Array:
     terms = np.abs(histories.acceleration) @ np.abs(histories.mass) + np.abs(load) @ np.abs(rows)
     terms += np.abs(histories.wrench) + np.abs(histories.cart_acceleration) @ np.abs(histories.mass[:, :3].T)
     terms += np.abs(histories.weight) + np.abs(reaction)
+    if histories.rides:
+        terms += np.abs(histories.data["rider_wrench"])
     residual = inertia + load @ rows - given - reaction
     parts = slice(0, 3), slice(3, 6)  # forces and moments have their own scales
     return np.hstack([_relative(residual[:, part], terms[:, part]) for part in parts])

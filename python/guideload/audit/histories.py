@@ -50,6 +50,9 @@ class Histories:
         self.cart_acceleration: Array = data["cart_acceleration"]
         self.wrench: Array = data["wrench"] if "wrench" in data else np.zeros((self.time.size, 6))
         self.excitation: Array = self.wrench - self.cart_acceleration @ self.mass[:, :3].T
+        self.rides = "rider_wrench" in data  # like an external load that depends on the motion of the body
+        if self.rides:
+            self.excitation = self.excitation + data["rider_wrench"]
         if self.changes:  # masses and weight change
             self.excitation = np.concatenate([part.excitation for part in self.stretches])
             self.weight = np.concatenate(
@@ -148,7 +151,7 @@ class Histories:
     def has_motion(self) -> bool:
         """Whether the quantities contain all samples of the motion; False also for files that do not say so."""
         shown = self.starts_at_rest and self.data.attrs.get("instants") == "samples of the motion"
-        return shown or "motion_acceleration" in self.data
+        return shown or ("motion_acceleration" in self.data and not self.rides)
 
     @property
     def repeatable(self) -> bool:
@@ -170,8 +173,14 @@ class Histories:
     def solve(self, method: str, rtol: float, factor: float, scene: Scene | None = None) -> Array:
         """Link loads (time, link) [N] of a scene, by default the machine's, under the excitation times a factor."""
         acceleration, wrench = factor * self.cart_acceleration, factor * self.wrench
+        travel = None
+        if self.rides:
+            method = "implicit" if method == "exact" else method
+            parts = [self.data[f"rider_{name}"].T for name in ("position", "velocity", "acceleration")]
+            travel = np.stack(parts, axis=2)
+            travel[:, :, 0] -= np.array([[rider.position] for rider in self.machine.riders])
         solution = (scene or self._scene(self.time)).solve(
-            self.time, acceleration, wrench, method=method, rtol=rtol, start=self.start
+            self.time, acceleration, wrench, method=method, rtol=rtol, start=self.start, travel=travel
         )
         return solution.link_loads("total")
 

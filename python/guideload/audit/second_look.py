@@ -165,7 +165,7 @@ def tighter(rtol: float) -> float:
 
 def _other_method(histories: Histories) -> str:
     """Another method than that of the result: exact where it can be, else one that does not share its errors."""
-    if histories.machine.scene.model_level != "smooth nonlinear":
+    if histories.machine.scene.model_level != "smooth nonlinear" and not histories.rides:
         return "exact"
     if histories.data.attrs["method"] == "rk45":
         return "implicit"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -135,6 +136,27 @@ def _read_motion(trace_file: Path | Moves, machine: Machine, **options: Any) -> 
     assert isinstance(trace_file, Path)
     reading, smoothing = _split(options)
     return motion_from_trace(read_trace(trace_file, **reading), drive=machine.drive, **smoothing)
+
+
+def read_riders(machine: Machine, machine_file: Path, given: Sequence[str]) -> dict[str, Motion] | None:
+    """The motions of the machine's riders: of their key motion, relative to the machine file, or of --rider NAME=FILE.
+
+    None for a machine without riders. Traces are read without options; they need not have any columns but time and one
+    position or velocity.
+    """
+    files = {rider.name: machine_file.parent / rider.motion for rider in machine.riders if rider.motion}
+    for text in given:
+        name, equals, file = text.partition("=")
+        if not equals or name not in {rider.name for rider in machine.riders}:
+            known = ", ".join(rider.name for rider in machine.riders) or "none"
+            raise InputError(
+                f'--rider: expected NAME=FILE with a rider of {machine_file} ({known}), got "{text}"'
+            )
+        files[name] = Path(file)
+    if not machine.riders:
+        return None
+    plain = machine.model_copy(update={"drive": None})  # the drive of the cart does not move a rider
+    return {name: read_motion(file, plain) for name, file in files.items()}
 
 
 def read_inspection(trace_file: Path, machine: Machine | None, **options: Any) -> Inspection:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from guideload.cli import options
-from guideload.cli.inputs import paths, read_machine, read_motion
+from guideload.cli.inputs import paths, read_machine, read_motion, read_riders
 from guideload.cli.outputs import picture_draft
 from guideload.cli.terminal import output_encoding, print_text, status
 
@@ -31,6 +31,7 @@ CONDITIONS = ("rule", "reliability", "life", "safety")
 @click.option("--safety", type=options.POSITIVE, help="Static safety to be reached, e.g. 3.")
 @click.option("--no-bands", is_flag=True, help="Leave out the credible bands, which take longest.")
 @options.start_option
+@options.rider_option
 @options.picture_option
 @options.overwrite_picture_option
 @options.trace_options
@@ -39,6 +40,7 @@ def life(
     trace_file: Path | Moves,
     no_bands: bool,
     start: Start,
+    riders: tuple[str, ...],
     output: Path | None,
     overwrite: bool,
     **given: Any,
@@ -58,8 +60,10 @@ def life(
             machine = read_machine(machine_file)
             conditions = machine.life.model_copy(update=changes)
             motion = read_motion(trace_file, machine, **given)
+            moved = read_riders(machine, machine_file, riders)
         with status("computing loads and life"):
-            found = life_of(simulate(machine, motion, start=start), conditions)
+            result = simulate(machine, motion, riders=moved, start=start)
+            found = life_of(result, conditions)
             text = life_report(found, band=not no_bands, encoding=output_encoding())
         if draft is not None:
             from guideload import plots

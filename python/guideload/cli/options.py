@@ -71,6 +71,13 @@ report_option = click.option(
     help="HTML report to write: one file that opens in any browser and prints on A4.",
 )
 free_option = click.option("--free", help="Free dofs of L, e.g. y,z,rx,ry,rz, instead of the machine file's.")
+rider_option = click.option(
+    "--rider",
+    "riders",
+    multiple=True,
+    metavar="NAME=FILE",
+    help="Trace or motion file of the travel of a rider, instead of that of the machine file; again for each rider.",
+)
 start_option = click.option(
     "--start",
     type=click.Choice(("auto", "rest", "quasi-static")),

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-import numpy as np
 
 from guideload.base.atomic import atomic_write
 from guideload.cli import options
@@ -97,8 +96,6 @@ def _write(found: FrequencyResponse, table: Path, overwrite: bool) -> None:
 
     try:
         with atomic_write(table, replace=overwrite) as draft:
-            pd.DataFrame({name: np.asarray(values) for name, values in columns.items()}).to_csv(
-                draft, index=False
-            )
+            pd.DataFrame(columns).to_csv(draft, index=False)
     except OSError as error:
         raise unwritable(table, error) from error

@@ -13,7 +13,7 @@ import click
 from guideload.base.errors import PictureError
 from guideload.cli import options
 from guideload.cli.exit_codes import exit_if, picture_failure
-from guideload.cli.inputs import EXAMPLES, paths, read_machine, read_motion
+from guideload.cli.inputs import EXAMPLES, paths, read_machine, read_motion, read_riders
 from guideload.cli.outputs import (
     FORMATS,
     OF_POINTS,
@@ -94,6 +94,7 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
 @options.start_option
 @click.option("--step", type=options.POSITIVE, help="Fixed step in seconds, for rk45 and implicit.")
 @options.free_option
+@options.rider_option
 @click.option(
     "--format",
     "file_format",
@@ -115,6 +116,7 @@ def run(
     start: Start,
     step: float | None,
     free: str | None,
+    riders: tuple[str, ...],
     file_format: str | None,
     no_pictures: bool,
     report: Path | None,
@@ -144,9 +146,17 @@ def run(
         with status("reading"):
             machine = read_machine(machine_file, free)
             motion = read_motion(trace_file, machine, **reading)
+            moved = read_riders(machine, machine_file, riders)
         with status("computing the loads"):
             result = simulate(
-                machine, motion, method=method, rtol=rtol, step=step, start=start, strict=strict
+                machine,
+                motion,
+                method=method,
+                riders=moved,
+                rtol=rtol,
+                step=step,
+                start=start,
+                strict=strict,
             )
         text, failure = None, None
         if folder is not None and output is not None:

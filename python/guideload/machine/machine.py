@@ -43,6 +43,7 @@ from guideload.machine.links import NAMES, LinkTable, feet_on, own_axes, read_on
 from guideload.machine.payloads import Payload, united
 from guideload.machine.points import PointOfInterest
 from guideload.machine.products import filled, product_problems, with_catalogue
+from guideload.machine.riders import MOST_RIDERS, Rider, joined
 from guideload.machine.straightness import with_straightness
 
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
@@ -62,6 +63,11 @@ class Machine(ConfigModel):
         default=(0.0, -9.80665, 0.0), description="acceleration of gravity, points down, in m/s^2"
     )
     body: Body = Field(description="the table [body]: mass, center_of_mass, inertia")
+    riders: tuple[Rider, ...] = Field(
+        default=(),
+        max_length=MOST_RIDERS,
+        description="one [[riders]] table for each body that moves along the main body, such as a cross slide",
+    )
     drive: Drive | None = Field(
         default=None, description="the table [drive]; needed for a trace of the motor, and for torques"
     )
@@ -174,6 +180,12 @@ class Machine(ConfigModel):
         raise ArgumentError(
             f"{self.name}: expected the name of a point of the machine, got {name!r}; {there}"
         )
+
+    @cached_property
+    def whole_body(self) -> Body:
+        """The main body with all riders at their positions."""
+        riders = [rider.at(rider.position) for rider in self.riders]
+        return joined([self.body, *riders]) if riders else self.body
 
     @cached_property
     def carriage_centers(self) -> Array:
@@ -291,6 +303,7 @@ class Machine(ConfigModel):
             damping_in_contact=damping_in_contact,
             offsets=self.offsets,
             base_compliance=None if self.base is None else self.base.compliance,
+            riders=[rider.for_core() for rider in self.riders],
         )
 
     @property
@@ -343,25 +356,18 @@ def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
         return
     yield from type_problems(values)
     yield from product_problems(values)
-    rails, carriages, links = (_names(values, key, "name") for key in ("rails", "carriages", "links"))
+    keys = ("rails", "carriages", "links", "riders", "points", "payloads")
+    parts = {key: _names(values, key, "name") for key in keys}
     if not values.get("carriages") and not values.get("links"):
         yield ("carriages",), ValueRefused("at least one [[carriages]] or [[links]] table", [])
-    known = {name for _, name in rails}
+    known = {name for _, name in parts["rails"]}
     expected = f"a rail's name ({shown(sorted(known))})"
     unknown = ((i, rail) for i, rail in _names(values, "carriages", "rail") if rail not in known)
     for number, (i, rail) in enumerate(unknown):
         near = get_close_matches(rail, sorted(known), n=1) if number < MOST_PROBLEMS else []
         hint = f'did you mean "{near[0]}"?' if near else "add a [[rails]] table with that name"
         yield ("carriages", i, "rail"), ValueRefused(expected, rail, hint)
-    points, payloads = (_names(values, key, "name") for key in ("points", "payloads"))
-    parts = (
-        ("rails", rails),
-        ("carriages", carriages),
-        ("links", links),
-        ("points", points),
-        ("payloads", payloads),
-    )
-    for key, named in parts:
+    for key, named in parts.items():
         first: dict[str, int] = {}
         for i, name in named:
             if first.setdefault(name, i) < i:
@@ -369,8 +375,8 @@ def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
                     (key, i, "name"),
                     ValueRefused("a unique name", name, f"{key}[{first[name]}] has it already"),
                 )
-    taken = {f"{name}:{end}" for _, name in carriages for end in NAMES}
-    for i, name in links:
+    taken = {f"{name}:{end}" for _, name in parts["carriages"] for end in NAMES}
+    for i, name in parts["links"]:
         if name in taken:
             yield (
                 ("links", i, "name"),

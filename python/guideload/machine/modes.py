@@ -49,7 +49,7 @@ def _guided_points(machine: Machine) -> Array:
     """
     rolls = machine.in_one_line and "rx" in machine.free
     guided = machine.carriage_centers if machine.carriages and not rolls else machine.link_table().points
-    return np.vstack([guided, machine.body.center_of_mass])
+    return np.vstack([guided, machine.whole_body.center_of_mass])
 
 
 def displacement(points: Array, q: Array) -> Array:

@@ -38,12 +38,28 @@ class Stretches:
             self.machine.carrying(name for name in before if name in after) for before, after in pairs
         )
 
-    def solve(self, time: Array, acceleration: Array, wrench: Array | None, **settings: Any) -> Solution:
-        """As `Scene.solve`."""
+    def solve(
+        self,
+        time: Array,
+        acceleration: Array,
+        wrench: Array | None,
+        travel: Array | None = None,
+        **settings: Any,
+    ) -> Solution:
+        """As `Scene.solve`; no rider moves."""
+        assert travel is None
         return solve_stretches(*self._scenes, self.first, time, acceleration, wrench, **settings)
 
-    def peaks(self, time: Array, acceleration: Array, wrench: Array | None, **settings: Any) -> list[Array]:
-        """As `Scene.peaks`."""
+    def peaks(
+        self,
+        time: Array,
+        acceleration: Array,
+        wrench: Array | None,
+        travel: Array | None = None,
+        **settings: Any,
+    ) -> list[Array]:
+        """As `Scene.peaks`; no rider moves."""
+        assert travel is None
         return peaks_of_stretches(*self._scenes, self.first, time, acceleration, wrench, **settings)
 
     @property

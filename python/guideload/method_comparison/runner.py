@@ -49,14 +49,14 @@ def work_precision(machine: Machine, motion: Motion, *, budget: float = 20.0) ->
     """
     if isinstance(budget, bool) or not isinstance(budget, int | float) or not 0.0 < budget < np.inf:
         raise ArgumentError(f"budget: expected a number > 0, in s, got {budget!r}")
+    deadline = perf_counter() + budget
+    auto_method, auto_reason = _auto(machine, motion)
     if not machine.has_straight_rails:
         raise ArgumentError(
             "machine: methods are compared on straight rails only; leave straightness and waviness out: the force of a "
             "profile is one more excitation, which changes no method"
         )
     machine.require_no_payloads("the comparison of methods")
-    deadline = perf_counter() + budget
-    auto_method, auto_reason = _auto(machine, motion)
     reference, loads, metric = _reference(machine, motion)
     runner = _Runner(machine, motion, metric, loads, reference, float(budget), deadline)
     curves = _curves(motion)

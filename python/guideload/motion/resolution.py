@@ -218,7 +218,7 @@ def _unit_response(machine: Machine, modes: Modes) -> tuple[Array, Array]:
     sizes = np.abs(in_modes).max(axis=1)
     total = float(sizes.sum())
     # If x excites no mode, the loads are rounding, far below the mass times 1 m/s2.
-    participation = sizes / total if total > ROUNDING * machine.body.mass else np.zeros(sizes.size)
+    participation = sizes / total if total > ROUNDING * machine.whole_body.mass else np.zeros(sizes.size)
     return _loads(machine, in_modes.sum(axis=0)[None])[0], participation
 
 

@@ -42,9 +42,9 @@ def equivalent_box(machine: Machine) -> Points:
     -------
     ndarray, shape (8, 3) [m], from L. The sides a, b, c follow from J_a = m/12 (b² + c²) in the principal axes.
     """
-    mass = machine.body.mass
-    center = np.asarray(machine.body.center_of_mass, dtype=np.float64)
-    principal, directions = np.linalg.eigh(machine.body.central_inertia())
+    mass = machine.whole_body.mass
+    center = np.asarray(machine.whole_body.center_of_mass, dtype=np.float64)
+    principal, directions = np.linalg.eigh(machine.whole_body.central_inertia())
     squares = 6 / mass * (principal.sum() - 2 * principal)
     # Sides of a plate or a rod are zero, or by rounding imaginary: drawn with 2 % of the longest side.
     sides = np.sqrt(np.maximum(squares, 4e-4 * squares.max()))
@@ -155,10 +155,10 @@ def _draw_rails(ax: Axes3D, machine: Machine, box: Points) -> None:
 
 
 def _draw_weight(ax: Axes3D, machine: Machine, size: float) -> None:
-    center = np.asarray(machine.body.center_of_mass, dtype=np.float64)
+    center = np.asarray(machine.whole_body.center_of_mass, dtype=np.float64)
     gravity = np.asarray(machine.gravity, dtype=np.float64)
     pull = float(np.linalg.norm(gravity))
-    label = f"centre of mass and weight, {load_with_unit(machine.body.mass * pull)}"
+    label = f"centre of mass and weight, {load_with_unit(machine.whole_body.mass * pull)}"
     ax.plot(*center[:, None], "o", color=BODY_COLOR, markersize=7, label=label)
     if pull > 0:
         arrow = WEIGHT_ARROW * size * gravity / pull

@@ -62,7 +62,7 @@ def machine_report(machine: Machine, encoding: str = "utf-8") -> str:
 
 def body_lines(machine: Machine) -> list[str]:
     """Mass, centre of mass and inertia of the body, the travel per turn of the motor, and the points."""
-    body = machine.body
+    body = machine.whole_body
     weight = body.mass * float(np.linalg.norm(machine.gravity))
     principal = np.linalg.eigvalsh(body.central_inertia())
     lines = [
@@ -70,6 +70,10 @@ def body_lines(machine: Machine) -> list[str]:
         f"centre of mass {_millimetres(body.center_of_mass)} from L",
         f"principal moments of inertia about it {', '.join(f'{j:.4g}' for j in principal)} kg m2",
     ]
+    for rider in machine.riders:
+        along = f"({', '.join(f'{x:g}' for x in rider.direction)})"
+        stands = f"here at a travel of {1e3 * rider.position:.4g} mm"
+        lines.append(f"with the rider {rider.name}: {rider.mass:g} kg that moves along {along}, {stands}")
     if machine.drive is not None and not machine.drive.linear_motor:
         per_turn = 2e3 * np.pi * machine.drive.speed_per_motor_speed
         lines.append(f"drive: the cart moves {per_turn:.4g} mm per turn of the motor")
@@ -302,7 +306,7 @@ def weight_lines(machine: Machine) -> list[RenderableType]:
     reaction, loads = machine.scene.static_reaction(), _static_loads(machine)
     lines = []
     for index, axis in enumerate("xyz"):
-        weight = machine.body.mass * machine.gravity[index]
+        weight = machine.whole_body.mass * machine.gravity[index]
         if axis in machine.free or axis == "x" or weight == 0:
             continue
         held, carried = load_in_table(float(reaction[index])), load_in_table(float(loads[:, index].sum()))

@@ -53,6 +53,7 @@ def result_report(result: Result, encoding: str = "utf-8") -> str:
             *remark(*nominal_lines(machine, "frequencies")),
             *section("Motion"),
             *motion_lines_of(result.quantities),
+            *remark(*rider_lines(result)),
             *section("Solution"),
             *solution_lines(result.quantities),
             *section("Audit"),
@@ -60,6 +61,23 @@ def result_report(result: Result, encoding: str = "utf-8") -> str:
         ],
         encoding=encoding,
     )
+
+
+def rider_lines(result: Result) -> list[str]:
+    """A sentence for each moving rider: its travel, and the force of its drive."""
+    data = result.quantities
+    if "rider_force" not in data:
+        return []
+    lines = []
+    for i, name in enumerate(data["rider"]):
+        place, speed, acceleration, force = (
+            data[f"rider_{history}"][:, i] for history in ("position", "velocity", "acceleration", "force")
+        )
+        lines.append(
+            f"rider {name}: from {place.min():.4g} to {place.max():.4g} m, up to {np.abs(speed).max():.3g} m/s and "
+            f"{np.abs(acceleration).max():.3g} m/s2; force of its drive up to {load_in_table(np.abs(force).max())} N"
+        )
+    return lines
 
 
 def comparison(results: Mapping[str, Result], encoding: str = "utf-8") -> str:

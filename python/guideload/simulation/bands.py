@@ -55,7 +55,7 @@ def bands_of(run: Run, carriage_loads: Array) -> CredibleBands | None:
     """The credible bands of a run, from its loads (time, carriage, 6); None if the motion has no uncertainty."""
     if run.motion.uncertainty is None:
         return None
-    if run.machine.scene.model_level == "linear" and run.stretches is None:
+    if run.machine.scene.model_level == "linear" and run.stretches is None and run.travel is None:
         return _through_linear_scene(run, run.motion.uncertainty, np.ascontiguousarray(carriage_loads))
     return _by_samples(run, run.motion.uncertainty, carriage_loads)
 
@@ -133,8 +133,13 @@ def _by_samples(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBan
             peaks[i] = histories[2][:, :, 0].max(axis=0)
     acceleration, of_loads, resultants, links = (np.sqrt(square / count) for square in squares)
     mean, half = peaks.mean(axis=0), COVER * peaks.std(axis=0, ddof=1)
+    kind = (
+        run.machine.scene.model_level
+        if run.travel is None
+        else "one with moving riders, whose motion is taken as known"
+    )
     method = (
-        f"{count} Monte Carlo samples of the motion run through the scene, which is {run.machine.scene.model_level}: "
+        f"{count} Monte Carlo samples of the motion run through the scene, which is {kind}: "
         f"rms distance from the loads of the estimate; peaks: mean over the samples -+ {COVER} standard deviations"
     )
     lower, upper = np.maximum(mean - half, 0.0), mean + half

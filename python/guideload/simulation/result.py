@@ -46,6 +46,8 @@ class Result:
     point_velocity, point_acceleration (in the carriage frame) and point_absolute_acceleration (with that of the cart),
     along the axes of the machine; and static values.
     A load is the force that the body exerts on its guide: weight makes y negative.
+    If riders move: rider_position, rider_velocity and rider_acceleration along their directions, rider_force of their
+    drives, and rider_wrench, which their motion adds to the forces on the body.
     If instants were given: motion_acceleration and motion_wrench at motion_time, the samples of the motion, up to
     200 000, so that a result that is read from a file can be judged.
     If the motion has an uncertainty: standard deviations force_sd, moment_sd, resultant_sd, moment_magnitude_sd,

@@ -35,6 +35,7 @@ class Run:
     start: StartState
     stretches: Stretches | None = None  # between the changes of payload; the motion has two stamps at each
     feet: Feet | None = None  # None: all rails are straight
+    travel: Array | None = None  # (riders, n, 3) at the samples of the motion; None if no rider moves
 
     @property
     def time(self) -> Array:
@@ -67,6 +68,7 @@ class Run:
             step=self.step,
             times=self.times,
             start=self.start,
+            travel=self.travel,
         )
 
     def link_loads_again(self, method: str, rtol: float, factor: float) -> Array:
@@ -84,6 +86,7 @@ class Run:
             rtol=rtol,
             times=self.times,
             start=self.start,
+            travel=self.travel,
         )
         return solution.link_loads("total")
 

@@ -36,7 +36,9 @@ def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
     }
     if machine.points:
         labels["point"] = [point.name for point in machine.points]
-    rows = [*_loads(run, carriage_loads), *_reference_point(run), *_static(run), *_motion(run)]
+    if run.travel is not None:
+        labels["rider"] = [rider.name for rider in machine.riders]
+    rows = [*_loads(run, carriage_loads), *_reference_point(run), *_static(run), *_motion(run), *_riders(run)]
     rows += point_rows(machine, {name: values for name, _, values, *_ in rows})
     rows.append(("time", ("time",), run.time, "s", "time"))
     variables = quantities(
@@ -125,6 +127,25 @@ def _motion(run: Run) -> Iterator[Row]:
         if motion.wrench is not None:
             text = "external force and moment about L"
             yield "motion_wrench", (*samples, "dof"), motion.wrench, LOAD_UNITS, text
+
+
+def _riders(run: Run) -> Iterator[Row]:
+    if run.travel is None:
+        return
+    solution, dims, starts = run.solution, ("time", "rider"), [rider.position for rider in run.machine.riders]
+    travel, speed, acceleration = np.ascontiguousarray(solution.rider_travel().transpose(2, 1, 0))
+    yield "rider_position", dims, travel + starts, "m", "travel of the rider"
+    yield "rider_velocity", dims, speed, "m/s", "speed of the rider relative to the main body"
+    yield (
+        "rider_acceleration",
+        dims,
+        acceleration,
+        "m/s2",
+        "acceleration of the rider relative to the main body",
+    )
+    yield "rider_force", dims, solution.rider_forces(), "N", "force of the rider's drive along its direction"
+    text = "force and moment about L by which the riders' motion differs from riders at their start"
+    yield "rider_wrench", ("time", "dof"), solution.rider_wrench(), LOAD_UNITS, text
 
 
 def _changes(run: Run) -> int:

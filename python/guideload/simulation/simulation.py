@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Literal, get_args
 
 import numpy as np
@@ -16,6 +17,7 @@ from guideload.simulation.feet import over_rails
 from guideload.simulation.payload_changes import with_changes
 from guideload.simulation.peaks import Peaks, peaks_of
 from guideload.simulation.result import Result
+from guideload.simulation.riders import ridden
 from guideload.simulation.run import Run
 from guideload.simulation.start import Start, start_of
 
@@ -28,6 +30,7 @@ def simulate(
     motion: Motion,
     method: Method = "auto",
     *,
+    riders: Mapping[str, Motion] | None = None,
     rtol: float = 1e-6,
     step: float | None = None,
     times: ArrayLike | None = None,
@@ -41,6 +44,8 @@ def simulate(
     method  exact (matrix exponential between samples and contact changes: no step error; not for preloaded
             contacts), rk45 (Dormand-Prince 5(4)), implicit (Radau IIA of order 9), or auto: the cheapest method that
             the scene allows; `Result.reason` explains the choice
+    riders  the motion of each rider that moves, by its name: along x, which is its travel; method exact then has no
+            solution. Without riders that move, each is a part of the body at its position
     rtol    error tolerance of rk45 and implicit for the link loads, relative to the load scale: largest link load at
             rest plus quasi-static link load under the peaks of the motion (`load_scale_N` of the result)
     step    s, fixed step of rk45 and implicit instead of step-size control; steps end at samples of the motion
@@ -53,7 +58,7 @@ def simulate(
     Raises SceneError (unsupported body), ArgumentError (method, rtol, step, times or start), RunError (with time and
     step).
     """
-    result = Result.of_run(_run(machine, motion, method, rtol, step, times, start))
+    result = Result.of_run(_run(machine, motion, method, rtol, step, times, start, riders))
     if strict:
         result.require_no_doubts()
     return result
@@ -64,6 +69,7 @@ def peak_loads(
     motion: Motion,
     method: Method = "auto",
     *,
+    riders: Mapping[str, Motion] | None = None,
     rtol: float = 1e-6,
     step: float | None = None,
     start: Start = "auto",
@@ -74,8 +80,8 @@ def peak_loads(
     Arguments and errors as for `simulate`. Only strict=True judges the loads: it computes a result and its audit too.
     """
     if strict:
-        simulate(machine, motion, method, rtol=rtol, step=step, start=start, strict=True)
-    run = _run(machine, motion, method, rtol, step, None, start)
+        simulate(machine, motion, method, riders=riders, rtol=rtol, step=step, start=start, strict=True)
+    run = _run(machine, motion, method, rtol, step, None, start, riders)
     if run.feet is not None:
         return peaks_of(run)
     extremes = run.scene.peaks(
@@ -88,6 +94,7 @@ def peak_loads(
         groups=machine.links_of_carriages,
         centers=machine.carriage_places,
         start=run.start,
+        travel=run.travel,
     )
     return Peaks(tuple(carriage.name for carriage in machine.carriages), *extremes)
 
@@ -114,17 +121,19 @@ def _run(
     step: float | None,
     times: ArrayLike | None,
     start: str,
+    riders: Mapping[str, Motion] | None = None,
 ) -> Run:
     """A run with its method chosen, with the push of a rack, not solved yet."""
     _require_types(machine, motion, rtol, step)
-    machine, motion, feet = over_rails(machine, motion)
-    chosen, reason = _method_and_reason(machine, motion, method, step)
+    moved = ridden(machine, motion, riders)
+    machine, motion, feet = over_rails(moved.machine, moved.motion)
+    chosen, reason = _method_and_reason(machine, motion, method, step, moved.travel is not None)
     if feet is not None:
         machine.require_no_payloads("a run over rails that are not straight")
     motion, stretches = with_changes(machine, motion)
     instants = None if times is None else _instants(times)
     begin = start_of(machine, motion, start)
-    run = Run(machine, motion, chosen, reason, rtol, step, instants, begin, stretches, feet)
+    run = Run(machine, motion, chosen, reason, rtol, step, instants, begin, stretches, feet, moved.travel)
     return with_rack_push(run)
 
 
@@ -153,22 +162,26 @@ def _instants(times: ArrayLike) -> Array:
     return instants
 
 
-def _method_and_reason(machine: Machine, motion: Motion, method: str, step: float | None) -> tuple[str, str]:
-    """The integration method and the reason for it."""
+def _method_and_reason(
+    machine: Machine, motion: Motion, method: str, step: float | None, riding: bool
+) -> tuple[str, str]:
+    """The integration method and the reason for it. riding: whether a rider moves."""
     if method not in get_args(Method):
         raise ArgumentError(f"method: expected one of {', '.join(get_args(Method))}, got {method!r}")
     if method in ("auto", "exact") and step is not None:
         raise ArgumentError(f'step: method "{method}" has none; leave step out, or use rk45 or implicit')
     if method != "auto":
         return method, "asked for"
+    if riding:
+        return _by_stability(machine, motion, "a rider moves, so the mass matrix changes")
     if machine.scene.model_level == "linear":
         return "exact", "all links are linear: the matrix exponential is cheapest and has no step error"
     if machine.scene.model_level == "piecewise linear":
         return "exact", "links are linear between contact changes, which are located: no step error"
-    return _for_smooth_laws(machine, motion)
+    return _by_stability(machine, motion, "preloaded contacts are not linear")
 
 
-def _for_smooth_laws(machine: Machine, motion: Motion) -> tuple[str, str]:
+def _by_stability(machine: Machine, motion: Motion, cause: str) -> tuple[str, str]:
     """rk45, unless stability limits its steps so much that implicit is cheaper."""
     from guideload.simulation.stability_function import longest_stable_steps  # other scenes do not need it
 
@@ -176,7 +189,7 @@ def _for_smooth_laws(machine: Machine, motion: Motion) -> tuple[str, str]:
     values = machine.scene.modes()[3]
     passive = np.minimum(values.real, 0.0) + 1j * values.imag
     longest = float(longest_stable_steps(passive).min())
-    why = f"preloaded contacts are not linear; rk45 is stable up to steps of {1e3 * longest:.3g} ms"
+    why = f"{cause}; rk45 is stable up to steps of {1e3 * longest:.3g} ms"
     if longest * STEP_COST < sample_step:
         return (
             "implicit",

@@ -41,9 +41,9 @@
 //!
 //! - `error`: error types and their messages.
 //! - `numeric`: elementary functions, vector loops, bounded vector, tensors, random numbers.
-//! - `model`: body, degrees of freedom, laws, links, scene. **A new elastic law goes into `model/law`.**
+//! - `model`: body, riders, degrees of freedom, laws, links, scene. **A new elastic law goes into `model/law`.**
 //! - `system`: matrices, static equilibrium, undamped modes; the state in energy coordinates.
-//! - `excitation`: acceleration and external load over time, and the modal force that they cause.
+//! - `excitation`: acceleration, external load and motion of riders over time, and the modal force that they cause.
 //! - `equations`: the equations of motion (linear, piecewise linear, smooth) and the exact solution over a step.
 //! - `contacts`: the instants at which a link leaves a segment of its law.
 //! - `output`: loads and motions from states; what a run records.
@@ -71,9 +71,9 @@ pub mod smoother;
 mod system;
 
 // Describe: a scene and what drives it.
-pub use excitation::{Excitation, wrench_at};
+pub use excitation::{Excitation, MAX_RIDERS, RiderMotion, wrench_at};
 pub use model::{
-    Body, Dof, Free, Law, LawParameter, Link, MAX_CURVE_POINTS, Scene, carriage_ends, carriage_links,
+    Body, Dof, Free, Law, LawParameter, Link, MAX_CURVE_POINTS, Rider, Scene, carriage_ends, carriage_links,
 };
 pub use numeric::tensor;
 #[cfg(feature = "std")]
@@ -90,8 +90,8 @@ pub use system::{
 
 // Read out: records of a run, and loads and motions from its states.
 pub use output::{
-    Axes, Axial, Extremes, History, Part, Peaks, Record, Recovery, Wrench, acceleration, evaluate,
-    group_load, group_load_along, link_load, position, reaction, velocity,
+    Axes, Axial, Extremes, History, Part, Peaks, Record, Recovery, Ridden, RiddenInstant, Wrench,
+    acceleration, evaluate, group_load, group_load_along, link_load, position, reaction, velocity,
 };
 
 #[cfg(feature = "std")]

@@ -33,6 +33,7 @@ pub type Array2<'py> = Bound<'py, PyArray2<f64>>;
 pub enum CoreError {
     Scene(SceneError),
     Link(usize, SceneError),
+    Rider(usize, SceneError),
     Excitation(ExcitationError),
     Run(RunError),
     Batch(BatchError),
@@ -79,12 +80,14 @@ impl From<CoreError> for PyErr {
         match error {
             CoreError::Scene(error) => errors::SceneError::new_err(error.to_string()),
             CoreError::Link(index, error) => errors::SceneError::new_err(format!("links[{index}].{error}")),
+            CoreError::Rider(index, error) => errors::SceneError::new_err(format!("riders[{index}].{error}")),
             CoreError::Excitation(error) => errors::TraceError::new_err(error.to_string()),
             CoreError::Run(
                 error @ (RunError::Tolerance { .. }
                 | RunError::Step { .. }
                 | RunError::OutputTime { .. }
                 | RunError::NotExact { .. }
+                | RunError::NotExactRiders
                 | RunError::StartState { .. }),
             ) => errors::ArgumentError::new_err(error.to_string()),
             CoreError::Run(RunError::Interrupted { .. }) | CoreError::Stopped(Stopped::Interrupted) => {

@@ -12,6 +12,7 @@ mod links;
 mod monitor;
 #[cfg(all(target_os = "linux", target_env = "gnu", target_arch = "x86_64"))]
 mod old_glibc;
+mod riders;
 mod scene;
 mod smoother;
 mod solution;

@@ -4,10 +4,12 @@ use std::sync::Arc;
 
 use guideload::reaction;
 use guideload::{
-    Body, Extremes, Input, ModelLevel, NamedMethod, Output, Part, Peaks, RunError, Scene, State, System,
-    Watched, eigenvalues, link_load, modes,
+    Body, Extremes, Input, ModelLevel, NamedMethod, Output, Part, Peaks, Rider, RunError, Scene, State,
+    System, Watched, eigenvalues, link_load, modes,
 };
-use numpy::{Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
+use numpy::{
+    Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, ToPyArray,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -15,10 +17,11 @@ use crate::convert::{self, Array1, Array2, CoreError, List, Samples, matrix3, nu
 use crate::interrupt::compute;
 use crate::law::PyLaw;
 use crate::links::{self, group_loads};
+use crate::riders::{self, RiderTuple, Travels};
 use crate::solution::{AT_A_TIME, Inputs, PySolution};
 
 #[pyclass(name = "Scene", module = "guideload._core", frozen)]
-pub struct PyScene(pub Arc<System>);
+pub struct PyScene(pub Arc<System>, Vec<Rider>);
 
 /// The method of that name.
 pub fn named_method(name: &str) -> PyResult<NamedMethod> {
@@ -30,7 +33,7 @@ pub fn named_method(name: &str) -> PyResult<NamedMethod> {
 #[pymethods]
 impl PyScene {
     #[new]
-    #[pyo3(signature = (*, mass, center_of_mass, inertia, gravity, free, points, directions, laws, damping, damping_in_contact, offsets=None, base_compliance=None))]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, gravity, free, points, directions, laws, damping, damping_in_contact, offsets=None, base_compliance=None, riders=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         mass: f64,
@@ -45,8 +48,14 @@ impl PyScene {
         damping_in_contact: PyReadonlyArray1<'_, bool>,
         offsets: Option<PyReadonlyArray1<'_, f64>>,
         base_compliance: Option<[[f64; 6]; 6]>,
+        riders: Option<List<RiderTuple>>,
     ) -> PyResult<Self> {
-        let body = Body::new(mass, center_of_mass.into(), matrix3(inertia)).map_err(CoreError::from)?;
+        let mut body = Body::new(mass, center_of_mass.into(), matrix3(inertia)).map_err(CoreError::from)?;
+        let given = riders.map_or(Vec::new(), |riders| riders.0).into_iter().enumerate();
+        let riders = given.map(|(i, rider)| riders::rider(i, rider)).collect::<Result<Vec<_>, _>>()?;
+        for rider in &riders {
+            body = body.plus(rider.body());
+        }
         let links =
             links::links(&points, &directions, &laws.0, &damping, &damping_in_contact, offsets.as_ref())?;
         let free = convert::free(&free.0)?;
@@ -55,7 +64,7 @@ impl PyScene {
             scene = scene.on_base(convert::matrix6(compliance)).map_err(CoreError::from)?;
         }
         let system = System::new(&scene).map_err(CoreError::from)?;
-        Ok(Self(Arc::new(system)))
+        Ok(Self(Arc::new(system), riders))
     }
 
     /// Model level of the scene.
@@ -74,7 +83,7 @@ impl PyScene {
         table(py, self.0.free_at_rest().map(<[f64; 6]>::from))
     }
 
-    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, times=None, start="rest"))]
+    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, times=None, start="rest", travel=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn solve(
         &self,
@@ -87,14 +96,17 @@ impl PyScene {
         step: Option<f64>,
         times: Option<PyReadonlyArray1<'_, f64>>,
         start: &str,
+        travel: Option<PyReadonlyArray3<'_, f64>>,
     ) -> PyResult<PySolution> {
         let (method, start) = (named_method(method)?, convert::start(start)?);
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
+        let travels = Travels::new(&self.1, travel.as_ref())?;
         let times = times.as_ref().map(|times| numbers(times, "times")).transpose()?;
         let system = Arc::clone(&self.0);
         let mut inputs: Vec<Input> = room(times.as_ref().map_or(0, Vec::len))?;
         Ok(compute(py, |watch| {
-            let excitation = samples.excitation()?;
+            let motions = travels.motions();
+            let excitation = samples.excitation()?.with_riders(&motions)?;
             let mut record = Watched { record: Vec::<State>::new(), watch };
             let (control, output) = (convert::control(rtol, step), convert::output(times.as_deref()));
             let summary = method.run(&system, control, start, &excitation, output, &mut record)?;
@@ -103,16 +115,18 @@ impl PyScene {
                 for some in times.chunks(AT_A_TIME).take_while(|_| !watch.stops()) {
                     inputs.extend(some.iter().map(|&time| excitation.input_at(time)));
                 }
-                let inputs = Inputs::At(inputs);
-                return Ok(PySolution { stretches: vec![(system, 0)], states, inputs, summary });
+                let travels = travels.at(&excitation, &times);
+                let (stretches, inputs) = (vec![(system, 0)], Inputs::At(inputs));
+                return Ok(PySolution { stretches, states, inputs, travels, summary });
             }
             let inputs = Inputs::Samples { acceleration: samples.acceleration, wrench: samples.wrench };
-            Ok::<_, CoreError>(PySolution { stretches: vec![(system, 0)], states, inputs, summary })
+            drop(motions);
+            Ok::<_, CoreError>(PySolution { stretches: vec![(system, 0)], states, inputs, travels, summary })
         })??)
     }
 
     /// Running extremes only: (smallest, largest, time of smallest, time of largest), each (groups, 8).
-    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, start="rest"))]
+    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, start="rest", travel=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn peaks<'py>(
         &self,
@@ -126,12 +140,15 @@ impl PyScene {
         groups: List<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
         start: &str,
+        travel: Option<PyReadonlyArray3<'_, f64>>,
     ) -> PyResult<[Array2<'py>; 4]> {
         let (method, start) = (named_method(method)?, convert::start(start)?);
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
+        let travels = Travels::new(&self.1, travel.as_ref())?;
         let loads = group_loads(&self.0, &groups.0, &centers, Part::Total)?;
         let extremes = compute(py, |watch| {
-            let excitation = samples.excitation()?;
+            let motions = travels.motions();
+            let excitation = samples.excitation()?.with_riders(&motions)?;
             let mut extremes = vec![Extremes::NONE; loads.len()];
             let mut record = Watched { record: Peaks::new(&loads, &mut extremes), watch };
             let control = convert::control(rtol, step);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use guideload::input_from;
-use guideload::{Input, RunError, State, Summary, System, Wrench, link_load};
+use guideload::{Input, RiddenInstant, RunError, State, Summary, System, Wrench, link_load};
 use guideload::{Recovery, acceleration, evaluate, position, reaction, velocity};
 use numpy::ndarray::Dimension;
 use numpy::{PyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 use crate::convert::{self, CoreError, List, zeros};
 use crate::interrupt::compute;
 use crate::links::group_loads;
+use crate::riders::Travels;
 
 /// Excitation at the recorded instants: the given samples, or interpolated at output times.
 pub enum Inputs {
@@ -36,6 +37,8 @@ pub struct PySolution {
     pub stretches: Vec<(Arc<System>, usize)>,
     pub states: Vec<State>,
     pub inputs: Inputs,
+    /// Of a single system; empty where no rider moves.
+    pub travels: Travels,
     /// Of all stretches together.
     pub summary: Summary,
 }
@@ -95,12 +98,39 @@ impl PySolution {
 
     /// Acceleration of L in the carriage frame, (time, 6).
     fn acceleration<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        if !self.travels.is_empty() {
+            return self.of_riders(py, 6, |instant, out| out.copy_from_slice(&instant.acceleration));
+        }
         self.of_reference(py, acceleration)
     }
 
     /// Reaction of the held degrees of freedom, (time, 6).
     fn reaction<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        if !self.travels.is_empty() {
+            return self.of_riders(py, 6, |instant, out| out.copy_from_slice(&instant.reaction));
+        }
         self.of_reference(py, reaction)
+    }
+
+    /// Force and moment about L by which the riders' motion differs from riders at rest, (time, 6).
+    fn rider_wrench<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.of_riders(py, 6, |instant, out| out.copy_from_slice(&instant.wrench))
+    }
+
+    /// Travel, speed and acceleration of the moving riders, (riders, time, 3).
+    fn rider_travel<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let array = zeros(py, &[self.travels.count(), self.states.len(), 3])?;
+        let flat = self.travels.samples().flat_map(|samples| samples.as_flattened().iter().copied());
+        for (to, from) in array.readwrite().as_slice_mut()?.iter_mut().zip(flat) {
+            *to = from;
+        }
+        Ok(array)
+    }
+
+    /// Force of the drive on each moving rider along its direction, (time, riders).
+    fn rider_forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let count = self.travels.count();
+        self.of_riders(py, count, |instant, out| out.copy_from_slice(&instant.drive[..count]))
     }
 
     /// The excitation at the recorded instants, (time, 9): acceleration, force, moment about L.
@@ -114,6 +144,23 @@ impl PySolution {
 }
 
 impl PySolution {
+    /// Quantities that depend on the riders, (time, width).
+    fn of_riders<'py>(
+        &self,
+        py: Python<'py>,
+        width: usize,
+        write: impl Fn(&RiddenInstant, &mut [f64]),
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let array = zeros(py, &[self.states.len(), width])?;
+        let system = &self.stretches[0].0;
+        let instants = compute(py, |_| self.travels.instants(system, &self.states, |k| self.inputs.at(k)))??;
+        for (instant, out) in instants.iter().zip(array.readwrite().as_slice_mut()?.chunks_mut(width.max(1)))
+        {
+            write(instant, out);
+        }
+        Ok(array)
+    }
+
     fn of_reference<'py>(
         &self,
         py: Python<'py>,

@@ -13,6 +13,7 @@ use pyo3::prelude::*;
 use crate::convert::{self, Array2, CoreError, List, Samples, numbers, room};
 use crate::interrupt::compute;
 use crate::links::group_loads;
+use crate::riders::Travels;
 use crate::scene::{PyScene, named_method, table};
 use crate::solution::{Inputs, PySolution};
 
@@ -140,7 +141,7 @@ pub fn solve_stretches(
     let stretches = run.systems.into_iter().zip(firsts).collect();
     let Samples { acceleration, wrench, .. } = run.samples;
     let inputs = if times.is_some() { Inputs::At(inputs) } else { Inputs::Samples { acceleration, wrench } };
-    Ok(PySolution { stretches, states, inputs, summary })
+    Ok(PySolution { stretches, states, inputs, travels: Travels::NONE, summary })
 }
 
 /// As `Scene.peaks`, of scenes one after the other.

@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import Field, InstanceOf, model_validator
 from scipy.stats import qmc
 
-from guideload.base.errors import ABSENT, ConfigError, Problem
+from guideload.base.errors import ABSENT, ConfigError, Problem, ValueRefused
 from guideload.base.toml import located
 from guideload.machine.machine import Machine
 from guideload.motion.motion import HISTORIES, Motion
@@ -79,6 +79,12 @@ class Study(StudyOptions):
 
     @model_validator(mode="after")
     def _possible(self) -> Study:
+        if self.machine.riders:
+            raise ValueRefused(
+                "a machine without riders",
+                self.machine.riders[0].name,
+                "a study knows one body: add their masses to [body]",
+            )
         self.machine.require_no_payloads("a study")
         _ = self.machine.scene, self._plan  # computed once, and cached
         return self

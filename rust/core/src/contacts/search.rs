@@ -42,7 +42,7 @@ impl Kernel for SearchKernel<'_> {
             }
             let (start, end) = (ramp.values(from), ramp.values(to));
             let h = (to - from) * ramp.h;
-            let part = Ramp { h, start: &start, end: &end, forcing: ramp.forcing, spans_interval: false };
+            let part = Ramp { h, start: &start, end: &end, spans_interval: false, ..*ramp };
             searched += work(series.parts(part.h));
             if series.parts(part.h) <= 1.0 {
                 let terms = series.terms(equations, &part, &state);

@@ -2,7 +2,7 @@
 
 use super::block::{LinkBlock, NO_LINKS};
 use crate::equations::{Equations, PowerSeries, SegmentEquations};
-use crate::excitation::Ramp;
+use crate::excitation::{Instant, Ramp};
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::LANES;
@@ -259,7 +259,7 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
 /// Bound on the growth rate of `|exp(A t)|`: `|S - ω| / 2`. All else in A turns a state or, as the dampers, shortens it.
 #[cfg_attr(feature = "std", inline(always))]
 fn growth_rate<E: Equations>(equations: &E) -> f64 {
-    let (stiffness, _) = equations.tangent(&[0.0; 12]);
+    let (stiffness, _) = equations.tangent(&[0.0; 12], Instant::FIRST);
     let (mut rows, mut column): ([f64; 6], f64) = ([0.0; 6], 0.0);
     for j in 0..6 {
         let mut sum = 0.0;

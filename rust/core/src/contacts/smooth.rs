@@ -7,7 +7,8 @@
 use super::block::LinkBlock;
 use super::search::{EXAMINED_PER_WORK, first_exit};
 use super::segments::{Change, Segments};
-use crate::equations::SmoothEquations;
+use crate::equations::{Riders, SmoothEquations};
+use crate::excitation::Excitation;
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
@@ -44,10 +45,17 @@ pub(crate) struct SmoothContacts<'a> {
 
 impl<'a> SmoothContacts<'a> {
     /// The contacts in `state`, in which a run starts. `load_scale`: size of the loads, N; `rtol`: tolerance of the run relative to it.
-    pub(crate) fn new(system: &'a System, state: &State, load_scale: f64, rtol: f64) -> Self {
+    pub(crate) fn new(
+        system: &'a System,
+        excitation: &'a Excitation<'a>,
+        state: &State,
+        load_scale: f64,
+        rtol: f64,
+    ) -> Self {
         let mut segments = Segments::new(system, state, load_scale, SLACK * rtol);
         segments.update();
-        let equations = SmoothEquations::new(system, segments.current.equations);
+        let equations =
+            SmoothEquations::new(system, segments.current.equations, Riders::new(system, excitation));
         let starts = BoundedVec::filled([0.0; LANES], segments.blocks.as_slice().len());
         let mut contacts =
             Self { segments, equations, starts, speed: 0.0, change: None, changes: 0, examined: 0 };

@@ -1,6 +1,7 @@
 //! The equations of a linear scene: a [`System`] by itself.
 
 use super::Equations;
+use crate::excitation::Instant;
 use crate::system::{Force, NO_FORCE, Square, State, System};
 
 impl Equations for System {
@@ -28,12 +29,12 @@ impl Equations for System {
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn rate(&self, state: &State, force: &Force) -> State {
+    fn rate(&self, state: &State, force: &Force, _: Instant) -> State {
         self.linear_rate(state, force)
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn tangent(&self, _: &State) -> (Square, Square) {
+    fn tangent(&self, _: &State, _: Instant) -> (Square, Square) {
         let mut stiffness = [[0.0; 6]; 6];
         for (i, column) in stiffness.iter_mut().enumerate() {
             column[i] = self.frequency[i];

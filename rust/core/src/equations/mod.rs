@@ -7,22 +7,25 @@
 //! d/dt  η'   = -S (ω η) - Ĉ η' + c + f(t) - (nonlinear loads)
 //! ```
 //!
-//! `linear`, `piecewise`, `smooth`: the three kinds. `propagator`, `series`: the exact solution of the first two over one step; `sampled`: at a
-//! fixed period.
+//! `linear`, `piecewise`, `smooth`: the three kinds; `riding`: what moving riders add to the third. `propagator`, `series`: the exact
+//! solution of the first two over one step; `sampled`: at a fixed period.
 
 mod linear;
 mod piecewise;
 mod propagator;
+mod riding;
 mod sampled;
 mod series;
 mod smooth;
 
 pub(crate) use piecewise::SegmentEquations;
 pub(crate) use propagator::Propagator;
+pub(crate) use riding::Riders;
 pub use sampled::SampledSystem;
 pub(crate) use series::{PowerSeries, advance, work};
 pub(crate) use smooth::SmoothEquations;
 
+use crate::excitation::Instant;
 use crate::system::{Force, Square, State};
 
 /// Equations of motion over one or more steps.
@@ -44,9 +47,9 @@ pub trait Equations {
     /// The constant part of the modal force.
     fn constant(&self) -> &Force;
 
-    /// The whole rate of change of a state under the modal force `force`.
-    fn rate(&self, state: &State, force: &Force) -> State;
+    /// The whole rate of change of a state under the modal force `force` at an instant, on which it depends only with moving riders.
+    fn rate(&self, state: &State, force: &Force, at: Instant) -> State;
 
-    /// Stiffness S (columns, per unit of `ω η`) and damping Ĉ (columns) of the tangent at a state.
-    fn tangent(&self, state: &State) -> (Square, Square);
+    /// Stiffness S (columns, per unit of `ω η`) and damping Ĉ (columns) of the tangent at a state and an instant.
+    fn tangent(&self, state: &State, at: Instant) -> (Square, Square);
 }

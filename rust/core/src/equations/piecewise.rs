@@ -1,6 +1,7 @@
 //! The equations between two contact changes: each link is on one segment of its law, so all are linear.
 
 use super::Equations;
+use crate::excitation::Instant;
 use crate::numeric::float::{add_scaled, fma};
 use crate::system::{Force, LinkRow, NO_FORCE, Square, State, System};
 
@@ -95,14 +96,14 @@ impl Equations for SegmentEquations {
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn rate(&self, state: &State, force: &Force) -> State {
+    fn rate(&self, state: &State, force: &Force, _: Instant) -> State {
         let mut sum = self.constant;
         add_scaled(&mut sum, force, 1.0);
         self.linear(state, &sum)
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn tangent(&self, _: &State) -> (Square, Square) {
+    fn tangent(&self, _: &State, _: Instant) -> (Square, Square) {
         (self.stiffness, self.damping)
     }
 }

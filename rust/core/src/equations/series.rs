@@ -2,7 +2,7 @@
 
 use super::Equations;
 use super::propagator::{Propagator, TERMS};
-use crate::excitation::Ramp;
+use crate::excitation::{Instant, Ramp};
 use crate::numeric::float::{add_scaled, ceil, sqrt};
 use crate::system::{NO_FORCE, State, size};
 
@@ -19,7 +19,7 @@ impl PowerSeries {
     /// are soft at rest and stiff elsewhere, the scaled norm is smaller by orders of magnitude; the scale does not change any digit of η'.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn new<E: Equations>(equations: &E) -> Self {
-        let (stiffness, damping) = equations.tangent(&[0.0; 12]);
+        let (stiffness, damping) = equations.tangent(&[0.0; 12], Instant::FIRST);
         let mut norm = 0.0;
         for j in 0..6 {
             let (mut pulls, mut damps) = (0.0, 0.0);

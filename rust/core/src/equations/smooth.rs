@@ -1,7 +1,9 @@
-//! The equations of a scene with preloaded laws, which are evaluated at every state.
+//! The equations of a scene with preloaded laws or moving riders, which are evaluated at every state.
 
 use super::Equations;
 use super::piecewise::SegmentEquations;
+use super::riding::Riders;
+use crate::excitation::Instant;
 use crate::model::{ball_compressions, ball_force};
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
 use crate::numeric::float::{add_scaled, fma, sqrt};
@@ -17,6 +19,7 @@ pub(crate) struct SmoothEquations<'a> {
     balls: BoundedVec<BallLinks, { MAX_LINKS / LANES }>,
     /// Links with other preloaded rolling elements.
     others: BoundedVec<&'a LinkRow>,
+    riders: Riders<'a>,
 }
 
 /// Eight links with preloaded balls: `K [(d₀ + δ)₊^(3/2) - (d₀ - δ)₊^(3/2)]`. Unused lanes have no stiffness.
@@ -95,8 +98,8 @@ impl Kernel for LoadsAtRest<'_> {
 }
 
 impl<'a> SmoothEquations<'a> {
-    /// The equations of the preloaded links beside a `linear` part.
-    pub(crate) fn new(system: &'a System, linear: SegmentEquations) -> Self {
+    /// The equations of the preloaded links and the riders beside a `linear` part.
+    pub(crate) fn new(system: &'a System, linear: SegmentEquations, riders: Riders<'a>) -> Self {
         let rows = system.rows();
         let is_balls = |row: &&LinkRow| row.link.law().balls().is_some();
         let is_other =
@@ -115,7 +118,7 @@ impl<'a> SmoothEquations<'a> {
         for (to, row) in others.as_mut_slice().iter_mut().zip(rows.iter().filter(is_other)) {
             *to = row;
         }
-        Self { linear, balls, others }
+        Self { linear, balls, others, riders }
     }
 
     /// The same equations with another linear part, whose key they take.
@@ -150,8 +153,8 @@ impl Equations for SmoothEquations<'_> {
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn rate(&self, state: &State, force: &Force) -> State {
-        let mut rate = self.linear.rate(state, force);
+    fn rate(&self, state: &State, force: &Force, at: Instant) -> State {
+        let mut rate = self.linear.rate(state, force, at);
         let mut pull = NO_FORCE;
         for balls in self.balls.as_slice() {
             let loads = balls.loads(state);
@@ -168,12 +171,15 @@ impl Equations for SmoothEquations<'_> {
                 rate[6 + j] -= row.rate[j] * load;
             }
         }
+        if !self.riders.is_empty() {
+            self.riders.change(&mut rate, state, at);
+        }
         rate
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn tangent(&self, state: &State) -> (Square, Square) {
-        let (mut stiffness, damping) = self.linear.tangent(state);
+    fn tangent(&self, state: &State, at: Instant) -> (Square, Square) {
+        let (mut stiffness, mut damping) = self.linear.tangent(state, at);
         for balls in self.balls.as_slice() {
             let tangents = balls.tangents(state);
             for i in 0..LANES {
@@ -190,6 +196,9 @@ impl Equations for SmoothEquations<'_> {
             for j in 0..6 {
                 add_scaled(&mut stiffness[j], &row.rate, tangent * row.deflection[j]);
             }
+        }
+        if !self.riders.is_empty() {
+            self.riders.change_tangent(&mut stiffness, &mut damping, at);
         }
         (stiffness, damping)
     }

@@ -32,6 +32,13 @@ pub enum ExcitationError {
         /// Its own time, s.
         got: f64,
     },
+    /// More riders than a body may carry.
+    TooManyRiders {
+        /// Most.
+        max: usize,
+        /// Number given.
+        got: usize,
+    },
     /// Three samples at one time; two are a jump.
     Repeated {
         /// The third sample, from 0.
@@ -51,6 +58,7 @@ impl fmt::Display for ExcitationError {
             Self::NotFinite { field, index } => {
                 write!(f, "{field}[{index}]: expected a finite number; repair or cut the trace first")
             }
+            Self::TooManyRiders { max, got } => write!(f, "riders: expected at most {max}, got {got}"),
             Self::Order { index, before, got } => write!(
                 f,
                 "time[{index}]: expected >= {before} s (the sample before), got {got} s; sort or cut the trace first"

@@ -9,11 +9,11 @@ use super::scene::write_motion;
 /// Another method that the scene allows and that does not share the difficulty of the one that failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OtherMethod {
-    /// The exact method: no link is preloaded.
+    /// The exact method: no link is preloaded, and no rider moves.
     Exact,
-    /// The implicit method: a link is preloaded, and another method failed.
+    /// The implicit method: a link is preloaded or a rider moves, and another method failed.
     Implicit,
-    /// None: a link is preloaded, and the implicit method failed.
+    /// None: a link is preloaded or a rider moves, and the implicit method failed.
     None,
 }
 
@@ -46,6 +46,8 @@ pub enum RunError {
         /// Its index.
         link: usize,
     },
+    /// The exact method with a moving rider.
+    NotExactRiders,
     /// The error stays above the tolerance at the shortest step.
     StepTooSmall {
         /// When, s.
@@ -137,6 +139,10 @@ impl fmt::Display for RunError {
             Self::NotExact { link } => write!(
                 f,
                 "method: links[{link}] has a preloaded contact, which has no exact solution; expected \"rk45\", \"implicit\" or \"auto\""
+            ),
+            Self::NotExactRiders => f.write_str(
+                "method: a rider moves, so the mass matrix changes and there is no exact solution; expected \"rk45\", \"implicit\" \
+                 or \"auto\"",
             ),
             Self::StepTooSmall { time, step, error, other } => write!(
                 f,

@@ -1,6 +1,7 @@
 //! Forcing: the excitation as modal force on a system. Over one step it is a ramp.
 
 use super::Excitation;
+use super::riding::{Instant, MAX_RIDERS};
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::system::{Force, Input, NO_FORCE, System};
 
@@ -37,6 +38,10 @@ pub(crate) struct Forcing {
     size: [f64; 9],
     /// Largest value of each component.
     peak: [f64; 9],
+    /// Largest acceleration of each rider, m/s².
+    rider_peak: [f64; MAX_RIDERS],
+    /// Bound on the norm of the modal force of all riders.
+    pub(crate) riders: f64,
 }
 
 /// Largest number of intervals in one step.
@@ -52,8 +57,15 @@ pub(crate) type Values = [f64; 9];
 impl Forcing {
     /// The forcing on a system. `peak`: of the excitation before the factors; `factors`: on its accelerations and its external loads.
     pub(crate) fn new(system: &System, peak: &Input, factors: [f64; 2]) -> Self {
-        let mut forcing =
-            Self { components: [0; 9], count: 0, influence: [NO_FORCE; 9], size: [0.0; 9], peak: [0.0; 9] };
+        let mut forcing = Self {
+            components: [0; 9],
+            count: 0,
+            influence: [NO_FORCE; 9],
+            size: [0.0; 9],
+            peak: [0.0; 9],
+            rider_peak: [0.0; MAX_RIDERS],
+            riders: 0.0,
+        };
         for component in (0..9).filter(|&component| peak[component] > 0.0) {
             forcing.components[forcing.count] = component;
             let mut influence = system.influence()[component];
@@ -66,6 +78,14 @@ impl Forcing {
             forcing.count += 1;
         }
         forcing
+    }
+
+    /// The forcing of an excitation that also moves riders.
+    pub(crate) fn with_riders(mut self, excitation: &Excitation) -> Self {
+        for (peak, motion) in self.rider_peak.iter_mut().zip(excitation.riders()) {
+            *peak = motion.peak()[2];
+        }
+        self
     }
 
     /// Modal force of a unit of each component.
@@ -96,6 +116,11 @@ impl Forcing {
             let line = (1.0 - theta) * at(k) + theta * at(middle + 1);
             straight &= (at(middle) - line).abs() <= STRAIGHTNESS * self.peak[i];
         }
+        for (rider, motion) in excitation.riders().iter().enumerate() {
+            let at = |k: usize| motion.samples[k][2];
+            let line = (1.0 - theta) * at(k) + theta * at(middle + 1);
+            straight &= (at(middle) - line).abs() <= STRAIGHTNESS * self.rider_peak[rider];
+        }
         straight
     }
 
@@ -120,9 +145,29 @@ pub struct Ramp<'a> {
     pub(crate) forcing: &'a Forcing,
     /// Whether it spans a whole interval between samples, whose length may recur.
     pub(crate) spans_interval: bool,
+    /// The instant at its start.
+    pub(crate) begin: Instant,
 }
 
-impl Ramp<'_> {
+impl<'a> Ramp<'a> {
+    /// The ramp over a whole interval of `h` s.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn whole(h: f64, [start, end]: [&'a Values; 2], forcing: &'a Forcing, begin: Instant) -> Self {
+        Self { h, start, end, forcing, spans_interval: true, begin }
+    }
+
+    /// The ramp with its start `since` s after that of its interval.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn later(&self, since: f64) -> Self {
+        Self { begin: Instant { since, ..self.begin }, ..*self }
+    }
+
+    /// The instant at the fraction `theta` of the step.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn instant(&self, theta: f64) -> Instant {
+        Instant { since: fma(theta, self.h, self.begin.since), ..self.begin }
+    }
+
     /// Values at the fraction `theta` of the step.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn values(&self, theta: f64) -> Values {
@@ -162,7 +207,7 @@ impl Ramp<'_> {
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn impulse(&self) -> f64 {
         let size = |force: Force| sqrt(force.iter().map(|f| f * f).sum());
-        self.h * f64::max(size(self.force(0.0)), size(self.force(1.0)))
+        self.h * (f64::max(size(self.force(0.0)), size(self.force(1.0))) + self.forcing.riders)
     }
 
     /// Modal force at the fraction `theta` of the step.

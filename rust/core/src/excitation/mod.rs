@@ -1,11 +1,13 @@
 //! Excitation: acceleration of L and external load, given by samples and linear between them (first-order hold).
 //!
-//! `forcing`: the modal force that an excitation makes on a system.
+//! `forcing`: the modal force that an excitation makes on a system. `riding`: the motion of riders.
 
 mod forcing;
+mod riding;
 
 pub use forcing::Ramp;
 pub(crate) use forcing::{Forcing, ScaledExcitation, Values};
+pub use riding::{Instant, MAX_RIDERS, RiderMotion};
 
 use nalgebra::Vector3;
 
@@ -31,6 +33,7 @@ pub struct Excitation<'a> {
     knots: Knots<'a>,
     acceleration: &'a [[f64; 3]],
     wrench: Option<&'a [[f64; 6]]>,
+    riders: &'a [RiderMotion<'a>],
 }
 
 impl<'a> Excitation<'a> {
@@ -57,7 +60,7 @@ impl<'a> Excitation<'a> {
                 got: acceleration.len(),
             });
         }
-        Self { knots: knots(time), acceleration, wrench }.checked()
+        Self { knots: knots(time), acceleration, wrench, riders: &[] }.checked()
     }
 
     /// Samples every `step` s from `start` s on; only the accelerations need to be stored.
@@ -72,7 +75,7 @@ impl<'a> Excitation<'a> {
             return Err(ExcitationError::Order { index: 1, before: start, got: start + step });
         }
         let knots = Knots::Every { start, step };
-        Self { knots, acceleration, wrench: None }.checked()
+        Self { knots, acceleration, wrench: None, riders: &[] }.checked()
     }
 
     fn checked(self) -> Result<Self, ExcitationError> {
@@ -144,17 +147,21 @@ impl<'a> Excitation<'a> {
 
     /// Excitation at `time` s. Before the first and after the last sample it is constant; at a jump it is the value after it.
     pub fn input_at(&self, time: f64) -> Input {
-        let last = self.count() - 1;
-        // Binary search for the last sample at or before `time`.
-        let (mut low, mut high) = (0, last);
+        let low = self.sample_before(time);
+        if low == self.count() - 1 || time <= self.time(low) {
+            return self.input(low);
+        }
+        self.input_between(low, (time - self.time(low)) / self.interval(low))
+    }
+
+    /// The last sample at or before `time` s, by binary search; the first one before all of them.
+    fn sample_before(&self, time: f64) -> usize {
+        let (mut low, mut high) = (0, self.count() - 1);
         while low < high {
             let middle = (low + high).div_ceil(2);
             if self.time(middle) <= time { low = middle } else { high = middle - 1 }
         }
-        if low == last || time <= self.time(low) {
-            return self.input(low);
-        }
-        self.input_between(low, (time - self.time(low)) / self.interval(low))
+        low
     }
 
     /// Time from the first to the last sample, s.

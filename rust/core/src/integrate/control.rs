@@ -1,5 +1,6 @@
 //! Step-size control, in terms of the error of the link loads.
 
+use crate::equations::Riders;
 use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::numeric::float::{ceil, pow, sqrt};
@@ -38,11 +39,12 @@ impl Control {
 /// The load that tolerances are relative to, N: the largest load of any link at rest plus the quasi-static load of the peaks of the
 /// excitation. Zero only if neither weight nor excitation loads any link.
 pub fn load_scale(system: &System, excitation: &Excitation) -> f64 {
-    scale_of(system, &excitation.peak())
+    scale_of(system, &excitation.peak(), excitation)
 }
 
-/// [`load_scale`] from the peaks of an excitation.
-pub(crate) fn scale_of(system: &System, peak: &Input) -> f64 {
+/// [`load_scale`] from the peaks of an excitation, and with its riders.
+pub(crate) fn scale_of(system: &System, peak: &Input, excitation: &Excitation) -> f64 {
+    let riders = Riders::new(system, excitation);
     let mut scale: f64 = 0.0;
     for row in system.rows() {
         let load =
@@ -55,6 +57,13 @@ pub(crate) fn scale_of(system: &System, peak: &Input) -> f64 {
             }
             total += load(&elastic);
         }
+        riders.peak_forces(peak, |force| {
+            let mut elastic = [0.0; 6];
+            for mode in 0..system.mode_count() {
+                elastic[mode] = force[mode] / system.frequency[mode];
+            }
+            total += load(&elastic);
+        });
         // Unlike `max` this keeps a NaN.
         scale = if total <= scale { scale } else { total };
     }

@@ -3,7 +3,7 @@
 use super::method::Method;
 use super::tableau::DORMAND_PRINCE;
 use crate::equations::Equations;
-use crate::excitation::{Ramp, Values};
+use crate::excitation::{Instant, Ramp, Values};
 use crate::numeric::float::add_scaled;
 use crate::system::State;
 
@@ -15,8 +15,8 @@ pub struct Rk45;
 #[derive(Debug, Clone)]
 pub struct Stages {
     rates: [State; 7],
-    /// Key, state and excitation to which the last rate belongs: it is the first stage of the next step if that starts there.
-    end: Option<(u32, State, Values)>,
+    /// Key, state, excitation and instant to which the last rate belongs: it is the first stage of the next step if that starts there.
+    end: Option<(u32, State, Values, Instant)>,
 }
 
 impl Method for Rk45 {
@@ -39,10 +39,15 @@ impl Method for Rk45 {
         let tableau = &DORMAND_PRINCE;
         let Stages { rates, end } = memory;
         rates[0] = match end {
-            Some((key, at, values)) if *key == equations.key() && at == state && values == ramp.start => {
+            Some((key, at, values, instant))
+                if *key == equations.key()
+                    && at == state
+                    && values == ramp.start
+                    && instant.meets(&ramp.begin) =>
+            {
                 rates[6]
             }
-            _ => equations.rate(state, &ramp.force(0.0)),
+            _ => equations.rate(state, &ramp.force(0.0), ramp.instant(0.0)),
         };
         let mut next = *state;
         for stage in 1..7 {
@@ -50,13 +55,14 @@ impl Method for Rk45 {
             for (rate, weight) in rates.iter().zip(&tableau.a[stage - 1]).take(stage) {
                 add_scaled(&mut next, rate, ramp.h * weight);
             }
-            rates[stage] = equations.rate(&next, &ramp.force(tableau.c[stage]));
+            rates[stage] =
+                equations.rate(&next, &ramp.force(tableau.c[stage]), ramp.instant(tableau.c[stage]));
         }
         let mut error = [0.0; 12];
         for (rate, weight) in rates.iter().zip(&tableau.error) {
             add_scaled(&mut error, rate, ramp.h * weight);
         }
-        *end = Some((equations.key(), next, *ramp.end));
+        *end = Some((equations.key(), next, *ramp.end, ramp.begin));
         (next, error)
     }
 

@@ -8,9 +8,10 @@ use super::start::Start;
 use super::step_loop::{Runner, StepControl};
 use super::switched::{SwitchedEquations, Unswitched};
 use crate::contacts::{Contacts, SmoothContacts};
-use crate::equations::Equations;
+use crate::equations::{Equations, Riders};
 use crate::error::{OtherMethod, RunError};
 use crate::excitation::{Excitation, Forcing, ScaledExcitation};
+use crate::numeric::float::sqrt;
 use crate::numeric::simd::{Kernel, dispatch};
 use crate::output::Record;
 use crate::system::{ModelLevel, State, System, size};
@@ -68,6 +69,9 @@ pub(crate) fn run_scaled<M: Method>(
     {
         return Err(RunError::NotExact { link });
     }
+    if M::ERROR_ORDER.is_none() && !excitation.riders().is_empty() {
+        return Err(RunError::NotExactRiders);
+    }
     control.check(M::ERROR_ORDER.is_some())?;
     check_output(output, excitation)?;
     let expected = match output {
@@ -75,16 +79,20 @@ pub(crate) fn run_scaled<M: Method>(
         Output::Times(times) => times.len(),
     };
     record.reserve(expected)?;
-    let load_scale = scale_of(system, &scaled.scaled_peak());
+    let load_scale = scale_of(system, &scaled.scaled_peak(), excitation);
     if !load_scale.is_finite() {
         return Err(RunError::OutOfRange);
     }
-    let forcing = Forcing::new(system, &scaled.peak, scaled.factors);
-    let start = start.state(system, &forcing, excitation)?;
+    let mut forcing = Forcing::new(system, &scaled.peak, scaled.factors).with_riders(excitation);
+    let riders = Riders::new(system, excitation);
+    riders.peak_forces(&scaled.peak, |force| forcing.riders += sqrt(force.iter().map(|f| f * f).sum()));
+    let start = start.state(system, &forcing, &riders, excitation)?;
     let budget = Budget::new::<M>(system, excitation, expected, control);
     let setup =
         Setup { system, method, control, start, excitation, output, record, forcing, load_scale, budget };
-    match system.model_level() {
+    let level =
+        if excitation.riders().is_empty() { system.model_level() } else { ModelLevel::SmoothNonlinear };
+    match level {
         ModelLevel::Linear => dispatch(RunKernel { setup, equations: Unswitched(system) }),
         ModelLevel::PiecewiseLinear => {
             dispatch(RunKernel { setup, equations: Contacts::new(system, &start, load_scale) })
@@ -94,7 +102,10 @@ pub(crate) fn run_scaled<M: Method>(
         ModelLevel::SmoothNonlinear if const { M::ERROR_ORDER.is_none() } => unreachable!("refused above"),
         ModelLevel::SmoothNonlinear => {
             let rtol = if let Control::Adaptive { rtol } = control { rtol } else { 0.0 };
-            dispatch(RunKernel { setup, equations: SmoothContacts::new(system, &start, load_scale, rtol) })
+            dispatch(RunKernel {
+                setup,
+                equations: SmoothContacts::new(system, excitation, &start, load_scale, rtol),
+            })
         }
     }
 }
@@ -138,9 +149,9 @@ impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
         };
         let (norm, has_error) = (ErrorNorm::new(system, load_scale), M::ERROR_ORDER.is_some());
         let other = match system.first_smooth() {
-            None => OtherMethod::Exact,
-            Some(_) if M::STABLE => OtherMethod::None,
-            Some(_) => OtherMethod::Implicit,
+            None if excitation.riders().is_empty() => OtherMethod::Exact,
+            _ if M::STABLE => OtherMethod::None,
+            _ => OtherMethod::Implicit,
         };
         let steps = StepControl {
             control,

@@ -2,20 +2,21 @@
 
 use nalgebra::Vector6;
 
+use crate::equations::Riders;
 use crate::error::RunError;
 use crate::excitation::{Excitation, Forcing};
 use crate::model::Dof;
 use crate::numeric::float::add_scaled;
 use crate::output::{position, velocity};
-use crate::system::{Force, NO_FORCE, NO_INPUT, State, System};
+use crate::system::{NO_INPUT, State, System};
 
 /// The state in which a run starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Start {
     /// Static equilibrium under the weight.
     AtRest,
-    /// Static equilibrium under the weight and the first sample of the excitation, at rest in the carriage frame: as if that acceleration
-    /// and that external load had acted for a long time.
+    /// Static equilibrium under the weight and the first sample of the excitation, at rest in the carriage frame: as if that acceleration,
+    /// that external load and the inertia forces and weights of moving riders had acted for a long time.
     QuasiStatic,
     /// A given state.
     State {
@@ -32,6 +33,7 @@ impl Start {
         self,
         system: &System,
         forcing: &Forcing,
+        riders: &Riders,
         excitation: &Excitation,
     ) -> Result<State, RunError> {
         match self {
@@ -39,7 +41,7 @@ impl Start {
             Self::QuasiStatic => {
                 let mut first = [0.0; 9];
                 forcing.sample(excitation, 0, &mut first);
-                let mut force: Force = NO_FORCE;
+                let mut force = riders.first_force();
                 for (column, value) in forcing.influence().iter().zip(first) {
                     add_scaled(&mut force, column, value);
                 }

@@ -7,7 +7,7 @@ use super::recorder::Recorder;
 use super::switched::SwitchedEquations;
 use crate::equations::Equations;
 use crate::error::{OtherMethod, RunError};
-use crate::excitation::{Forcing, Ramp};
+use crate::excitation::{Forcing, Instant, Ramp};
 use crate::numeric::float::{ceil, floor};
 use crate::numeric::simd::{Kernel, dispatch};
 use crate::system::{State, finite, speed};
@@ -77,14 +77,13 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             let start = excitation.time(k);
             let length = if until == k + 1 { excitation.interval(k) } else { excitation.time(until) - start };
             forcing.sample(excitation, until, to);
-            let ramp = Ramp { h: length, start: from, end: to, forcing, spans_interval: true };
+            let ramp = Ramp::whole(length, [&*from, &*to], forcing, Instant { first: k, until, since: 0.0 });
             if let Control::Fixed { step } = self.steps.control
                 && step < SHORTEST * length
             {
                 return Err(RunError::Step { got: step });
             }
-            let interval = Interval { first: k, until, start, length };
-            self.step_over(interval, &ramp, &mut state, &mut next)?;
+            self.step_over(Interval { first: k, until, start, length }, &ramp, &mut state, &mut next)?;
             core::mem::swap(&mut from, &mut to);
             k = until;
             if let Output::Samples = self.recorder.output {
@@ -131,7 +130,8 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             } else {
                 let end = if last { 1.0 } else { (done + plan.h) / length };
                 parts = [whole.values(done / length), whole.values(end)];
-                Ramp { h: plan.h, start: &parts[0], end: &parts[1], spans_interval: false, ..*whole }
+                let part = whole.later(done);
+                Ramp { h: plan.h, start: &parts[0], end: &parts[1], spans_interval: false, ..part }
             };
             if !self.attempt(&ramp, state, next, interval, done)? {
                 plan.left = 0.0;

@@ -71,6 +71,22 @@ impl Body {
         Ok(Self { mass, center_of_mass, inertia: self.inertia })
     }
 
+    /// This body and another one, fixed to each other.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        let mass = self.mass + other.mass;
+        let center_of_mass = (self.center_of_mass * self.mass + other.center_of_mass * other.mass) / mass;
+        let about =
+            |body: &Self| parallel_axes(&body.inertia, body.mass, &(body.center_of_mass - center_of_mass));
+        Self { mass, center_of_mass, inertia: about(self) + about(other) }
+    }
+
+    /// The body moved by a vector, m.
+    #[must_use]
+    pub fn moved(&self, by: Vector3<f64>) -> Self {
+        Self { center_of_mass: self.center_of_mass + by, ..*self }
+    }
+
     /// Mass, kg.
     pub fn mass(&self) -> f64 {
         self.mass

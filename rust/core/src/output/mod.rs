@@ -1,9 +1,11 @@
-//! Results from states: loads and motions of L (`loads`) in chosen axes (`axes`), their evaluation at all instants (`evaluate`), and what a run records (`record`).
+//! Results from states: loads and motions of L (`loads`) in chosen axes (`axes`), their evaluation at all instants (`evaluate`), those of
+//! a body with moving riders (`riding`), and what a run records (`record`).
 
 mod axes;
 mod evaluate;
 mod loads;
 mod record;
+mod riding;
 
 pub use axes::Axes;
 pub use evaluate::evaluate;
@@ -14,3 +16,4 @@ pub use loads::{
 #[cfg(feature = "std")]
 pub use record::Watched;
 pub use record::{Extremes, History, Peaks, Record};
+pub use riding::{Ridden, RiddenInstant};

@@ -30,7 +30,7 @@ pub use state::{Input, State, input_from};
 pub(crate) use link_row::LinkRow;
 pub(crate) use state::{Force, NO_FORCE, NO_INPUT, Square, finite, size, speed};
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::error::SceneError;
 use crate::model::{Free, Link, Scene};
@@ -68,6 +68,7 @@ impl ModelLevel {
 #[derive(Debug, Clone)]
 pub struct System {
     matrices: Matrices,
+    gravity: Vector3<f64>,
     free: Free,
     model_level: ModelLevel,
     shapes: Matrix6<f64>,
@@ -149,7 +150,19 @@ impl System {
         }
         check_travel(scene, &equilibrium.position)?;
         let free = scene.free();
-        Ok(Self { matrices, free, model_level, shapes, frequency, damping, influence, equilibrium, rows })
+        let gravity = scene.gravity();
+        Ok(Self {
+            matrices,
+            gravity,
+            free,
+            model_level,
+            shapes,
+            frequency,
+            damping,
+            influence,
+            equilibrium,
+            rows,
+        })
     }
 
     /// Model level of the scene.
@@ -182,6 +195,11 @@ impl System {
     /// The matrices of all six degrees of freedom.
     pub fn matrices(&self) -> &Matrices {
         &self.matrices
+    }
+
+    /// Gravity, m/s², pointing down.
+    pub fn gravity(&self) -> Vector3<f64> {
+        self.gravity
     }
 
     /// The free degrees of freedom.

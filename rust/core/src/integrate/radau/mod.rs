@@ -71,11 +71,11 @@ impl Method for Radau {
         let place = tangents.entry(ramp.h, equations.key()).0;
         if place.is_none() {
             // Not in a closure, which would be compiled for the oldest processor.
-            *place = Some(Tangent::new(equations, state, ramp.h));
+            *place = Some(Tangent::new(equations, state, ramp));
         }
         let Some(tangent) = place else { unreachable!("just made") };
         // The force is linear in time, so the right-hand sides of all stages are combinations of two vectors.
-        let (rate, rise) = (equations.rate(state, &ramp.force(0.0)), ramp.rise());
+        let (rate, rise) = (equations.rate(state, &ramp.force(0.0), ramp.instant(0.0)), ramp.rise());
         tangent.begin(equations, &rate, &rise, &NO_STAGE_FORCES, parts);
         (end(state, parts), tangent.error(equations, &rate, parts))
     }

@@ -91,7 +91,7 @@ pub(super) fn step<E: Equations>(
     ramp: &Ramp,
     state: &State,
 ) -> (State, State) {
-    let (rate, rise) = (equations.rate(state, &ramp.force(0.0)), ramp.rise());
+    let (rate, rise) = (equations.rate(state, &ramp.force(0.0), ramp.instant(0.0)), ramp.rise());
     let mut forces = [NO_FORCE; 5];
     for stage in 0..5 {
         forces[stage] = ramp.force(RADAU.nodes[stage]);
@@ -105,12 +105,12 @@ pub(super) fn step<E: Equations>(
     loop {
         if fresh {
             // Not in a closure, which would be compiled for the oldest processor.
-            *place = Some(Tangent::new(equations, state, ramp.h));
+            *place = Some(Tangent::new(equations, state, ramp));
         }
         let Some(tangent) = place else { unreachable!("just made") };
         let extra = if again { NO_STAGE_FORCES } else { last_step.extrapolated(equations, tangent, state) };
         tangent.begin(equations, &rate, &rise, &extra, parts);
-        if let Some(error) = last_step.converge(equations, tangent, &forces, state, &rate, parts) {
+        if let Some(error) = last_step.converge(equations, tangent, ramp, &forces, state, &rate, parts) {
             let next = end(state, parts);
             (last_step.key, last_step.h, last_step.end) = (equations.key(), ramp.h, next);
             return (next, error);
@@ -171,6 +171,7 @@ impl LastStep {
         &mut self,
         equations: &E,
         tangent: &Tangent,
+        ramp: &Ramp,
         forces: &[Force; 5],
         state: &State,
         rate: &State,
@@ -181,7 +182,7 @@ impl LastStep {
         self.contraction = f64::min(1.0, 2.0 * self.contraction);
         let mut before = f64::INFINITY;
         for iteration in 0..MAX_ITERATIONS {
-            self.evaluate(equations, forces, state, parts);
+            self.evaluate(equations, ramp, forces, state, parts);
             let update = self.improve(equations, tangent, forces, parts);
             if !update.is_finite() {
                 return None;
@@ -197,7 +198,7 @@ impl LastStep {
             }
             if iteration > 0 && self.contraction > STALLED_CONTRACTION || iteration + 1 == MAX_ITERATIONS {
                 // If the tangent hardly changes between the stages, only rounding has stalled the iteration.
-                return if self.tangent_changes(equations, tangent) { None } else { Some(error) };
+                return if self.tangent_changes(equations, tangent, ramp) { None } else { Some(error) };
             }
             before = update;
         }
@@ -216,7 +217,14 @@ impl LastStep {
 
     /// States of the stages and their rates.
     #[cfg_attr(feature = "std", inline(always))]
-    fn evaluate<E: Equations>(&mut self, equations: &E, forces: &[Force; 5], state: &State, parts: &Parts) {
+    fn evaluate<E: Equations>(
+        &mut self,
+        equations: &E,
+        ramp: &Ramp,
+        forces: &[Force; 5],
+        state: &State,
+        parts: &Parts,
+    ) {
         for stage in 0..5 {
             let mut there = *state;
             for (index, (part, [re, im])) in RADAU.parts.iter().zip(parts).enumerate() {
@@ -224,7 +232,7 @@ impl LastStep {
                 add_scaled(&mut there, re, COUNTS[index] * a);
                 add_scaled(&mut there, im, COUNTS[index] * -b);
             }
-            let rate = equations.rate(&there, &forces[stage]);
+            let rate = equations.rate(&there, &forces[stage], ramp.instant(RADAU.nodes[stage]));
             self.states[stage] = there;
             for i in 0..6 {
                 self.own[stage][i] = rate[6 + i] - forces[stage][i];
@@ -283,11 +291,11 @@ impl LastStep {
 
     /// Whether the tangent changes so much between the stages that the iteration may not contract.
     #[cfg_attr(feature = "std", inline(always))]
-    fn tangent_changes<E: Equations>(&self, equations: &E, tangent: &Tangent) -> bool {
+    fn tangent_changes<E: Equations>(&self, equations: &E, tangent: &Tangent, ramp: &Ramp) -> bool {
         let (h, frequency, gamma) = (tangent.h, equations.frequency(), RADAU.parts[0].value[0]);
         let mut changes = false;
-        for state in &self.states {
-            let (stiffness, damping) = equations.tangent(state);
+        for (state, node) in self.states.iter().zip(RADAU.nodes) {
+            let (stiffness, damping) = equations.tangent(state, ramp.instant(node));
             let mut sum = 0.0;
             for j in 0..6 {
                 let mut off = [0.0; 6];

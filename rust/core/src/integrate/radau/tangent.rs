@@ -3,6 +3,7 @@
 use nalgebra::{Complex, Matrix6};
 
 use crate::equations::Equations;
+use crate::excitation::Ramp;
 use crate::integrate::tableau::{Eigenpart, RADAU};
 use crate::numeric::float::add_scaled;
 use crate::system::{Force, Square, State};
@@ -72,11 +73,11 @@ impl Inverse {
 }
 
 impl Tangent {
-    /// The tangent at `state` for steps of length `h`.
+    /// The tangent at `state`, where the step begins, for steps of its length.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn new<E: Equations>(equations: &E, state: &State, h: f64) -> Self {
-        let (stiffness, damping) = equations.tangent(state);
-        Self::inverted(equations.frequency(), stiffness, damping, h)
+    pub(super) fn new<E: Equations>(equations: &E, state: &State, ramp: &Ramp) -> Self {
+        let (stiffness, damping) = equations.tangent(state, ramp.instant(0.0));
+        Self::inverted(equations.frequency(), stiffness, damping, ramp.h)
     }
 
     #[inline(never)]

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::newton::SHARES;
 use super::tangent::COUNTS;
 use super::*;
-use crate::excitation::Forcing;
+use crate::excitation::{Forcing, Instant};
 use crate::integrate::Rk45;
 use crate::system::{Force, NO_FORCE, Square, System};
 use crate::{Body, Free, Scene, carriage_links};
@@ -63,7 +63,7 @@ impl Equations for Springs {
         &NO_FORCE
     }
 
-    fn rate(&self, state: &State, force: &Force) -> State {
+    fn rate(&self, state: &State, force: &Force, _: Instant) -> State {
         self.calls.set(self.calls.get() + 1);
         let mut rate = [0.0; 12];
         for i in 0..6 {
@@ -82,7 +82,7 @@ impl Equations for Springs {
         rate
     }
 
-    fn tangent(&self, state: &State) -> (Square, Square) {
+    fn tangent(&self, state: &State, _: Instant) -> (Square, Square) {
         let mut stiffness = [[0.0; 6]; 6];
         for (row, start) in &self.rows {
             let slope = (self.law)(start + self.deflection(row, state)).1;
@@ -100,7 +100,14 @@ impl Equations for Springs {
 fn coast<M: Method>(method: &M, springs: &Springs, mut state: State, length: f64, steps: u32) -> State {
     let h = length / f64::from(steps);
     let forcing = no_drive();
-    let ramp = Ramp { h, start: &[0.0; 9], end: &[0.0; 9], forcing: &forcing, spans_interval: true };
+    let ramp = Ramp {
+        h,
+        start: &[0.0; 9],
+        end: &[0.0; 9],
+        forcing: &forcing,
+        spans_interval: true,
+        begin: Instant::FIRST,
+    };
     let mut memory = method.memory();
     for _ in 0..steps {
         let (next, error) = method.step(springs, &mut memory, &ramp, &state);
@@ -253,7 +260,14 @@ fn linear_springs_give_the_steps_of_the_linear_system() {
     let springs = carried(&system, |x| (6e7 * x, 6e7));
     let forcing = Forcing::new(&system, &[1.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0], [1.0; 2]);
     let (start, end) = ([1.0, -3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [-2.0; 9]);
-    let ramp = Ramp { h: 1e-3, start: &start, end: &end, forcing: &forcing, spans_interval: true };
+    let ramp = Ramp {
+        h: 1e-3,
+        start: &start,
+        end: &end,
+        forcing: &forcing,
+        spans_interval: true,
+        begin: Instant::FIRST,
+    };
     let (mut direct, mut iterated) = (Radau.memory(), Radau.memory());
     let mut state = shaken();
     for _ in 0..20 {
@@ -316,7 +330,14 @@ fn motion_below_the_rounding_of_the_static_load_is_no_failure() {
 fn a_step_without_convergence_is_infinite_after_bounded_work_and_a_shorter_step_converges() {
     let springs = duffing();
     let forcing = no_drive();
-    let ramp = |h| Ramp { h, start: &[0.0; 9], end: &[0.0; 9], forcing: &forcing, spans_interval: false };
+    let ramp = |h| Ramp {
+        h,
+        start: &[0.0; 9],
+        end: &[0.0; 9],
+        forcing: &forcing,
+        spans_interval: false,
+        begin: Instant::FIRST,
+    };
     let mut memory = Radau.memory();
     let state = one(3e2, 0.0);
     let (first, _) = Radau.step(&springs, &mut memory, &ramp(1e-4), &state);

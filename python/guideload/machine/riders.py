@@ -1,0 +1,64 @@
+"""Riders: bodies that move along a direction of the main body, such as the cross slide of a gantry."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydantic import Field, field_validator
+
+from guideload.base.arrays import Array
+from guideload.base.errors import ValueRefused
+from guideload.machine.components import Body, Length, Name, Vector
+
+MOST_RIDERS = 8
+
+
+class Rider(Body):
+    """A body that rides on the main body: mass, centre of mass and inertia where its travel is zero."""
+
+    name: Name = Field(description="unique name; results refer to it")
+    direction: Vector = Field(
+        description="its travel in the axes of the machine, of any length, e.g. [0, 0, 1]"
+    )
+    position: Length = Field(
+        default=0.0,
+        description="travel at which it stands where it does not move: for static loads and modes, "
+        "and in runs that give it no motion",
+    )
+    motion: Name | None = Field(
+        default=None,
+        description='trace or motion file of its travel, relative to the machine file, e.g. "slide.toml"',
+    )
+
+    @field_validator("direction")
+    @classmethod
+    def _has_length(cls, direction: Vector) -> Vector:
+        if not any(direction):
+            raise ValueRefused("a direction other than zero", list(direction))
+        return direction
+
+    def at(self, travel: float) -> Body:
+        """The rider as a body at a travel [m], with its inertia about its centre of mass."""
+        along = np.array(self.direction) / np.linalg.norm(self.direction)
+        return _body(self.mass, np.array(self.center_of_mass) + travel * along, self.central_inertia())
+
+    def for_core(self) -> tuple[float, tuple[float, float, float], list[list[float]], Vector]:
+        """Mass, centre of mass at its position, inertia about it and direction, as `Scene` takes them."""
+        there = self.at(self.position)
+        return there.mass, there.center_of_mass, there.central_inertia().tolist(), self.direction
+
+
+def joined(bodies: Sequence[Body]) -> Body:
+    """The bodies as one, with the inertia about its centre of mass."""
+    mass = sum(body.mass for body in bodies)
+    center = np.sum([body.mass * np.array(body.center_of_mass) for body in bodies], axis=0) / mass
+    inertia = np.zeros((3, 3))
+    for body in bodies:
+        arm = np.array(body.center_of_mass) - center
+        inertia += body.central_inertia() + body.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return _body(mass, center, inertia)
+
+
+def _body(mass: float, center: Array, inertia: Array) -> Body:
+    return Body(mass=mass, center_of_mass=center.tolist(), inertia=inertia.tolist())

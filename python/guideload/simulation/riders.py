@@ -1,0 +1,186 @@
+"""The motions of riders in a run: on common stamps with the motion of the cart, and the checks of both."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError, shown
+from guideload.machine.machine import Machine
+from guideload.motion.motion import HISTORIES, Motion
+
+# Speed at the ends of a rider's motion over its largest speed: below it the rider stands still before and after.
+STILL = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Ridden:
+    """A machine with its riders where they start, the motion of the cart, and the travel of the riders from there.
+
+    travel: (riders, n, 3) travel [m], speed [m/s] and acceleration [m/s2] at the stamps of the motion; None: none moves
+    """
+
+    machine: Machine
+    motion: Motion
+    travel: Array | None
+
+
+def ridden(machine: Machine, motion: Motion, riders: Mapping[str, Motion] | None) -> Ridden:
+    """The inputs of a run with moving riders.
+
+    riders: motions along x by the names of the riders, where x is the travel along the rider's direction. A rider
+    without motion stands at its `position`. Raises ArgumentError with the name of the rider.
+    """
+    given = _checked(machine, riders)
+    if not given:
+        return Ridden(machine, motion, None)
+    _require_alone(machine)
+    common = _united(motion, list(given.values()))
+    travel = np.zeros((len(machine.riders), common.time.size, 3))
+    starts = []
+    for i, rider in enumerate(machine.riders):
+        start = rider.position
+        if rider.name in given:
+            travel[i] = _travel(rider.name, given[rider.name], common.time)
+            start = float(travel[i, 0, 0])
+            travel[i, :, 0] -= start
+        starts.append(rider.model_copy(update={"position": start}))
+    started = machine.model_copy(update={"riders": tuple(starts)})
+    return Ridden(started, common, travel) if np.any(travel) else Ridden(started, motion, None)
+
+
+def _require_alone(machine: Machine) -> None:
+    """Raise ArgumentError for a machine with what is not computed together with moving riders."""
+    machine.require_no_payloads("a run with moving riders")
+    for there, what, way_out in (
+        (
+            machine.base is not None,
+            "an elastic base",
+            "put its compliance into the stiffness of the carriages",
+        ),
+        (
+            not machine.has_straight_rails,
+            "rails that are not straight",
+            "take the largest error as mounting_error",
+        ),
+    ):
+        if there:
+            raise ArgumentError(
+                f"riders: moving riders are not computed on {what}; {way_out}, or give riders={{}} (or no key motion) "
+                "and they stand at their positions"
+            )
+
+
+def _checked(machine: Machine, riders: Mapping[str, Motion] | None) -> dict[str, Motion]:
+    names = [rider.name for rider in machine.riders]
+    if riders is None:
+        moving = [rider for rider in machine.riders if rider.motion is not None]
+        if moving:
+            raise ArgumentError(
+                f'riders: "{moving[0].name}" has the motion {shown(moving[0].motion)}; guideload run and life read it, '
+                f'in Python give riders={{"{moving[0].name}": motion}}, or riders={{}} and it stands at its position'
+            )
+        return {}
+    for name, motion in riders.items():
+        if name not in names:
+            raise ArgumentError(f"riders: expected a rider of the machine ({shown(names)}), got {name!r}")
+        if not isinstance(motion, Motion):
+            raise TypeError(f"riders[{name!r}]: expected a Motion along x, got {motion!r:.80}")
+        if np.any(motion.acceleration[:, 1:]) or motion.wrench is not None:
+            raise ArgumentError(f"riders[{name!r}]: expected a motion along x without forces")
+    return dict(riders)
+
+
+def _united(motion: Motion, others: list[Motion]) -> Motion:
+    """The motion with the stamps of all, within its own time, and with two stamps at every jump of any of them."""
+    within = motion.time[0], motion.time[-1]
+    stamps = np.unique(np.concatenate([motion.time, *(other.time for other in others)]))
+    stamps = stamps[(stamps >= within[0]) & (stamps <= within[1])]
+    # At its ends a jump of a rider needs no second stamp: the run begins after it, and ends before it.
+    twice = np.isin(stamps, np.concatenate([_jumps(other) for other in others]))
+    twice[[0, -1]] = False
+    index = np.repeat(np.arange(stamps.size), 1 + (twice | np.isin(stamps, _jumps(motion))))
+    time = stamps[index]
+    late = _late(time)
+    changed: dict[str, Any] = {
+        name: _sampled(motion.time, values, time, late)
+        for name in HISTORIES
+        if (values := getattr(motion, name)) is not None
+    }
+    uncertainty = motion.uncertainty
+    if uncertainty is not None and uncertainty.time is None:
+        uncertainty = replace(uncertainty, time=motion.time)
+    return replace(motion, **(changed | {"time": time, "uncertainty": uncertainty}))
+
+
+def _jumps(motion: Motion) -> Array:
+    jumps: Array = motion.time[1:][np.diff(motion.time) == 0.0]
+    return jumps
+
+
+def _late(time: Array) -> NDArray[np.bool_]:
+    """Whether a stamp has the value after a jump there: the second of two, and a single one but the last."""
+    second = np.append(False, np.diff(time) == 0.0)
+    first = np.append(np.diff(time) == 0.0, False)
+    single = ~(first | second)
+    single[-1] = False
+    return np.asarray(second | single)
+
+
+def _place(time: Array, stamps: Array, late: NDArray[np.bool_]) -> tuple[NDArray[np.intp], Array]:
+    """The sample before each stamp, and the seconds since it; negative before the first sample."""
+    after = np.where(late, np.searchsorted(time, stamps, "right"), np.searchsorted(time, stamps, "left"))
+    lower = np.clip(after - 1, 0, time.size - 1)
+    return lower, stamps - time[lower]
+
+
+def _sampled(time: Array, values: Array, stamps: Array, late: NDArray[np.bool_]) -> Array:
+    """A history, linear between its samples and constant beyond them, at the stamps."""
+    lower, since = _place(time, stamps, late)
+    upper = np.minimum(lower + 1, time.size - 1)
+    width = time[upper] - time[lower]
+    share = np.clip(np.divide(since, width, out=np.zeros(stamps.size), where=width > 0.0), 0.0, 1.0)
+    share = share.reshape(-1, *[1] * (values.ndim - 1))
+    return np.where(share == 1.0, values[upper], values[lower] + share * (values[upper] - values[lower]))
+
+
+def _travel(name: str, motion: Motion, stamps: Array) -> Array:
+    """Travel, speed and acceleration (n, 3) of a rider at stamps: in each interval of its motion the integrals of a
+    linear acceleration from the motion's own position and velocity at the start of the interval."""
+    time, acceleration = motion.time, motion.acceleration[:, 0]
+    steps = np.diff(time)
+    gains = 0.5 * steps * (acceleration[1:] + acceleration[:-1])
+    speed = np.append(0.0, np.cumsum(gains)) if motion.velocity is None else motion.velocity[:, 0]
+    gains = steps * (speed[:-1] + steps * (2.0 * acceleration[:-1] + acceleration[1:]) / 6.0)
+    place = np.append(0.0, np.cumsum(gains)) if motion.position is None else motion.position[:, 0]
+    fastest = float(np.abs(speed).max())
+    for end, covers in ((0, stamps[0] >= time[0]), (-1, stamps[-1] <= time[-1])):
+        if not covers and abs(speed[end]) > STILL * fastest:
+            when = "begins after" if end == 0 else "ends before"
+            raise ArgumentError(
+                f"riders[{name!r}]: its motion {when} that of the cart, at {time[end]:g} s, with {speed[end]:.3g} m/s; "
+                "expected one that covers the time of the cart, or begins and ends at rest"
+            )
+    late = _late(stamps)
+    lower, since = _place(time, stamps, late)
+    inside = (since >= 0.0) & ((lower < time.size - 1) | (since == 0.0))
+    upper = np.minimum(lower + 1, time.size - 1)
+    width = time[upper] - time[lower]
+    jerk = np.divide(
+        acceleration[upper] - acceleration[lower], width, out=np.zeros(stamps.size), where=width > 0.0
+    )
+    at, since = acceleration[lower], np.where(inside, since, 0.0)
+    travel = np.stack(
+        [
+            place[lower] + since * (speed[lower] + since * (at / 2.0 + since * jerk / 6.0)),
+            np.where(inside, speed[lower] + since * (at + since * jerk / 2.0), 0.0),
+            np.where(inside, at + since * jerk, 0.0),
+        ],
+        axis=1,
+    )
+    return np.ascontiguousarray(travel)

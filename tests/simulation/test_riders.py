@@ -1,0 +1,238 @@
+"""Runs with riders against an independent high-precision solution, and the laws of riders."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from reference import cart, cart_stiff
+from rider_reference import Riding
+from scipy.integrate import solve_ivp
+
+from guideload import Machine, Motion, peak_loads, simulate
+from guideload.base.errors import ArgumentError, ConfigError
+from guideload.machine.payloads import Payload
+from guideload.machine.riders import Rider
+from guideload.reports.run import result_report
+from guideload.simulation.result import Result
+
+SLIDE = Rider(
+    name="slide",
+    mass=180.0,
+    center_of_mass=(0.1, 0.3, -0.2),
+    inertia=((9.0, 1.0, 0.5), (1.0, 12.0, -0.7), (0.5, -0.7, 15.0)),
+    direction=(0.2, -0.1, 2.0),
+)
+ARM = Rider(
+    name="arm",
+    mass=60.0,
+    center_of_mass=(0.2, -0.3, 0.1),
+    inertia=np.diag([3.0, 4.0, 5.0]).tolist(),
+    direction=(0, 1, 0),
+)
+
+
+def gantry(*riders: Rider, damping: float = 5e4) -> Machine:
+    machine = cart() if damping == 5e4 else cart_stiff()
+    return machine.model_copy(update={"riders": riders or (SLIDE,)})
+
+
+def swing(size: float, rate: float, start: float = 0.0, count: int = 601) -> Motion:
+    """A motion whose acceleration is linear between its stamps."""
+    time = np.arange(count) / 1000.0
+    acceleration = size * rate**2 * np.sin(rate * time)
+    step = 1e-3
+    gains = 0.5 * step * (acceleration[1:] + acceleration[:-1])
+    speed = np.append(0.0, np.cumsum(gains))
+    place = np.cumsum(step * speed[:-1] + step**2 * (2.0 * acceleration[:-1] + acceleration[1:]) / 6.0)
+    return Motion.along_x(time, acceleration, velocity=speed, position=start + np.append(0.0, place))
+
+
+def exactly(motion: Motion):
+    """Travel, speed and acceleration of a motion at any time, by the cubic of each interval."""
+
+    def at(t: float) -> tuple[float, float, float]:
+        k = int(np.clip(np.searchsorted(motion.time, t, "right") - 1, 0, motion.time.size - 2))
+        tau = t - motion.time[k]
+        a, b = motion.acceleration[k : k + 2, 0]
+        jerk = (b - a) / (motion.time[k + 1] - motion.time[k])
+        s, v = motion.position[k, 0], motion.velocity[k, 0]
+        return s + tau * (v + tau * (a / 2 + tau * jerk / 6)), v + tau * (a + tau * jerk / 2), a + tau * jerk
+
+    return at
+
+
+def reference(
+    machine: Machine, motion: Motion, riders: dict[str, Motion], method: str = "DOP853"
+) -> tuple[Riding, np.ndarray]:
+    """States (time, 2 n) at the stamps, interval by interval, as the right-hand side has kinks at them."""
+    rider_at = [exactly(riders[rider.name]) for rider in machine.riders]
+
+    def acceleration(t: float) -> np.ndarray:
+        return np.array([np.interp(t, motion.time, motion.acceleration[:, axis]) for axis in range(3)])
+
+    riding = Riding(machine, rider_at, acceleration)
+    states = [riding.start()]
+    size = np.abs(states[0]).max()
+    for begin, end in zip(motion.time[:-1], motion.time[1:], strict=True):
+        found = solve_ivp(riding.rate, (begin, end), states[-1], method=method, rtol=1e-12, atol=1e-14 * size)
+        states.append(found.y[:, -1])
+    return riding, np.array(states)
+
+
+@pytest.fixture(scope="module")
+def two() -> tuple[Machine, Motion, dict[str, Motion], Riding, np.ndarray]:
+    machine, motion = gantry(SLIDE, ARM), swing(0.002, 30.0, count=301)
+    riders = {"slide": swing(0.02, 15.0, 0.1, count=301), "arm": swing(0.01, 25.0, count=301)}
+    return machine, motion, riders, *reference(machine, motion, riders)
+
+
+@pytest.mark.parametrize("method", ["auto", "rk45", "implicit"])
+def test_two_riders_against_dop853(two, method):
+    machine, motion, riders, riding, states = two
+    result = simulate(machine, motion, method, riders=riders, rtol=1e-10)
+    want = riding.link_loads(states)
+    scale = np.abs(want).max()
+    assert np.abs(result.quantities["link_load"] - want).max() < 1e-9 * scale
+    reactions = np.array([riding.reaction(t, y) for t, y in zip(motion.time, states, strict=True)])
+    assert np.abs(result.quantities["reaction"] - reactions).max() < 1e-8 * np.abs(reactions).max()
+    loose = simulate(machine, motion, method, riders=riders).quantities["link_load"]
+    assert np.abs(loose - want).max() < 3e-6 * scale
+
+
+def test_riders_that_stand_still_are_a_part_of_the_body():
+    away = 0.4
+    machine, motion = gantry(), swing(0.002, 30.0)
+    still = Motion.along_x([0.0, 1.0], [0.0, 0.0], velocity=[0.0, 0.0], position=[away, away])
+    merged = cart().model_copy(
+        update={"body": gantry(SLIDE.model_copy(update={"position": away})).whole_body}
+    )
+    got, want = simulate(machine, motion, riders={"slide": still}), simulate(merged, motion)
+    assert got.method == want.method == "exact"
+    for name in ("link_load", "reaction", "displacement"):
+        difference = np.abs(got.quantities[name] - want.quantities[name]).max()
+        assert difference <= 1e-12 * np.abs(want.quantities[name]).max()
+
+
+def test_a_rider_that_hardly_moves_is_as_one_at_rest():
+    """The moving equations with a travel of 1e-12 m agree with the exact propagator of the merged body."""
+    machine, motion = gantry(SLIDE.model_copy(update={"position": 0.3})), swing(0.002, 30.0)
+    moved = simulate(machine, motion, "implicit", riders={"slide": swing(1e-14, 20.0, 0.3)}, rtol=1e-12)
+    rest = simulate(machine, motion, riders={})
+    scale = np.abs(rest.quantities["link_load"]).max()
+    assert moved.method == "implicit"
+    assert np.abs(moved.quantities["link_load"] - rest.quantities["link_load"]).max() < 1e-11 * scale
+
+
+def test_forces_of_a_rider_across_are_those_of_newton():
+    """A slide along z on a cart that holds z pushes with m s''; its drive feels the same."""
+    rider = SLIDE.model_copy(update={"direction": (0.0, 0.0, 1.0)})
+    machine = gantry(rider).with_free(("rx", "ry", "rz"))
+    result = simulate(machine, swing(0.0, 1.0), riders={"slide": swing(0.02, 15.0)})
+    data = result.quantities
+    links = data["force"][:, :, 2].sum(axis=1)
+    push = data["rider_acceleration"][:, 0] * rider.mass
+    wrench = data["rider_wrench"][:, 2]
+    assert np.allclose(
+        data["rider_force"][:, 0], push, atol=0.02 * np.abs(push).max()
+    )  # the body shakes a little
+    assert np.abs(push).max() > 500.0
+    momentum = data["reaction"][:, 2] - links + wrench
+    mass = machine.scene.matrices()[0][0]
+    assert np.allclose(momentum, data["acceleration"] @ mass[2], atol=1e-9 * np.abs(push).max())
+
+
+def test_union_of_stamps_keeps_jumps_and_travel():
+    """A trapezoid of the rider and a cart with stamps of its own: as with all stamps on one fine grid."""
+    time = np.array([0.0, 0.05, 0.05, 0.15, 0.15, 0.3])
+    rider = Motion.along_x(time, [0.0, 0.0, 4.0, 4.0, -4.0, -4.0])
+    coarse = Motion.along_x([0.0, 0.1, 0.3], [0.0, 2.0, -1.0])
+    fine_time = np.sort(np.concatenate([np.arange(301) / 1000.0, [0.05, 0.15]]))
+    fine = Motion.along_x(
+        fine_time, np.interp(fine_time, coarse.time, coarse.acceleration[:, 0]), bandwidth=np.inf
+    )
+    instants = np.linspace(0.0, 0.3, 77)
+    a, b = (
+        simulate(gantry(), motion, "rk45", riders={"slide": rider}, rtol=1e-11, times=instants)
+        for motion in (coarse, fine)
+    )
+    scale = np.abs(a.quantities["link_load"]).max()
+    assert np.abs(a.quantities["link_load"] - b.quantities["link_load"]).max() < 1e-8 * scale
+    assert a.quantities["rider_position"][-1, 0] == pytest.approx(
+        0.5 * 4 * 0.1**2 + 0.4 * 0.15 - 0.5 * 4 * 0.15**2, abs=1e-12
+    )
+    assert a.quantities["rider_velocity"][-1, 0] == pytest.approx(-0.2, abs=1e-12)
+
+
+def test_peaks_bands_audit_and_files(tmp_path: Path):
+    machine, motion, riders = gantry(), swing(0.002, 30.0), {"slide": swing(0.02, 15.0)}
+    result = simulate(machine, motion, riders=riders)
+    peaks = peak_loads(machine, motion, riders=riders)
+    assert np.allclose(peaks.largest[:, 6], result.quantities["resultant"].max(axis=0), rtol=1e-9)
+    assert result.audit.riders_move and not result.audit.doubts
+    assert result.audit.force_balance.residual < 1e-12
+    assert "rider slide" in result_report(result)
+    result.to_netcdf(tmp_path / "loads.nc")
+    again = Result.load(tmp_path / "loads.nc")
+    assert not again.audit.doubts and again.audit.second_look is not None
+    assert again.quantities["rider_force"].shape == (motion.time.size, 1)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda m, x: simulate(m, x, "exact", riders={"slide": swing(0.02, 15.0)}), "a rider moves"),
+        (lambda m, x: simulate(m, x, riders={"arm": x}), "expected a rider of the machine"),
+        (lambda m, x: simulate(gantry(SLIDE.model_copy(update={"motion": "a.csv"})), x), "has the motion"),
+        (lambda m, x: simulate(m, x, riders={"slide": x.with_force([0, 0, 0], [1, 0, 0])}), "without forces"),
+        (
+            lambda m, x: simulate(m, x, riders={"slide": Motion.along_x([0.0, 0.2], [0.0, 1.0])}),
+            "its motion ends before that of the cart",
+        ),
+    ],
+)
+def test_refusals_name_the_rider_and_the_way_out(call, words):
+    with pytest.raises(ArgumentError, match=words):
+        call(gantry(), swing(0.002, 30.0))
+
+
+def test_riders_of_a_machine_file_are_checked():
+    with pytest.raises(ConfigError, match=r"direction.*other than zero"):
+        Rider(**(SLIDE.model_dump() | {"direction": (0.0, 0.0, 0.0)}))
+    with pytest.raises(ConfigError, match="unique name"):
+        Machine(**(cart().model_dump() | {"riders": [SLIDE.model_dump(), SLIDE.model_dump()]}))
+
+
+def test_a_quasi_static_start_counts_the_inertia_force_of_a_rider():
+    machine = gantry().model_copy(update={"gravity": (0.0, 0.0, 0.0)})  # at rest nothing turns the direction
+    time, rate = np.linspace(0.0, 0.1, 101), 3.0
+    still = Motion.along_x(time, np.zeros(101))
+    moving = Motion.along_x(
+        time, np.full(101, rate), velocity=rate * time, position=0.2 + rate * time**2 / 2.0
+    )
+    got = simulate(machine, still, riders={"slide": moving}, start="quasi-static")
+    there = SLIDE.at(0.2)
+    force = -there.mass * rate * np.array(SLIDE.direction) / np.linalg.norm(SLIDE.direction)
+    wrench = np.tile(np.hstack([force, np.cross(there.center_of_mass, force)]), (101, 1))
+    begun = machine.model_copy(update={"riders": (SLIDE.model_copy(update={"position": 0.2}),)})
+    pushed = replace(still, wrench=wrench)
+    want = simulate(begun, pushed, start="quasi-static").quantities["link_load"][0]
+    assert np.abs(got.quantities["link_load"][0] - want).max() < 1e-12 * np.abs(want).max()
+
+
+def test_what_is_not_computed_together_with_moving_riders():
+    machine, motion, riders = gantry(), swing(0.002, 30.0), {"slide": swing(0.02, 15.0)}
+    wavy = machine.rails[0].model_copy(update={"straightness": ((-5.0, 0.0, 0.0), (5.0, 1e-5, 0.0))})
+    inertia = np.eye(3).tolist()
+    part = Payload(name="part", mass=9.0, center_of_mass=(0, 0, 0), inertia=inertia, times=((0.1, 0.2),))
+    for also, words in (
+        ({"base": {"compliance": (1e-12 * np.eye(6)).tolist()}}, "an elastic base; put its compliance into"),
+        ({"rails": (wavy, *machine.rails[1:])}, "rails that are not straight; take the largest error"),
+        ({"payloads": (part,)}, "moving riders knows no payloads"),
+    ):
+        other = machine.model_copy(update=also)
+        with pytest.raises(ArgumentError, match=words):
+            simulate(other, motion, riders=riders)
+        simulate(other, motion)  # riders that stand still are a part of the body
