@@ -110,7 +110,7 @@ pub(super) fn step<E: Equations>(
         let Some(tangent) = place else { unreachable!("just made") };
         let extra = if again { NO_STAGE_FORCES } else { last_step.extrapolated(equations, tangent, state) };
         tangent.begin(equations, &rate, &rise, &extra, parts);
-        if let Some(error) = last_step.converge(equations, tangent, ramp, &forces, state, &rate, parts) {
+        if let Some(error) = last_step.converge(equations, tangent, (ramp, &forces), state, &rate, parts) {
             let next = end(state, parts);
             (last_step.key, last_step.h, last_step.end) = (equations.key(), ramp.h, next);
             return (next, error);
@@ -171,8 +171,7 @@ impl LastStep {
         &mut self,
         equations: &E,
         tangent: &Tangent,
-        ramp: &Ramp,
-        forces: &[Force; 5],
+        (ramp, forces): (&Ramp, &[Force; 5]),
         state: &State,
         rate: &State,
         parts: &mut Parts,
