@@ -80,7 +80,7 @@ REFUSALS = [
     (21, 'stiffness_y = "-4e5 N/m"', "carriages[0].stiffness_y", '"-4e5 N/m"', "> 0 N/m"),
     (21, "stifness_y = 1", "carriages[0].stifness_y", "1", 'did you mean "stiffness_y"?'),
     (21, "clearance = 1", "carriages[0].clearance", "1", 'did you mean "clearance_y" or "clearance_z"?'),
-    (21, "stiffness_y = 1\nqqq = 1", "carriages[0].qqq", "1", "keys known here: name, rail, x"),
+    (21, "stiffness_y = 1\nqqq = 1", "carriages[0].qqq", "1", "keys known here: name, rail, type, x"),
     (24, "damping_z = -1", "carriages[0].damping_z", "-1", ">= 0 N s/m"),
     (26, 'name = "1:-y"', "links[0].name", '"1:-y"', "a unique name"),
     (28, "direction = [0, 0, 0.0]", "links[0].direction", "[0, 0, 0.0]", "other than zero"),

@@ -218,7 +218,7 @@ def test_the_template_is_a_machine_and_explains_every_key() -> None:
 
 
 COMMENTED_KEY = re.compile(
-    r"^# (\w+ = [\[\d\"].*|\[\w+\].*)$", re.MULTILINE
+    r"^# (\w+ = [\[\d\"].*|\[\[?\w+\]\]?.*)$", re.MULTILINE
 )  # a table, or a key with its value
 
 

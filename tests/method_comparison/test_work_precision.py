@@ -318,7 +318,10 @@ def test_bad_arguments_are_refused() -> None:
 
 
 def test_the_report_fits_and_has_every_definition(chart: WorkPrecision) -> None:
-    text = chart_report(chart)
+    marked = replace(
+        chart, rows=tuple(replace(row, pareto_optimal=True) for row in chart.rows)
+    )  # whatever the times
+    text = chart_report(marked)
     assert max(len(line) for line in text.splitlines()) <= 80 and "…" not in text
     flat = " ".join(text.split())
     for expected in (
