@@ -8,12 +8,9 @@ from typing import TYPE_CHECKING
 from guideload.html_report.document import Line, chart
 from guideload.html_report.page import page_of
 from guideload.plots.compare import comparison
-from guideload.plots.study import study_drawings
 from guideload.plots.style import carriage_look
 from guideload.reports.compare import comparison_parts
-from guideload.reports.duty import duty_parts
 from guideload.reports.sizing import sizing_parts
-from guideload.reports.study import study_parts
 
 if TYPE_CHECKING:
     from guideload.duty.duty_cycle import DutyCycle
@@ -54,6 +51,8 @@ def sizing_page(machine: Machine, sizing: Sizing) -> str:
 
 def duty_page(duty: DutyCycle) -> str:
     """The report of a duty cycle, and the history of the most loaded carriage in each case."""
+    from guideload.reports.duty import duty_parts
+
     results = {case.name: life.record.result for case, life in zip(duty.cases, duty.lives, strict=True)}
     title = f"{duty.cases[0].machine.name}: duty cycle"
     return page_of(title, duty_parts(duty), charts=_charts(results))
@@ -61,5 +60,8 @@ def duty_page(duty: DutyCycle) -> str:
 
 def study_page(result: StudyResult) -> str:
     """The report of a study with its pictures."""
+    from guideload.plots.study import study_drawings  # other pages do not need pandas
+    from guideload.reports.study import study_parts
+
     drawings = ((draw(), caption) for caption, draw in study_drawings(result).items())
     return page_of(f"{result.metadata.machine.name}: study", study_parts(result), drawings)

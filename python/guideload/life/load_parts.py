@@ -15,7 +15,7 @@ CAUSES = {
     "acceleration": "quasi-static load of the acceleration of the body (m a)",
     "process force": "quasi-static load of the forces on the body",
     "rail error": "quasi-static load of mounting errors and of rails that are not straight",
-    "vibration": "the rest: dynamic overshoot, and what the elastic laws add if they are not linear",
+    "vibration": "dynamic overshoot, and what the elastic laws add if they are not linear",
 }
 ROUNDING = 1e-9  # of the forces of moving feet: smaller process forces are rounding
 

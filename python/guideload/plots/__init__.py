@@ -6,11 +6,11 @@ They are drawn without pyplot: they need no display and change no setting of the
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from guideload.plots.compare import comparison
-from guideload.plots.drivers import scatter, tornado
 from guideload.plots.life import rail_damage
 from guideload.plots.loads import load_y, load_z, moments, motor_speed, paper_figures, resultant
 from guideload.plots.machine import equivalent_box, modes, scene
@@ -19,8 +19,6 @@ from guideload.plots.response import frequency_response
 from guideload.plots.saving import save, save_each
 from guideload.plots.spectrum import load_density, spectrum
 from guideload.plots.stability_region import stability
-from guideload.plots.study import band, distributions, exceedance, save_study
-from guideload.plots.study_life import failure
 from guideload.plots.trace import encoder
 from guideload.plots.work_precision_diagram import work_precision
 
@@ -29,7 +27,21 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
+    from guideload.plots.drivers import scatter, tornado
+    from guideload.plots.study import band, distributions, exceedance, save_study
+    from guideload.plots.study_life import failure
     from guideload.simulation.result import Result
+
+# Pictures of studies by their module, imported at their first use: with pandas and pyarrow they take half a second.
+_OF_STUDIES = {
+    "band": "study",
+    "distributions": "study",
+    "exceedance": "study",
+    "failure": "study_life",
+    "save_study": "study",
+    "scatter": "drivers",
+    "tornado": "drivers",
+}
 
 __all__ = [
     "band",
@@ -60,6 +72,12 @@ __all__ = [
     "tornado",
     "work_precision",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _OF_STUDIES:
+        return getattr(import_module(f"guideload.plots.{_OF_STUDIES[name]}"), name)
+    raise AttributeError(f"module 'guideload.plots' has no attribute {name!r}")
 
 
 def save_all(result: Result, folder: str | Path) -> list[Path]:
