@@ -20,12 +20,13 @@ mod smooth;
 
 pub(crate) use piecewise::SegmentEquations;
 pub(crate) use propagator::Propagator;
+pub use riding::Moments;
 pub(crate) use riding::Riders;
 pub use sampled::SampledSystem;
 pub(crate) use series::{PowerSeries, advance, work};
 pub(crate) use smooth::SmoothEquations;
 
-use crate::excitation::Instant;
+use crate::excitation::{Instant, Ramp};
 use crate::system::{Force, Square, State};
 
 /// Equations of motion over one or more steps.
@@ -47,8 +48,12 @@ pub trait Equations {
     /// The constant part of the modal force.
     fn constant(&self) -> &Force;
 
-    /// The whole rate of change of a state under the modal force `force` at an instant, on which it depends only with moving riders.
-    fn rate(&self, state: &State, force: &Force, at: Instant) -> State;
+    /// Computes what depends on the instant alone, at these fractions of a step, at most eight: only with moving riders.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn prepare(&self, _: &Ramp, _: &[f64], _: &mut Moments) {}
+
+    /// The whole rate of change of a state under the modal force `force`, at one of the moments.
+    fn rate(&self, state: &State, force: &Force, at: (&Moments, usize)) -> State;
 
     /// Stiffness S (columns, per unit of `ω η`) and damping Ĉ (columns) of the tangent at a state and an instant.
     fn tangent(&self, state: &State, at: Instant) -> (Square, Square);

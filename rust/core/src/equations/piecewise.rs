@@ -1,6 +1,6 @@
 //! The equations between two contact changes: each link is on one segment of its law, so all are linear.
 
-use super::Equations;
+use super::{Equations, Moments};
 use crate::excitation::Instant;
 use crate::numeric::float::{add_scaled, fma};
 use crate::system::{Force, LinkRow, NO_FORCE, Square, State, System};
@@ -96,7 +96,7 @@ impl Equations for SegmentEquations {
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn rate(&self, state: &State, force: &Force, _: Instant) -> State {
+    fn rate(&self, state: &State, force: &Force, _: (&Moments, usize)) -> State {
         let mut sum = self.constant;
         add_scaled(&mut sum, force, 1.0);
         self.linear(state, &sum)

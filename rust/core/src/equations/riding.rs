@@ -8,19 +8,20 @@
 //! ```
 //!
 //! The system includes the rider at s = 0; here is what the travel changes. All of it stands on the right-hand side of the system's own
-//! modes, but the change of the mass matrix, `m (GᵀG - G₀ᵀG₀)`, whose sum with the identity is solved at each evaluation.
+//! modes, but the change of the mass matrix, `m (GᵀG - G₀ᵀG₀)`, whose sum with the identity is solved at each evaluation. What depends on
+//! the instant alone, above all the factors of this matrix, is computed for all instants of a step side by side ([`Moments`]).
 
 use nalgebra::{Matrix3x6, Vector3, Vector6};
 
-use crate::excitation::{Excitation, Instant, MAX_RIDERS};
+use crate::excitation::{Excitation, Instant, MAX_RIDERS, travel_after};
 use crate::numeric::bounded_vec::BoundedVec;
 use crate::numeric::float::{add_scaled, fma};
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
 use crate::numeric::tensor::skew;
 use crate::system::{Force, Input, NO_FORCE, Square, State, System};
 
 /// Rows x, y, z of a matrix in the modes.
-type Rows = [[f64; 6]; 3];
+type Rows = [Force; 3];
 
 /// A rider in the modes of a system.
 #[derive(Debug, Clone, Copy)]
@@ -41,12 +42,48 @@ struct ModalRider {
 const NONE: ModalRider = ModalRider {
     mass: 0.0,
     direction: [0.0; 3],
-    start: [[0.0; 6]; 3],
-    turn: [[0.0; 6]; 3],
-    elastic_turn: [[0.0; 6]; 3],
+    start: [NO_FORCE; 3],
+    turn: [NO_FORCE; 3],
+    elastic_turn: [NO_FORCE; 3],
     rest_turn: [0.0; 3],
     mass_change: [[[0.0; 6]; 6]; 2],
 };
+
+/// What depends on the instant alone, at up to [`LANES`] instants of a step; nothing where no rider moves.
+#[derive(Debug, Clone)]
+pub struct Moments {
+    /// Travel, speed and acceleration of each rider.
+    travel: [[Lanes; 3]; MAX_RIDERS],
+    /// Modal force of the riders on a body that is at rest.
+    force: [Lanes; 6],
+    /// Factors of the mass matrix: see [`factorised`].
+    factors: [[Lanes; 6]; 6],
+}
+
+impl Moments {
+    /// Before the first step.
+    pub(crate) const NONE: Self = Self {
+        travel: [[[0.0; LANES]; 3]; MAX_RIDERS],
+        force: [[0.0; LANES]; 6],
+        factors: [[[0.0; LANES]; 6]; 6],
+    };
+
+    /// Solves in place with the mass matrix at one of the instants.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn solve(&self, lane: usize, x: &mut [f64; 6]) {
+        for j in 0..6 {
+            for i in j + 1..6 {
+                x[i] = fma(-self.factors[j][i][lane], x[j], x[i]);
+            }
+        }
+        for j in (0..6).rev() {
+            x[j] *= self.factors[j][j][lane];
+            for i in j + 1..6 {
+                x[j] = fma(-self.factors[j][i][lane], x[i], x[j]);
+            }
+        }
+    }
+}
 
 /// The moving riders of a run.
 #[derive(Debug)]
@@ -74,34 +111,47 @@ impl<'a> Riders<'a> {
         self.all.as_slice().is_empty()
     }
 
-    /// Turns the rate of change of the system at a state into that with its riders. Out of line, so that runs without riders keep their
-    /// code.
+    /// Computes the moments at the fractions `nodes` of a step of length `h`, at most [`LANES`]. Out of line, as are the other functions
+    /// of steps, so that runs without riders keep their code.
     #[inline(never)]
-    pub(crate) fn change(&self, rate: &mut State, state: &State, at: Instant) {
-        dispatch(RateKernel { riders: self, rate, state, at });
+    pub(crate) fn prepare(&self, begin: Instant, h: f64, nodes: &[f64], moments: &mut Moments) {
+        dispatch(MomentsKernel { riders: self, begin, h, nodes, moments });
+    }
+
+    /// Turns the rate of change of the system at a state into that with its riders, at one of the moments.
+    #[inline(never)]
+    pub(crate) fn change(&self, rate: &mut State, state: &State, moments: &Moments, lane: usize) {
+        dispatch(RateKernel { riders: self, rate, state, moments, lane });
     }
 
     /// Turns stiffness and damping of the tangent of the system into those with its riders.
     #[inline(never)]
     pub(crate) fn change_tangent(&self, stiffness: &mut Square, damping: &mut Square, at: Instant) {
-        let mut mass = IDENTITY;
-        for (index, rider) in self.all.as_slice().iter().enumerate() {
-            let [travel, speed, acceleration] = self.excitation.travel(index, at);
-            rider.add_mass(&mut mass, travel);
-            let now = rider.now(travel);
+        let mut moments = Moments::NONE;
+        self.prepare(at, 0.0, &[0.0], &mut moments);
+        for (rider, travel) in self.all.as_slice().iter().zip(&moments.travel) {
+            let [travel, speed, acceleration] = travel.map(|lanes| lanes[0]);
             for axis in 0..3 {
+                let now: [f64; 6] =
+                    core::array::from_fn(|j| fma(travel, rider.turn[axis][j], rider.start[axis][j]));
                 for j in 0..6 {
                     let factor = rider.mass * rider.turn[axis][j];
-                    add_scaled(&mut damping[j], &now[axis], 2.0 * speed * factor);
+                    add_scaled(&mut damping[j], &now, 2.0 * speed * factor);
                     let factor = rider.mass * rider.elastic_turn[axis][j];
-                    add_scaled(&mut stiffness[j], &now[axis], acceleration * factor);
+                    add_scaled(&mut stiffness[j], &now, acceleration * factor);
                 }
             }
         }
-        let factors = factorised(mass);
         for column in stiffness.iter_mut().chain(damping) {
-            solve(&factors, column);
+            moments.solve(0, column);
         }
+    }
+
+    /// The modal force of the riders at the start of a run, of a body in its static equilibrium.
+    pub(crate) fn first_force(&self) -> Force {
+        let mut moments = Moments::NONE;
+        self.prepare(Instant::FIRST, 0.0, &[0.0], &mut moments);
+        core::array::from_fn(|j| moments.force.get(j).map_or(0.0, |lanes| lanes[0]))
     }
 
     /// Passes bounds on the modal forces of the riders to `add`, for an excitation with these peaks.
@@ -111,9 +161,7 @@ impl<'a> Riders<'a> {
             let mut force = |rows: &Rows, vector: [f64; 3]| {
                 let mut force = NO_FORCE;
                 for axis in 0..3 {
-                    for j in 0..6 {
-                        force[j] = fma(rider.mass * vector[axis], rows[axis][j], force[j]);
-                    }
+                    add_scaled(&mut force, &rows[axis], rider.mass * vector[axis]);
                 }
                 add(&force);
             };
@@ -128,16 +176,6 @@ impl<'a> Riders<'a> {
     }
 }
 
-const IDENTITY: Square = {
-    let mut unit = [[0.0; 6]; 6];
-    let mut i = 0;
-    while i < 6 {
-        unit[i][i] = 1.0;
-        i += 1;
-    }
-    unit
-};
-
 impl ModalRider {
     fn new(system: &System, mass: f64, center: Vector3<f64>, direction: Vector3<f64>) -> Self {
         let shapes = system.shapes();
@@ -149,7 +187,7 @@ impl ModalRider {
         let rest: Vector6<f64> = system.static_position();
         let (rest_turn, start, turn) = (turn * rest, start * shapes, turn * shapes);
         let rows = |matrix: &Matrix3x6<f64>| -> Rows {
-            core::array::from_fn(|axis| core::array::from_fn(|j| matrix[(axis, j)]))
+            core::array::from_fn(|axis| core::array::from_fn(|j| if j < 6 { matrix[(axis, j)] } else { 0.0 }))
         };
         let columns = |matrix: nalgebra::Matrix6<f64>| -> Square {
             core::array::from_fn(|j| core::array::from_fn(|i| mass * matrix[(i, j)]))
@@ -172,24 +210,69 @@ impl ModalRider {
             mass_change,
         }
     }
+}
 
-    /// G Φ at a travel.
+/// [`Riders::prepare`] as a kernel.
+struct MomentsKernel<'a, 'b> {
+    riders: &'a Riders<'b>,
+    begin: Instant,
+    h: f64,
+    nodes: &'a [f64],
+    moments: &'a mut Moments,
+}
+
+impl Kernel for MomentsKernel<'_, '_> {
+    type Output = ();
+
     #[cfg_attr(feature = "std", inline(always))]
-    fn now(&self, travel: f64) -> Rows {
-        let mut now = self.start;
+    fn run(self) {
+        let Self { riders, begin, h, nodes, moments } = self;
+        let mut since = [begin.since; LANES];
+        for (since, node) in since.iter_mut().zip(nodes) {
+            *since = fma(*node, h, begin.since);
+        }
+        let mut drive = [[0.0; LANES]; 3];
+        let [value, slope] = riders.excitation.acceleration_line(begin);
         for axis in 0..3 {
-            add_scaled(&mut now[axis], &self.turn[axis], travel);
+            for i in 0..LANES {
+                drive[axis][i] = fma(slope[axis], since[i], value[axis] - riders.gravity[axis]);
+            }
         }
-        now
-    }
-
-    /// Adds the change of the mass matrix at a travel.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn add_mass(&self, mass: &mut Square, travel: f64) {
+        let mut mass = [[[0.0; LANES]; 6]; 6];
         for j in 0..6 {
-            add_scaled(&mut mass[j], &self.mass_change[0][j], travel);
-            add_scaled(&mut mass[j], &self.mass_change[1][j], travel * travel);
+            mass[j][j] = [1.0; LANES];
         }
+        let mut force = [[0.0; LANES]; 6];
+        for (index, rider) in riders.all.as_slice().iter().enumerate() {
+            let terms = riders.excitation.travel_terms(index, begin);
+            let [travel, speeds, accelerations] = &mut moments.travel[index];
+            for i in 0..LANES {
+                [travel[i], speeds[i], accelerations[i]] = travel_after(terms, since[i]);
+            }
+            for j in 0..6 {
+                for k in j..6 {
+                    let [first, second] = [rider.mass_change[0][j][k], rider.mass_change[1][j][k]];
+                    for i in 0..LANES {
+                        mass[j][k][i] = fma(travel[i], fma(travel[i], second, first), mass[j][k][i]);
+                    }
+                }
+            }
+            for axis in 0..3 {
+                let along = rider.direction[axis] + rider.rest_turn[axis];
+                for j in 0..6 {
+                    let [start, turn] =
+                        [-rider.mass * rider.start[axis][j], -rider.mass * rider.turn[axis][j]];
+                    for i in 0..LANES {
+                        // At travel zero only this part is not in the system yet.
+                        let own = accelerations[i] * along;
+                        let arm = turn * travel[i];
+                        force[j][i] = fma(start, own, fma(arm, own + drive[axis][i], force[j][i]));
+                    }
+                }
+            }
+        }
+        moments.force = force;
+        moments.factors = factorised(mass);
     }
 }
 
@@ -198,7 +281,8 @@ struct RateKernel<'a, 'b> {
     riders: &'a Riders<'b>,
     rate: &'a mut State,
     state: &'a State,
-    at: Instant,
+    moments: &'a Moments,
+    lane: usize,
 }
 
 impl Kernel for RateKernel<'_, '_> {
@@ -206,77 +290,53 @@ impl Kernel for RateKernel<'_, '_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
-        let Self { riders, rate, state, at } = self;
-        let mut force: [f64; 6] = core::array::from_fn(|i| rate[6 + i]);
-        let mut mass = IDENTITY;
-        riders.add(&mut force, &mut mass, state, at);
-        solve(&factorised(mass), &mut force);
-        rate[6..].copy_from_slice(&force);
-    }
-}
-
-impl Riders<'_> {
-    /// The modal force of the riders at the start of a run, of a body in its static equilibrium.
-    pub(crate) fn first_force(&self) -> Force {
-        let (mut force, mut whole) = ([0.0; 6], NO_FORCE);
-        self.add(&mut force, &mut { IDENTITY }, &[0.0; 12], Instant::FIRST);
-        whole[..6].copy_from_slice(&force);
-        whole
-    }
-
-    /// Adds the modal force of the riders, but for the change of the mass matrix, and this change.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn add(&self, force: &mut [f64; 6], mass: &mut Square, state: &State, at: Instant) {
-        let drive = self.excitation.acceleration(at);
-        for (index, rider) in self.all.as_slice().iter().enumerate() {
-            let [travel, speed, acceleration] = self.excitation.travel(index, at);
-            rider.add_mass(mass, travel);
+        let Self { riders, rate, state, moments, lane } = self;
+        let mut force = NO_FORCE;
+        for j in 0..6 {
+            force[j] = rate[6 + j] + moments.force[j][lane];
+        }
+        for (rider, [travel, speed, acceleration]) in riders.all.as_slice().iter().zip(&moments.travel) {
+            let (speed, acceleration) = (-2.0 * rider.mass * speed[lane], -rider.mass * acceleration[lane]);
             for axis in 0..3 {
-                let (mut turning, mut turned) = (0.0, rider.direction[axis] + rider.rest_turn[axis]);
+                let (mut turning, mut turned) = (0.0, 0.0);
                 for j in 0..6 {
                     turning = fma(rider.turn[axis][j], state[6 + j], turning);
                     turned = fma(rider.elastic_turn[axis][j], state[j], turned);
                 }
-                // At travel zero only this part is not in the system yet.
-                let own = 2.0 * speed * turning + acceleration * turned;
-                let all = own + drive[axis] - self.gravity[axis];
-                add_scaled(force, &rider.start[axis], -rider.mass * own);
-                add_scaled(force, &rider.turn[axis], -rider.mass * travel * all);
+                let push = speed * turning + acceleration * turned;
+                add_scaled(&mut force, &rider.start[axis], push);
+                add_scaled(&mut force, &rider.turn[axis], push * travel[lane]);
             }
         }
+        let mut solved = [0.0; 6];
+        solved.copy_from_slice(&force[..6]);
+        moments.solve(lane, &mut solved);
+        rate[6..].copy_from_slice(&solved);
     }
 }
 
-/// The factors L and, on the diagonal, D⁻¹ of a symmetric positive definite matrix, by columns: `L D Lᵀ`.
+/// The factors L and, on the diagonal, D⁻¹ of symmetric positive definite matrices, by columns: `L D Lᵀ`.
 #[cfg_attr(feature = "std", inline(always))]
-fn factorised(mut matrix: Square) -> Square {
+fn factorised(mut matrix: [[Lanes; 6]; 6]) -> [[Lanes; 6]; 6] {
     for j in 0..6 {
-        let inverse = 1.0 / matrix[j][j];
         let column = matrix[j];
+        let mut inverse = column[j];
+        for i in 0..LANES {
+            inverse[i] = 1.0 / inverse[i];
+        }
         for k in j + 1..6 {
-            let factor = column[k] * inverse;
-            for i in k..6 {
-                matrix[k][i] = fma(-factor, column[i], matrix[k][i]);
+            let mut factor = column[k];
+            for i in 0..LANES {
+                factor[i] *= inverse[i];
+            }
+            for row in k..6 {
+                for i in 0..LANES {
+                    matrix[k][row][i] = fma(-factor[i], column[row][i], matrix[k][row][i]);
+                }
             }
             matrix[j][k] = factor;
         }
         matrix[j][j] = inverse;
     }
     matrix
-}
-
-/// Solves in place with the factors of a matrix.
-#[cfg_attr(feature = "std", inline(always))]
-fn solve(factors: &Square, x: &mut [f64; 6]) {
-    for j in 0..6 {
-        for i in j + 1..6 {
-            x[i] = fma(-factors[j][i], x[j], x[i]);
-        }
-    }
-    for j in (0..6).rev() {
-        x[j] *= factors[j][j];
-        for i in j + 1..6 {
-            x[j] = fma(-factors[j][i], x[i], x[j]);
-        }
-    }
 }

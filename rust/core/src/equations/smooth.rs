@@ -2,8 +2,8 @@
 
 use super::Equations;
 use super::piecewise::SegmentEquations;
-use super::riding::Riders;
-use crate::excitation::Instant;
+use super::riding::{Moments, Riders};
+use crate::excitation::{Instant, Ramp};
 use crate::model::{ball_compressions, ball_force};
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
 use crate::numeric::float::{add_scaled, fma, sqrt};
@@ -153,7 +153,14 @@ impl Equations for SmoothEquations<'_> {
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn rate(&self, state: &State, force: &Force, at: Instant) -> State {
+    fn prepare(&self, ramp: &Ramp, nodes: &[f64], moments: &mut Moments) {
+        if !self.riders.is_empty() {
+            self.riders.prepare(ramp.begin, ramp.h, nodes, moments);
+        }
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn rate(&self, state: &State, force: &Force, at: (&Moments, usize)) -> State {
         let mut rate = self.linear.rate(state, force, at);
         let mut pull = NO_FORCE;
         for balls in self.balls.as_slice() {
@@ -172,7 +179,7 @@ impl Equations for SmoothEquations<'_> {
             }
         }
         if !self.riders.is_empty() {
-            self.riders.change(&mut rate, state, at);
+            self.riders.change(&mut rate, state, at.0, at.1);
         }
         rate
     }

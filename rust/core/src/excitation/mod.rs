@@ -7,6 +7,7 @@ mod riding;
 
 pub use forcing::Ramp;
 pub(crate) use forcing::{Forcing, ScaledExcitation, Values};
+pub(crate) use riding::travel_after;
 pub use riding::{Instant, MAX_RIDERS, RiderMotion};
 
 use nalgebra::Vector3;

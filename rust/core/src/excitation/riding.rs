@@ -76,41 +76,43 @@ impl<'a> Excitation<'a> {
         self.riders
     }
 
-    /// Travel, speed and acceleration of a rider at an instant.
+    /// Travel, speed and acceleration of a rider at the sample before an instant, and the slope of the acceleration from there on.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn travel(&self, rider: usize, at: Instant) -> [f64; 3] {
+    pub(crate) fn travel_terms(&self, rider: usize, at: Instant) -> [f64; 4] {
         let samples = self.riders[rider].samples;
-        let [travel, speed, start] = samples[at.first];
-        let t = at.since;
-        let jerk = if t > 0.0 {
-            (samples[at.until][2] - start) / (self.time(at.until) - self.time(at.first))
-        } else {
-            0.0
-        };
-        [
-            travel + t * (speed + t * (start / 2.0 + t * jerk / 6.0)),
-            speed + t * (start + t * jerk / 2.0),
-            start + t * jerk,
-        ]
+        let [travel, speed, acceleration] = samples[at.first];
+        let width = self.time(at.until) - self.time(at.first);
+        let jerk = if width > 0.0 { (samples[at.until][2] - acceleration) / width } else { 0.0 };
+        [travel, speed, acceleration, jerk]
     }
 
     /// Travel, speed and acceleration of a rider at `time` s; at a jump those after it.
     pub fn travel_at(&self, rider: usize, time: f64) -> [f64; 3] {
         let (first, last) = (self.sample_before(time), self.count() - 1);
         let since = if first == last { 0.0 } else { f64::max(time - self.time(first), 0.0) };
-        self.travel(rider, Instant { first, until: usize::min(first + 1, last), since })
+        let at = Instant { first, until: usize::min(first + 1, last), since };
+        travel_after(self.travel_terms(rider, at), since)
     }
 
-    /// Acceleration of L at an instant, m/s².
+    /// Acceleration of L at the sample before an instant, m/s², and its slope from there on.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn acceleration(&self, at: Instant) -> [f64; 3] {
-        let mut value = self.acceleration[at.first];
-        if at.since > 0.0 {
-            let theta = at.since / (self.time(at.until) - self.time(at.first));
-            for (value, end) in value.iter_mut().zip(self.acceleration[at.until]) {
-                *value += theta * (end - *value);
-            }
+    pub(crate) fn acceleration_line(&self, at: Instant) -> [[f64; 3]; 2] {
+        let (value, end) = (self.acceleration[at.first], self.acceleration[at.until]);
+        let width = self.time(at.until) - self.time(at.first);
+        let mut slope = [0.0; 3];
+        for axis in 0..3 {
+            slope[axis] = if width > 0.0 { (end[axis] - value[axis]) / width } else { 0.0 };
         }
-        value
+        [value, slope]
     }
+}
+
+/// Travel, speed and acceleration `t` s after a sample with these terms.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn travel_after([travel, speed, acceleration, jerk]: [f64; 4], t: f64) -> [f64; 3] {
+    [
+        travel + t * (speed + t * (acceleration / 2.0 + t * jerk / 6.0)),
+        speed + t * (acceleration + t * jerk / 2.0),
+        acceleration + t * jerk,
+    ]
 }

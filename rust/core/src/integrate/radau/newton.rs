@@ -5,7 +5,7 @@
 //! linear; only the velocity halves are iterated, and the halves of `ω η` follow.
 
 use super::tangent::{COUNTS, NO_STAGE_FORCES, Parts, StageForces, Tangent, end, times, upper};
-use crate::equations::Equations;
+use crate::equations::{Equations, Moments};
 use crate::excitation::Ramp;
 use crate::integrate::tableau::RADAU;
 use crate::numeric::float::{add_scaled, sqrt};
@@ -60,6 +60,19 @@ const SMALL_TANGENT_CHANGE: f64 = 0.25;
 /// Step length relative to the last step beyond which the iteration starts without extrapolation.
 const MAX_STEP_RATIO: f64 = 2.0;
 
+/// The start of a step and its nodes.
+const NODES: [f64; 6] = {
+    let [a, b, c, d, e] = RADAU.nodes;
+    [0.0, a, b, c, d, e]
+};
+
+/// What acts during a step: the ramp, its force at the nodes, and the moments at [`NODES`].
+struct Given<'a> {
+    ramp: &'a Ramp<'a>,
+    moments: &'a Moments,
+    forces: [Force; 5],
+}
+
 /// The last step: stages, nonlinear forces and contraction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LastStep {
@@ -85,17 +98,19 @@ pub(super) struct LastStep {
 #[cfg_attr(feature = "std", inline(always))]
 pub(super) fn step<E: Equations>(
     equations: &E,
-    place: &mut Option<Tangent>,
+    (place, moments): (&mut Option<Tangent>, &mut Moments),
     parts: &mut Parts,
     last_step: &mut LastStep,
     ramp: &Ramp,
     state: &State,
 ) -> (State, State) {
-    let (rate, rise) = (equations.rate(state, &ramp.force(0.0), ramp.instant(0.0)), ramp.rise());
+    equations.prepare(ramp, &NODES, moments);
+    let (rate, rise) = (equations.rate(state, &ramp.force(0.0), (moments, 0)), ramp.rise());
     let mut forces = [NO_FORCE; 5];
     for stage in 0..5 {
         forces[stage] = ramp.force(RADAU.nodes[stage]);
     }
+    let given = Given { ramp, moments, forces };
     let same = last_step.key == equations.key() && last_step.h == ramp.h;
     if !same {
         last_step.contraction = 1.0;
@@ -110,7 +125,7 @@ pub(super) fn step<E: Equations>(
         let Some(tangent) = place else { unreachable!("just made") };
         let extra = if again { NO_STAGE_FORCES } else { last_step.extrapolated(equations, tangent, state) };
         tangent.begin(equations, &rate, &rise, &extra, parts);
-        if let Some(error) = last_step.converge(equations, tangent, (ramp, &forces), state, &rate, parts) {
+        if let Some(error) = last_step.converge(equations, tangent, &given, state, &rate, parts) {
             let next = end(state, parts);
             (last_step.key, last_step.h, last_step.end) = (equations.key(), ramp.h, next);
             return (next, error);
@@ -171,7 +186,7 @@ impl LastStep {
         &mut self,
         equations: &E,
         tangent: &Tangent,
-        (ramp, forces): (&Ramp, &[Force; 5]),
+        given: &Given,
         state: &State,
         rate: &State,
         parts: &mut Parts,
@@ -181,8 +196,8 @@ impl LastStep {
         self.contraction = f64::min(1.0, 2.0 * self.contraction);
         let mut before = f64::INFINITY;
         for iteration in 0..MAX_ITERATIONS {
-            self.evaluate(equations, ramp, forces, state, parts);
-            let update = self.improve(equations, tangent, forces, parts);
+            self.evaluate(equations, given, state, parts);
+            let update = self.improve(equations, tangent, &given.forces, parts);
             if !update.is_finite() {
                 return None;
             }
@@ -197,7 +212,7 @@ impl LastStep {
             }
             if iteration > 0 && self.contraction > STALLED_CONTRACTION || iteration + 1 == MAX_ITERATIONS {
                 // If the tangent hardly changes between the stages, only rounding has stalled the iteration.
-                return if self.tangent_changes(equations, tangent, ramp) { None } else { Some(error) };
+                return if self.tangent_changes(equations, tangent, given.ramp) { None } else { Some(error) };
             }
             before = update;
         }
@@ -219,8 +234,7 @@ impl LastStep {
     fn evaluate<E: Equations>(
         &mut self,
         equations: &E,
-        ramp: &Ramp,
-        forces: &[Force; 5],
+        Given { moments, forces, .. }: &Given,
         state: &State,
         parts: &Parts,
     ) {
@@ -231,7 +245,7 @@ impl LastStep {
                 add_scaled(&mut there, re, COUNTS[index] * a);
                 add_scaled(&mut there, im, COUNTS[index] * -b);
             }
-            let rate = equations.rate(&there, &forces[stage], ramp.instant(RADAU.nodes[stage]));
+            let rate = equations.rate(&there, &forces[stage], (moments, 1 + stage));
             self.states[stage] = there;
             for i in 0..6 {
                 self.own[stage][i] = rate[6 + i] - forces[stage][i];
