@@ -79,7 +79,6 @@ class Study(StudyOptions):
 
     @model_validator(mode="after")
     def _possible(self) -> Study:
-        self.machine.require_no_payloads("a study")
         _ = self.machine.scene, self._plan  # computed once, and cached
         return self
 
