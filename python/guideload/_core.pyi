@@ -22,6 +22,8 @@ SampledModel = tuple[Array, Array, Array, Array, Array, Segments, Array]
 # negative values; factor on the smaller group; preload [N], and how it raises small loads: "power" (Rexroth) or
 # "linear" (Thomson).
 Rule = tuple[Array, float, float, str]
+# Mass, centre of mass, inertia, whether that is about L, and (first stamp, the one after the last) of each stay.
+PayloadOfBatch = tuple[float, Vector, Sequence[Sequence[float]], bool, Sequence[tuple[int, int]]]
 
 def equivalent_load_integrals(
     time: Array, velocity: Array, acceleration: Array, loads: Array, rule: Rule, exponent: float
@@ -449,13 +451,15 @@ class Batch:
     at the stamps, with its sign, for the mean load. exponent: p of the mean load. method: as in `Scene.solve`, or auto:
     exact if the laws of a sample allow it, else rk45, or implicit if rk45 would be unstable. rules: of each group, the
     equivalent loads of ("load", group, "mean") and of ("load", group, "max"), as in `equivalent_load_integrals`; by
-    default |Fy| + |Fz|. start: of all samples, as in `Scene.solve`.
+    default |Fy| + |Fz|. start: of all samples, as in `Scene.solve`. payloads: masses that the body carries in their
+    stays, as in `peaks_of_stretches`; two stamps at one time at each change.
 
     changes: (target, constant, [(column, factor), ...]) sets target = constant + sum(factor * value[column]); each
     target at most once. Targets: ("mass", 0, 0) kg, ("center_of_mass", axis, 0) m, ("inertia", i, j) kg m2,
     ("gravity", axis, 0) m/s2, ("point", link, axis) m, ("damping", link, 0) N s/m, ("offset", link, 0) m,
     ("law", link, parameter) with stiffness, positive_stiffness, negative_stiffness [N/m], clearance [m], preload [N] or
-    scale (of all forces), ("center", group, axis) m, ("acceleration", 0, 0) and ("wrench", 0, 0): factors on the
+    scale (of all forces), ("center", group, axis) m, ("payload_mass", payload, 0) kg,
+    ("payload_center_of_mass", payload, axis) m, ("acceleration", 0, 0) and ("wrench", 0, 0): factors on the
     motion.
 
     measures: (quantity, index, statistic) over the stamps of the motion. Quantities: Fx Fy Fz [N], Mx My Mz [N m]
@@ -498,6 +502,7 @@ class Batch:
         rules: Sequence[tuple[Rule, Rule]] | None = None,
         offsets: Array | None = None,
         base_compliance: Sequence[Sequence[float]] | None = None,
+        payloads: Sequence[PayloadOfBatch] | None = None,
         start: str = "rest",
     ) -> Batch: ...
     def run(self, values: Array, threads: int, width: str = "widest") -> tuple[Array, list[tuple[int, str]]]:

@@ -95,6 +95,52 @@ def test_rows_are_those_of_single_scenes(clearance: float) -> None:
                 np.testing.assert_allclose(got, want, rtol=1e-11, atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    "law", [Law.sided(6e7, 6e7, 0.0), Law.sided(6e7, 6e7, 5e-6)], ids=["linear", "clear"]
+)
+@pytest.mark.parametrize("exponent", [3.0, 10.0 / 3.0])
+def test_a_payload_that_stays_is_part_of_the_body(law: Law, exponent: float) -> None:
+    """Also if its stay consists of two that touch, one of which begins within a block of samples."""
+    time = np.insert(TIME, 71, TIME[70])
+    keys = {
+        "time": time,
+        "acceleration": np.insert(ACCELERATION, 71, ACCELERATION[70], axis=0),
+        "speed": np.abs(np.sin(time)),
+        "exponent": exponent,
+        "measures": [
+            *MEASURES,
+            *(
+                (q, 1, s)
+                for q, s in (("Fy", "time_of_max"), ("load", "mean"), ("load", "max"), ("contact", "lost"))
+            ),
+            *(("drive", 0, s) for s in ("min", "max", "time_of_min", "rms")),
+        ],
+    }
+    half = (625.0, (0.12, -0.65, 0.18), (0.5 * np.array(scene(law)["inertia"])).tolist(), False)
+    halves = {"mass": half[0], "inertia": half[2]}
+    changes = [(("payload_mass", 0, 0), 25.0, [(0, 0.5)])]
+    values = np.array([[1200.0], [1300.0]])
+    whole, _ = batch(law, [(("mass", 0, 0), 650.0, [(0, 0.5)])], **keys).run(values, 1)
+    for stays in ([(0, time.size)], [(0, 71), (71, time.size)]):
+        parts, failures = batch(law, changes, **keys, **halves, payloads=[(*half, stays)]).run(values, 1)
+        assert not failures
+        np.testing.assert_allclose(parts, whole, rtol=1e-10, atol=1e-9)
+
+
+def test_stays_of_payloads_and_their_values_are_checked() -> None:
+    part = (90.0, (0.3, 0.2, -0.1), scene(Law.linear(6e7))["inertia"], False)
+    for stay in ((0, 101), (50, 50), (0, 50)):
+        with pytest.raises(
+            ArgumentError, match=r"payloads\[0\]: expected stays within the 100 samples, and two"
+        ):
+            batch(Law.linear(6e7), [], payloads=[(*part, [stay])])
+    one = batch(Law.linear(6e7), [(("payload_mass", 0, 0), 0.0, [(0, 1.0)])], payloads=[(*part, [(0, 100)])])
+    _, failures = one.run(np.array([[90.0], [-1.0]]), 1)
+    assert failures == [(1, "payloads[0].mass: expected > 0 kg, got -1")]
+    with pytest.raises(ArgumentError, match=r"the scene has no payloads\[1\]\.mass"):
+        batch(Law.linear(6e7), [(("payload_mass", 1, 0), 0.0, [(0, 1.0)])], payloads=[(*part, [(0, 100)])])
+
+
 def test_samples_without_a_rest_position_are_counted() -> None:
     """Carriages that bear a load downwards only: the body tips where its centre of mass lies beyond a rail."""
     beside = np.array([[0.0], [0.3], [0.36], [1.4]])  # m, of the rails at 0.35 m

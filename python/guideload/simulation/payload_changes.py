@@ -15,6 +15,8 @@ from guideload.machine.payloads import Payload, Place
 from guideload.machine.stretches import Stretches
 from guideload.motion.motion import HISTORIES, Motion
 
+NEAR_A_STAMP = 1e-9  # share of the time between two stamps
+
 
 def with_changes(machine: Machine, motion: Motion) -> tuple[Motion, Stretches | None]:
     """The motion with two stamps at every change of payload, and the stretches between; None without payloads.
@@ -85,7 +87,10 @@ def _reached(time: Array, place: Array, goal: Place, after: float) -> float | No
     crosses = {"+x": up, "-x": down, "any": up | down}[goal.travel]
     for k in np.flatnonzero(crosses).tolist():
         share = before[k] / (before[k] - now[k])
-        when = float(time[k + 1]) if share == 1.0 else float(time[k] + share * (time[k + 1] - time[k]))
+        whole = round(share)
+        # A stamp that was added at the place itself is found again: its position is rounded.
+        near = abs(share - whole) < NEAR_A_STAMP
+        when = float(time[k + whole] if near else time[k] + share * (time[k + 1] - time[k]))
         if when > after:
             return when
     return None

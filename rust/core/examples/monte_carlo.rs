@@ -40,6 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         free: Free::GUIDED,
         base_compliance: None,
         groups: &groups,
+        payloads: &[],
     };
     let acceleration = there_and_back();
     let excitation = Excitation::uniform(0.0, 1e-3, &acceleration)?;

@@ -29,6 +29,7 @@ fuzz_target!(|bytes: &[u8]| {
         free: source.free(),
         base_compliance: None,
         groups: &groups,
+        payloads: &[],
     };
     let samples = source.motion();
     let Ok(excitation) = Excitation::new(&samples.time, &samples.acceleration, samples.wrench.as_deref())

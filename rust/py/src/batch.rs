@@ -1,7 +1,9 @@
 //! Batches of samples of one scene.
 
 use guideload::LawParameter;
-use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Solver, Target, Width};
+use guideload::batch::{
+    Base, Batch, Change, Group, Measure, Motion, NominalBody, Payload, Solver, Target, Width,
+};
 use guideload::{BatchError, Free, Link, SampleError, Start, Watch};
 use numpy::{PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -25,6 +27,7 @@ pub struct PyBatch {
     base_compliance: Option<nalgebra::Matrix6<f64>>,
     links: Vec<Link>,
     groups: Vec<Group>,
+    payloads: Vec<Payload>,
     samples: Samples,
     speed: Option<Vec<f64>>,
     exponent: f64,
@@ -45,13 +48,17 @@ enum Place {
     Name(String),
 }
 
+/// Mass, centre of mass and inertia of a payload, whether the inertia is about L, and the first sample and the one after the last of each
+/// stay.
+type PayloadArguments = (f64, [f64; 3], [[f64; 3]; 3], bool, List<(usize, usize)>);
+
 /// A target, a constant, and columns with their factors.
 type ChangeArguments = ((String, usize, Place), f64, List<(usize, f64)>);
 
 #[pymethods]
 impl PyBatch {
     #[new]
-    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol, rules=None, offsets=None, base_compliance=None, start="rest"))]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol, rules=None, offsets=None, base_compliance=None, payloads=None, start="rest"))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         py: Python<'_>,
@@ -80,6 +87,7 @@ impl PyBatch {
         rules: Option<List<(Rule<'_>, Rule<'_>)>>,
         offsets: Option<PyReadonlyArray1<'_, f64>>,
         base_compliance: Option<[[f64; 6]; 6]>,
+        payloads: Option<List<PayloadArguments>>,
         start: &str,
     ) -> PyResult<Self> {
         let links = links(&points, &directions, &laws.0, &damping, &damping_in_contact, offsets.as_ref())?;
@@ -105,6 +113,7 @@ impl PyBatch {
             base_compliance: base_compliance.map(convert::matrix6),
             links,
             groups,
+            payloads: payloads.into_iter().flat_map(|payloads| payloads.0).map(payload).collect(),
             samples: Samples::new(&time, &acceleration, wrench.as_ref())?,
             speed: speed.map(|speed| numbers(&speed, "speed")).transpose()?,
             exponent,
@@ -176,6 +185,7 @@ impl PyBatch {
             free: self.free,
             base_compliance: self.base_compliance,
             groups: &self.groups,
+            payloads: &self.payloads,
         };
         let motion = Motion {
             excitation: self.samples.excitation()?,
@@ -196,6 +206,12 @@ fn table(values: &PyReadonlyArray2<'_, f64>) -> PyResult<(usize, Vec<f64>)> {
     Ok((values.shape()[0], numbers(values, "values")?))
 }
 
+fn payload((mass, center, inertia, inertia_about_reference, stays): PayloadArguments) -> Payload {
+    let (center_of_mass, inertia) = (center.into(), matrix3(inertia));
+    let body = NominalBody { mass, center_of_mass, inertia, inertia_about_reference };
+    Payload { body, stays: stays.0.into_iter().map(|(from, to)| from..to).collect() }
+}
+
 fn change(((name, index, place), constant, terms): ChangeArguments) -> PyResult<Change> {
     let unknown = || PyValueError::new_err(format!("changes: there is no target ({name:?}, {index}, …)"));
     let target = match (name.as_str(), place) {
@@ -210,6 +226,10 @@ fn change(((name, index, place), constant, terms): ChangeArguments) -> PyResult<
             Target::Law { link: index, parameter: LawParameter::from_name(&parameter).ok_or_else(unknown)? }
         }
         ("center", Place::Index(axis)) => Target::Center { group: index, axis },
+        ("payload_mass", _) => Target::PayloadMass(index),
+        ("payload_center_of_mass", Place::Index(axis)) => {
+            Target::PayloadCenterOfMass { payload: index, axis }
+        }
         ("acceleration", _) => Target::Acceleration,
         ("wrench", _) => Target::Wrench,
         _ => return Err(unknown()),

@@ -28,7 +28,15 @@ from guideload.base.ranges import (
 )
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.study.description.parameters_of_parts import AXES, Row, Target, of_carriage, of_link, of_rail
+from guideload.study.description.parameters_of_parts import (
+    AXES,
+    Row,
+    Target,
+    of_carriage,
+    of_link,
+    of_payload,
+    of_rail,
+)
 from guideload.study.sampling.distributions import Form
 
 # Target, constant, and (column, factor) of each term.
@@ -121,6 +129,7 @@ class Parameters:
             "rails": [rail.name for rail in machine.rails],
             "carriages": [carriage.name for carriage in machine.carriages],
             "links": [link.name for link in machine.links],
+            "payloads": [payload.name for payload in machine.payloads],
         }
         self._add("", "", {}, _of_machine(machine, motion))
         for i, rail in enumerate(machine.rails):
@@ -131,6 +140,8 @@ class Parameters:
         first = len(machine.link_table().names) - len(machine.links)
         for i, link in enumerate(machine.links):
             self._add("links", link.name, {"link": link.name}, of_link(first + i, link))
+        for i, payload in enumerate(machine.payloads):
+            self._add("payloads", payload.name, {"payload": payload.name}, of_payload(i, payload))
 
     def _add(self, kind: str, name: str, owners: dict[str, str], rows: Iterator[Row]) -> None:
         part = f'{kind}["{name}"].' if name.isdecimal() else f"{kind}[{name}]." if kind else ""
@@ -148,7 +159,8 @@ class Parameters:
     def at(self, path: str) -> tuple[Parameter, ...]:
         """The parameters of a path, in the machine's order.
 
-        `*` or `[*]` means all carriages, rails or links, [1a] or ["1a"] the one with that name, [0] the first;
+        `*` or `[*]` means all carriages, rails, links or payloads, [1a] or ["1a"] the one with that name, [0] the
+        first;
         `stiffness` means `stiffness_y` and `stiffness_z`, `position` all its components. `carriage_types.front` means
         all carriages that take this value from their type "front". Raises ValueRefused.
         """
@@ -268,12 +280,12 @@ class Parameters:
 
 
 SELECTOR = re.compile(
-    r'(?P<kind>carriages|rails|links)(?:\.\*|\[(?:"(?P<quoted>[^"]+)"|(?P<bare>[^\]"]+))\])\.(?P<key>[^\[\]]+)'
+    r'(?P<kind>carriages|rails|links|payloads)(?:\.\*|\[(?:"(?P<quoted>[^"]+)"|(?P<bare>[^\]"]+))\])\.(?P<key>[^\[\]]+)'
 )
 TYPE = re.compile(
     r'carriage_types(?:\.(?P<name>[^.\[\]]+)|\[(?:"(?P<quoted>[^"]+)"|(?P<bare>[^\]"]+))\])\.(?P<key>[^\[\]]+)'
 )
-ROOTS = ("body.", "gravity.", "motion.", "rails.*.", "carriages.*.", "links.*.")
+ROOTS = ("body.", "gravity.", "motion.", "rails.*.", "carriages.*.", "links.*.", "payloads.*.")
 
 
 def _beginnings(key: str) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The numbers of rails, carriages and extra links that can vary, and the targets in the core's scene of each."""
+"""The numbers of rails, carriages, extra links and payloads that can vary, and their targets in the core's scene."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from guideload.machine.components import Carriage, Link
 from guideload.machine.laws import Sides
 from guideload.machine.links import links_of
 from guideload.machine.machine import Machine
+from guideload.machine.payloads import Payload
 
 Target = tuple[str, int, int | str]  # a number in the core's scene, see `_core.Batch`
 Targets = Sequence[tuple[Target, float]]  # with their factors
@@ -139,3 +140,10 @@ def _of_spring(
     yield of_law(f"curve{suffix}.scale", "1", "> 0", 1.0 if curve else None, "a curve", "scale", 1.0)
     damper: list[tuple[Target, float]] = [(("damping", k, 0), damping_share) for k in links]
     yield Row(f"damping{suffix}", "N s/m", ">= 0", damping, damper)
+
+
+def of_payload(index: int, payload: Payload) -> Iterator[Row]:
+    yield Row("mass", "kg", "> 0", payload.mass, [(("payload_mass", index, 0), 1.0)])
+    for i, axis in enumerate(AXES):
+        center = [(("payload_center_of_mass", index, i), 1.0)]
+        yield Row(f"center_of_mass.{axis}", "m", "", payload.center_of_mass[i], center)

@@ -15,7 +15,9 @@ from guideload._core import Batch
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.life.equivalent_load import PLAIN_SUM
+from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.simulation.payload_changes import with_changes
 from guideload.study.description.factors import Factor
 from guideload.study.description.metadata import StudyMetadata
 from guideload.study.description.parameters import Change
@@ -23,7 +25,7 @@ from guideload.study.sampling.design import Copula, Design
 from guideload.study.sampling.distributions import Sample
 
 if TYPE_CHECKING:
-    from guideload._core import Rule
+    from guideload._core import PayloadOfBatch, Rule
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +123,7 @@ class Plan:
             damping_in_contact=table.damping_in_contact,
             offsets=machine.offsets,
             base_compliance=None if machine.base is None else machine.base.compliance,
+            payloads=_payloads(machine, motion),
             time=motion.time,
             acceleration=factor * motion.acceleration,
             wrench=None if motion.wrench is None else factor * motion.wrench,
@@ -134,6 +137,25 @@ class Plan:
 
     def __getstate__(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in fields(self)}
+
+
+def _payloads(machine: Machine, motion: Motion) -> list[PayloadOfBatch]:
+    """The payloads of the core's batch; motion: with two stamps at each change, as `with_forces_of_drive` gives it."""
+    stretches = with_changes(machine, motion)[1]
+    if stretches is None:
+        return []
+    ends = (*stretches.first[1:], motion.time.size)
+    parts = list(zip(stretches.payloads, zip(stretches.first, ends, strict=True), strict=True))
+    return [
+        (
+            one.mass,
+            one.center_of_mass,
+            one.inertia,
+            one.inertia_about == "L",
+            [part for names, part in parts if one.name in names],
+        )
+        for one in machine.payloads
+    ]
 
 
 def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any) -> StudyMetadata:

@@ -85,7 +85,6 @@ class Study(StudyOptions):
                 self.machine.riders[0].name,
                 "a study knows one body: add their masses to [body]",
             )
-        self.machine.require_no_payloads("a study")
         _ = self.machine.scene, self._plan  # computed once, and cached
         return self
 

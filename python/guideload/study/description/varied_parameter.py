@@ -25,7 +25,7 @@ from guideload.study.sampling.distributions import Distribution, Form, Marginal
 from guideload.traces.format.sources import load_table
 from guideload.traces.format.table import listed
 
-Each = Literal["carriage", "rail", "link", "value"]
+Each = Literal["carriage", "rail", "link", "payload", "value"]
 NAMES = "one of normal, lognormal, uniform, triangular, sample"
 LEAST_PROBABILITY = 1e-6  # least probability between at_least and at_most: rounding spoils draws from less
 PERCENT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*%\s*")
@@ -90,7 +90,9 @@ class VariedParameter(ConfigModel):
         min_length=1, description='one or several, e.g. "body.mass" or "carriages.*.stiffness_y"'
     )
     name: str | None = optional("name in tables; by default the path", min_length=1)
-    each: Each | None = optional("one draw for each carriage, rail, link or value; by default one for all")
+    each: Each | None = optional(
+        "one draw for each carriage, rail, link, payload or value; by default one for all"
+    )
     within: Coefficient | None = optional("correlation between the draws of this table")
     at_least: NumberOrText | None = optional("lower bound of the distribution")
     at_most: NumberOrText | None = optional("upper bound of the distribution")

@@ -40,6 +40,15 @@ pub enum Target {
         /// Which axis.
         axis: usize,
     },
+    /// Mass of a payload.
+    PayloadMass(usize),
+    /// Centre of mass of a payload along an axis, from L.
+    PayloadCenterOfMass {
+        /// Which payload.
+        payload: usize,
+        /// Which axis.
+        axis: usize,
+    },
     /// Factor on the accelerations of the motion.
     Acceleration,
     /// Factor on its external loads.
@@ -59,6 +68,10 @@ impl fmt::Display for Target {
             Self::Offset(link) => write!(f, "links[{link}].offset"),
             Self::Law { link, parameter } => write!(f, "links[{link}].{}", parameter.name()),
             Self::Center { group, axis: i } => write!(f, "centers[{group}].{}", axis(i)),
+            Self::PayloadMass(payload) => write!(f, "payloads[{payload}].mass"),
+            Self::PayloadCenterOfMass { payload, axis: i } => {
+                write!(f, "payloads[{payload}].center_of_mass.{}", axis(i))
+            }
             Self::Acceleration => f.write_str("factor on the acceleration"),
             Self::Wrench => f.write_str("factor on the external load"),
         }

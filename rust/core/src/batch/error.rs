@@ -38,6 +38,15 @@ pub enum BatchError {
         /// Number of links.
         count: usize,
     },
+    /// A stay of a payload that is empty, ends after the motion, or changes between samples of different times.
+    Payload {
+        /// Index of the payload.
+        payload: usize,
+        /// First sample, and the first one after it.
+        stay: [usize; 2],
+        /// Number of samples.
+        count: usize,
+    },
     /// An exponent of the mean load below 1 or not finite.
     Exponent {
         /// As given.
@@ -104,6 +113,11 @@ impl fmt::Display for BatchError {
             Self::Group { group, link, count } => {
                 write!(f, "groups[{group}]: there is no link {link} of {count}")
             }
+            Self::Payload { payload, stay: [from, to], count } => write!(
+                f,
+                "payloads[{payload}]: expected stays within the {count} samples, and two samples of one time at each change, got \
+                 samples {from} to {to}"
+            ),
             Self::Exponent { got } => {
                 write!(f, "exponent: expected >= 1, got {got}; balls have 3, rollers 10/3")
             }
@@ -130,6 +144,8 @@ pub enum SampleError {
     Scene(SceneError),
     /// A link, by its index, is not valid.
     Link(usize, SceneError),
+    /// A payload, by its index, is not valid.
+    Payload(usize, SceneError),
     /// A value that is not finite.
     NotFinite {
         /// Its target.
@@ -158,6 +174,10 @@ impl fmt::Display for SampleError {
         match self {
             Self::Scene(error) => error.fmt(f),
             Self::Link(index, error) => write!(f, "links[{index}].{error}"),
+            // The texts of a body's errors begin with its name.
+            Self::Payload(index, error) => {
+                write!(f, "payloads[{index}].{}", error.to_string().trim_start_matches("body."))
+            }
             Self::NotFinite { target, got } => write!(f, "{target}: expected a finite number, got {got}"),
             Self::Run(error) => error.fmt(f),
         }

@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::change::{Change, Target};
 use super::error::{BatchError, SampleError};
+use super::payloads::{NominalBody, Payload, united};
 use crate::life::EquivalentLoad;
 use crate::model::Body;
 use crate::model::Free;
@@ -34,6 +35,8 @@ pub struct Base<'a> {
     pub base_compliance: Option<Matrix6<f64>>,
     /// Groups of links (carriages) whose loads are measured.
     pub groups: &'a [Group],
+    /// Masses that come and go.
+    pub payloads: &'a [Payload],
 }
 
 impl Base<'_> {
@@ -42,8 +45,12 @@ impl Base<'_> {
     /// # Errors
     /// As [`Body::new`].
     pub fn body(&self) -> Result<Body, crate::SceneError> {
-        let new = if self.inertia_about_reference { Body::about_reference } else { Body::new };
-        new(self.mass, self.center_of_mass, self.inertia)
+        self.nominal().body()
+    }
+
+    fn nominal(&self) -> NominalBody {
+        let &Self { mass, center_of_mass, inertia, inertia_about_reference, .. } = self;
+        NominalBody { mass, center_of_mass, inertia, inertia_about_reference }
     }
 }
 
@@ -74,6 +81,7 @@ impl Group {
 #[derive(Debug, Clone)]
 pub struct Instance {
     body: Body,
+    payloads: Vec<Body>,
     gravity: Vector3<f64>,
     free: Free,
     base_compliance: Option<Matrix6<f64>>,
@@ -89,9 +97,9 @@ impl Instance {
     /// # Errors
     /// As [`Base::body`] and [`Scene::new`].
     pub fn new(base: &Base) -> Result<Self, BatchError> {
-        let body = base.body()?;
         let instance = Self {
-            body,
+            body: base.body()?,
+            payloads: base.payloads.iter().map(|payload| payload.body.body()).collect::<Result<_, _>>()?,
             gravity: base.gravity,
             free: base.free,
             base_compliance: base.base_compliance,
@@ -104,16 +112,29 @@ impl Instance {
         Ok(instance)
     }
 
-    /// The scene.
+    /// The scene, without payloads.
     ///
     /// # Errors
     /// As [`Scene::new`].
     pub fn scene(&self) -> Result<Scene<'_>, crate::SceneError> {
-        let scene = Scene::new(self.body, &self.links, self.gravity, self.free)?;
+        self.scene_of(self.body)
+    }
+
+    /// The scene with another body.
+    pub(super) fn scene_of(&self, body: Body) -> Result<Scene<'_>, crate::SceneError> {
+        let scene = Scene::new(body, &self.links, self.gravity, self.free)?;
         self.base_compliance.map_or(Ok(scene), |compliance| scene.on_base(compliance))
     }
 
-    /// The body.
+    /// The body with some of its payloads.
+    pub(super) fn carrying(&self, payloads: &[usize]) -> Result<Body, crate::SceneError> {
+        if payloads.is_empty() {
+            return Ok(self.body);
+        }
+        united(core::iter::once(self.body).chain(payloads.iter().map(|&payload| self.payloads[payload])))
+    }
+
+    /// The body, without payloads.
     pub fn body(&self) -> &Body {
         &self.body
     }
@@ -162,6 +183,8 @@ pub struct Plan {
     gravity: Range<usize>,
     /// Per changed link: its index, and its changes.
     links: Vec<(usize, Range<usize>)>,
+    /// The same of payloads.
+    payloads: Vec<(usize, Range<usize>)>,
     /// Centres and factors.
     rest: Range<usize>,
     columns: usize,
@@ -185,6 +208,8 @@ impl Plan {
                     link < base.links.len()
                 }
                 Target::Center { group, axis } => group < base.groups.len() && axis < 3,
+                Target::PayloadMass(payload) => payload < base.payloads.len(),
+                Target::PayloadCenterOfMass { payload, axis } => payload < base.payloads.len() && axis < 3,
             };
             if !place {
                 return Err(BatchError::Target { target });
@@ -198,21 +223,14 @@ impl Plan {
             return Err(BatchError::Repeated { target: pair[1].target });
         }
         let from = |kind: usize| changes.partition_point(|change| order(change.target).0 < kind);
-        let ends = [0, 1, 2, 3, 4].map(from);
-        let mut links: Vec<(usize, Range<usize>)> = Vec::new();
-        for index in ends[2]..ends[3] {
-            let link = order(changes[index].target).1;
-            match links.last_mut() {
-                Some((last, range)) if *last == link => range.end = index + 1,
-                _ => links.push((link, index..index + 1)),
-            }
-        }
+        let ends = [0, 1, 2, 3, 4, 5].map(from);
         let columns = changes.iter().flat_map(|change| &change.terms).map(|(column, _)| column + 1);
         Ok(Self {
             columns: columns.max().unwrap_or(0),
             body: ends[0]..ends[1],
             gravity: ends[1]..ends[2],
-            links,
+            links: by_part(&changes, ends[2]..ends[3]),
+            payloads: by_part(&changes, ends[4]..ends[5]),
             rest: ends[3]..ends[4],
             changes,
         })
@@ -229,7 +247,12 @@ impl Plan {
     /// Those of [`Body`], [`Link`] and [`Scene`]; the instance is then not valid for this sample, but can be used for the next one.
     pub fn apply(&self, base: &Base, values: &[f64], to: &mut Instance) -> Result<(), SampleError> {
         if !self.body.is_empty() {
-            to.body = self.body(base, values, &to.body)?;
+            to.body = changed(&base.nominal(), &self.changes[self.body.clone()], values, &to.body)?;
+        }
+        for (index, range) in &self.payloads {
+            let (nominal, payload) = (&base.payloads[*index].body, &mut to.payloads[*index]);
+            *payload = changed(nominal, &self.changes[range.clone()], values, payload)
+                .map_err(|error| SampleError::Payload(*index, error))?;
         }
         for change in &self.changes[self.gravity.clone()] {
             let Target::Gravity(axis) = change.target else { continue };
@@ -254,32 +277,48 @@ impl Plan {
         }
         Ok(to.scene().map(|_| ())?)
     }
-
-    /// The body of a sample; `last`: that of the sample before.
-    fn body(&self, base: &Base, values: &[f64], last: &Body) -> Result<Body, SampleError> {
-        let (mut mass, mut center, mut inertia) = (base.mass, base.center_of_mass, base.inertia);
-        // An inertia about the centre of mass that no change touches has been checked already.
-        let mut same = !base.inertia_about_reference;
-        for change in &self.changes[self.body.clone()] {
-            let value = change.at(values);
-            match change.target {
-                Target::Mass => mass = value,
-                Target::CenterOfMass(axis) => center[axis] = value,
-                Target::Inertia(i, j) => {
-                    (inertia[(i, j)], inertia[(j, i)], same) = (value, value, false);
-                }
-                _ => {}
-            }
-        }
-        Ok(match (same, base.inertia_about_reference) {
-            (true, _) => last.with_mass(mass, center),
-            (false, true) => Body::about_reference(mass, center, inertia),
-            (false, false) => Body::new(mass, center, inertia),
-        }?)
-    }
 }
 
-/// Sort key: kind (body, gravity, links, all else), then link, then target.
+/// Changes of adjacent parts: the index of each part, and its changes.
+fn by_part(changes: &[Change], of: Range<usize>) -> Vec<(usize, Range<usize>)> {
+    let mut parts: Vec<(usize, Range<usize>)> = Vec::new();
+    for index in of {
+        let part = order(changes[index].target).1;
+        match parts.last_mut() {
+            Some((last, range)) if *last == part => range.end = index + 1,
+            _ => parts.push((part, index..index + 1)),
+        }
+    }
+    parts
+}
+
+/// A body of a sample; `last`: that of the sample before.
+fn changed(
+    nominal: &NominalBody,
+    changes: &[Change],
+    values: &[f64],
+    last: &Body,
+) -> Result<Body, crate::SceneError> {
+    let mut to = *nominal;
+    // An inertia about the centre of mass that no change touches has been checked already.
+    let mut same = !nominal.inertia_about_reference;
+    for change in changes {
+        let value = change.at(values);
+        match change.target {
+            Target::Mass | Target::PayloadMass(_) => to.mass = value,
+            Target::CenterOfMass(axis) | Target::PayloadCenterOfMass { axis, .. } => {
+                to.center_of_mass[axis] = value;
+            }
+            Target::Inertia(i, j) => {
+                (to.inertia[(i, j)], to.inertia[(j, i)], same) = (value, value, false);
+            }
+            _ => {}
+        }
+    }
+    if same { last.with_mass(to.mass, to.center_of_mass) } else { to.body() }
+}
+
+/// Sort key: kind (body, gravity, links, all else, payloads), then link or payload, then target.
 fn order(target: Target) -> (usize, usize, Target) {
     match target {
         // Mirrored entries are one target.
@@ -291,6 +330,7 @@ fn order(target: Target) -> (usize, usize, Target) {
         | Target::Offset(link)
         | Target::Law { link, .. } => (2, link, target),
         Target::Center { .. } | Target::Acceleration | Target::Wrench => (3, 0, target),
+        Target::PayloadMass(payload) | Target::PayloadCenterOfMass { payload, .. } => (4, payload, target),
     }
 }
 

@@ -11,6 +11,7 @@ mod instance;
 mod lanes;
 mod load_rows;
 mod measure;
+mod payloads;
 mod power_integral;
 mod reduce;
 mod requirements;
@@ -24,6 +25,7 @@ pub use error::{BatchError, SampleError};
 pub use instance::{Base, Group, Instance, Plan};
 pub use lanes::Width;
 pub use measure::{Measure, Quantity, Statistic, time_weights};
+pub use payloads::{NominalBody, Payload};
 pub use solver::Solver;
 pub use travel::Motion;
 
@@ -34,6 +36,7 @@ use crate::integrate::{Control, Start};
 use crate::model::Dof;
 use crate::numeric::watch::{Watch, check_memory, on_threads, room};
 use lanes::{LaneMemory, Lanes};
+use payloads::Window;
 use reduce::Memory;
 use requirements::Requirements;
 use single::RunSettings;
@@ -51,9 +54,9 @@ pub struct Batch<'a> {
     first: Instance,
     start: Start,
     measures: Vec<Measure>,
-    requirements: Requirements,
+    /// Between the changes of payload; at least one.
+    windows: Vec<Window<'a>>,
     lanes: Lanes<'a>,
-    peak: [f64; 9],
     typical_interval: f64,
     solver: Solver,
     rtol: f64,
@@ -112,14 +115,14 @@ impl<'a> Batch<'a> {
         intervals.retain(|length| *length > 0.0);
         intervals.sort_unstable_by(f64::total_cmp);
         let requirements = Requirements::new(measures, drive_is_held, base.groups, &motion);
+        let windows = payloads::windows(excitation, base.payloads, requirements)?;
         Ok(Self {
-            lanes: Lanes::new(&base, excitation, Start::AtRest, &requirements, Width::Widest),
+            lanes: Lanes::new(&base, excitation, Start::AtRest, &windows[0].requirements, Width::Widest),
             plan: Plan::new(&base, changes)?,
             first: Instance::new(&base)?,
             start: Start::AtRest,
             measures: measures.to_vec(),
-            requirements,
-            peak: excitation.peak(),
+            windows,
             typical_interval: intervals.get(intervals.len() / 2).copied().unwrap_or(0.0),
             base,
             motion,
@@ -137,7 +140,8 @@ impl<'a> Batch<'a> {
 
     /// The batch with another vector width for linear scenes. The width changes the speed, but no bit of the results.
     pub fn with_width(mut self, width: Width) -> Self {
-        self.lanes = Lanes::new(&self.base, &self.motion.excitation, self.start, &self.requirements, width);
+        let requirements = self.requirements();
+        self.lanes = Lanes::new(&self.base, &self.motion.excitation, self.start, requirements, width);
         self
     }
 
@@ -263,11 +267,16 @@ impl<'a> Batch<'a> {
         Ok(columns)
     }
 
+    /// The requirements, with the weights of the samples of the first window.
+    fn requirements(&self) -> &Requirements {
+        &self.windows[0].requirements
+    }
+
     fn runs(&self) -> RunSettings<'_> {
         RunSettings {
             start: self.start,
             excitation: &self.motion.excitation,
-            peak: self.peak,
+            windows: &self.windows,
             typical_interval: self.typical_interval,
             solver: self.solver,
             rtol: self.rtol,
@@ -351,21 +360,23 @@ impl Worker {
             }
         }
         // Linear scenes run side by side. Those for which the lanes are not accurate enough, and all others, run one by one.
-        let lost = vec![false; batch.requirements.contacts.len()];
-        let in_lanes =
-            matches!(batch.solver, Solver::Auto | Solver::Exact) && batch.lanes.can_start(batch.start);
+        let lost = vec![false; batch.requirements().contacts.len()];
+        let in_lanes = matches!(batch.solver, Solver::Auto | Solver::Exact)
+            && batch.lanes.can_start(batch.start)
+            && batch.windows.len() == 1
+            && batch.windows[0].payloads.is_empty();
         if in_lanes {
             let (linear, mut rest): (Vec<usize>, Vec<usize>) =
                 valid.into_iter().partition(|&index| self.samples[index].is_linear());
             if !linear.is_empty() {
                 let scenes: Vec<&Instance> = linear.iter().map(|&index| &self.samples[index]).collect();
-                batch.lanes.run(&batch.requirements, &scenes, &mut self.lanes, batch.watch);
+                batch.lanes.run(batch.requirements(), &scenes, &mut self.lanes, batch.watch);
             }
             for (lane, &index) in linear.iter().enumerate() {
-                if batch.lanes.statistics(&batch.requirements, &self.lanes, lane, &mut self.statistics) {
+                if batch.lanes.statistics(batch.requirements(), &self.lanes, lane, &mut self.statistics) {
                     let out = &mut rows[index * width..(index + 1) * width];
                     let excitation = &batch.motion.excitation;
-                    let done = batch.requirements.write_measures(excitation, &self.statistics, &lost, out);
+                    let done = batch.requirements().write_measures(excitation, &self.statistics, &lost, out);
                     if let Err(error) = done {
                         out.fill(f64::NAN);
                         self.failures.push((first + index, error.into()));
@@ -379,14 +390,7 @@ impl Worker {
         for index in valid {
             let out = &mut rows[index * width..(index + 1) * width];
             let sample = &self.samples[index];
-            let done = single::measure(
-                &batch.runs(),
-                &batch.requirements,
-                batch.base.groups,
-                sample,
-                &mut self.memory,
-                out,
-            );
+            let done = single::measure(&batch.runs(), batch.base.groups, sample, &mut self.memory, out);
             if let Err(error) = done {
                 out.fill(f64::NAN);
                 self.failures.push((first + index, error));

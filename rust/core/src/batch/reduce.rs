@@ -1,6 +1,7 @@
 //! Measures from the states of a run, block by block: no history is stored, and only the loads that the measures need are computed.
 
 use super::load_rows::{BLOCK, LoadRows, StateBlock};
+use super::payloads::Window;
 use super::power_integral::{Ends, equivalent_loads, power_integral};
 use super::requirements::{Requirements, Signal};
 use super::time_statistics::RunningStatistics;
@@ -32,43 +33,47 @@ impl Memory {
             lost: Vec::new(),
         }
     }
+
+    /// Begins the statistics of a sample.
+    pub(super) fn begin(&mut self, requirements: &Requirements) {
+        self.statistics.clear();
+        self.statistics.resize(requirements.signals.len(), RunningStatistics::NONE);
+        self.ends.clear();
+        self.ends.resize(requirements.equivalents.len(), Ends::default());
+        self.lost.clear();
+        self.lost.resize(requirements.contacts.len(), false);
+    }
+
+    /// Writes one number per measure to `out`; excitation: of the whole motion.
+    pub(super) fn write(
+        &self,
+        requirements: &Requirements,
+        excitation: &Excitation,
+        out: &mut [f64],
+    ) -> Result<(), RunError> {
+        requirements.write_measures(excitation, &self.statistics, &self.lost, out)
+    }
 }
 
-/// Reduction of one run.
+/// Reduction of the run of one window.
 #[derive(Debug)]
 pub(super) struct Reduce<'a> {
-    requirements: &'a Requirements,
-    excitation: &'a Excitation<'a>,
+    window: &'a Window<'a>,
     memory: &'a mut Memory,
-    /// Number of instants before the present block, and in it.
+    /// Number of instants of the window before the present block, and in it.
     before: usize,
     filled: usize,
 }
 
 impl<'a> Reduce<'a> {
-    /// A reduction with the load rows in `memory`.
-    pub(super) fn new(
-        requirements: &'a Requirements,
-        excitation: &'a Excitation<'a>,
-        memory: &'a mut Memory,
-    ) -> Self {
-        memory.statistics.clear();
-        memory.statistics.resize(requirements.signals.len(), RunningStatistics::NONE);
-        memory.ends.clear();
-        memory.ends.resize(requirements.equivalents.len(), Ends::default());
-        memory.lost.clear();
-        memory.lost.resize(requirements.contacts.len(), false);
-        Self { requirements, excitation, memory, before: 0, filled: 0 }
+    /// A reduction with the load rows in `memory`, which adds to its statistics.
+    pub(super) fn new(window: &'a Window<'a>, memory: &'a mut Memory) -> Self {
+        Self { window, memory, before: 0, filled: 0 }
     }
 
-    /// Ends the reduction; writes one number per measure to `out`.
-    pub(super) fn finish(mut self, out: &mut [f64]) -> Result<(), RunError> {
-        self.flush();
-        self.requirements.write_measures(self.excitation, &self.memory.statistics, &self.memory.lost, out)
-    }
-
+    /// Reduces what is left in the block.
     #[inline(never)]
-    fn flush(&mut self) {
+    pub(super) fn flush(&mut self) {
         if self.filled > 0 {
             dispatch_wide(FlushKernel(self));
             self.before += self.filled;
@@ -104,7 +109,8 @@ impl Kernel for FlushKernel<'_, '_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
-        let Reduce { requirements, excitation, memory, before, filled } = self.0;
+        let Reduce { window, memory, before, filled } = self.0;
+        let Window { requirements, excitation, first: offset, .. } = *window;
         let Memory { rows, block, statistics, ends, lost } = &mut **memory;
         let (before, filled) = (*before, *filled);
         // The last instant is repeated past the end; these copies do not count.
@@ -140,18 +146,19 @@ impl Kernel for FlushKernel<'_, '_> {
                     continue;
                 }
             }
-            if before == 0 {
+            let at = offset + before;
+            if at == 0 {
                 statistics.start = values[0];
             }
             if wanted.extremes {
                 let (smallest, largest) = extremes(&values);
                 if smallest < statistics.smallest {
                     statistics.smallest = smallest;
-                    statistics.at_smallest = before + first(&values, smallest);
+                    statistics.at_smallest = at + first(&values, smallest);
                 }
                 if largest > statistics.largest {
                     statistics.largest = largest;
-                    statistics.at_largest = before + first(&values, largest);
+                    statistics.at_largest = at + first(&values, largest);
                 }
             }
             if wanted.squares {

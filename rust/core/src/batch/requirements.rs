@@ -1,5 +1,7 @@
 //! Requirements of the measures of a batch: loads, signals computed from them, and the statistics of each signal.
 
+use core::ops::Range;
+
 use super::equivalent::EquivalentRows;
 use super::instance::Group;
 use super::measure::{Measure, Quantity, Statistic, time_weights};
@@ -107,6 +109,16 @@ impl Requirements {
             requirements.sources.push(source);
         }
         requirements
+    }
+
+    /// The requirements with the weights of some of the `count` samples; path and exponent are those of the whole motion.
+    pub(super) fn part(&self, samples: &Range<usize>, count: usize) -> Self {
+        let mut part = self.clone();
+        if samples.len() < count {
+            part.time = self.time[samples.clone()].to_vec();
+            part.travel = self.travel.as_ref().map(|travel| travel.part(samples));
+        }
+        part
     }
 
     fn row(&mut self, row: LoadRow) -> usize {

@@ -2,8 +2,8 @@
 
 use super::error::SampleError;
 use super::instance::{Group, Instance};
+use super::payloads::Window;
 use super::reduce::{Memory, Reduce};
-use super::requirements::Requirements;
 use super::solver::Solver;
 use crate::error::RunError;
 use crate::excitation::Excitation;
@@ -19,8 +19,7 @@ use crate::system::{ModelLevel, State, System, input_from};
 pub(super) struct RunSettings<'a> {
     pub start: Start,
     pub excitation: &'a Excitation<'a>,
-    /// Largest magnitude of each component.
-    pub peak: [f64; 9],
+    pub windows: &'a [Window<'a>],
     /// Median interval between samples, s.
     pub typical_interval: f64,
     pub solver: Solver,
@@ -29,13 +28,34 @@ pub(super) struct RunSettings<'a> {
 }
 
 impl RunSettings<'_> {
-    /// Runs a system and returns the record.
-    fn run<R: Record>(&self, system: &System, factors: [f64; 2], record: R) -> Result<R, RunError> {
-        let scaled = ScaledExcitation { excitation: self.excitation, peak: self.peak, factors };
+    /// The system and the start of a window; `last`: system and final state of the window before.
+    fn begin(
+        &self,
+        window: &Window,
+        sample: &Instance,
+        last: Option<(System, State)>,
+    ) -> Result<(System, Start), SampleError> {
+        let system = System::new(&sample.scene_of(sample.carrying(&window.payloads)?)?)?;
+        let Some((from, end)) = last else { return Ok((system, self.start)) };
+        let kept = sample.carrying(&window.kept)?.mass_matrix();
+        let start = Start::after_change_of_mass(&from, &end, &kept, &system);
+        Ok((system, start))
+    }
+
+    /// Runs a system through a window; returns the record and the final state.
+    fn run<R: Record>(
+        &self,
+        (system, start): (&System, Start),
+        window: &Window,
+        factors: [f64; 2],
+        record: R,
+    ) -> Result<(R, State), RunError> {
+        let scaled = ScaledExcitation { excitation: &window.excitation, peak: window.peak, factors };
         let (control, output) = (Control::Adaptive { rtol: self.rtol }, Output::Samples);
         let mut record = Watched { record, watch: self.watch };
-        self.method_for(system).run_scaled(system, control, self.start, &scaled, output, &mut record)?;
-        Ok(record.record)
+        let method = self.method_for(system);
+        let summary = method.run_scaled(system, control, start, &scaled, output, &mut record)?;
+        Ok((record.record, summary.end))
     }
 
     /// The method for a system; resolves `Auto`.
@@ -68,17 +88,23 @@ const STABLE: f64 = 3.3;
 /// Runs a sample and writes its measures to `out`.
 pub(super) fn measure(
     runs: &RunSettings,
-    requirements: &Requirements,
     groups: &[Group],
     sample: &Instance,
     memory: &mut Memory,
     out: &mut [f64],
 ) -> Result<(), SampleError> {
-    let system = System::new(&sample.scene()?)?;
-    memory.rows.set_system(&system, requirements, groups, sample.centers(), sample.factors());
-    let reduce = Reduce::new(requirements, runs.excitation, memory);
-    let reduce = runs.run(&system, sample.factors(), reduce)?;
-    Ok(reduce.finish(out)?)
+    let requirements = &runs.windows[0].requirements;
+    memory.begin(requirements);
+    let mut last = None;
+    for window in runs.windows {
+        let (system, start) = runs.begin(window, sample, last)?;
+        memory.rows.set_system(&system, requirements, groups, sample.centers(), sample.factors());
+        let reduce = Reduce::new(window, memory);
+        let (mut reduce, end) = runs.run((&system, start), window, sample.factors(), reduce)?;
+        reduce.flush();
+        last = Some((system, end));
+    }
+    Ok(memory.write(requirements, runs.excitation, out)?)
 }
 
 /// Runs a sample and writes the loads of its groups to `out`, (time, group, 6).
@@ -88,17 +114,22 @@ pub(super) fn history(
     sample: &Instance,
     out: &mut [f64],
 ) -> Result<(), SampleError> {
-    let system = System::new(&sample.scene()?)?;
-    let states = runs.run(&system, sample.factors(), Vec::<State>::new())?;
-    let loads: Vec<_> = groups
-        .iter()
-        .zip(sample.centers())
-        .map(|(group, center)| {
-            group_load_along(&system, group.links.iter().copied(), *center, group.axes, Part::Total)
-        })
-        .collect();
-    // Loads of links do not depend on the excitation directly.
-    evaluate(&loads, &states, |_| input_from([0.0; 3], [0.0; 6]), out);
+    let (mut last, mut rest) = (None, &mut *out);
+    for window in runs.windows {
+        let (system, start) = runs.begin(window, sample, last)?;
+        let (states, end) = runs.run((&system, start), window, sample.factors(), Vec::<State>::new())?;
+        let loads: Vec<_> = groups
+            .iter()
+            .zip(sample.centers())
+            .map(|(group, center)| {
+                group_load_along(&system, group.links.iter().copied(), *center, group.axes, Part::Total)
+            })
+            .collect();
+        let (part, after) = rest.split_at_mut(states.len() * groups.len() * 6);
+        // Loads of links do not depend on the excitation directly.
+        evaluate(&loads, &states, |_| input_from([0.0; 3], [0.0; 6]), part);
+        (last, rest) = (Some((system, end)), after);
+    }
     if out.iter().fold(true, |all, x| all & x.is_finite()) {
         Ok(())
     } else {

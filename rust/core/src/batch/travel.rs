@@ -1,5 +1,7 @@
 //! The travel of a motion: weights with which the powers of the loads of all samples are summed over the distance.
 
+use core::ops::Range;
+
 use crate::excitation::Excitation;
 use crate::life::Interval;
 use crate::numeric::float::{floor, pow};
@@ -78,6 +80,20 @@ impl Travel {
         let one_way = core::iter::once(None).chain(intervals.iter().map(Interval::one_way)).collect();
         let (power, on_piece) = (Power::new(exponent), series_on_piece(exponent, whole));
         (path > 0.0).then_some(Self { intervals, weights, one_way, on_piece, whole, power, exponent, path })
+    }
+
+    /// The weights of some samples, the first of which ends no interval.
+    pub(super) fn part(&self, samples: &Range<usize>) -> Self {
+        let mut part = self.clone();
+        part.intervals = self.intervals[samples.start..samples.end - 1].to_vec();
+        part.one_way = self.one_way[samples.clone()].to_vec();
+        for weights in &mut part.weights {
+            weights.copy_within(samples.clone(), 0);
+            weights.truncate(samples.len());
+            weights[0] = 0.0;
+            weights.resize(samples.len().next_multiple_of(PADDING), 0.0);
+        }
+        part
     }
 
     /// Whether the cart moves in the intervals that end at `count` samples from `start` on.

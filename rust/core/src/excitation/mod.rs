@@ -98,6 +98,18 @@ impl<'a> Excitation<'a> {
         Ok(self)
     }
 
+    /// Some of its samples, at least one; without riders, which studies refuse.
+    #[cfg(feature = "std")]
+    pub(crate) fn part(&self, samples: core::ops::Range<usize>) -> Self {
+        let knots = match self.knots {
+            _ if samples.len() == self.count() => self.knots,
+            Knots::Every { start, step } => Knots::Every { start: start + step * samples.start as f64, step },
+            Knots::At(time, _) => knots(&time[samples.clone()]),
+        };
+        let wrench = self.wrench.map(|wrench| &wrench[samples.clone()]);
+        Self { knots, acceleration: &self.acceleration[samples], wrench, riders: &[] }
+    }
+
     /// Number of samples, at least one.
     pub fn count(&self) -> usize {
         self.acceleration.len()

@@ -1,6 +1,6 @@
 //! The state in which a run starts.
 
-use nalgebra::Vector6;
+use nalgebra::{Matrix6, Vector6};
 
 use crate::equations::Riders;
 use crate::error::RunError;
@@ -68,10 +68,15 @@ impl Start {
     /// the free degrees of freedom after it is that of the kept masses before it, `M⁺ q'⁺ = M q'⁻` (an inelastic impact). The impulse of the
     /// held degrees of freedom is that of the drive.
     pub fn after_change(from: &System, end: &State, kept: &System, to: &System) -> Self {
+        Self::after_change_of_mass(from, end, &kept.matrices().mass, to)
+    }
+
+    /// [`Start::after_change`] by the mass matrix of the kept masses.
+    pub(crate) fn after_change_of_mass(from: &System, end: &State, kept: &Matrix6<f64>, to: &System) -> Self {
         let [position, before] =
             [position(from), velocity(from)].map(|of| Vector6::from(of.at(end, &NO_INPUT)));
-        let (after, kept) = (to.matrices().mass, kept.matrices().mass);
-        if after == kept {
+        let after = to.matrices().mass;
+        if after == *kept {
             return Self::State { position, velocity: before };
         }
         let (mut mass, mut momentum) = (after, kept * before);

@@ -38,6 +38,7 @@ pub fn base<'a>(machine: &'a Machine, groups: &'a [Group]) -> Base<'a> {
         free: machine.free,
         base_compliance: None,
         groups,
+        payloads: &[],
     }
 }
 

@@ -76,6 +76,7 @@ impl Study {
             free: *free,
             base_compliance: None,
             groups: &self.groups,
+            payloads: &[],
         };
         let batch = Batch::new(base, motion, &self.changes, measures, Solver::Auto, 1e-6)
             .expect("sound")

@@ -138,6 +138,7 @@ fn batches_start_as_single_runs_do() {
             base_compliance: None,
             free: machine.free,
             groups: &groups,
+            payloads: &[],
         };
         let names = ["start", "max", "min", "rms"];
         let measures: Vec<Measure> =
