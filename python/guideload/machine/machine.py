@@ -125,6 +125,14 @@ class Machine(ConfigModel):
             self._carrying[names] = self.model_copy(update={"body": united(bodies), "payloads": ()})
         return self._carrying[names]
 
+    def with_riders_at(self, positions: tuple[float, ...]) -> Machine:
+        """The machine with its riders at these positions [m]; the last one is kept."""
+        if positions not in self._carrying:
+            self._carrying.clear()
+            riders = tuple(map(Rider.standing_at, self.riders, positions))
+            self._carrying[positions] = self.model_copy(update={"riders": riders})
+        return self._carrying[positions]
+
     def require_no_payloads(self, what: str) -> None:
         """Raise ArgumentError for a machine whose payloads come and go, which `what` does not know."""
         if self.payloads:
@@ -134,7 +142,7 @@ class Machine(ConfigModel):
             )
 
     @cached_property
-    def _carrying(self) -> dict[frozenset[str], Machine]:
+    def _carrying(self) -> dict[frozenset[str] | tuple[float, ...], Machine]:
         return {}
 
     @field_validator("free")
@@ -198,7 +206,7 @@ class Machine(ConfigModel):
     def carriage_places(self) -> Array:
         """Centre of each carriage and roll of its rail, (carriage, 4) [m, m, m, rad]: point and axes of its load."""
         rolls = [self.rails[i].roll for i in self.rail_of_carriage]
-        return read_only(np.column_stack([self.carriage_centers, np.array(rolls, dtype=np.float64)]))
+        return read_only(np.column_stack([self.carriage_centers, rolls]))
 
     @cached_property
     def carriage_axes(self) -> Array:
@@ -262,8 +270,7 @@ class Machine(ConfigModel):
     @cached_property
     def rail_places(self) -> Array:
         """As `carriage_places`, for the loads of the rails: (rail, 4) [m, m, m, rad]."""
-        rolls = np.array([rail.roll for rail in self.rails], dtype=np.float64)
-        return read_only(np.column_stack([self.rail_centers, rolls]))
+        return read_only(np.column_stack([self.rail_centers, [rail.roll for rail in self.rails]]))
 
     @cached_property
     def scene(self) -> Scene:

@@ -43,6 +43,10 @@ class Rider(Body):
         along = np.array(self.direction) / np.linalg.norm(self.direction)
         return _body(self.mass, np.array(self.center_of_mass) + travel * along, self.central_inertia())
 
+    def standing_at(self, position: float) -> Rider:
+        """The rider with another position [m]."""
+        return self.model_copy(update={"position": position})
+
     def for_core(self) -> tuple[float, tuple[float, float, float], list[list[float]], Vector]:
         """Mass, centre of mass at its position, inertia about it and direction, as `Scene` takes them."""
         there = self.at(self.position)

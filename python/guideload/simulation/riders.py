@@ -42,15 +42,15 @@ def ridden(machine: Machine, motion: Motion, riders: Mapping[str, Motion] | None
     _require_alone(machine)
     common = _united(motion, list(given.values()))
     travel = np.zeros((len(machine.riders), common.time.size, 3))
-    starts = []
+    starts: list[float] = []
     for i, rider in enumerate(machine.riders):
         start = rider.position
         if rider.name in given:
             travel[i] = _travel(rider.name, given[rider.name], common.time)
             start = float(travel[i, 0, 0])
             travel[i, :, 0] -= start
-        starts.append(rider.model_copy(update={"position": start}))
-    started = machine.model_copy(update={"riders": tuple(starts)})
+        starts.append(start)
+    started = machine.with_riders_at(tuple(starts))
     return Ridden(started, common, travel) if np.any(travel) else Ridden(started, motion, None)
 
 
@@ -98,6 +98,8 @@ def _checked(machine: Machine, riders: Mapping[str, Motion] | None) -> dict[str,
 
 def _united(motion: Motion, others: list[Motion]) -> Motion:
     """The motion with the stamps of all, within its own time, and with two stamps at every jump of any of them."""
+    if all(np.array_equal(other.time, motion.time) for other in others):
+        return motion
     within = motion.time[0], motion.time[-1]
     stamps = np.unique(np.concatenate([motion.time, *(other.time for other in others)]))
     stamps = stamps[(stamps >= within[0]) & (stamps <= within[1])]
@@ -158,6 +160,8 @@ def _travel(name: str, motion: Motion, stamps: Array) -> Array:
     speed = np.append(0.0, np.cumsum(gains)) if motion.velocity is None else motion.velocity[:, 0]
     gains = steps * (speed[:-1] + steps * (2.0 * acceleration[:-1] + acceleration[1:]) / 6.0)
     place = np.append(0.0, np.cumsum(gains)) if motion.position is None else motion.position[:, 0]
+    if np.array_equal(time, stamps):
+        return np.column_stack([place, speed, acceleration])
     fastest = float(np.abs(speed).max())
     for end, covers in ((0, stamps[0] >= time[0]), (-1, stamps[-1] <= time[-1])):
         if not covers and abs(speed[end]) > STILL * fastest:
