@@ -99,6 +99,26 @@ def test_every_sample_is_the_run_of_its_machine(machine: Machine, method: Any, t
             np.testing.assert_allclose(histories[0, :, :, :3], data["force"], rtol=0.0, atol=tolerance * size)
 
 
+def test_peaks_alone_are_those_beside_other_measures() -> None:
+    """Without values at the samples, blocks that cannot have a new extreme are skipped."""
+    keys: dict[str, Any] = {
+        "machine": loaded(ref.cart()),
+        "motion": MOTION,
+        "vary": VARY,
+        "samples": 9,
+        "seed": 2,
+    }
+    all_of_them, peaks = (
+        Study(**keys).plan(),
+        Study(**keys, quantities=["Fy"], statistics=["min", "max"]).plan(),
+    )
+    values = peaks.values(0, 9)
+    rows, _ = all_of_them.batch().run(values, 1)
+    wanted = [all_of_them.metadata.columns.index(column) for column in peaks.metadata.columns]
+    got, _ = peaks.batch().run(values, 1)
+    np.testing.assert_allclose(got, rows[:, wanted], rtol=1e-13)
+
+
 def test_a_sample_does_not_depend_on_others() -> None:
     plan = Study(machine=loaded(ref.cart()), motion=MOTION, vary=VARY, samples=20, seed=1).plan()
     values = plan.values(0, 20)

@@ -6,13 +6,45 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::change::{Change, Target};
 use super::error::{BatchError, SampleError};
-use super::payloads::{NominalBody, Payload, united};
 use crate::life::EquivalentLoad;
 use crate::model::Body;
 use crate::model::Free;
 use crate::model::Link;
 use crate::model::Scene;
 use crate::output::Axes;
+
+/// Mass, centre of mass and inertia of a body without changes.
+#[derive(Debug, Clone, Copy)]
+pub struct NominalBody {
+    /// Mass, kg.
+    pub mass: f64,
+    /// Centre of mass from L, m.
+    pub center_of_mass: Vector3<f64>,
+    /// Inertia, kg m².
+    pub inertia: Matrix3<f64>,
+    /// Whether the inertia is about L instead of the centre of mass; it remains so if mass and centre of mass change.
+    pub inertia_about_reference: bool,
+}
+
+impl NominalBody {
+    /// The body.
+    ///
+    /// # Errors
+    /// As [`Body::new`].
+    pub fn body(&self) -> Result<Body, crate::SceneError> {
+        let new = if self.inertia_about_reference { Body::about_reference } else { Body::new };
+        new(self.mass, self.center_of_mass, self.inertia)
+    }
+}
+
+/// A mass that the body grips and releases.
+#[derive(Debug, Clone)]
+pub struct Payload {
+    /// Its numbers.
+    pub body: NominalBody,
+    /// Samples of the motion at which it is on the body. The sample before each change has the same time, as at a jump.
+    pub stays: Vec<Range<usize>>,
+}
 
 /// The scene that samples change.
 #[derive(Debug, Clone, Copy)]
@@ -127,11 +159,8 @@ impl Instance {
     }
 
     /// The body with some of its payloads.
-    pub(super) fn carrying(&self, payloads: &[usize]) -> Result<Body, crate::SceneError> {
-        if payloads.is_empty() {
-            return Ok(self.body);
-        }
-        united(core::iter::once(self.body).chain(payloads.iter().map(|&payload| self.payloads[payload])))
+    pub(super) fn carrying(&self, payloads: &[usize]) -> Body {
+        payloads.iter().fold(self.body, |body, &payload| body.plus(&self.payloads[payload]))
     }
 
     /// The body, without payloads.

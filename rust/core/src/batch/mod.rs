@@ -1,8 +1,8 @@
 //! Monte Carlo: many samples of one scene under one motion; values in, measures out, on any number of threads.
 //!
-//! Files in the order of the data: `change` (what varies) → `instance` (the scene of a sample) → `lanes` (linear scenes, one per vector
-//! lane) or `single` (any other scene, with `load_rows` and `reduce`) → `requirements`, `statistics` (what the measures need) →
-//! `measure`. The result of a sample depends on its own values only, to the last bit.
+//! Files in the order of the data: `change` (what varies) → `instance` (the scene of a sample) → `windows` (of the motion, between
+//! changes of payload) → `lanes` (linear scenes, one per vector lane) or `single` (any other scene, with `load_rows` and `reduce`) →
+//! `requirements`, `statistics` (what the measures need) → `measure`. The result of a sample depends on its own values only, to the last bit.
 
 mod change;
 mod equivalent;
@@ -11,7 +11,6 @@ mod instance;
 mod lanes;
 mod load_rows;
 mod measure;
-mod payloads;
 mod power_integral;
 mod reduce;
 mod requirements;
@@ -19,13 +18,13 @@ mod single;
 mod solver;
 mod time_statistics;
 mod travel;
+mod windows;
 
 pub use change::{Change, Target};
 pub use error::{BatchError, SampleError};
-pub use instance::{Base, Group, Instance, Plan};
+pub use instance::{Base, Group, Instance, NominalBody, Payload, Plan};
 pub use lanes::Width;
 pub use measure::{Measure, Quantity, Statistic, time_weights};
-pub use payloads::{NominalBody, Payload};
 pub use solver::Solver;
 pub use travel::Motion;
 
@@ -36,11 +35,11 @@ use crate::integrate::{Control, Start};
 use crate::model::Dof;
 use crate::numeric::watch::{Watch, check_memory, on_threads, room};
 use lanes::{LaneMemory, Lanes};
-use payloads::Window;
 use reduce::Memory;
 use requirements::Requirements;
 use single::RunSettings;
 use time_statistics::RunningStatistics;
+use windows::Window;
 
 /// Number of samples that a thread runs at a time.
 pub const SAMPLES: usize = 64;
@@ -115,9 +114,9 @@ impl<'a> Batch<'a> {
         intervals.retain(|length| *length > 0.0);
         intervals.sort_unstable_by(f64::total_cmp);
         let requirements = Requirements::new(measures, drive_is_held, base.groups, &motion);
-        let windows = payloads::windows(excitation, base.payloads, requirements)?;
+        let windows = windows::windows(excitation, base.payloads, requirements)?;
         Ok(Self {
-            lanes: Lanes::new(&base, excitation, Start::AtRest, &windows[0].requirements, Width::Widest),
+            lanes: Lanes::new(&base, &windows, Start::AtRest, Width::Widest),
             plan: Plan::new(&base, changes)?,
             first: Instance::new(&base)?,
             start: Start::AtRest,
@@ -140,8 +139,7 @@ impl<'a> Batch<'a> {
 
     /// The batch with another vector width for linear scenes. The width changes the speed, but no bit of the results.
     pub fn with_width(mut self, width: Width) -> Self {
-        let requirements = self.requirements();
-        self.lanes = Lanes::new(&self.base, &self.motion.excitation, self.start, requirements, width);
+        self.lanes = Lanes::new(&self.base, &self.windows, self.start, width);
         self
     }
 
@@ -361,16 +359,14 @@ impl Worker {
         }
         // Linear scenes run side by side. Those for which the lanes are not accurate enough, and all others, run one by one.
         let lost = vec![false; batch.requirements().contacts.len()];
-        let in_lanes = matches!(batch.solver, Solver::Auto | Solver::Exact)
-            && batch.lanes.can_start(batch.start)
-            && batch.windows.len() == 1
-            && batch.windows[0].payloads.is_empty();
+        let in_lanes =
+            matches!(batch.solver, Solver::Auto | Solver::Exact) && batch.lanes.can_start(batch.start);
         if in_lanes {
             let (linear, mut rest): (Vec<usize>, Vec<usize>) =
                 valid.into_iter().partition(|&index| self.samples[index].is_linear());
             if !linear.is_empty() {
                 let scenes: Vec<&Instance> = linear.iter().map(|&index| &self.samples[index]).collect();
-                batch.lanes.run(batch.requirements(), &scenes, &mut self.lanes, batch.watch);
+                batch.lanes.run(&batch.windows, &scenes, &mut self.lanes, batch.watch);
             }
             for (lane, &index) in linear.iter().enumerate() {
                 if batch.lanes.statistics(batch.requirements(), &self.lanes, lane, &mut self.statistics) {

@@ -1,10 +1,10 @@
 //! Measures from the states of a run, block by block: no history is stored, and only the loads that the measures need are computed.
 
 use super::load_rows::{BLOCK, LoadRows, StateBlock};
-use super::payloads::Window;
 use super::power_integral::{Ends, equivalent_loads, power_integral};
 use super::requirements::{Requirements, Signal};
 use super::time_statistics::RunningStatistics;
+use super::windows::Window;
 use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::numeric::float::{fma, sqrt};

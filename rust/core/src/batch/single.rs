@@ -2,9 +2,9 @@
 
 use super::error::SampleError;
 use super::instance::{Group, Instance};
-use super::payloads::Window;
 use super::reduce::{Memory, Reduce};
 use super::solver::Solver;
+use super::windows::Window;
 use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::excitation::ScaledExcitation;
@@ -35,9 +35,9 @@ impl RunSettings<'_> {
         sample: &Instance,
         last: Option<(System, State)>,
     ) -> Result<(System, Start), SampleError> {
-        let system = System::new(&sample.scene_of(sample.carrying(&window.payloads)?)?)?;
+        let system = System::new(&sample.scene_of(sample.carrying(&window.payloads))?)?;
         let Some((from, end)) = last else { return Ok((system, self.start)) };
-        let kept = sample.carrying(&window.kept)?.mass_matrix();
+        let kept = sample.carrying(&window.kept).mass_matrix();
         let start = Start::after_change_of_mass(&from, &end, &kept, &system);
         Ok((system, start))
     }

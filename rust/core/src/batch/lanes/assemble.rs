@@ -5,20 +5,21 @@ use pulp::Simd;
 use super::matrix::{MAX_MODES, Square};
 use super::vector::Real;
 use crate::batch::instance::Instance;
+use crate::model::Body;
 
 /// `[[m I, -S], [S, J_L]]` with `S = m skew(r_S)` (eqs. 8, 11, 12).
 #[inline(always)]
-pub(super) fn mass_matrix<S: Simd>(simd: S, scenes: &[&Instance]) -> [[Real<S>; 6]; 6] {
-    let m = Real::gather(simd, |lane| scenes[lane].body().mass());
+pub(super) fn mass_matrix<S: Simd>(simd: S, bodies: &[Body]) -> [[Real<S>; 6]; 6] {
+    let m = Real::gather(simd, |lane| bodies[lane].mass());
     let r: [_; 3] =
-        core::array::from_fn(|axis| Real::gather(simd, |lane| scenes[lane].body().center_of_mass()[axis]));
+        core::array::from_fn(|axis| Real::gather(simd, |lane| bodies[lane].center_of_mass()[axis]));
     let zero = m.constant(0.0);
     let mut out = [[zero; 6]; 6];
     let square = r[0].mul_add(r[0], r[1].mul_add(r[1], r[2] * r[2]));
     for i in 0..3 {
         out[i][i] = m;
         for j in 0..3 {
-            let inertia = Real::gather(simd, |lane| scenes[lane].body().inertia()[(i, j)]);
+            let inertia = Real::gather(simd, |lane| bodies[lane].inertia()[(i, j)]);
             let about = if i == j { (-r[i]).mul_add(r[j], square) } else { -(r[i] * r[j]) };
             out[3 + i][3 + j] = m.mul_add(about, inertia);
         }
@@ -33,12 +34,12 @@ pub(super) fn mass_matrix<S: Simd>(simd: S, scenes: &[&Instance]) -> [[Real<S>; 
 
 /// `(m g, r_S × m g)`.
 #[inline(always)]
-pub(super) fn weight<S: Simd>(simd: S, scenes: &[&Instance]) -> [Real<S>; 6] {
-    let m = Real::gather(simd, |lane| scenes[lane].body().mass());
+pub(super) fn weight<S: Simd>(simd: S, scenes: &[&Instance], bodies: &[Body]) -> [Real<S>; 6] {
+    let m = Real::gather(simd, |lane| bodies[lane].mass());
     let force: [_; 3] =
         core::array::from_fn(|axis| m * Real::gather(simd, |lane| scenes[lane].gravity()[axis]));
     let r: [_; 3] =
-        core::array::from_fn(|axis| Real::gather(simd, |lane| scenes[lane].body().center_of_mass()[axis]));
+        core::array::from_fn(|axis| Real::gather(simd, |lane| bodies[lane].center_of_mass()[axis]));
     let moment = cross(&r, &force);
     [force[0], force[1], force[2], moment[0], moment[1], moment[2]]
 }

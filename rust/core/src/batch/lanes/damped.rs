@@ -95,6 +95,16 @@ impl<S: Simd> Damped<S> {
         }
     }
 
+    /// z of mode k, `Tᵀ (p, -p̄)`.
+    #[inline(always)]
+    pub(super) fn amplitude(&self, p: &[Complex<S>; MAX_MODES], k: usize, n: usize) -> Complex<S> {
+        let mut z = self.modes.upper[0][k] * p[0] - self.modes.lower[0][k] * p[0].conj();
+        for j in 1..n {
+            z = z + (self.modes.upper[j][k] * p[j] - self.modes.lower[j][k] * p[j].conj());
+        }
+        z
+    }
+
     /// c of mode k in `load = 2 Re(Σ c z)`, z = v - (g/λ) u.
     #[inline(always)]
     pub(super) fn coefficient(&self, simd: S, of: &RowParts<S>, k: usize, n: usize) -> Complex<S> {

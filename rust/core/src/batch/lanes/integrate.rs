@@ -32,6 +32,8 @@ pub(super) struct LaneIntegrator<'a, const N: usize> {
     pub modal: &'a ModalScenes,
     pub timeline: &'a Timeline,
     pub requirements: &'a Requirements,
+    /// Index of the first sample of the window in the motion.
+    pub first: usize,
     /// Whether values at the samples are needed, not only extremes of rows.
     pub stores_values: bool,
     pub memory: &'a mut Memory,
@@ -43,17 +45,19 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { modal, timeline, requirements, stores_values, memory, watch } = self;
+        let Self { modal, timeline, requirements, first, stores_values, memory, watch } = self;
         let Memory { states, values, extremes, steps, last, found, end } = memory;
         let rows = modal.rows.next_multiple_of(TILE);
-        for place in found.clear::<S>(requirements.signals.len() * STATISTICS).as_chunks_mut::<STATISTICS>().0
-        {
-            *place = nothing(simd);
+        if first == 0 {
+            let found = found.clear::<S>(requirements.signals.len() * STATISTICS);
+            for place in found.as_chunks_mut::<STATISTICS>().0 {
+                *place = nothing(simd);
+            }
+            extremes.clear::<S>(rows * 2);
         }
-        end.clear::<S>(2 * N);
+        end.clear::<S>(2 * N).copy_from_slice(modal.start.vectors::<S>());
         states.clear::<S>(2 * N * BLOCK);
         values.clear::<S>(if stores_values { rows * BLOCK } else { 0 });
-        extremes.clear::<S>(rows * 2);
         last.clear::<S>(rows);
         simd.vectorize(Steps { lengths: &timeline.lengths, modal, to: steps });
         for block in 0..timeline.blocks() {
@@ -67,16 +71,34 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
                     simd.vectorize(AdvanceOnce::<N> { modal, steps, timeline, block, sample, states, end });
                 }
             }
+            let is_first = first == 0 && block == 0;
             if stores_values {
-                simd.vectorize(LaneLoads::<true> { modal, timeline, block, states, values, extremes });
+                simd.vectorize(LaneLoads::<true> {
+                    modal,
+                    timeline,
+                    block,
+                    is_first,
+                    states,
+                    values,
+                    extremes,
+                });
             } else {
-                simd.vectorize(LaneLoads::<false> { modal, timeline, block, states, values, extremes });
+                simd.vectorize(LaneLoads::<false> {
+                    modal,
+                    timeline,
+                    block,
+                    is_first,
+                    states,
+                    values,
+                    extremes,
+                });
             }
             if stores_values {
                 simd.vectorize(Reduce {
                     requirements,
                     timeline,
                     block,
+                    first,
                     starts: &modal.starts,
                     values,
                     extremes,
@@ -90,6 +112,7 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
                 requirements,
                 timeline,
                 block: 0,
+                first,
                 starts: &modal.starts,
                 values,
                 extremes,

@@ -16,6 +16,8 @@ pub(super) struct LaneLoads<'a, const STORES_VALUES: bool> {
     pub modal: &'a ModalScenes,
     pub timeline: &'a Timeline,
     pub block: usize,
+    /// Whether it is the first block of the motion.
+    pub is_first: bool,
     pub states: &'a AlignedBuffer,
     pub values: &'a mut AlignedBuffer,
     pub extremes: &'a mut AlignedBuffer,
@@ -26,7 +28,7 @@ impl<const STORES_VALUES: bool> WithSimd for LaneLoads<'_, STORES_VALUES> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { modal, timeline, block, states, values, extremes } = self;
+        let Self { modal, timeline, block, is_first, states, values, extremes } = self;
         let components = timeline.components.len();
         let inputs = &timeline.values[block * BLOCK * components..][..BLOCK * components];
         let states = states.vectors::<S>().as_chunks::<BLOCK>().0;
@@ -43,7 +45,7 @@ impl<const STORES_VALUES: bool> WithSimd for LaneLoads<'_, STORES_VALUES> {
         for (index, (tile, extremes)) in tiles.zip(extremes).enumerate() {
             let (head, tile) = tile.split_at(1 + components);
             if !STORES_VALUES
-                && block > 0
+                && !is_first
                 && !may_be_new(simd, head, timeline.range(block), tile, &sizes, extremes)
             {
                 continue;
@@ -72,7 +74,7 @@ impl<const STORES_VALUES: bool> WithSimd for LaneLoads<'_, STORES_VALUES> {
                 for row in 0..TILE {
                     let [a, b, c, d] = sums[row];
                     let (mut low, mut high) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
-                    if part > 0 || (!STORES_VALUES && block > 0) {
+                    if part > 0 || (!STORES_VALUES && !is_first) {
                         low = low.min(Real::new(simd, extremes[row][0]));
                         high = high.max(Real::new(simd, extremes[row][1]));
                     }

@@ -1,7 +1,8 @@
 //! Linear scenes in vector lanes: one scene in each lane, with the widest vectors of the processor.
 //!
 //! Files in the order of the data: `vector`, `aligned_buffer`, `matrix` (numbers in lanes, memory for them) → `request`
-//! → `assemble`, `dense`, `jacobi` → `undamped` → `damped` → `modal` (from scenes to damped modes); `timeline` (the motion) → `step` →
+//! → `assemble`, `dense`, `jacobi` → `undamped` → `damped` → `modal` (from scenes to damped modes), with `handover` (the state at a change of
+//! payload); `timeline` (the motion) → `step` →
 //! `integrate` (from sample to sample) → `loads` → `time_statistics` with `power_integral` and `bent`. The results of a scene have the same
 //! bits in any lane of any width, beside any other scenes. See `numeric::simd` for why these files use `pulp`.
 
@@ -10,6 +11,7 @@ mod assemble;
 mod bent;
 mod damped;
 mod dense;
+mod handover;
 mod integrate;
 mod jacobi;
 mod loads;
@@ -28,9 +30,10 @@ use pulp::{Arch, Scalar, Simd, WithSimd};
 use super::instance::{Base, Instance};
 use super::requirements::{Requirements, Signal, SignalRequest};
 use super::time_statistics::RunningStatistics;
-use crate::excitation::Excitation;
+use super::windows::Window;
 use crate::integrate::Start;
 use crate::numeric::watch::Watch;
+use handover::PhysicalState;
 use integrate::{LaneIntegrator, Memory};
 use modal::{ModalScenes, ModalSetup};
 use request::ModalRequest;
@@ -61,8 +64,8 @@ pub(super) const MAX_LANES: usize = 8;
 /// A batch prepared for lanes.
 #[derive(Debug, Clone)]
 pub(super) struct Lanes<'a> {
-    request: ModalRequest<'a>,
-    timeline: Timeline,
+    /// For each window of the motion.
+    parts: Vec<(ModalRequest<'a>, Timeline)>,
     stores_values: bool,
     width: Width,
 }
@@ -75,28 +78,26 @@ pub(super) struct LaneMemory {
 }
 
 impl<'a> Lanes<'a> {
-    pub(super) fn new(
-        base: &Base<'a>,
-        excitation: &Excitation,
-        start: Start,
-        requirements: &Requirements,
-        width: Width,
-    ) -> Self {
-        let quasi_static = start == Start::QuasiStatic;
-        let timeline = Timeline::new(excitation, quasi_static, &requirements.time);
-        let request = ModalRequest {
-            dofs: base.free.iter().map(|dof| dof as usize).collect(),
-            groups: base.groups,
-            components: timeline.components.clone(),
-            first: timeline.values[..timeline.components.len()].to_vec(),
-            rows: requirements.rows.clone(),
-            quasi_static,
-            duration: timeline.duration,
+    pub(super) fn new(base: &Base<'a>, windows: &[Window], start: Start, width: Width) -> Self {
+        let part = |window: &Window| {
+            let quasi_static = window.first == 0 && start == Start::QuasiStatic;
+            let timeline = Timeline::new(&window.excitation, quasi_static, &window.requirements.time);
+            let request = ModalRequest {
+                dofs: base.free.iter().map(|dof| dof as usize).collect(),
+                groups: base.groups,
+                components: timeline.components.clone(),
+                first: timeline.values[..timeline.components.len()].to_vec(),
+                rows: window.requirements.rows.clone(),
+                quasi_static,
+                duration: timeline.duration,
+            };
+            (request, timeline)
         };
         let more = |request: &SignalRequest| {
             request.times || request.squares || !matches!(request.signal, Signal::Row(_))
         };
-        Self { request, timeline, stores_values: requirements.signals.iter().any(more), width }
+        let stores_values = windows[0].requirements.signals.iter().any(more);
+        Self { parts: windows.iter().map(part).collect(), stores_values, width }
     }
 
     /// The vector width.
@@ -118,12 +119,12 @@ impl<'a> Lanes<'a> {
     /// With meaningless results if the watch stops it.
     pub(super) fn run(
         &self,
-        requirements: &Requirements,
+        windows: &[Window],
         scenes: &[&Instance],
         memory: &mut LaneMemory,
         watch: Watch,
     ) {
-        self.dispatch(Run { lanes: self, requirements, scenes, memory, watch });
+        self.dispatch(Run { lanes: self, windows, scenes, memory, watch });
     }
 
     /// Writes the statistics of each signal of a scene of the last run. False if rounding in the lanes leaves too few digits; such a scene
@@ -137,7 +138,7 @@ impl<'a> Lanes<'a> {
     ) -> bool {
         let lanes = self.count();
         let LaneMemory { modal, memory } = memory;
-        let finite = (0..2 * self.request.dofs.len()).all(|i| memory.end.lane(i, lane, lanes).is_finite());
+        let finite = (0..2 * self.parts[0].0.dofs.len()).all(|i| memory.end.lane(i, lane, lanes).is_finite());
         let finite = time_statistics::statistics(requirements, &memory.found, lane, lanes, out) && finite;
         finite && modal.accurate.lane(0, lane, lanes) > 0.0
     }
@@ -170,7 +171,7 @@ impl WithSimd for Count {
 /// [`Lanes::run`] as a kernel.
 struct Run<'a, 'b> {
     lanes: &'a Lanes<'b>,
-    requirements: &'a Requirements,
+    windows: &'a [Window<'b>],
     scenes: &'a [&'a Instance],
     memory: &'a mut LaneMemory,
     watch: Watch<'a>,
@@ -181,7 +182,7 @@ impl WithSimd for Run<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        match self.lanes.request.dofs.len() {
+        match self.lanes.parts[0].0.dofs.len() {
             1 => self.run::<S, 1>(simd),
             2 => self.run::<S, 2>(simd),
             3 => self.run::<S, 3>(simd),
@@ -195,19 +196,37 @@ impl WithSimd for Run<'_, '_> {
 impl Run<'_, '_> {
     #[inline(always)]
     fn run<S: Simd, const N: usize>(self, simd: S) {
-        let Self { lanes, requirements, scenes, memory, watch } = self;
+        let Self { lanes, windows, scenes, memory, watch } = self;
         let LaneMemory { modal, memory } = memory;
         // Unused lanes repeat the last scene.
         let mut all = [scenes[scenes.len() - 1]; MAX_LANES];
         all[..scenes.len()].copy_from_slice(scenes);
-        simd.vectorize(ModalSetup { scenes: &all, request: &lanes.request, to: modal });
-        simd.vectorize(LaneIntegrator::<N> {
-            modal,
-            timeline: &lanes.timeline,
-            requirements,
-            stores_values: lanes.stores_values,
-            memory,
-            watch,
-        });
+        for (index, (window, (request, timeline))) in windows.iter().zip(&lanes.parts).enumerate() {
+            let bodies = all.map(|scene| scene.carrying(&window.payloads));
+            let kept = (index > 0).then(|| all.map(|scene| scene.carrying(&window.kept)));
+            let continues = index + 1 < windows.len();
+            let scenes = &all;
+            simd.vectorize(ModalSetup {
+                scenes,
+                bodies: &bodies,
+                kept: kept.as_ref().map(|kept| &kept[..]),
+                continues,
+                request,
+                to: modal,
+            });
+            simd.vectorize(LaneIntegrator::<N> {
+                modal,
+                timeline,
+                requirements: &window.requirements,
+                first: window.first,
+                stores_values: lanes.stores_values,
+                memory,
+                watch,
+            });
+            if continues {
+                let ModalScenes { drive, state_rows, state, .. } = modal;
+                simd.vectorize(PhysicalState { drive, state_rows, timeline, end: &memory.end, to: state });
+            }
+        }
     }
 }

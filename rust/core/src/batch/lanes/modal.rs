@@ -3,11 +3,14 @@
 use pulp::{Simd, WithSimd};
 
 use super::aligned_buffer::AlignedBuffer;
+use super::assemble::mass_matrix;
 use super::damped::Damped;
+use super::handover::{set_modal_state, set_state_rows};
 use super::request::ModalRequest;
 use super::undamped::Undamped;
 use super::vector::{Complex, Real};
 use crate::batch::instance::Instance;
+use crate::model::Body;
 
 /// Scenes in damped modes, one in each lane; complex numbers as pairs.
 #[derive(Debug, Default)]
@@ -23,7 +26,13 @@ pub(super) struct ModalScenes {
     pub(super) tiles: AlignedBuffer,
     /// Value of each row at the first sample.
     pub(super) starts: AlignedBuffer,
-    /// One in lanes in which rounding leaves enough digits; zero in the others, whose scenes must run by themselves.
+    /// Rows of position and velocity, if another window follows; see `handover`.
+    pub(super) state_rows: AlignedBuffer,
+    /// Position and velocity of the free degrees of freedom at the end of the window before, m, rad, m/s, rad/s.
+    pub(super) state: AlignedBuffer,
+    /// v before the first sample.
+    pub(super) start: AlignedBuffer,
+    /// One in lanes in which rounding leaves enough digits in all windows so far; zero in the others, whose scenes must run by themselves.
     pub(super) accurate: AlignedBuffer,
 }
 
@@ -36,6 +45,11 @@ pub(super) const TILE: usize = 4;
 /// Computes the [`ModalScenes`] of one scene per lane.
 pub(super) struct ModalSetup<'a> {
     pub scenes: &'a [&'a Instance],
+    /// Their bodies with payloads and, after a change, with those payloads that they keep.
+    pub bodies: &'a [Body],
+    pub kept: Option<&'a [Body]>,
+    /// Whether another window follows.
+    pub continues: bool,
     pub request: &'a ModalRequest<'a>,
     pub to: &'a mut ModalScenes,
 }
@@ -45,8 +59,8 @@ impl WithSimd for ModalSetup<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { scenes, request, to } = self;
-        let undamped = Undamped::new(simd, scenes, request);
+        let Self { scenes, bodies, kept, continues, request, to } = self;
+        let undamped = Undamped::new(simd, scenes, bodies, request);
         let damped = Damped::new(simd, &undamped, request.duration);
         let (n, count) = (undamped.n, undamped.influence.len());
         let eigenvalues = to.eigenvalues.clear::<S>(2 * n).as_chunks_mut::<2>().0;
@@ -55,6 +69,14 @@ impl WithSimd for ModalSetup<'_> {
         }
         let drives = to.drive.clear::<S>(count * 2 * n).as_chunks_mut::<2>().0;
         damped.set_drives(simd, &undamped, drives);
+        to.start.clear::<S>(2 * n);
+        if let Some(kept) = kept {
+            let kept = mass_matrix(simd, kept);
+            set_modal_state(simd, &undamped, &damped, &request.dofs, &kept, [&mut to.state, &mut to.start]);
+        }
+        if continues {
+            set_state_rows(simd, &undamped, &damped, &mut to.state_rows);
+        }
 
         let width = 1 + count + 2 * n;
         to.rows = request.rows.len();
@@ -90,7 +112,11 @@ impl WithSimd for ModalSetup<'_> {
         }
         let accurate =
             undamped.accurate.and(damped.accurate).and(size.less_than(size.constant(MAX_ROW_SIZE)));
-        to.accurate.clear::<S>(1)[0] = accurate.select(Real::splat(simd, 1.0), undamped.zero).lanes;
+        let before = match kept {
+            Some(_) => Real::new(simd, to.accurate.vectors::<S>()[0]),
+            None => Real::splat(simd, 1.0),
+        };
+        to.accurate.clear::<S>(1)[0] = accurate.select(before, undamped.zero).lanes;
     }
 }
 

@@ -64,6 +64,8 @@ pub(super) struct Reduce<'a> {
     pub requirements: &'a Requirements,
     pub timeline: &'a Timeline,
     pub block: usize,
+    /// Index of the first sample of the window in the motion.
+    pub first: usize,
     pub starts: &'a AlignedBuffer,
     pub values: &'a AlignedBuffer,
     pub extremes: &'a AlignedBuffer,
@@ -77,11 +79,12 @@ impl WithSimd for Reduce<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { requirements, timeline, block, starts, values, extremes, last, found } = self;
+        let Self { requirements, timeline, block, first, starts, values, extremes, last, found } = self;
         let starts = starts.vectors::<S>();
         let values = values.vectors::<S>().as_chunks::<BLOCK>().0;
         let extremes = extremes.vectors::<S>().as_chunks::<2>().0;
         let start = block * BLOCK;
+        let (at, is_first) = (first + start, first + start == 0);
         let Some(time) = timeline.time[start..].first_chunk::<BLOCK>() else { return };
         let last = last.vectors_mut::<S>();
         if block == 0 {
@@ -94,11 +97,11 @@ impl WithSimd for Reduce<'_> {
             match wanted.signal {
                 Signal::Row(row) => {
                     let [low, high] = extremes[row].map(|lanes| Real::new(simd, lanes));
-                    if block == 0 {
+                    if is_first {
                         found.first = Real::new(simd, starts[row]);
                     }
                     if wanted.extremes {
-                        found.take_extremes(simd, wanted, [low, high], values.get(row), start);
+                        found.take_extremes(simd, wanted, [low, high], values.get(row), at);
                     }
                     if wanted.squares {
                         found.take_squares(simd, &values[row], time, |value, sum| value.mul_add(value, sum));
@@ -110,7 +113,7 @@ impl WithSimd for Reduce<'_> {
                         let (y, z) = (Real::new(simd, values[y][k]), Real::new(simd, values[z][k]));
                         squares[k] = y.mul_add(y, z * z).lanes;
                     }
-                    if block == 0 {
+                    if is_first {
                         let (y, z) = (Real::new(simd, starts[y]), Real::new(simd, starts[z]));
                         found.first = y.mul_add(y, z * z);
                     }
@@ -120,7 +123,7 @@ impl WithSimd for Reduce<'_> {
                             wanted,
                             least_and_largest(simd, &squares),
                             Some(&squares),
-                            start,
+                            at,
                         );
                     }
                     if wanted.squares {
@@ -130,7 +133,7 @@ impl WithSimd for Reduce<'_> {
                 Signal::Equivalent(index) => {
                     let loads = equivalent_loads(simd, &requirements.equivalents[index], values);
                     let extremes = least_and_largest(simd, &loads);
-                    found.take_extremes(simd, wanted, extremes, Some(&loads), start);
+                    found.take_extremes(simd, wanted, extremes, Some(&loads), at);
                 }
                 Signal::Power(index) => {
                     if let Some(travel) = &requirements.travel {

@@ -10,6 +10,7 @@ use super::request::ModalRequest;
 use super::vector::{Mask, Real};
 use crate::batch::instance::Instance;
 use crate::batch::requirements::LoadRow;
+use crate::model::Body;
 
 /// Largest product of the spread of ω² and that of the pivots of the mass matrix (large if L is far from the body) for which rounding
 /// errors are below 1e-12 of the loads. Forming K and M squares the spread; `system::undamped_modes` does not form them.
@@ -24,7 +25,7 @@ const LARGEST: f64 = 1e100;
 pub(super) struct Undamped<S: Simd> {
     pub n: usize,
     pub zero: Real<S>,
-    mass: [[Real<S>; 6]; 6],
+    pub mass: [[Real<S>; 6]; 6],
     weight: [Real<S>; 6],
     links: Links<S>,
     /// Φ = L⁻ᵀ V.
@@ -35,19 +36,19 @@ pub(super) struct Undamped<S: Simd> {
     /// Modal force of a unit of each component of the excitation, and the sample's factor on this component.
     pub influence: Vec<([Real<S>; MAX_MODES], Real<S>)>,
     /// Static position, ωη.
-    rest: [Real<S>; MAX_MODES],
+    pub rest: [Real<S>; MAX_MODES],
     /// Lanes in which rounding leaves enough digits.
     pub accurate: Mask<S>,
 }
 
 impl<S: Simd> Undamped<S> {
     #[inline(always)]
-    pub(super) fn new(simd: S, scenes: &[&Instance], request: &ModalRequest) -> Self {
+    pub(super) fn new(simd: S, scenes: &[&Instance], bodies: &[Body], request: &ModalRequest) -> Self {
         let zero = Real::splat(simd, 0.0);
         let dofs = &request.dofs[..usize::min(request.dofs.len(), MAX_MODES)];
         let n = dofs.len();
-        let mass = mass_matrix(simd, scenes);
-        let weight = weight(simd, scenes);
+        let mass = mass_matrix(simd, bodies);
+        let weight = weight(simd, scenes, bodies);
         let links = Links::new(simd, scenes, dofs);
         let mut lower = [[zero; MAX_MODES]; MAX_MODES];
         for i in 0..n {
@@ -201,7 +202,7 @@ pub(super) struct RowParts<S: Simd> {
 
 impl<S: Simd> RowParts<S> {
     #[inline(always)]
-    fn new(simd: S) -> Self {
+    pub(super) fn new(simd: S) -> Self {
         let zero = Real::splat(simd, 0.0);
         Self { constant: zero, elastic: [zero; MAX_MODES], damping: [zero; MAX_MODES] }
     }

@@ -1,56 +1,9 @@
-//! Payloads: masses that the body carries for parts of the motion, and the windows of the motion between their changes.
-
-use core::ops::Range;
-
-use nalgebra::{Matrix3, Vector3};
+//! Windows: the parts of the motion between the changes of payload.
 
 use super::error::BatchError;
+use super::instance::Payload;
 use super::requirements::Requirements;
 use crate::excitation::Excitation;
-use crate::model::Body;
-use crate::numeric::tensor::parallel_axes;
-
-/// Mass, centre of mass and inertia of a body without changes.
-#[derive(Debug, Clone, Copy)]
-pub struct NominalBody {
-    /// Mass, kg.
-    pub mass: f64,
-    /// Centre of mass from L, m.
-    pub center_of_mass: Vector3<f64>,
-    /// Inertia, kg m².
-    pub inertia: Matrix3<f64>,
-    /// Whether the inertia is about L instead of the centre of mass; it remains so if mass and centre of mass change.
-    pub inertia_about_reference: bool,
-}
-
-impl NominalBody {
-    /// The body.
-    ///
-    /// # Errors
-    /// As [`Body::new`].
-    pub fn body(&self) -> Result<Body, crate::SceneError> {
-        let new = if self.inertia_about_reference { Body::about_reference } else { Body::new };
-        new(self.mass, self.center_of_mass, self.inertia)
-    }
-}
-
-/// A mass that the body grips and releases.
-#[derive(Debug, Clone)]
-pub struct Payload {
-    /// Its numbers.
-    pub body: NominalBody,
-    /// Samples of the motion at which it is on the body. The sample before each change has the same time, as at a jump.
-    pub stays: Vec<Range<usize>>,
-}
-
-/// Bodies that move as one.
-pub(super) fn united(bodies: impl Iterator<Item = Body> + Clone) -> Result<Body, crate::SceneError> {
-    let mass = bodies.clone().map(|body| body.mass()).sum();
-    let moment: Vector3<f64> = bodies.clone().map(|body| body.center_of_mass() * body.mass()).sum();
-    let center = moment / mass;
-    let about = |body: Body| parallel_axes(&body.inertia(), body.mass(), &(body.center_of_mass() - center));
-    Body::new(mass, center, bodies.map(about).sum())
-}
 
 /// A part of the motion with the same payloads throughout.
 #[derive(Debug, Clone)]
