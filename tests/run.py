@@ -63,7 +63,7 @@ def main() -> None:
     run("Python lints", python, "-m", "ruff", "check", ".")
     run("Python formatting", python, "-m", "ruff", "format", "--check", ".")
     run("Python types", python, "-m", "mypy")
-    run("Python tests", python, "-m", "pytest", "-q")
+    run("Python tests", python, "-m", "pytest", "-q", "-n", "auto")
     site = ["-W", "--keep-going", "-q", "-b", "html", "docs", "docs/_build/html"]
     run("documentation, warnings as errors", python, "-m", "sphinx", *site)
     print("\nall passed")
