@@ -104,16 +104,16 @@ def _with_jumps(motion: Motion, times: Array) -> Motion:
     added = np.repeat(times, missing)
     if not added.size:
         return motion
-    stamps = np.concatenate([time, added])
-    order = np.argsort(stamps, kind="stable")
+    places = np.searchsorted(time, added, side="right")
     histories: dict[str, Any] = {}
     for name in HISTORIES:
         values = getattr(motion, name)
         if values is not None:
             columns = values.reshape(time.size, -1).T
             between = np.stack([np.interp(added, time, column) for column in columns], axis=1)
-            histories[name] = np.concatenate([values, between.reshape(-1, *values.shape[1:])])[order]
+            histories[name] = np.insert(values, places, between.reshape(-1, *values.shape[1:]), axis=0)
     uncertainty = motion.uncertainty
     if uncertainty is not None and uncertainty.time is None:
         uncertainty = replace(uncertainty, time=time)
-    return replace(motion, time=stamps[order], uncertainty=uncertainty, **histories)
+    stamps = np.insert(time, places, added)
+    return replace(motion, time=stamps, uncertainty=uncertainty, **histories)
