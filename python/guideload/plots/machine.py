@@ -167,23 +167,18 @@ def _draw_weight(ax: Axes3D, machine: Machine, size: float) -> None:
 
 def _draw_loads(ax: Axes3D, result: Result, centers: Points, size: float) -> Points:
     """Arrows of the carriages' loads at the instant of the peak; returns the y components (carriage,) [N]."""
-    data = result.data
-    instant = int(np.argmax(data["resultant"].max("carriage").values))
-    force = (
-        data["force_global" if "force_global" in data else "force"]
-        .isel(time=instant)
-        .transpose("carriage", "axis")
-        .values
-    )
+    data = result.quantities  # not `data`, which takes the time to import xarray
+    instant = int(data["resultant"].max(axis=1).argmax())
+    force = cast("Points", data["force_global" if "force_global" in data else "force"][instant])
     sizes = np.linalg.norm(force, axis=1)
     if sizes.max() == 0:
         return force[:, 1]
     newtons_per_metre = _round_up(sizes.max() / (LOAD_ARROW * size))
-    time = data["time"].values[instant]
+    time = data["time"][instant]
     ax.plot([], [], " ", label=f"\nloads: the body on the carriages, {time:.3f} s")
     for index, (center, load) in enumerate(zip(centers, force, strict=True)):
         style = {"color": carriage_look(index).color, "linewidth": 2.4, "arrow_length_ratio": 0.18}
-        name = plain(str(data["carriage"].values[index]))
+        name = plain(str(data["carriage"][index]))
         label = f"carriage {name}: {load_with_unit(sizes[index])}"
         ax.quiver(*center, *(load / newtons_per_metre), label=label, **style)
     # quiver scales to the tails of the arrows only
