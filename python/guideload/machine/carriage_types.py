@@ -100,17 +100,17 @@ def at_types(problems: Iterable[InitErrorDetails], values: Any) -> list[InitErro
 
     values: as the user gave them.
     """
-    types, told = _tables(values), []
+    types, placed = _tables(values), []
     of_types = {problem["loc"][:3] for problem in problems if problem["loc"][:1] == ("carriage_types",)}
     for problem in problems:
         loc = problem["loc"]
         shared = _key_of_type(loc, values, types)
         if shared is None:
-            told.append(problem)
+            placed.append(problem)
         elif shared[:3] not in of_types:
             of_types.add(shared[:3])
-            told.append(_moved(problem, shared))
-    return told
+            placed.append(_moved(problem, shared))
+    return placed
 
 
 def _key_of_type(

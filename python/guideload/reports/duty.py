@@ -30,7 +30,7 @@ def duty_parts(duty: DutyCycle) -> list[RenderableType]:
         for note in life.notes:
             notes.setdefault(note, []).append(case.name)
     unverified = unverified_lines(one.product for one in duty.carriages)
-    told = [
+    lines = [
         f"Note, case {joined(names)}: {note}."
         for note, names in notes.items()
         if f"Note: {note}." not in unverified
@@ -42,7 +42,7 @@ def duty_parts(duty: DutyCycle) -> list[RenderableType]:
         _cases_table(duty),
         *section("Carriages"),
         _carriages_table(duty),
-        *remark(DEFINITION, *told),
+        *remark(DEFINITION, *lines),
         *section("Formulas"),
         *remark(*rating_formulas(duty.carriages)),
     ]

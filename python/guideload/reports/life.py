@@ -77,10 +77,10 @@ def life_section(life: Life | LifeError | None) -> list[RenderableType]:
     """The section of the report of a run: notes, table and definitions; empty without a life."""
     if not isinstance(life, Life):
         return []
-    told = unverified_lines(one.product for one in life.carriages)  # in the answer
+    unverified = unverified_lines(one.product for one in life.carriages)  # in the answer
     return [
         *section("Life and static safety"),
-        *remark(*(note for note in _notes(life) if note not in told)),
+        *remark(*(note for note in _notes(life) if note not in unverified)),
         life_table(life, None),
         *remark(LIFE_DEFINITION),
     ]

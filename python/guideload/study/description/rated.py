@@ -50,8 +50,8 @@ def rated_study(
         criteria = criteria_of(machine, machine.life)
         _require_possible(machine, motion, criteria, factors, cases)
     except LifeError as error:
-        told = any(machine.product_of_carriage)
-        notes = (f"Life and static safety are not computed: {error}.",) if told else ()
+        has_products = any(machine.product_of_carriage)
+        notes = (f"Life and static safety are not computed: {error}.",) if has_products else ()
         return RatedStudy(reason=str(error), notes=notes)
     assert motion.velocity is not None
     travel = Travel(motion.time, motion.velocity[:, 0], motion.acceleration[:, 0])
