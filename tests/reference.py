@@ -516,3 +516,23 @@ def _cross(a: Numbers, b: Numbers) -> Numbers:
 
 def _minus(a: Numbers, b: Numbers) -> Numbers:
     return [x - y for x, y in zip(a, b, strict=True)]
+
+
+def batch_arguments(machine: Machine) -> dict[str, Any]:
+    """The machine as arguments of `_core.Batch`."""
+    body, table = machine.body, machine.link_table()
+    return {
+        "mass": body.mass,
+        "center_of_mass": body.center_of_mass,
+        "inertia": body.inertia,
+        "inertia_about_reference": body.inertia_about == "L",
+        "gravity": machine.gravity,
+        "free": machine.free,
+        "points": table.points,
+        "directions": table.directions,
+        "laws": table.laws,
+        "damping": table.damping,
+        "damping_in_contact": table.damping_in_contact,
+        "groups": machine.links_of_carriages,
+        "centers": machine.carriage_places,
+    }

@@ -36,8 +36,10 @@ if TYPE_CHECKING:
     from guideload.machine import Link as Link
     from guideload.machine import Machine as Machine
     from guideload.machine import Modes as Modes
+    from guideload.machine import Payload as Payload
     from guideload.machine import PointOfInterest as PointOfInterest
     from guideload.machine import Rail as Rail
+    from guideload.machine import Rider as Rider
     from guideload.machine import frequency_response as frequency_response
     from guideload.method_comparison import Stability as Stability
     from guideload.method_comparison import WorkPrecision as WorkPrecision
@@ -86,8 +88,10 @@ _HOMES = {
         "Link",
         "Machine",
         "Modes",
+        "Payload",
         "PointOfInterest",
         "Rail",
+        "Rider",
         "frequency_response",
     ),
     "method_comparison": ("Stability", "WorkPrecision", "stability", "work_precision"),

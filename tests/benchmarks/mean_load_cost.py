@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from clock import on_cores, processor
-from reference import cart, cart_clear, cycle, noisy, preloaded
+from reference import batch_arguments, cart, cart_clear, cycle, noisy, preloaded
 
 from guideload import Machine, Motion
 from guideload._core import Batch
@@ -97,25 +97,12 @@ def draws(machine: Machine, count: int) -> Array:
 
 def batch(machine: Machine, motion: Motion, exponent: float, measures: list[tuple[str, int, str]]) -> Batch:
     """The machine with scattered parameters on a motion along x."""
-    body, table = machine.body, machine.link_table()
     instants, along = motion.time, motion.acceleration[:, 0]
     speed = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(instants) * (along[1:] + along[:-1]))])
     speed[np.abs(speed) < AT_REST] = 0.0
     of = [carriage for carriage, links in enumerate(machine.links_of_carriages) for _ in links]
     return Batch(
-        mass=body.mass,
-        center_of_mass=body.center_of_mass,
-        inertia=body.inertia,
-        inertia_about_reference=False,
-        gravity=machine.gravity,
-        free=machine.free,
-        points=table.points,
-        directions=table.directions,
-        laws=table.laws,
-        damping=table.damping,
-        damping_in_contact=table.damping_in_contact,
-        groups=machine.links_of_carriages,
-        centers=machine.carriage_centers,
+        **batch_arguments(machine),
         time=instants,
         acceleration=motion.acceleration,
         wrench=None,

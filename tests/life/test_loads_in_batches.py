@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from lives import moved
 from moves import GENTLE
-from reference import cart
+from reference import batch_arguments, cart
 
 from guideload import simulate
 from guideload._core import Batch, largest_equivalent_load
@@ -31,28 +31,16 @@ def rules() -> list[EquivalentLoad]:
 
 
 def batch(machine: Machine, exponent: float) -> Batch:
-    body, table, assigned = machine.body, machine.link_table(), rules()
+    assigned = rules()
     assert MOTION.velocity is not None
     return Batch(
-        mass=body.mass,
-        center_of_mass=body.center_of_mass,
-        inertia=body.inertia,
-        inertia_about_reference=False,
-        gravity=machine.gravity,
-        free=machine.free,
-        points=table.points,
-        directions=table.directions,
-        laws=table.laws,
-        damping=table.damping,
-        damping_in_contact=table.damping_in_contact,
-        groups=machine.links_of_carriages,
-        centers=machine.carriage_centers,
+        **batch_arguments(machine),
         time=MOTION.time,
         acceleration=MOTION.acceleration,
         wrench=None,
         speed=MOTION.velocity[:, 0].copy(),
         exponent=exponent,
-        changes=[(("mass", 0, 0), 0.0, [(0, body.mass)]), (("acceleration", 0, 0), 0.0, [(1, 1.0)])],
+        changes=[(("mass", 0, 0), 0.0, [(0, machine.body.mass)]), (("acceleration", 0, 0), 0.0, [(1, 1.0)])],
         measures=[("load", i, statistic) for i in range(4) for statistic in ("mean", "max")],
         method="auto",
         rtol=1e-6,

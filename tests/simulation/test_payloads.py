@@ -176,8 +176,8 @@ def test_results_keep_their_changes_in_files(tmp_path: Path):
     ("values", "words"),
     [
         ({}, "either times or picked_at"),
-        ({"times": [(2.0, 1.0)]}, "times that end after they begin"),
-        ({"times": [(1.0, 2.0), (1.5, 3.0)]}, "times that are apart"),
+        ({"times": [(2.0, 1.0)]}, "times: expected times that end after they begin"),
+        ({"times": [(1.0, 2.0), (1.5, 3.0)]}, "times: expected times that are apart"),
         ({"times": [(1.0, 2.0)], "released_at": {"x": 1.0}}, "no released_at beside times"),
     ],
 )

@@ -4,8 +4,10 @@ from guideload.machine.components import Body, Carriage, Link, Rail
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
+from guideload.machine.payloads import Payload
 from guideload.machine.points import PointOfInterest
 from guideload.machine.response import FrequencyResponse, frequency_response
+from guideload.machine.riders import Rider
 
 __all__ = [
     "Body",
@@ -16,7 +18,9 @@ __all__ = [
     "Link",
     "Machine",
     "Modes",
+    "Payload",
     "PointOfInterest",
     "Rail",
+    "Rider",
     "frequency_response",
 ]

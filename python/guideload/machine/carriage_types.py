@@ -91,8 +91,9 @@ def type_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRefuse
         if not isinstance(name, str) or name in types:
             continue
         near = get_close_matches(name, types, n=1)
+        known = f", one of {', '.join(map(shown, types))}" if types else ""
         hint = f'did you mean "{near[0]}"?' if near else f"add a table [carriage_types.{name}]"
-        yield ("carriages", i, "type"), ValueRefused(f"a carriage type ({shown(types)})", name, hint)
+        yield ("carriages", i, "type"), ValueRefused(f"a carriage type{known}", name, hint)
 
 
 def at_types(problems: Iterable[InitErrorDetails], values: Any) -> list[InitErrorDetails]:

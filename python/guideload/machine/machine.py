@@ -35,15 +35,16 @@ from guideload.base.toml import located, read_toml
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
 from guideload.machine.base import Base
+from guideload.machine.bodies import united
 from guideload.machine.carriage_types import CarriageTypes, TypesByName, at_types, type_problems, with_types
 from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail, TravelPosition
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
 from guideload.machine.links import NAMES, LinkTable, feet_on, own_axes, read_only, table_of
-from guideload.machine.payloads import Payload, united
+from guideload.machine.payloads import Payload
 from guideload.machine.points import PointOfInterest
 from guideload.machine.products import filled, product_problems, with_catalogue
-from guideload.machine.riders import MOST_RIDERS, Rider, joined
+from guideload.machine.riders import MOST_RIDERS, Rider
 from guideload.machine.straightness import with_straightness
 
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
@@ -192,8 +193,7 @@ class Machine(ConfigModel):
     @cached_property
     def whole_body(self) -> Body:
         """The main body with all riders at their positions."""
-        riders = [rider.at(rider.position) for rider in self.riders]
-        return joined([self.body, *riders]) if riders else self.body
+        return united([self.body, *(rider.at(rider.position) for rider in self.riders)])
 
     @cached_property
     def carriage_centers(self) -> Array:

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from pydantic import Field, field_validator
 
-from guideload.base.arrays import Array
 from guideload.base.errors import ValueRefused
 from guideload.machine.components import Body, Length, Name, Vector
 
@@ -41,7 +38,8 @@ class Rider(Body):
     def at(self, travel: float) -> Body:
         """The rider as a body at a travel [m], with its inertia about its centre of mass."""
         along = np.array(self.direction) / np.linalg.norm(self.direction)
-        return _body(self.mass, np.array(self.center_of_mass) + travel * along, self.central_inertia())
+        there = np.array(self.center_of_mass) + travel * along
+        return Body(mass=self.mass, center_of_mass=there.tolist(), inertia=self.central_inertia().tolist())
 
     def standing_at(self, position: float) -> Rider:
         """The rider with another position [m]."""
@@ -51,18 +49,3 @@ class Rider(Body):
         """Mass, centre of mass at its position, inertia about it and direction, as `Scene` takes them."""
         there = self.at(self.position)
         return there.mass, there.center_of_mass, there.central_inertia().tolist(), self.direction
-
-
-def joined(bodies: Sequence[Body]) -> Body:
-    """The bodies as one, with the inertia about its centre of mass."""
-    mass = sum(body.mass for body in bodies)
-    center = np.sum([body.mass * np.array(body.center_of_mass) for body in bodies], axis=0) / mass
-    inertia = np.zeros((3, 3))
-    for body in bodies:
-        arm = np.array(body.center_of_mass) - center
-        inertia += body.central_inertia() + body.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    return _body(mass, center, inertia)
-
-
-def _body(mass: float, center: Array, inertia: Array) -> Body:
-    return Body(mass=mass, center_of_mass=center.tolist(), inertia=inertia.tolist())
