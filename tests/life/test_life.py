@@ -21,8 +21,9 @@ from guideload.life.life import Life, life_of
 from guideload.life.load_parts import CAUSES, load_parts
 from guideload.life.rating_life import failure_probability, system_life
 from guideload.life.row_loads import row_loads
+from guideload.machine.bodies import united
 from guideload.machine.machine import Machine
-from guideload.machine.payloads import Payload, united
+from guideload.machine.payloads import Payload
 from guideload.motion.motion import Motion
 from guideload.simulation.result import Result
 from guideload.simulation.simulation import simulate
