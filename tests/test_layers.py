@@ -22,6 +22,7 @@ PYTHON = (
     "monitor",
     "study",
     "duty",
+    "long_runs",
     "reports",
     "plots",
     "html_report",

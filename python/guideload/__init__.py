@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from guideload.duty import duty_cycle as duty_cycle
     from guideload.life import Life as Life
     from guideload.life import life_of as life_of
+    from guideload.long_runs import LongRun as LongRun
+    from guideload.long_runs import motion_blocks as motion_blocks
     from guideload.machine import Body as Body
     from guideload.machine import Carriage as Carriage
     from guideload.machine import Drive as Drive
@@ -79,6 +81,7 @@ _HOMES = {
     "catalogue": ("Catalogue", "LifeConditions", "Product", "Rating"),
     "duty": ("DutyCycle", "LoadCase", "duty_cycle"),
     "life": ("Life", "life_of"),
+    "long_runs": ("LongRun", "motion_blocks"),
     "machine": (
         "Body",
         "Carriage",

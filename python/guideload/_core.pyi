@@ -294,7 +294,7 @@ class Scene:
         rtol: float,
         step: float | None = None,
         times: Array | None = None,
-        start: str = "rest",
+        start: str | Array = "rest",
         travel: Array | None = None,
     ) -> Solution:
         """Integrate from static equilibrium.
@@ -304,10 +304,11 @@ class Scene:
         link loads, relative to the load scale: largest link load at rest plus quasi-static link load under the peaks of
         the excitation. step: s, fixed step instead of step-size control; exact uses neither. times: (m,) s, ascending
         instants between the first and the last sample, reported instead of the samples. start: rest (equilibrium under
-        the weight) or quasi-static (under the weight, the first sample of the excitation, and the riders' inertia
-        forces there). travel: (riders, n, 3) travel [m] from where they stand in the scene, speed [m/s] and
-        acceleration [m/s2] of the riders, which then move; not with exact. Raises TraceError, ArgumentError,
-        RunError; ValueError or TypeError for an array that is not float64 or not C-contiguous.
+        the weight), quasi-static (under the weight, the first sample of the excitation, and the riders' inertia
+        forces there), or a state as `Solution.end` gives it. travel: (riders, n, 3) travel [m] from where they stand in
+        the scene, speed [m/s] and acceleration [m/s2] of the riders, which then move; not with exact. Raises
+        TraceError, ArgumentError, RunError; ValueError or TypeError for an array that is not float64 or not
+        C-contiguous.
         """
 
     def peaks(
@@ -321,7 +322,7 @@ class Scene:
         step: float | None = None,
         groups: Groups,
         centers: Array,
-        start: str = "rest",
+        start: str | Array = "rest",
         travel: Array | None = None,
     ) -> list[Array]:
         """Smallest and largest loads of groups of links, without histories, and their times [s]; each (groups, 8).
@@ -423,6 +424,9 @@ class Solution:
 
     def velocity(self) -> Array:
         """Velocity (time, 6) of L in the carriage frame [m/s, rad/s]."""
+
+    def end(self) -> Array:
+        """Position [m, rad] and velocity [m/s, rad/s] of L in the carriage frame at the end of the motion, (2, 6)."""
 
     def acceleration(self) -> Array:
         """Acceleration (time, 6) of L in the carriage frame [m/s2, rad/s2]."""

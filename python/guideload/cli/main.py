@@ -28,6 +28,7 @@ from guideload.cli.duty import duty
 from guideload.cli.encoder import encoder
 from guideload.cli.exit_codes import CommandInterrupted, InputError
 from guideload.cli.life import life
+from guideload.cli.long_run import long_run
 from guideload.cli.machine import check, init, modes
 from guideload.cli.method_comparison import chart, stability
 from guideload.cli.monitor import monitor
@@ -90,6 +91,7 @@ for command in (
     limit,
     compare,
     duty,
+    long_run,
     study,
     monitor,
     chart,

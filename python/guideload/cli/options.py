@@ -78,6 +78,13 @@ rider_option = click.option(
     metavar="NAME=FILE",
     help="Trace or motion file of the travel of a rider, instead of that of the machine file; again for each rider.",
 )
+method_option = click.option(
+    "--method",
+    type=click.Choice(("auto", "exact", "rk45", "implicit")),
+    default="auto",
+    show_default=True,
+    help="Integration method; auto is the cheapest that the machine allows.",
+)
 start_option = click.option(
     "--start",
     type=click.Choice(("auto", "rest", "quasi-static")),

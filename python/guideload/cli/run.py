@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from guideload.simulation.simulation import Method
     from guideload.simulation.start import Start
 
-METHODS = ("auto", "exact", "rk45", "implicit")
 PAPER_DOFS = ("rx", "ry", "rz")
 
 
@@ -83,13 +82,7 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
 @options.machine_argument
 @options.trace_argument
 @options.folder_option()
-@click.option(
-    "--method",
-    type=click.Choice(METHODS),
-    default="auto",
-    show_default=True,
-    help="Integration method; auto is the cheapest that the machine allows.",
-)
+@options.method_option
 @options.rtol_option
 @options.start_option
 @click.option("--step", type=options.POSITIVE, help="Fixed step in seconds, for rk45 and implicit.")

@@ -169,7 +169,7 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "method": run.method,
         "method_reason": run.reason,
         "rtol": run.rtol,
-        "start": run.start,
+        "start": run.start if isinstance(run.start, str) else "state",
         "load_scale_N": solution.load_scale,
         "steps": solution.steps,
         "rejected_steps": solution.rejected,

@@ -58,7 +58,7 @@ def simulate(
     Raises SceneError (unsupported body), ArgumentError (method, rtol, step, times or start), RunError (with time and
     step).
     """
-    result = Result.of_run(_run(machine, motion, method, rtol, step, times, start, riders))
+    result = Result.of_run(prepared_run(machine, motion, method, rtol, step, times, start, riders))
     if strict:
         result.require_no_doubts()
     return result
@@ -81,7 +81,7 @@ def peak_loads(
     """
     if strict:
         simulate(machine, motion, method, riders=riders, rtol=rtol, step=step, start=start, strict=True)
-    run = _run(machine, motion, method, rtol, step, None, start, riders)
+    run = prepared_run(machine, motion, method, rtol, step, None, start, riders)
     if run.feet is not None:
         return peaks_of(run)
     extremes = run.scene.peaks(
@@ -110,20 +110,23 @@ def with_forces_of_drive(
 
     `simulate` and `peak_loads` add them themselves. Errors as for `simulate`.
     """
-    return _run(machine, motion, method, rtol, None, None, start).motion
+    return prepared_run(machine, motion, method, rtol, None, None, start).motion
 
 
-def _run(
+def prepared_run(
     machine: Machine,
     motion: Motion,
     method: str,
     rtol: float,
     step: float | None,
     times: ArrayLike | None,
-    start: str,
+    start: str | Array,
     riders: Mapping[str, Motion] | None = None,
 ) -> Run:
-    """A run with its method chosen, with the push of a rack, not solved yet."""
+    """A run with its method chosen, with the push of a rack, not solved yet. Arguments and errors as for `simulate`.
+
+    start: also a state (2, 6) of L in the carriage frame, such as `Solution.end` of the run before.
+    """
     _require_types(machine, motion, rtol, step)
     moved = ridden(machine, motion, riders)
     machine, motion, feet = over_rails(moved.machine, moved.motion)
@@ -132,7 +135,7 @@ def _run(
         machine.require_no_payloads("a run over rails that are not straight")
     motion, stretches = with_changes(machine, motion)
     instants = None if times is None else _instants(times)
-    begin = start_of(machine, motion, start)
+    begin = start if isinstance(start, np.ndarray) else start_of(machine, motion, start)
     run = Run(machine, motion, chosen, reason, rtol, step, instants, begin, stretches, feet, moved.travel)
     return with_rack_push(run)
 

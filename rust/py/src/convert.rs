@@ -101,6 +101,34 @@ impl From<CoreError> for PyErr {
     }
 }
 
+/// A start by its name, or a state: position and velocity of L in the carriage frame, (2, 6).
+#[derive(FromPyObject)]
+pub enum StartState<'py> {
+    Named(String),
+    At(PyReadonlyArray2<'py, f64>),
+}
+
+impl StartState<'_> {
+    pub fn rest() -> Self {
+        Self::Named("rest".into())
+    }
+
+    pub fn start(&self) -> PyResult<Start> {
+        match self {
+            Self::Named(name) => start(name),
+            Self::At(state) => match rows::<6>(state, "start")?[..] {
+                [position, velocity] => {
+                    Ok(Start::State { position: position.into(), velocity: velocity.into() })
+                }
+                ref other => Err(PyValueError::new_err(format!(
+                    "start: expected position and velocity, shape (2, 6), got {} rows",
+                    other.len()
+                ))),
+            },
+        }
+    }
+}
+
 /// The start of that name.
 pub fn start(name: &str) -> PyResult<Start> {
     match name {

@@ -13,7 +13,7 @@ use numpy::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array1, Array2, CoreError, List, Samples, matrix3, numbers, room};
+use crate::convert::{self, Array1, Array2, CoreError, List, Samples, StartState, matrix3, numbers, room};
 use crate::interrupt::compute;
 use crate::law::PyLaw;
 use crate::links::{self, group_loads};
@@ -83,7 +83,7 @@ impl PyScene {
         table(py, self.0.free_at_rest().map(<[f64; 6]>::from))
     }
 
-    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, times=None, start="rest", travel=None))]
+    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, times=None, start=StartState::rest(), travel=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn solve(
         &self,
@@ -95,10 +95,10 @@ impl PyScene {
         rtol: f64,
         step: Option<f64>,
         times: Option<PyReadonlyArray1<'_, f64>>,
-        start: &str,
+        start: StartState<'_>,
         travel: Option<PyReadonlyArray3<'_, f64>>,
     ) -> PyResult<PySolution> {
-        let (method, start) = (named_method(method)?, convert::start(start)?);
+        let (method, start) = (named_method(method)?, start.start()?);
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let travels = Travels::new(&self.1, travel.as_ref())?;
         let times = times.as_ref().map(|times| numbers(times, "times")).transpose()?;
@@ -126,7 +126,7 @@ impl PyScene {
     }
 
     /// Running extremes only: (smallest, largest, time of smallest, time of largest), each (groups, 8).
-    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, start="rest", travel=None))]
+    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, start=StartState::rest(), travel=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn peaks<'py>(
         &self,
@@ -139,10 +139,10 @@ impl PyScene {
         step: Option<f64>,
         groups: List<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
-        start: &str,
+        start: StartState<'_>,
         travel: Option<PyReadonlyArray3<'_, f64>>,
     ) -> PyResult<[Array2<'py>; 4]> {
-        let (method, start) = (named_method(method)?, convert::start(start)?);
+        let (method, start) = (named_method(method)?, start.start()?);
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let travels = Travels::new(&self.1, travel.as_ref())?;
         let loads = group_loads(&self.0, &groups.0, &centers, Part::Total)?;

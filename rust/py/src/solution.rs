@@ -96,6 +96,17 @@ impl PySolution {
         self.of_reference(py, velocity)
     }
 
+    /// Position and velocity of L in the carriage frame at the end of the motion, (2, 6).
+    fn end<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let system = &self.stretches[self.stretches.len() - 1].0;
+        let state = zeros(py, &[2, 6])?;
+        let quantities = [position(system), velocity(system)];
+        let mut out = state.readwrite();
+        evaluate(&quantities, &[self.summary.end], |_| [0.0; 9], out.as_slice_mut()?);
+        drop(out);
+        Ok(state)
+    }
+
     /// Acceleration of L in the carriage frame, (time, 6).
     fn acceleration<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         if !self.travels.is_empty() {

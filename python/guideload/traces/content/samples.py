@@ -76,7 +76,7 @@ def read_samples(
     """
     value = table.values(columns.measured)
     table.require_size(columns.measured, value)
-    time, note = _stamps(table, columns.time, options, value.size)
+    time, note = time_stamps(table, columns.time, options, value.size)
     notes = [*table.notes, columns.note, note]
     empty, no_stamp = ~np.isfinite(value), ~np.isfinite(time)
     used = np.arange(value.size)
@@ -183,7 +183,7 @@ def _partner(table: Table, columns: Columns) -> Array:
     return values
 
 
-def _stamps(table: Table, column: str | None, options: ReadingOptions, count: int) -> tuple[Array, str]:
+def time_stamps(table: Table, column: str | None, options: ReadingOptions, count: int) -> tuple[Array, str]:
     """Time stamps in s, NaN where there is none, and a note."""
     given = options.get("rate")
     rate = table.rate if given is None else option_in_si(table, "rate", given, "Hz", ">")

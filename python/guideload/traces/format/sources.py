@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -16,13 +17,15 @@ from guideload.traces.format.text_table import read_text
 if TYPE_CHECKING:
     import pandas
 
-    TableLike: TypeAlias = str | Path | Mapping[str, Any] | NDArray[Any] | pandas.DataFrame
+    TableLike: TypeAlias = str | Path | Mapping[str, Any] | NDArray[Any] | pandas.DataFrame | Table
 
 BINARY = {".parquet": "Parquet", ".npy": "NumPy", ".npz": "NumPy"}  # formats by suffix; all others are text
 
 
 def load_table(source: TableLike) -> Table:
     """A table from a .csv (or any text), .parquet, .npy or .npz file, a mapping, a data frame or an array."""
+    if isinstance(source, Table):
+        return source
     if isinstance(source, str | Path):
         return _file(Path(source))
     if isinstance(source, np.ndarray):
@@ -32,7 +35,7 @@ def load_table(source: TableLike) -> Table:
     import pandas
 
     if isinstance(source, pandas.DataFrame):
-        return _frame(source, "table", "index", 0)
+        return table_of_frame(source, "table", "index", 0)
     raise TraceError(f"trace: expected a path, a table or an array, got {type(source).__name__}")
 
 
@@ -44,12 +47,20 @@ def _file(path: Path) -> Table:
     program = BINARY.get(path.suffix.lower())
     if program is None:
         return read_text(path)
-    try:
+    with damage_named(path, program):
         if program == "Parquet":
             import pandas
 
-            return _frame(pandas.read_parquet(path), path.name, "row", 1)
+            return table_of_frame(pandas.read_parquet(path), path.name, "row", 1)
         loaded = _numpy(path)
+    return _array(loaded, path.name) if isinstance(loaded, np.ndarray) else _mapping(loaded, path.name)
+
+
+@contextmanager
+def damage_named(path: Path, program: str) -> Iterator[None]:
+    """Turn the errors of a binary file that cannot be read into one that names the file and the way out."""
+    try:
+        yield
     except TraceError:
         raise
     except MemoryError as error:
@@ -60,7 +71,6 @@ def _file(path: Path) -> Table:
         reason = shortened(f"{type(error).__name__}: {error}")
         hint = "it is damaged or of another kind; export or copy it again"
         raise TraceError(f"{path.name}: not a {program} file: {reason}; {hint}") from None
-    return _array(loaded, path.name) if isinstance(loaded, np.ndarray) else _mapping(loaded, path.name)
 
 
 @np.errstate(over="raise")  # for sizes that do not fit into an integer
@@ -74,8 +84,11 @@ def _numpy(path: Path) -> NDArray[Any] | dict[str, Any]:
             return dict(members)
 
 
-def _frame(frame: pandas.DataFrame, source: str, word: str, first: int) -> Table:
-    """Columns of a data frame; an index of time stamps, or with a name, becomes a column."""
+def table_of_frame(frame: pandas.DataFrame, source: str, word: str, first: int) -> Table:
+    """The table of a data frame; an index of time stamps, or with a name, becomes a column.
+
+    word, first: name of a row in messages, and the number of the first one.
+    """
     import pandas
 
     index = frame.index

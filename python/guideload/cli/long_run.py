@@ -1,0 +1,106 @@
+"""The command `guideload long-run`: peaks and life over a record that is too long for memory."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from guideload.base.atomic import atomic_write
+from guideload.cli import options
+from guideload.cli.exit_codes import INTERRUPTED, InputError
+from guideload.cli.inputs import read_machine
+from guideload.cli.outputs import require_unread, unwritable
+from guideload.cli.terminal import output_encoding, print_text, status
+
+if TYPE_CHECKING:
+    from guideload.long_runs.long_run import LongRun
+    from guideload.simulation.simulation import Method
+    from guideload.simulation.start import Start
+
+ENDINGS = (".csv", ".parquet")
+
+
+@click.command("long-run")
+@options.machine_argument
+@click.argument("trace_file", metavar="TRACE.PARQUET", type=options.InputFile)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Table to write, a row per block: .csv or .parquet.",
+)
+@click.option("--rows", type=click.IntRange(min=1), help="Rows of a block.  [default: 65536]")
+@options.method_option
+@options.rtol_option
+@options.start_option
+@options.free_option
+@click.option("--overwrite", is_flag=True, help="Replace the table.")
+@options.trace_options
+def long_run(
+    machine_file: Path,
+    trace_file: Path,
+    output: Path | None,
+    rows: int | None,
+    method: Method,
+    rtol: float,
+    start: Start,
+    free: str | None,
+    overwrite: bool,
+    **reading: Any,
+) -> None:
+    """Compute peaks and life over a record of any length, a block at a time.
+
+    TRACE.PARQUET is read, smoothed and run in blocks, each of which starts where the one before ended; histories of the
+    loads are not kept. Ctrl-C ends it with the values so far.
+    """
+    from guideload.long_runs.blocks import ROWS, motion_blocks
+    from guideload.long_runs.long_run import LongRun
+    from guideload.reports.long_run import long_run_report
+
+    _require_output(output, overwrite, machine_file, trace_file)
+    machine = read_machine(machine_file, free)
+    run = LongRun(machine, method, rtol=rtol, start=start)
+    given = {name: value for name, value in reading.items() if value is not None}
+    interrupted = False
+    with status("running the blocks"):
+        try:
+            for block in motion_blocks(trace_file, machine.drive, rows=rows or ROWS, **given):
+                run.add(block)
+        except KeyboardInterrupt:
+            if not run.blocks:
+                raise
+            interrupted = True
+    print_text(long_run_report(run, encoding=output_encoding()))
+    if output is not None:
+        _write(run, output, overwrite)
+        print_text(f"Wrote {output}.")
+    if interrupted:
+        click.echo(f"Interrupted: these values are of the record up to {run.blocks[-1].end:.3f} s.", err=True)
+        raise SystemExit(INTERRUPTED)
+
+
+def _require_output(output: Path | None, overwrite: bool, *inputs: Path) -> None:
+    """Raise InputError unless the table may be written: before the computation."""
+    if output is None:
+        return
+    if output.suffix.lower() not in ENDINGS:
+        raise InputError(f"{output}: expected a name that ends in {' or '.join(ENDINGS)}")
+    if output.exists() and not overwrite:
+        raise InputError(f"{output} exists; give another name, or --overwrite")
+    require_unread([output], inputs)
+    if not output.parent.is_dir():
+        raise InputError(f"{output}: there is no folder {output.parent}")
+
+
+def _write(run: LongRun, output: Path, overwrite: bool) -> None:
+    table = run.table()
+    try:
+        with atomic_write(output, replace=overwrite) as draft:
+            if output.suffix.lower() == ".csv":
+                table.to_csv(draft, index=False)
+            else:
+                table.to_parquet(draft, index=False)
+    except OSError as error:
+        raise unwritable(output, error) from error
