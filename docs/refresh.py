@@ -165,9 +165,14 @@ def study_table() -> str:
     rows = [f"| carriage | median | 95 % | 99 % | above {limit} |", "|---|---:|---:|---:|---:|"]
     for carriage in [each.name for each in machine().carriages]:
         name = f"peak_resultant_N[{carriage}]"
-        quantiles = np.nanquantile(study().column(name), [0.5, 0.95, 0.99])
-        above = 100.0 * study().probability_above(name, limit).value
-        rows.append(f"| {carriage} | {' | '.join(map(newtons, quantiles))} | {above:.1f} % |")
+        quantiles = study().quantiles(name, [0.5, 0.95, 0.99])
+        cells = [
+            f"{newtons(value)} ± {error:.0f}"
+            for value, error in zip(quantiles["value"], quantiles["standard_error"], strict=True)
+        ]
+        above = study().probability_above(name, limit)
+        cells.append(f"{100 * above.value:.2f} % ± {100 * above.standard_error:.2f}".removesuffix(" ± nan"))
+        rows.append(f"| {carriage} | {' | '.join(cells)} |")
     return "\n".join(rows)
 
 

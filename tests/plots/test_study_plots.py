@@ -35,10 +35,12 @@ def test_distributions_mark_the_quantiles_of_every_carriage(result: StudyResult)
     assert [label.get_text() for label in ax.get_yticklabels()] == list(result.metadata.carriages)
     for row, carriage in enumerate(result.metadata.carriages):
         found = result.quantiles(f"peak_resultant_N[{carriage}]", (0.05, 0.5, 0.95, 0.99))["value"]
-        bar, middle, last = ax.lines[3 * row : 3 * row + 3]
+        bar, middle, last, interval = ax.lines[4 * row : 4 * row + 4]
         np.testing.assert_allclose(bar.get_xdata(), found.iloc[[0, 2]])
         assert middle.get_xdata()[0] == found[0.5] and last.get_xdata()[0] == found[0.99]
         assert set(bar.get_ydata()) == {row}
+        ends = result.quantiles(f"peak_resultant_N[{carriage}]", [0.99])[["low", "high"]]
+        np.testing.assert_allclose(interval.get_xdata(), ends.loc[0.99])
     assert ax.get_xlabel() == "peak resultant [N]" and "3000 samples" in ax.get_title(loc="left")
     assert f"limit {load_with_unit(8000)}" in texts(ax)
 

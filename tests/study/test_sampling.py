@@ -38,11 +38,14 @@ def deviation(numbers: NDArray[np.float64]) -> float:
 # ---- by index
 
 
+@pytest.mark.parametrize("replicates", [1, 7])
 @pytest.mark.parametrize("sensitivity", [False, True])
 @pytest.mark.parametrize("sampling", SAMPLINGS)
-def test_a_sample_has_the_same_bits_whatever_was_asked(sampling: Sampling, sensitivity: bool) -> None:
+def test_a_sample_has_the_same_bits_whatever_was_asked(
+    sampling: Sampling, sensitivity: bool, replicates: int
+) -> None:
     correlated = None if sensitivity else copula((0, 2, 4), THREE)
-    design = Design(sampling, 7, 300, 5, sensitivity, correlated)
+    design = Design(sampling, 7, 300, 5, sensitivity, correlated, replicates)
     whole = design.uniforms(0, design.runs)
     assert whole.shape == (5, design.runs)
     jumps = ((0, 1), (5, 6), (0, 3), (290, 300), (4, 4), (17, 200), (200, 217), (299, 300), (3, 8))
@@ -56,16 +59,18 @@ def test_a_sample_has_the_same_bits_whatever_was_asked(sampling: Sampling, sensi
 
 @pytest.mark.parametrize("sampling", SAMPLINGS)
 def test_threads_do_not_disturb_each_other(sampling: Sampling) -> None:
-    design = Design(sampling, 3, 4096, 6)
-    whole = Design(sampling, 3, 4096, 6).uniforms(0, 4096)
+    design = Design(sampling, 3, 4096, 6, replicates=3)
+    whole = Design(sampling, 3, 4096, 6, replicates=3).uniforms(0, 4096)
     with ThreadPoolExecutor(4) as pool:
         parts = list(pool.map(lambda k: design.uniforms(k, k + 64), range(0, 4096, 64)))
     assert same(np.concatenate(parts, axis=1), whole)
 
 
+@pytest.mark.parametrize("replicates", [1, 8])
 @pytest.mark.parametrize("sampling", ["sobol", "random"])
-def test_more_samples_begin_with_the_same(sampling: Sampling) -> None:
-    assert same(Design(sampling, 1, 100, 4).uniforms(0, 100), Design(sampling, 1, 900, 4).uniforms(0, 100))
+def test_more_samples_begin_with_the_same(sampling: Sampling, replicates: int) -> None:
+    few, many = (Design(sampling, 1, count, 4, replicates=replicates) for count in (100, 900))
+    assert same(few.uniforms(0, 100), many.uniforms(0, 100))
 
 
 @pytest.mark.parametrize("sampling", SAMPLINGS)
@@ -93,6 +98,25 @@ def test_sobol_has_one_sample_in_each_box_of_a_net() -> None:
     for split in range(9):
         boxes = np.floor(points * np.array([[2.0**split], [2.0 ** (8 - split)]]))
         assert np.unique(boxes, axis=1).shape[1] == 256
+
+
+def test_each_replicate_is_a_whole_design_of_its_own() -> None:
+    """256 points of each scramble of Sobol's sequence fill a net; 35 or 36 samples of each hypercube its strata."""
+    points = Design("sobol", 9, 1024, 2, replicates=4).uniforms(0, 1024)
+    cubes = Design("latin hypercube", 9, 250, 3, replicates=7).uniforms(0, 250)
+    for i in range(4):
+        boxes = np.floor(points[:, i::4] * np.array([[16.0], [16.0]]))
+        assert np.unique(boxes, axis=1).shape[1] == 256
+        assert not same(points[:, i::4], points[:, (i + 1) % 4 :: 4])
+    for i in range(7):
+        own = cubes[:, i::7]
+        count = own.shape[1]
+        assert count == len(range(i, 250, 7))
+        assert np.array_equal(np.sort(np.floor(own * count), axis=1), np.tile(np.arange(count), (3, 1)))
+    assert same(
+        Design("latin hypercube", 9, 3, 2, replicates=8).uniforms(0, 3)[:, 1:2],
+        Design("latin hypercube", 9, 3, 2, replicates=8).uniforms(1, 2),
+    )  # fewer samples than replicates
 
 
 @pytest.mark.parametrize("samples", [1, 2, 3, 5, 16, 17, 97, 1000, 4097])

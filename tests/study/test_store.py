@@ -13,7 +13,7 @@ import pytest
 from study_standin import contents, plan
 
 from guideload.base.errors import ArgumentError, RunError
-from guideload.study.description.metadata import FILE, StudyMetadata, read_json
+from guideload.study.description.metadata import FILE, FORMAT, StudyMetadata, read_json
 from guideload.study.description.plan import Plan
 from guideload.study.storage import store as stores
 from guideload.study.storage.folder import begun_only, open_store, remove
@@ -186,7 +186,7 @@ def test_another_format_is_refused_and_can_be_replaced(folder: Path, number: int
         path = chunks_in(folder)[0]
         path.rename(path.with_name(path.name.replace("chunk", "part")))
     (folder / FILE).write_text(json.dumps(values))
-    words = f"expected format 3, got {number or 1}: another version of guideload.*--overwrite"
+    words = f"expected format {FORMAT}, got {number or 1}: another version of guideload.*--overwrite"
     refused(ArgumentError, words, plan(300), folder)
     with pytest.raises(ArgumentError, match=words):
         FolderStore.open(folder)

@@ -360,9 +360,22 @@ def test_the_fingerprint_is_of_all_that_decides_a_result_and_no_more() -> None:
         dict(vary=(MASS, STIFFNESS | {"sigma": 0.21})),
         dict(sampling="latin hypercube"),
         dict(sampling="latin hypercube", samples=128),
+        dict(replicates=16),
     ]
     prints = [study(MASS, STIFFNESS, **keys).plan().metadata.fingerprint for keys in other]
     assert len({base, *prints}) == 1 + len(other)
+
+
+def test_replicates_are_for_sequences_that_fill_space_evenly() -> None:
+    assert [
+        study(sampling=one).plan().metadata.replicates for one in ("sobol", "latin hypercube", "random")
+    ] == [8, 8, 1]
+    assert study(replicates=1).plan().metadata.replicates == 1
+    assert "random samples are independent" in refused(sampling="random", replicates=4)
+    assert "a whole number from 1 to 1024, got 0" in refused(replicates=0)
+    assert "no replicates beside cases" in refused(
+        vary=(), samples=None, cases={"body.mass [t]": [1.0]}, replicates=8
+    )
 
 
 def test_a_missing_seed_is_drawn_and_stored() -> None:

@@ -70,6 +70,23 @@ def test_columns_as_stored_are_there_and_others_are_refused_with_the_nearest(res
         result.column("peak_resultant_N[nobody]")
 
 
+@pytest.mark.parametrize("sensitivity", [False, True])
+def test_replicates_scatter_by_the_weights_of_their_samples(sensitivity: bool) -> None:
+    """The standard error of a mean is that of the means of the replicates, also with rows of a Saltelli design."""
+    result = studies.changed(studies.study(800, sensitivity=sensitivity), replicates=8)
+    values = result.column("peak_resultant_N[1a]")
+    means = [values[result.replicate == i].mean() for i in range(8)]
+    row = result.summary().loc["peak_resultant_N", "1a"]
+    assert row["mean_standard_error"] == pytest.approx(np.std(means, ddof=1) / 8**0.5, rel=1e-12)
+    if sensitivity:
+        assert values.reshape(8, 2, -1).shape[1] == 2
+        np.testing.assert_array_equal(result.replicate[:6], [0, 0, 1, 1, 2, 2])  # A and B of a row together
+        assert (result.sensitivity()["total_standard_error"] > 0).all()
+    report = one_line(study_report(result))
+    assert "divided among 8 independent scrambles" in report
+    assert "divided among" not in one_line(study_report(studies.study(80)))
+
+
 def test_failed_samples_are_left_out_and_counted_by_kind() -> None:
     """The others' statistics are those of a study without them; figures in a reason make no kind of their own."""
     failed = {i: f"the links leave rx unsupported, stiffness {i}e-3 N/m" for i in range(0, 40, 2)}
@@ -187,8 +204,10 @@ def test_the_report_has_the_figures_of_the_summary() -> None:
     text = study_report(result)
     row = result.summary().loc["peak_resultant_N", "1b"]
     expected = [row[name] for name in ("mean", "standard_deviation", "q05", "q50", "q95", "q99")]
-    found = [float(cell) for cell in cells(text, "1b", "Peak resultant")[1:7]]
-    np.testing.assert_allclose(found, expected, atol=0.51)
+    numbers = [float(cell) for cell in cells(text, "1b", "Peak resultant")[1:]]
+    np.testing.assert_allclose([*numbers[:2], *numbers[2::2]], expected, atol=0.51)
+    errors = [row[f"{name}_standard_error"] for name in ("q05", "q50", "q95", "q99")]
+    np.testing.assert_allclose(numbers[3::2], errors, rtol=0.05)
     for said in ("Gantry", "cycle.csv", "seed 0", "random", "2000 samples", "body.mass", "95 %", "7000 N"):
         assert said in one_line(text)
     assert "Warnings" not in text

@@ -30,7 +30,7 @@ from guideload.plots.style import (
 from guideload.study.description.measures import LIFE, QUANTITIES, SAFETY
 from guideload.study.results import statistics
 from guideload.study.results.result import StudyResult
-from guideload.study.results.statistics import known, quantiles
+from guideload.study.results.statistics import known
 from guideload.study.results.titles import capitalised, title_of, with_unit
 
 FEW = 60  # samples up to which each is drawn as a dot, as their histogram would be random
@@ -41,7 +41,7 @@ SHOWN = 0.995  # share of the lives in the picture; the rest is a long tail that
 
 
 def distributions(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
-    """Distribution of a quantity, one row per carriage: histogram, 5 % to 95 %, median and 99 % quantile.
+    """Distribution of a quantity, one row per carriage: histogram, 5 % to 95 %, median and 99 % quantile with interval.
 
     Few samples are drawn as dots in place of the histogram, given cases as dots only. For a life, whose small values
     are worse, the 1 % quantile replaces the 99 % quantile.
@@ -63,7 +63,7 @@ def distributions(result: StudyResult, name: str | None = None, ax: Axes | None 
             elif values.size:
                 _density(ax, values, row, color, log=name == LIFE)
             if values.size and not chosen:
-                _mark_quantiles(ax, values, row, color, OUTER if smallest else 1 - OUTER)
+                _mark_quantiles(ax, result, names[row], row, OUTER if smallest else 1 - OUTER)
         if not most:
             return write_no_result(ax)
         ax.set_yticks(range(len(names)), [_label(column) for column in names])
@@ -81,18 +81,22 @@ def distributions(result: StudyResult, name: str | None = None, ax: Axes | None 
                 ax.plot([], [], "o", color="white", markeredgecolor=GREY, markersize=6, label="median")[0],
             ]
             if most > FEW:
-                side = "1 %" if smallest else "99 %"
+                side = f"{1 if smallest else 99} %, its 95 % interval"
                 marks += ax.plot([], [], "|", color=GREY, markersize=11, markeredgewidth=1.8, label=side)
             ax.legend(handles=marks, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
     return ax
 
 
-def _mark_quantiles(ax: Axes, values: Array, row: int, color: str, outer: float) -> None:
-    low, middle, high, last = quantiles(values, (*LEVELS, outer)).values
+def _mark_quantiles(ax: Axes, result: StudyResult, column: str, row: int, outer: float) -> None:
+    rows, color = result.quantiles(column, (*LEVELS, outer)), carriage_look(row).color
+    low, middle, high, last = rows["value"]
     ax.plot([low, high], [row, row], color=color, linewidth=3.2, solid_capstyle="butt", zorder=3)
     ax.plot(middle, row, "o", color="white", markeredgecolor=color, markersize=6, zorder=4)
-    if values.size > FEW:
+    if known(result.column(column)).size > FEW:
         ax.plot(last, row, "|", color=color, markersize=11, markeredgewidth=1.8, zorder=4)
+        ends = rows[["low", "high"]].loc[outer].to_numpy(dtype=np.float64)
+        if np.isfinite(ends).all():
+            ax.plot(ends, [row, row], "|-", color=color, linewidth=1.0, markersize=5, zorder=4)
 
 
 def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
@@ -112,7 +116,8 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
         machine = [(-1, name)] if len(names) > 1 and worse is not None else []
         for index, column in [*enumerate(names), *machine]:
             sign = -1.0 if smallest else 1.0
-            limits, (share, low, high) = statistics.exceedance(sign * result.column(column))
+            values = sign * result.column(column)
+            limits, (share, low, high, _) = statistics.exceedance(values, replicate=result.replicate)
             finite = np.isfinite(limits)  # infinite lives cannot be drawn
             limits, share, low, high = sign * limits[finite], share[finite], low[finite], high[finite]
             if not limits.size:

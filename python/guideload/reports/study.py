@@ -32,12 +32,9 @@ MOST_CARRIAGES = 4  # in the table of cases; with more it has the worst only
 MACHINE_LIFE = "life is that which all carriages reach with the stated probability"
 DEFINITIONS = (
     "Peaks are the largest magnitudes of a run, at the samples of the motion, static load included; resultant: "
-    'sqrt(Fy^2 + Fz^2). Machine: the worst carriage of each sample. "99 % lies in" (for minima 1 %): 95 % confidence '
-    "interval of this quantile, from order statistics, for any distribution."
-)
-PROBABILITIES = (
-    "Intervals of probabilities: 95 %, by Clopper and Pearson. All intervals assume independent samples; samples of a "
-    "Sobol or Latin hypercube design scatter less, so the intervals are conservative."
+    'sqrt(Fy^2 + Fz^2). Machine: the worst carriage of each sample. "+-": standard error of the quantile before it, '
+    "for any distribution; empty for too few samples. Intervals have a confidence of 95 %, those of probabilities by "
+    "Clopper and Pearson."
 )
 INDICES = (
     "Sobol index: share of the variance that a parameter causes alone (first order), or including its interactions "
@@ -183,7 +180,13 @@ def study_lines(result: StudyResult) -> Iterator[str]:
         yield f"{rows} rows of a Saltelli design, {metadata.runs} runs; the samples are its matrices A and B"
     else:
         yield "1 sample" if metadata.runs == 1 else f"{metadata.runs} samples"
-    words = {"sobol": "by a scrambled Sobol sequence", "latin hypercube": "in a Latin hypercube"}
+    scrambles = "a scrambled Sobol sequence", "a Latin hypercube"
+    if (count := metadata.replicates) > 1:
+        scrambles = (
+            f"{count} independent scrambles of Sobol's sequence",
+            f"{count} independent Latin hypercubes",
+        )
+    words = {"sobol": f"by {scrambles[0]}", "latin hypercube": f"in {scrambles[1]}"}
     drawn = f"drawn {words.get(metadata.sampling, 'at random')}, seed {metadata.seed}"
     yield "given cases" if metadata.chosen else drawn
     if not result.doubts:
@@ -268,22 +271,18 @@ def statistics_tables(result: StudyResult, summary: pd.DataFrame) -> Iterator[Re
 
 
 def summary_table(rows: pd.DataFrame, quantity: Quantity) -> Table:
-    """A row per carriage and one of the machine: mean, standard deviation, quantiles.
-
-    The last column is the interval of the outermost quantile on the worst side.
-    """
+    """A row per carriage and one of the machine: mean, standard deviation, quantiles with their standard errors."""
     levels = (1, 5, 50, 95) if quantity.smallest_is_worst else (5, 50, 95, 99)
-    outermost = 1 if quantity.smallest_is_worst else 99
-    quantiles = [f"q{level:02d}" for level in levels]
     table = new_table(
-        "carriage", "mean", "std. dev.", *(f"{level} %" for level in levels), f"{outermost} % lies in"
+        "carriage", "mean", "std. dev.", *(title for level in levels for title in (f"{level} %", "+-"))
     )
     for carriage, row in rows.iterrows():
         if carriage or len(rows) != 2:  # the row of the machine equals that of its only carriage
-            keys = ("mean", "standard_deviation", *quantiles)
-            values = (_cell(float(row[key]), quantity.name) for key in keys)
-            low, high = (float(row[f"q{outermost:02d}_{end}"]) for end in ("low", "high"))
-            table.add_row(Text(str(carriage) or "machine"), *values, _interval(low, high, quantity.name))
+            cells = [_cell(float(row[key]), quantity.name) for key in ("mean", "standard_deviation")]
+            for level in levels:
+                cells.append(_cell(float(row[f"q{level:02d}"]), quantity.name))
+                cells.append(_error(float(row[f"q{level:02d}_standard_error"])))
+            table.add_row(Text(str(carriage) or "machine"), *cells)
     return table
 
 
@@ -341,12 +340,27 @@ def definitions(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
         yield (
             f"Of the machine, {MACHINE_LIFE}. Static safety: C0/P0 at the worst instant of each sample (ISO 14728-2)."
         )
-    if result.limits:
-        yield PROBABILITIES
+    yield accuracy_line(metadata)
     if CONTACT in result.limits:
         yield contact_line(metadata)
     if not result.too_few:
         yield INDICES if metadata.sensitivity else RANKS
+
+
+def accuracy_line(metadata: StudyMetadata) -> str:
+    """How standard errors and intervals follow from the samples."""
+    if metadata.replicates > 1:
+        return (
+            f"The samples are divided among {metadata.replicates} independent scrambles of the sequence; the scatter "
+            "among these gives standard errors and intervals. Among the outermost few samples it tells nothing: there, "
+            "and for rank correlations, the samples count as independent, which is conservative."
+        )
+    if metadata.sampling == "random":
+        return "Standard errors and intervals are those of independent samples."
+    return (
+        "Standard errors and intervals are those of independent samples; samples of one scramble scatter less, so they "
+        "are conservative. With replicates they are estimated."
+    )
 
 
 def contact_line(metadata: StudyMetadata) -> str:
@@ -364,6 +378,11 @@ def _cell(value: float, name: str) -> str:
 
 def _interval(low: float, high: float, name: str) -> str:
     return f"{_cell(low, name) or '...'} to {_cell(high, name) or '...'}"
+
+
+def _error(value: float) -> str:
+    """A standard error with two digits, empty if it is unknown."""
+    return "" if not np.isfinite(value) else f"{value:.0f}" if value >= 9.95 else f"{value:.2g}"
 
 
 def _with_unit(value: float, quantity: Quantity) -> str:

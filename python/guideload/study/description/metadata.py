@@ -12,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel, Field, NonNegativeInt, ValidationError, model_validator
+from pydantic import BaseModel, Field, NonNegativeInt, PositiveInt, ValidationError, model_validator
 
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, GuideloadError, shown
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 FILE = "study.json"
 CONTENT = "samples of a guideload study"
-FORMAT = 3  # of `study.json` and of the chunks; guideload 0.1.0 wrote format 1, without a number
+FORMAT = 4  # of `study.json` and of the chunks; guideload 0.1.0 wrote format 1, without a number
 
 
 class ParameterMetadata(BaseModel, frozen=True):
@@ -83,6 +83,7 @@ class StudyMetadata(BaseModel, frozen=True):
     duration        of the motion [s]; instants: its samples
     sampling        "sobol", "latin hypercube" or "random"; "cases" for given cases, without a seed
     runs            all runs of the study, those of a Saltelli design included
+    replicates      independent scrambles that take turns: sample (or row) i is of i % replicates; 1 for random numbers
     sensitivity     run i is row i // (d + 2) of matrix i % (d + 2): A, B, A with column j of B
     parameters      the d columns of drawn values, in their order
     correlations    of normal scores, by the names of both parameters: "body.mass and k[1a]"
@@ -112,6 +113,7 @@ class StudyMetadata(BaseModel, frozen=True):
     sampling: str
     seed: int | None = None
     runs: NonNegativeInt
+    replicates: PositiveInt = 1
     sensitivity: bool
     parameters: tuple[ParameterMetadata, ...]
     correlations: dict[str, float] = {}
@@ -215,7 +217,7 @@ def read_json(folder: Path) -> dict[str, Any] | None:
 
 def _decisive(values: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
     """Values that must agree for a study to be resumed, by their name in messages."""
-    keys = ["seed", "sampling", "sensitivity", "exponent"]
+    keys = ["seed", "sampling", "replicates", "sensitivity", "exponent"]
     if values["sampling"] == other["sampling"] == "latin hypercube":
         keys.append("runs")
     parameters = values["parameters"]

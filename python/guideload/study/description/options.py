@@ -31,6 +31,8 @@ from guideload.traces.forces import read_forces
 from guideload.traces.options import ReadingOptions, SmoothingOptions
 from guideload.traces.reading import motion_from_trace, read_trace
 
+REPLICATES = 8  # fewer have wider intervals, more leave each of them less even
+
 
 def _integer(value: object, least: int, most: int) -> int:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
@@ -115,6 +117,10 @@ class StudyOptions(ConfigModel):
         default_factory=lambda: secrets.randbelow(2**32), description="seed of all draws; random by default"
     )
     sampling: Sampling = optional("sequence of the samples", "sobol")
+    replicates: Annotated[int, PlainValidator(partial(_integer, least=1, most=1024))] | None = optional(
+        "independent scrambles of the sequence, among which the samples are divided; their scatter gives the standard "
+        f"errors; 1: one scramble, and cautious intervals; default {REPLICATES}, for random samples none"
+    )
     sensitivity: StrictBool = optional("Sobol indices, from samples times (factors + 2) runs", False)
     histories: Annotated[int | tuple[int, ...], PlainValidator(_indices)] = optional(
         "runs whose histories are stored, or the number of first runs", 0

@@ -21,7 +21,13 @@ from guideload.study.description.correlation import copula_of
 from guideload.study.description.factors import factors_of
 from guideload.study.description.measures import limits_of, measures_of
 from guideload.study.description.metadata import StudyMetadata
-from guideload.study.description.options import StudyFile, StudyOptions, read_study, with_hint_on_place
+from guideload.study.description.options import (
+    REPLICATES,
+    StudyFile,
+    StudyOptions,
+    read_study,
+    with_hint_on_place,
+)
 from guideload.study.description.parameters import Parameters
 from guideload.study.description.plan import Plan, correlations_of, digest, with_fingerprint
 from guideload.study.description.rated import RatedStudy, rated_study
@@ -120,7 +126,8 @@ class Study(StudyOptions):
             factors = factors_of(self.vary, parameters)
             copula = copula_of(self.correlation, factors, self.vary)
             self._require_possible_design(len(factors), copula is not None)
-            design = Design(self.sampling, self.seed, self.samples, len(factors), self.sensitivity, copula)
+            drawn = self.sampling, self.seed, self.samples, len(factors), self.sensitivity, copula
+            design = Design(*drawn, self._replicates)
             runs = design.runs
         histories = self.histories
         histories = tuple(range(min(histories, runs))) if isinstance(histories, int) else histories
@@ -144,6 +151,7 @@ class Study(StudyOptions):
             sampling="cases" if design is None else design.sampling,
             seed=None if design is None else design.seed,
             runs=runs,
+            replicates=1 if design is None else design.replicates,
             sensitivity=design is not None and design.sensitivity,
             parameters=tuple(factor.metadata for factor in factors),
             correlations=correlations_of(factors, None if design is None else design.copula),
@@ -159,7 +167,7 @@ class Study(StudyOptions):
     def _require_one_source(self) -> None:
         """Raise ConfigError unless there are either given cases, or varied parameters and samples."""
         if self.cases is not None:
-            for key in ("vary", "correlation", "samples", "sensitivity"):
+            for key in ("vary", "correlation", "samples", "replicates", "sensitivity"):
                 value = getattr(self, key)
                 if value:
                     hint = "cases are run as they are, in order: keep one of them"
@@ -170,6 +178,16 @@ class Study(StudyOptions):
             if not getattr(self, key):
                 words = StudyOptions.model_fields[key].description or ""
                 raise ConfigError([Problem((key,), None, words, f"add {hint}", None, ABSENT)])
+
+    @property
+    def _replicates(self) -> int:
+        """Number of independent sequences. Raises ConfigError where the samples themselves are independent."""
+        if self.sampling != "random":
+            return REPLICATES if self.replicates is None else self.replicates
+        if self.replicates is not None:
+            hint = "random samples are independent, and give standard errors by themselves"
+            raise refused_at(("replicates",), 'no replicates with sampling = "random"', self.replicates, hint)
+        return 1
 
     def _require_possible_design(self, factors: int, correlated: bool) -> None:
         if self.sensitivity and correlated:

@@ -14,6 +14,7 @@ from guideload.base.errors import ValueRefused
 from guideload.life.criteria import Criteria
 from guideload.study.description.measures import CONTACT, LIFE, PEAK, PEAK_LOAD, QUANTITIES, RECORDED, SAFETY
 from guideload.study.description.metadata import StudyMetadata
+from guideload.study.results import statistics
 from guideload.study.storage.store import SampleStore
 
 
@@ -65,6 +66,15 @@ class StudyColumns:
         nominal_resultant (time, carriage) [N] of the nominal machine, if it has a solution.
         """
         return self.store.histories()
+
+    @cached_property
+    def replicate(self) -> statistics.Replicate:
+        """(samples,) the replicate of each sample, in the order of `column`; None for a design without replicates."""
+        if self.metadata.replicates == 1:
+            return None
+        rows = self.runs // (len(self.metadata.parameters) + 2) if self.metadata.sensitivity else self.runs
+        replicate = np.arange(rows) % self.metadata.replicates
+        return np.repeat(replicate, 2) if self.metadata.sensitivity else replicate
 
     # ---- columns
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 from pyarrow.parquet import ParquetWriter
 
 from guideload.base.arrays import Array
@@ -91,8 +92,8 @@ class StudyResult(StudyColumns):
     def summary(self) -> pd.DataFrame:
         """A row per quantity and carriage, and per quantity of the machine, with carriage "".
 
-        Columns: samples (their number), mean, standard_deviation, quantiles q01, q05, q50, q95, q99, each with _low and
-        _high, the ends of its 95 % interval, which are infinite for too few samples.
+        Columns: samples (their number), standard_deviation, mean and quantiles q01, q05, q50, q95, q99, each with
+        _low and _high, the ends of its 95 % interval, and _standard_error; infinite for too few samples.
         """
         return _by_quantity_and_carriage(self._summary)
 
@@ -102,13 +103,15 @@ class StudyResult(StudyColumns):
             (name, owner): row
             for name in summarised(self.metadata)
             for owner, values in self._owned(name)
-            if (row := _described(values))["samples"]
+            if (row := _described(values, self.replicate))["samples"]
         }
 
     def quantiles(
         self, name: str, levels: Sequence[float] = LEVELS, confidence: float = statistics.CONFIDENCE
     ) -> pd.DataFrame:
-        """Quantiles of a column: a row per level with value, low and high; see `statistics.quantiles`.
+        """Quantiles of a column: a row per level with value, low, high and standard_error.
+
+        See `statistics.quantiles`.
 
         Raises ArgumentError for levels that do not lie between 0 and 1.
         """
@@ -117,13 +120,13 @@ class StudyResult(StudyColumns):
                 f"levels: expected a list of levels between 0 and 1, got {shown(levels)}; "
                 "[0.95] is for the 95 % quantile"
             )
-        estimates = statistics.quantiles(self.column(name), levels, confidence)
-        columns = ("value", "low", "high")
+        estimates = statistics.quantiles(self.column(name), levels, confidence, self.replicate)
+        columns = ("value", "low", "high", "standard_error")
         return pd.DataFrame(np.transpose(estimates), pd.Index(levels, name="level"), columns)
 
     def exceedance(self, name: str, confidence: float = statistics.CONFIDENCE) -> Exceedance:
         """Exceedance curve of a column: limits and probabilities; see `statistics.exceedance`."""
-        return statistics.exceedance(self.column(name), confidence)
+        return statistics.exceedance(self.column(name), confidence, self.replicate)
 
     def probability_above(
         self, name: str, limit: float | str, confidence: float = statistics.CONFIDENCE
@@ -141,11 +144,18 @@ class StudyResult(StudyColumns):
         return self._probability(name, limit, np.less, confidence)
 
     def _probability(self, name: str, limit: float | str, compare: Any, confidence: float) -> Estimate:
-        values = statistics.known(self.column(name))
         units = {parameter.name: parameter.unit for parameter in self.metadata.parameters}
         unit = units.get(name) or unit_of(name.partition("[")[0]) or "1"
-        count = np.count_nonzero(compare(values, to_unit(limit, unit) if isinstance(limit, str) else limit))
-        return Estimate(*map(float, statistics.probability(count, values.size, confidence)))
+        bound = to_unit(limit, unit) if isinstance(limit, str) else limit
+        values = self.column(name)
+        return self._share_of(compare(values, bound), values, confidence)
+
+    def _share_of(
+        self, event: NDArray[np.bool_], values: Array, confidence: float = statistics.CONFIDENCE
+    ) -> Estimate:
+        """Probability of an event, in the samples that have a value."""
+        counts, samples = (statistics.counted(which, self.replicate) for which in (event, ~np.isnan(values)))
+        return Estimate(*map(float, statistics.probability(counts, samples, confidence)))
 
     @cached_property
     def limits(self) -> dict[str, float]:
@@ -156,16 +166,17 @@ class StudyResult(StudyColumns):
         """Probabilities of exceeding the limits: a row per limit and carriage, and with carriage "" for any carriage.
 
         A life exceeds its limit if it is below, other quantities if they are above. Lost contact has a row with
-        the limit NaN. Columns: limit, samples, count, probability, low, high; see `statistics.probability`.
+        the limit NaN. Columns: limit, samples, count, probability, low, high, standard_error; see
+        `statistics.probability`.
         """
         rows = {}
         for name, limit in self.limits.items():
             for owner, column in self._owned(name):
-                values = statistics.known(column)
-                count = int(np.count_nonzero(QUANTITIES[name].exceeds(values, limit)))
-                ends = map(float, statistics.probability(count, values.size))
-                rows[name, owner] = (limit, values.size, count, *ends)
-        return _by_quantity_and_carriage(rows, ["limit", "samples", "count", "probability", "low", "high"])
+                exceeded, samples = QUANTITIES[name].exceeds(column, limit), statistics.known(column).size
+                estimate = self._share_of(exceeded, column)
+                rows[name, owner] = (limit, samples, int(np.count_nonzero(exceeded)), *estimate)
+        columns = ["limit", "samples", "count", "probability", "low", "high", "standard_error"]
+        return _by_quantity_and_carriage(rows, columns)
 
     def failure_probability(
         self, travel: float | str | None = None, confidence: float = statistics.CONFIDENCE
@@ -176,8 +187,8 @@ class StudyResult(StudyColumns):
         with the probability 1 - R^((travel/L)^1.5), a Weibull distribution, with the rating life L of this sample and
         its reliability R. The mean over the samples combines the scatter of fatigue with that of the parameters.
 
-        Columns: travel_km, samples, probability, low and high (of the mean, by its standard error), and shorter, the
-        share of the samples whose rating life is shorter than the travel. Raises ArgumentError without rating or
+        Columns: travel_km, samples, probability, low, high and standard_error (of the mean), and shorter, the share of
+        the samples whose rating life is shorter than the travel. Raises ArgumentError without rating or
         travel.
         """
         travel = self.metadata.limits.get(LIFE) if travel is None else travel
@@ -190,15 +201,15 @@ class StudyResult(StudyColumns):
         rows = {}
         for owner, column in self._owned(LIFE):
             lives = statistics.known(column)
-            failed = failure_probability(distance, lives, self.metadata.machine.life.reliability)
-            ends = map(float, statistics.mean_share(failed, confidence))
+            failed = failure_probability(distance, column, self.metadata.machine.life.reliability)
+            estimate = statistics.mean_share(failed, confidence, self.replicate)
             rows[owner] = (
                 distance,
                 lives.size,
-                *ends,
+                *estimate,
                 float(np.mean(lives < distance)) if lives.size else np.nan,
             )
-        columns = ["travel_km", "samples", "probability", "low", "high", "shorter"]
+        columns = ["travel_km", "samples", "probability", "low", "high", "standard_error", "shorter"]
         return pd.DataFrame(list(rows.values()), pd.Index(list(rows), name="carriage"), columns)
 
     def cases(self) -> pd.DataFrame:
@@ -229,8 +240,8 @@ class StudyResult(StudyColumns):
     def sensitivity(self, name: str | None = None, confidence: float = statistics.CONFIDENCE) -> pd.DataFrame:
         """First-order and total Sobol indices of a column, a row per parameter; see `statistics.sobol_indices`.
 
-        name: None for `leading`. Columns: first_order and total, each with _low and _high, and rows, the number of rows
-        of the design with results. Raises ArgumentError if the samples are no Saltelli design.
+        name: None for `leading`. Columns: first_order and total, each with _low, _high and _standard_error, and rows,
+        the number of rows of the design with results. Raises ArgumentError if the samples are no Saltelli design.
         """
         if not self.metadata.sensitivity:
             raise ArgumentError(
@@ -238,21 +249,24 @@ class StudyResult(StudyColumns):
                 "the study, or use rank_correlation()"
             )
         matrices = self.of_all_runs(name or self.leading).reshape(-1, len(self.metadata.parameters) + 2)
-        indices = statistics.sobol_indices(matrices[:, 0], matrices[:, 1], matrices[:, 2:], confidence)
+        replicate = None if self.replicate is None else self.replicate[::2]  # of the rows
+        indices = statistics.sobol_indices(
+            matrices[:, 0], matrices[:, 1], matrices[:, 2:], confidence, replicate
+        )
         table = _with_ends("first_order", indices.first) | _with_ends("total", indices.total)
         return pd.DataFrame(table | {"rows": indices.rows}, index=self._parameters())
 
     def rank_correlation(
         self, name: str | None = None, confidence: float = statistics.CONFIDENCE
     ) -> pd.DataFrame:
-        """Spearman's rank correlation of a column with each parameter: rank_correlation, low and high.
+        """Spearman's rank correlation of a column with each parameter: rank_correlation, low, high, standard_error.
 
         At most the first RANKED samples are used. For correlated parameters it includes the influence of the others.
         """
         parameters = (self.column(one.name)[:RANKED] for one in self.metadata.parameters)
         values = self.column(name or self.leading)[:RANKED]
         estimates = statistics.rank_correlation(parameters, values, confidence)
-        columns = ("rank_correlation", "low", "high")
+        columns = ("rank_correlation", "low", "high", "standard_error")
         return pd.DataFrame(np.transpose(estimates), self._parameters(), columns)
 
     def driving(self, name: str | None = None) -> pd.DataFrame:
@@ -335,15 +349,16 @@ def _by_quantity_and_carriage(
     return pd.DataFrame(list(rows.values()), index=index, columns=columns)
 
 
-def _described(values: Array) -> dict[str, float]:
-    mean, deviation = statistics.mean_and_deviation(values)
-    samples = statistics.known(values).size
-    row: dict[str, float] = {"samples": samples, "mean": mean, "standard_deviation": deviation}
-    for level, *estimate in zip(LEVELS, *statistics.quantiles(values, LEVELS), strict=True):
+def _described(values: Array, replicate: statistics.Replicate) -> dict[str, float]:
+    row: dict[str, float] = {"samples": statistics.known(values).size}
+    row |= _with_ends("mean", statistics.mean(values, replicate=replicate))
+    row["standard_deviation"] = statistics.mean_and_deviation(values)[1]
+    estimates = statistics.quantiles(values, LEVELS, replicate=replicate)
+    for level, *estimate in zip(LEVELS, *estimates, strict=True):
         row |= _with_ends(f"q{round(100 * level):02d}", map(float, estimate))
     return row
 
 
 def _with_ends(name: str, estimate: Iterable[Any]) -> dict[str, Any]:
-    """An estimate and the ends of its interval, by column name."""
-    return dict(zip((name, f"{name}_low", f"{name}_high"), estimate, strict=True))
+    """An estimate, the ends of its interval and its standard error, by column name."""
+    return dict(zip((name, f"{name}_low", f"{name}_high", f"{name}_standard_error"), estimate, strict=True))

@@ -1,19 +1,20 @@
 """Statistics of a study: pure functions on columns of samples, each with a confidence interval.
 
-NaN marks a sample without result and is left out. Every interval holds for independent samples. A Sobol or Latin
-hypercube design fills the space more evenly, so that its estimates scatter less and the interval is conservative (for
-a Latin hypercube the variance of a mean is at most n/(n - 1) times that of n independent samples: Owen 1997).
+NaN marks a sample without result and is left out. `replicate` is the replicate of each sample in a design of several
+independent scrambles, whose scatter gives the standard errors; None: the samples are taken as independent. That is
+conservative for one Sobol or Latin hypercube design, which fills the space more evenly (for a Latin hypercube the
+variance of a mean is at most n/(n - 1) times that of n independent samples: Owen 1997).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import betaincinv
-from scipy.stats import binom, norm, rankdata
+from scipy.stats import binom, norm, rankdata, t
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ValueRefused
@@ -21,22 +22,25 @@ from guideload.base.errors import ValueRefused
 CONFIDENCE = 0.95
 CURVE = 400  # points of an exceedance curve, more than a picture resolves
 TOO_FEW = "too few samples to estimate what drives it"
+Replicate = NDArray[np.intp] | None
 
 
 class Estimates(NamedTuple):
-    """Estimated values and the ends of their intervals, arrays of one shape."""
+    """Estimated values, the ends of their intervals and their standard errors, arrays of one shape."""
 
     values: Array
     low: Array
     high: Array
+    standard_error: Array
 
 
 class Estimate(NamedTuple):
-    """One estimated value and the ends of its interval."""
+    """One estimated value, the ends of its interval and its standard error."""
 
     value: float
     low: float
     high: float
+    standard_error: float
 
 
 class Exceedance(NamedTuple):
@@ -69,34 +73,74 @@ def mean_and_deviation(values: ArrayLike) -> tuple[float, float]:
         return mean, float(column.std(ddof=1)) if column.size > 1 else np.nan
 
 
-def quantiles(values: ArrayLike, levels: Sequence[float], confidence: float = CONFIDENCE) -> Estimates:
+def mean(values: ArrayLike, confidence: float = CONFIDENCE, replicate: Replicate = None) -> Estimate:
+    """Mean with Student's interval; NaN for too few values, or infinite ones."""
+    column, replicate = _known_by_replicate(values, replicate)
+    average, tail = mean_and_deviation(column)[0], (1 - _confidence(confidence)) / 2
+    with np.errstate(invalid="ignore"):
+        error, freedom = _error_of_mean(column - average, replicate)
+    half = float(t.ppf(1 - tail, freedom)) * error if freedom else np.nan
+    return Estimate(average, average - half, average + half, error)
+
+
+def quantiles(
+    values: ArrayLike,
+    levels: Sequence[float],
+    confidence: float = CONFIDENCE,
+    replicate: Replicate = None,
+) -> Estimates:
     """Quantiles with intervals between two order statistics, valid for every distribution.
 
-    The number of samples below a quantile is binomial, which gives the ranks of the ends. The interval contains the
-    true quantile with at least this confidence. If n samples cannot bound a quantile, the end is infinite: the 99 %
-    quantile needs 368 samples for an upper end at 95 %. The quantile itself is interpolated so that its median is
-    unbiased (Hyndman and Fan 1996, definition 8).
+    Of independent samples, the number below a quantile is binomial, which gives the ranks of the ends. The interval
+    contains the true quantile with at least this confidence. Of replicates, the ranks are those of the interval of
+    `probability` for a sample below the quantile (Woodruff 1952). If n samples cannot bound a quantile, the end is
+    infinite: the 99 % quantile needs 368 samples for an upper end at 95 %. The quantile itself is interpolated so that
+    its median is unbiased (Hyndman and Fan 1996, definition 8). The standard error is half the distance of the
+    quantiles at the levels one standard error lower and higher; infinite beyond the samples.
 
-    levels : (m,) between 0 and 1. Returns three arrays (m,); NaN without samples. Raises ValueRefused.
+    levels : (m,) between 0 and 1. Returns arrays (m,); NaN without samples. Raises ValueRefused.
     """
     parts = np.asarray(levels, dtype=np.float64)
     if not np.all((parts > 0) & (parts < 1)):
         raise ValueRefused("levels between 0 and 1", list(levels), "e.g. 0.99 for the 99 % quantile")
     tail = (1 - _confidence(confidence)) / 2
-    ordered = np.sort(known(values))
+    column, replicate = _known_by_replicate(values, replicate)
+    ordered = np.sort(column)
     count = ordered.size
     if not count:
-        return Estimates(*(np.full(parts.shape, np.nan) for _ in range(3)))
-    position = np.clip((count + 1 / 3) * parts + 1 / 3, 1, count)
+        return Estimates(*(np.full(parts.shape, np.nan) for _ in range(4)))
+    middle = _interpolated(ordered, np.clip(_position(parts, count), 1, count))
+    below = np.array([counted(column <= value, replicate) for value in middle]).T
+    sizes = counted(np.ones(count, dtype=np.bool_), replicate)
+    error, effective = _proportion(parts, below, sizes, tail)
+    ranks = binom.ppf(tail, count, parts), binom.ppf(1 - tail, count, parts) + 1
+    if sizes.size > 1:
+        from_replicates = effective != count  # elsewhere the samples are too few, and count as independent
+        low, high = _clopper_pearson(parts, effective, tail)
+        ends = np.floor(count * low), np.ceil(count * high)
+        ranks = np.where(from_replicates, ends[0], ranks[0]), np.where(from_replicates, ends[1], ranks[1])
+    bounded = np.concatenate([[-np.inf], ordered, [np.inf]])
+    first, last = (bounded[np.asarray(rank, dtype=np.intp)] for rank in ranks)
+    near = np.array([_position(np.clip(parts + sign * error, 0, 1), count) for sign in (-1, 1)])
+    inside = (near[0] >= 1) & (near[1] <= count)
+    with np.errstate(invalid="ignore"):
+        lower, upper = (_interpolated(ordered, np.clip(one, 1, count)) for one in near)
+        return Estimates(middle, first, last, np.where(inside, (upper - lower) / 2, np.inf))
+
+
+def _position(levels: Array, count: int) -> Array:
+    """Places of quantiles among `count` ordered samples, the first of which is at 1."""
+    return np.asarray((count + 1 / 3) * levels + 1 / 3)
+
+
+def _interpolated(ordered: Array, position: Array) -> Array:
+    """Values at places between 1 and the number of samples."""
+    count = ordered.size
     below = np.minimum(position.astype(np.intp), max(count - 1, 1))
     left, right = ordered[below - 1], ordered[np.minimum(below, count - 1)]
-    share = position - below
     with np.errstate(invalid="ignore"):
-        middle = np.where(left == right, left, left + share * (right - left))  # equal: both may be infinite
-    bounded = np.concatenate([[-np.inf], ordered, [np.inf]])
-    low = bounded[np.asarray(binom.ppf(tail, count, parts), dtype=np.intp)]
-    high = bounded[np.asarray(binom.ppf(1 - tail, count, parts), dtype=np.intp) + 1]
-    return Estimates(middle, low, high)
+        between = left + (position - below) * (right - left)
+    return np.asarray(np.where(left == right, left, between))  # equal: both may be infinite
 
 
 def fewest_samples(level: float, confidence: float = CONFIDENCE) -> int:
@@ -105,50 +149,118 @@ def fewest_samples(level: float, confidence: float = CONFIDENCE) -> int:
     return int(np.ceil(np.log(tail) / np.log(max(level, 1 - level))))
 
 
-def probability(counts: ArrayLike, samples: int, confidence: float = CONFIDENCE) -> Estimates:
+def counted(event: NDArray[np.bool_], replicate: Replicate) -> Array:
+    """(replicates,) how often an event occurred in each replicate; (1,) of independent samples."""
+    if replicate is None:
+        return np.array([np.count_nonzero(event)], dtype=np.float64)
+    return np.bincount(replicate[event], minlength=int(replicate.max(initial=0)) + 1).astype(np.float64)
+
+
+def probability(counts: ArrayLike, samples: ArrayLike, confidence: float = CONFIDENCE) -> Estimates:
     """Probability of an event that occurred `counts` times in `samples`, with the interval of Clopper and Pearson.
 
     Its coverage is never below the confidence, unlike Wilson's interval for rare events. No event in n
-    samples still bounds the probability: by about 3.7/n at 95 %.
+    samples still bounds the probability: by about 3.7/n at 95 %. Of several replicates, the interval is that of as many
+    independent samples as have the same standard error (Korn and Graubard 1998).
 
-    counts : any shape. Returns three arrays of this shape; NaN and [0, 1] without samples.
+    counts : any shape, or with replicates (replicate, ...)
+    samples : their number, or with replicates (replicate,)
+    Returns arrays (...); NaN and [0, 1] without samples.
     """
     tail = (1 - _confidence(confidence)) / 2
-    hits = np.asarray(counts, dtype=np.float64)
-    if samples == 0:
-        return Estimates(np.full(hits.shape, np.nan), np.zeros(hits.shape), np.ones(hits.shape))
-    misses = samples - hits
-    low = np.where(hits > 0, betaincinv(np.maximum(hits, 1), misses + 1, tail), 0.0)
-    high = np.where(misses > 0, betaincinv(hits + 1, np.maximum(misses, 1), 1 - tail), 1.0)
-    return Estimates(hits / samples, low, high)
+    hits, sizes = np.asarray(counts, dtype=np.float64), np.asarray(samples, dtype=np.float64)
+    if sizes.ndim == 0:
+        hits, sizes = hits[None], sizes[None]
+    total = sizes.sum()
+    if total == 0:
+        nothing = np.full(hits.shape[1:], np.nan)
+        return Estimates(nothing, np.zeros_like(nothing), np.ones_like(nothing), nothing)
+    share = hits.sum(axis=0) / total
+    error, effective = _proportion(share, hits, sizes, tail)
+    return Estimates(share, *_clopper_pearson(share, effective, tail), error)
 
 
-def mean_share(shares: ArrayLike, confidence: float = CONFIDENCE) -> Estimate:
+def _proportion(share: Array, counts: Any, samples: Any, tail: float) -> tuple[Array, Array]:
+    """Standard error of a share (...), and the number of independent samples whose interval it has.
+
+    counts (replicate, ...) in `samples` (replicate,). Where fewer samples than replicates have the event, or have it
+    not, their scatter tells nothing, and the samples count as independent. A count is a whole number, so that its
+    scatter in a replicate is at least that of rounding. The standard error of a share of 0 or 1 is unknown, NaN.
+    """
+    total, there = samples.sum(), samples > 0
+    binomial = total * share * (1 - share)
+    variance, effective = binomial, np.full(np.shape(share), total)
+    if (replicates := int(np.count_nonzero(there))) > 1:
+        sizes = samples[there].reshape(-1, *(1 for _ in np.shape(share)))
+        rest = counts[there] - sizes * (counts.sum(axis=0) / total)
+        scatter = replicates / (replicates - 1) * (rest**2).sum(axis=0)
+        scatter = np.maximum(scatter, np.minimum(binomial, replicates / 12))
+        enough = np.minimum(share, 1 - share) * total >= replicates
+        variance = np.where(enough, scatter, binomial)
+        ratio = (norm.ppf(tail) / t.ppf(tail, replicates - 1)) ** 2
+        with np.errstate(invalid="ignore", divide="ignore"):
+            effective = np.where(enough, total * ratio * binomial / variance, effective)
+    return np.where(variance > 0, np.sqrt(variance) / total, np.nan), effective
+
+
+def _clopper_pearson(share: Array, samples: Array, tail: float) -> tuple[Array, Array]:
+    hits, misses = share * samples, (1 - share) * samples
+    low = np.where(hits > 0, betaincinv(np.where(hits > 0, hits, 1.0), misses + 1, tail), 0.0)
+    high = np.where(misses > 0, betaincinv(hits + 1, np.where(misses > 0, misses, 1.0), 1 - tail), 1.0)
+    return low, high
+
+
+def mean_share(shares: ArrayLike, confidence: float = CONFIDENCE, replicate: Replicate = None) -> Estimate:
     """Mean of shares from 0 to 1, and its interval by the standard error, within 0 and 1; NaN without samples."""
-    mean, deviation = mean_and_deviation(shares)
-    half = norm.ppf(0.5 + _confidence(confidence) / 2) * deviation / max(known(shares).size, 1) ** 0.5
-    low, high = (0.0, 1.0) if np.isnan(half) else (max(mean - half, 0.0), min(mean + half, 1.0))
-    return Estimate(mean, float(low), float(high))
+    value, low, high, error = mean(shares, confidence, replicate)
+    low, high = (0.0, 1.0) if np.isnan(low) else (max(low, 0.0), min(high, 1.0))
+    return Estimate(value, low, high, error)
 
 
-def exceedance(values: ArrayLike, confidence: float = CONFIDENCE) -> Exceedance:
+def _known_by_replicate(values: ArrayLike, replicate: Replicate) -> tuple[Array, Replicate]:
+    """The values that are not NaN, and their replicates."""
+    column = np.asarray(values, dtype=np.float64)
+    missing = np.isnan(column)
+    if not missing.any():
+        return column, replicate
+    return column[~missing], None if replicate is None else replicate[~missing]
+
+
+def _error_of_mean(residuals: Array, replicate: Replicate) -> tuple[float, int]:
+    """Standard error of a mean, from the differences of the samples from it; and its degrees of freedom."""
+    sums = residuals if replicate is None else np.bincount(replicate, residuals)
+    groups = residuals.size if replicate is None else int(np.count_nonzero(np.bincount(replicate)))
+    if groups < 2:
+        return np.nan, 0
+    return float(np.sqrt(groups / (groups - 1) * (sums @ sums)) / residuals.size), groups - 1
+
+
+def exceedance(values: ArrayLike, confidence: float = CONFIDENCE, replicate: Replicate = None) -> Exceedance:
     """The probability that a sample reaches a limit, at limits that are samples: from 1 down to 1/n.
 
     At most about `CURVE` of the samples are limits, denser towards both ends. The intervals of `probability` hold for
     each limit separately.
     """
-    ordered = np.sort(known(values))
+    column, replicate = _known_by_replicate(values, replicate)
+    ordered = np.sort(column)
     count = ordered.size
     half = np.geomspace(1, max(count, 1), CURVE // 2)
     reached = np.unique(np.rint(np.concatenate([half, count + 1 - half])).astype(np.intp))[::-1]
     reached = reached[(reached >= 1) & (reached <= count)]
     limits = ordered[count - reached]
-    at_or_above = count - np.searchsorted(ordered, limits, side="left")
-    return Exceedance(limits, probability(at_or_above, count, confidence))
+    parts = [ordered]
+    if replicate is not None:
+        parts = [np.sort(column[replicate == i]) for i in range(int(replicate.max(initial=0)) + 1)]
+    at_or_above = [part.size - np.searchsorted(part, limits, side="left") for part in parts]
+    return Exceedance(limits, probability(at_or_above, [part.size for part in parts], confidence))
 
 
 def sobol_indices(
-    first: ArrayLike, second: ArrayLike, mixed: ArrayLike, confidence: float = CONFIDENCE
+    first: ArrayLike,
+    second: ArrayLike,
+    mixed: ArrayLike,
+    confidence: float = CONFIDENCE,
+    replicate: Replicate = None,
 ) -> SobolIndices:
     """First-order and total Sobol indices from a Saltelli design, by the estimators of SciPy.
 
@@ -158,12 +270,13 @@ def sobol_indices(
 
     first, second : (n,) results of the matrices A and B
     mixed : (n, factor) results of A with one column of B each
+    replicate : (n,) of the rows
     A row is used for a factor if all three results exist. NaN with fewer than two rows, or for constant results.
     """
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     columns = np.asarray(mixed, dtype=np.float64)
-    score = float(norm.ppf((1 + _confidence(confidence)) / 2))
-    indices = np.full((2, 3, columns.shape[1]), np.nan)
+    upper = (1 + _confidence(confidence)) / 2
+    indices = np.full((2, 4, columns.shape[1]), np.nan)
     rows = np.zeros(columns.shape[1], dtype=np.intp)
     for j, column in enumerate(columns.T):
         use = ~(np.isnan(a) | np.isnan(b) | np.isnan(column))
@@ -179,8 +292,11 @@ def sobol_indices(
             continue
         for which, products in enumerate((y * (m - x), (x - m) ** 2 / 2)):
             index = products.mean() / variance
-            error = score * np.std((products - index * squares) / variance, ddof=1) / np.sqrt(rows[j])
-            indices[which, :, j] = index, index - error, index + error
+            error, freedom = _error_of_mean(
+                (products - index * squares) / variance, None if replicate is None else replicate[use]
+            )
+            half = t.ppf(upper, freedom) * error
+            indices[which, :, j] = index, index - half, index + half, error
     return SobolIndices(Estimates(*indices[0]), Estimates(*indices[1]), rows)
 
 
@@ -206,13 +322,13 @@ def rank_correlation(
         count = ranks.size
         value = float(np.clip(ranks @ _standard_ranks(column[use]), -1, 1)) if count else np.nan
         low, high = -1.0, 1.0
+        error = np.sqrt((1 + value**2 / 2) / (count - 3)) if count > 3 else np.nan  # of the transform
         if count > 3 and abs(value) < 1:
-            error = score * np.sqrt((1 + value**2 / 2) / (count - 3))
-            low, high = np.tanh(np.arctanh(value) + np.array([-error, error]))
+            low, high = np.tanh(np.arctanh(value) + score * np.array([-error, error]))
         elif count > 3:
             low, high = value, value
-        rows.append((value, low, high) if not np.isnan(value) else (np.nan,) * 3)
-    return Estimates(*np.array(rows, dtype=np.float64).reshape(-1, 3).T)
+        rows.append((value, low, high, (1 - value**2) * error) if not np.isnan(value) else (np.nan,) * 4)
+    return Estimates(*np.array(rows, dtype=np.float64).reshape(-1, 4).T)
 
 
 def _standard_ranks(values: Array) -> Array:

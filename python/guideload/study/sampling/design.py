@@ -12,7 +12,7 @@ from scipy.special import ndtr, ndtri
 
 from guideload.base.arrays import Array
 from guideload.study.sampling.distributions import HIGHEST, LOWEST
-from guideload.study.sampling.sequences import LatinHypercube, Random, Sampling, Sobol
+from guideload.study.sampling.sequences import Replicated, Sampling, Single, sequence_of
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,8 @@ class Design:
 
     With `sensitivity` (Saltelli 2010) there are dimensions + 2 runs for each of `samples`: run i is row
     i // (dimensions + 2) of the matrix i % (dimensions + 2): 0 is A, 1 is B, 2 + j is A with column j of B.
+
+    replicates: independent sequences that take turns; sample (or row) i is of the replicate i % replicates.
     """
 
     sampling: Sampling
@@ -50,19 +52,16 @@ class Design:
     dimensions: int
     sensitivity: bool = False
     copula: Copula | None = None
+    replicates: int = 1
 
     @property
     def runs(self) -> int:
         return self.samples * (self.dimensions + 2 if self.sensitivity else 1)
 
     @cached_property
-    def _sequence(self) -> Sobol | Random | LatinHypercube:
+    def _sequence(self) -> Single | Replicated:
         columns = 2 * self.dimensions if self.sensitivity else self.dimensions
-        if self.sampling == "sobol":
-            return Sobol(columns, self.seed)
-        if self.sampling == "random":
-            return Random(columns, self.seed)
-        return LatinHypercube(columns, self.seed, self.samples)
+        return sequence_of(self.sampling, columns, self.seed, self.samples, self.replicates)
 
     def uniforms(self, start: int, stop: int) -> Array:
         """(dimensions, stop - start) of the runs start to stop - 1."""

@@ -115,6 +115,43 @@ class LatinHypercube:
         return high * side + low
 
 
+Single = Sobol | Random | LatinHypercube
+
+
+@dataclass(frozen=True)
+class Replicated:
+    """Several independent sequences that take turns: sample i is number i // R of sequence i % R."""
+
+    sequences: tuple[Single, ...]
+    dimensions: int
+
+    def columns(self, start: int, stop: int) -> Array:
+        columns, turns = np.empty((self.dimensions, stop - start)), len(self.sequences)
+        for i, sequence in enumerate(self.sequences):
+            first, last = (-((i - end) // turns) for end in (start, stop))
+            if first < last:
+                columns[:, i + turns * first - start :: turns] = sequence.columns(first, last)
+        return columns
+
+
+def sequence_of(
+    sampling: Sampling, dimensions: int, seed: int, samples: int, replicates: int
+) -> Single | Replicated:
+    """The sequence of a sampling, or with several replicates independent ones of the same kind, which take turns."""
+    if replicates == 1:
+        return _single(sampling, dimensions, seed, samples)
+    seeds = np.random.SeedSequence(seed, spawn_key=(3,)).generate_state(replicates, np.uint64).tolist()
+    counts = (len(range(i, samples, replicates)) for i in range(replicates))
+    each = (_single(sampling, dimensions, *one) for one in zip(seeds, counts, strict=True))
+    return Replicated(tuple(each), dimensions)
+
+
+def _single(sampling: Sampling, dimensions: int, seed: int, samples: int) -> Single:
+    if sampling == "sobol":
+        return Sobol(dimensions, seed)
+    return Random(dimensions, seed) if sampling == "random" else LatinHypercube(dimensions, seed, samples)
+
+
 ROUNDS = 6  # of the Feistel network
 
 
