@@ -20,6 +20,7 @@ PYTHON = (
     "sizing",
     "method_comparison",
     "monitor",
+    "watch",
     "study",
     "duty",
     "reports",
