@@ -4,7 +4,8 @@
     --no-pictures   numbers only
 
 A block stands in a page between `<!-- begin: name -->` and `<!-- end: name -->`; the functions of `BLOCKS` write
-them. The pictures of benchmarks, `speed-accuracy.png` and `monte-carlo.png`, are written by tests/benchmarks.
+them. The pictures of benchmarks, `speed-accuracy.png`, `monte-carlo.png` and `monitor-lag.png`, are written by
+tests/benchmarks.
 """
 
 from __future__ import annotations
@@ -12,9 +13,11 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import shlex
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -188,19 +191,43 @@ def answer_and_table(paragraphs: list[str]) -> list[str]:
 
 def printed(*arguments: str, choose: Callable[[list[str]], list[str]] = lambda all_of_it: all_of_it) -> str:
     """What a command prints in a folder with the packaged examples, or some paragraphs of it."""
+    with example_folder():
+        text = "\n\n".join(choose(output(*arguments).strip("\n").split("\n\n")))
+    return f"```text\n{text}\n```"
+
+
+@contextmanager
+def example_folder() -> Iterator[None]:
+    """A folder with the packaged examples, as working directory."""
     here = Path.cwd()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         try:
             for file in EXAMPLES.iterdir():
                 Path(file.name).write_bytes(file.read_bytes())
-            done = CliRunner().invoke(main, arguments, catch_exceptions=False)
+            yield
         finally:
             os.chdir(here)
+
+
+def output(*arguments: str, given: bytes = b"") -> str:
+    """What a command prints. given: its standard input."""
+    done = CliRunner().invoke(main, arguments, input=given, catch_exceptions=False)
     if done.exit_code:
         raise RuntimeError(f"guideload {' '.join(arguments)}: {done.output}")
-    text = "\n\n".join(choose(done.stdout.strip("\n").split("\n\n")))
-    return f"```text\n{text}\n```"
+    return done.stdout
+
+
+def monitor_watch() -> str:
+    """What the watch of the page on the monitor prints, from its first code."""
+    page = (ROOT / "docs" / "how-to" / "monitor.md").read_text(encoding="utf-8")
+    build = next(row for row in re.findall(r"^guideload (monitor build (?:.*\\\n)*.*)", page, re.MULTILINE))
+    code = re.findall(r"```python\n(.*?)```", page, re.DOTALL)[0]
+    with example_folder():
+        output(*shlex.split(build.replace("\\\n", " ")))
+        exec(code, {})
+        printed = output("monitor", "watch", "monitor.toml", given=Path("samples.csv").read_bytes())
+    return f"```text\n{printed}```"
 
 
 RUN = ("run", "manipulator.toml", "manipulator.csv", "-o", "out", "--no-pictures")
@@ -216,6 +243,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "encoder": lambda: printed(
         "encoder", "manipulator.csv", "--machine", "manipulator.toml", choose=first(6)
     ),
+    "monitor-watch": monitor_watch,
 }
 
 

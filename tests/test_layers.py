@@ -22,6 +22,7 @@ PYTHON = (
     "sizing",
     "method_comparison",
     "monitor",
+    "watch",
     "study",
     "duty",
     "long_runs",

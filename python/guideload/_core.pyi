@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import Self
 
 Array = NDArray[np.float64]
 Groups = Sequence[NDArray[np.int64]]
@@ -211,11 +212,13 @@ class Monitor:
         taps: Array,
         lag: int,
         roller: bool,
-    ) -> Monitor: ...
+    ) -> Self: ...
     def push(
-        self, stamps: NDArray[np.uint32], counts: NDArray[np.uint32]
+        self, stamps: NDArray[np.uint32], counts: NDArray[np.uint32], until_limit: bool = False
     ) -> tuple[NDArray[np.uint32], NDArray[np.int64], Array]:
         """Takes n samples: time stamps in ticks and counter, both of which may wrap.
+
+        until_limit: stop after the sample at which a group rises above its limit; the first two arrays end there.
 
         Returns what became of each (n,): 0 used, 1 early, 2 suspect, 3 bridged, 4 counter set, 5 restarted; the number
         of the period of the loads after it (n,), -1 before the first; and the loads (n, groups, 5) Fy Fz Mx My Mz.

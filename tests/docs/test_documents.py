@@ -98,9 +98,13 @@ def run(words: list[str]) -> None:
                 assert (ROOT / word).exists(), " ".join(words)
         return
     output = words.index(">") if ">" in words else len(words)
-    done = CliRunner().invoke(main, words[1:output], catch_exceptions=False)
+    given = b""
+    if "<" in words:
+        output = words.index("<")
+        given = Path(words[output + 1]).read_bytes()
+    done = CliRunner().invoke(main, words[1:output], input=given, catch_exceptions=False)
     assert done.exit_code == 0, f"{' '.join(words)}: {done.output}"
-    if output < len(words):
+    if ">" in words:
         Path(words[output + 1]).write_text(done.stdout, encoding="utf-8")
 
 
@@ -172,7 +176,7 @@ def test_every_picture_is_shown_and_made_by_a_script() -> None:
     shown = {
         Path(name).stem for text in PAGES.values() for name in re.findall(r"!\[.*?\]\((.*?\.png)\)", text)
     }
-    of_benchmarks = {"speed-accuracy", "monte-carlo"}
+    of_benchmarks = {"speed-accuracy", "monte-carlo", "monitor-lag"}
     assert (
         shown
         == {path.stem for path in refresh.IMAGES.glob("*.png")}

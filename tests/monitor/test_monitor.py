@@ -10,8 +10,8 @@ from guideload import Machine, Motion, motion_from_trace, read_trace, simulate
 from guideload.base.errors import ArgumentError, SceneError
 from guideload.cli.inputs import EXAMPLES
 from guideload.life.mean_load import Travel, integrals
-from guideload.monitor import Design, MonitorSettings, designed
-from guideload.monitor.design import SampledPath, monitor_of
+from guideload.monitor import Design, Monitor, MonitorSettings, designed
+from guideload.monitor.design import SampledPath
 from guideload.monitor.estimator import taps_of
 from guideload.monitor.source import C_PLACES, c_source, rust_source
 
@@ -37,7 +37,7 @@ def test_loads_and_integrals_are_those_of_a_simulation_with_the_same_acceleratio
     machine: Machine, motion: Motion
 ) -> None:
     result = simulate(machine, motion)
-    monitor = monitor_of(machine, SETTINGS, taps_of(3, 2.0, 20))
+    monitor = Monitor(machine, SETTINGS, taps_of(3, 2.0, 20))
     velocity, acceleration = motion.velocity, motion.acceleration[:, 0]
     assert velocity is not None
     loads = monitor.push_motion(np.ascontiguousarray(velocity[:, 0]), np.ascontiguousarray(acceleration))
@@ -77,7 +77,7 @@ def test_the_chosen_smoother_is_no_worse_than_another(
 ) -> None:
     path = SampledPath.of(machine, motion, SETTINGS)
     for time_constant in (1.0, 4.0):
-        other = monitor_of(machine, SETTINGS, taps_of(3, time_constant, SETTINGS.lag))
+        other = Monitor(machine, SETTINGS, taps_of(3, time_constant, SETTINGS.lag))
         assert path.errors(other, SETTINGS, 0.0)[0] > design.peak_error
     assert design.peak_error < 0.03
 
@@ -161,4 +161,4 @@ def test_the_command_writes_the_constants(tmp_path: Path) -> None:
     again = CliRunner().invoke(main, [*given, "-o", str(tmp_path / "monitor.h")])
     assert again.exit_code != 0 and "exists" in again.output.lower()
     wrong = CliRunner().invoke(main, [*given, "-o", str(tmp_path / "monitor.txt")])
-    assert wrong.exit_code != 0 and ".rs or .h" in wrong.output
+    assert wrong.exit_code != 0 and ".rs, .h, .toml" in " ".join(wrong.output.split())

@@ -1,7 +1,7 @@
 """Exit codes of the command line.
 
 0 success, 1 the computation failed, 2 the input was refused, 3 all numbers are written but a picture is missing,
-130 Ctrl-C, 143 and 129 SIGTERM and SIGHUP.
+4 a watched carriage passed its limit, 130 Ctrl-C, 143 and 129 SIGTERM and SIGHUP.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import click
 from guideload.base.errors import PictureError
 
 PICTURE_MISSING = 3
+LIMIT_PASSED = 4
 INTERRUPTED = 130
 
 

@@ -8,22 +8,28 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from guideload.base.errors import ArgumentError, ValueRefused
+from guideload.base.number_text import joined
 from guideload.cli import options
 from guideload.cli.exit_codes import InputError
 from guideload.cli.inputs import paths, read_machine, read_motion
-from guideload.cli.outputs import unwritable
+from guideload.cli.outputs import require_unread, unwritable
 from guideload.cli.terminal import print_text, status
+from guideload.cli.watch import watch
 
 if TYPE_CHECKING:
+    from guideload.monitor.design import Design
     from guideload.motion.moves import Moves
 
-# Endings of the files that are written, and their languages.
-ENDINGS = {".rs": "Rust", ".h": "C"}
+# Endings of the files that are written, and what they are.
+ENDINGS = {".rs": "Rust", ".h": "C", ".toml": "monitor file"}
 
 
 @click.group()
 def monitor() -> None:
-    """The load monitor of a controller: loads and life used, from encoder counts."""
+    """The load monitor of a controller or a PC: loads and life used, from encoder counts."""
+
+
+monitor.add_command(watch)
 
 
 @monitor.command()
@@ -43,9 +49,11 @@ def monitor() -> None:
 @click.option(
     "-o",
     "--output",
+    "outputs",
     type=click.Path(path_type=Path, dir_okay=False),
     required=True,
-    help="File to write: .rs (Rust) or .h (C).",
+    multiple=True,
+    help="File to write: .rs (Rust), .h (C) or .toml (for `guideload monitor watch`); again for each further file.",
 )
 @options.overwrite_picture_option
 @options.trace_options
@@ -58,23 +66,20 @@ def build(
     load_limit: str | None,
     width: str,
     encoder_bits: int,
-    output: Path,
+    outputs: tuple[Path, ...],
     overwrite: bool,
     **given: Any,
 ) -> None:
-    """Write the constants of a monitor for a machine, as source text for a controller.
+    """Write a monitor for a machine: its constants, as source text for a controller, or a file for `watch`.
 
     TRACE is a typical motion. The smoother of the monitor is chosen for it; its error is part of the output.
     """
     import numpy as np
 
-    from guideload.base.atomic import atomic_write
     from guideload.monitor.design import designed
     from guideload.monitor.settings import MonitorSettings
-    from guideload.monitor.source import c_source, rust_source
 
-    if output.suffix not in ENDINGS:
-        raise InputError(f"{output}: expected a file that ends in {' or '.join(ENDINGS)}")
+    _require_writable(outputs, overwrite, paths(machine_file, trace_file))
     whole = {name: given.pop(name) for name in ("lag", "ticks", "most_missing")}
     with status("reading"):
         machine = read_machine(machine_file)
@@ -91,19 +96,42 @@ def build(
     )
     with status("choosing the smoother"):
         design = designed(machine, motion, settings)
-    text = rust_source(design) if output.suffix == ".rs" else c_source(design)
-    if output.resolve() in [path.resolve() for path in paths(machine_file, trace_file)]:
-        raise InputError(f"{output} is an input")
+    for output in outputs:
+        _write(design, output, machine_file, overwrite)
+    lag, constant = (1e3 * samples * settings.period for samples in (settings.lag, design.time_constant))
+    print_text(
+        f"Wrote {joined(map(str, outputs))}. On the given motion the peak loads are within "
+        f"{100.0 * design.peak_error:.1f} % and the loads within {design.load_error:.0f} N rms: smoother of order "
+        f"{design.order}, time constant {constant:.3g} ms, lag {lag:.3g} ms."
+    )
+
+
+def _require_writable(outputs: tuple[Path, ...], overwrite: bool, inputs: tuple[Path, ...]) -> None:
+    """Raise InputError unless all files have a known ending and may be written: before the computation."""
+    for output in outputs:
+        if output.suffix not in ENDINGS:
+            raise InputError(f"{output}: expected a file that ends in {', '.join(ENDINGS)}")
+        if output.exists() and not overwrite:
+            raise InputError(f"{output} exists; give another name, or --overwrite")
+    require_unread(outputs, inputs)
+
+
+def _write(design: Design, output: Path, machine_file: Path, overwrite: bool) -> None:
+    """Write one file of a monitor."""
+    from guideload.base.atomic import atomic_write
+    from guideload.monitor.description import monitor_text
+    from guideload.monitor.source import c_source, rust_source
+
+    if output.suffix == ".toml":
+        smoother = (design.order, design.time_constant)
+        text = monitor_text(design.settings, *smoother, machine_file, output.parent, design.title)
+    else:
+        text = rust_source(design) if output.suffix == ".rs" else c_source(design)
     try:
         with atomic_write(output, replace=overwrite) as draft:
             draft.write_text(text, encoding="utf-8")
     except OSError as error:
         raise unwritable(output, error) from None
-    print_text(
-        f"Wrote {output}. On the given motion the peak loads are within {100.0 * design.peak_error:.1f} % and the "
-        f"loads within {design.load_error:.0f} N rms: smoother of order {design.order}, time constant "
-        f"{1e3 * design.time_constant * settings.period:.3g} ms, lag {1e3 * settings.lag * settings.period:.3g} ms."
-    )
 
 
 def _si(name: str, text: str | None, unit: str, default: float | None = None) -> float:

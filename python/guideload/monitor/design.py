@@ -12,13 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from guideload._core import Monitor
 from guideload.base.arrays import Array
-from guideload.base.errors import ArgumentError, SceneError
-from guideload.life.criteria import Criteria, criteria_of
-from guideload.life.equivalent_load import EquivalentLoad
+from guideload.base.errors import ArgumentError, shortened
 from guideload.machine.machine import Machine
 from guideload.monitor.estimator import taps_of
+from guideload.monitor.monitor import Monitor, require_supported
 from guideload.monitor.settings import MonitorSettings
 from guideload.motion.motion import Motion
 from guideload.simulation.simulation import simulate
@@ -26,7 +24,6 @@ from guideload.simulation.simulation import simulate
 ORDERS = (3, 5)
 TIME_CONSTANTS = (1.0, 1.5, 2.0, 2.2, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 11.0, 15.0)  # samples
 PHASES = (0.0, 0.3, 0.6)  # counts by which the encoder is shifted: its rounding is another one each time
-MOST_CARRIAGES = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +46,19 @@ class Design:
     load_error: float
 
     def monitor(self) -> Monitor:
-        """A new monitor. `push(stamps, counts)` takes arrays of uint32."""
-        return monitor_of(self.machine, self.settings, self.taps)
+        """A new monitor, that has seen nothing."""
+        return Monitor(self.machine, self.settings, self.taps)
+
+    @property
+    def title(self) -> list[str]:
+        """What was designed, and how exact it is on the motion, in lines for the head of a file."""
+        settings = self.settings
+        return [
+            f"Load monitor of {shortened(self.machine.name)}, written by `guideload monitor build`.",
+            f"Period {settings.period:g} s, {settings.quantum:g} m per count, lag {settings.lag} samples.",
+            f"Smoother of order {self.order}, time constant {self.time_constant:g} samples; "
+            f"peak loads on the given motion within {100 * self.peak_error:.1f} %.",
+        ]
 
 
 def designed(machine: Machine, motion: Motion, settings: MonitorSettings) -> Design:
@@ -59,83 +67,18 @@ def designed(machine: Machine, motion: Motion, settings: MonitorSettings) -> Des
     Raises SceneError for a machine that is not linear, whose rack pushes, or without carriages; ArgumentError for a
     motion that does not move the cart.
     """
-    _require_supported(machine)
+    require_supported(machine)
     path = SampledPath.of(machine, motion, settings)
     best: Design | None = None
     for order in ORDERS:
         for time_constant in TIME_CONSTANTS:
             taps = taps_of(order, time_constant, settings.lag)
-            errors = [path.errors(monitor_of(machine, settings, taps), settings, phase) for phase in PHASES]
+            errors = [path.errors(Monitor(machine, settings, taps), settings, phase) for phase in PHASES]
             peak, load = (max(column) for column in zip(*errors, strict=True))
             if best is None or peak < best.peak_error:
                 best = Design(machine, settings, order, time_constant, taps, peak, load)
     assert best is not None
     return best
-
-
-def monitor_of(machine: Machine, settings: MonitorSettings, taps: Array) -> Monitor:
-    """The monitor of a machine with this smoother."""
-    _require_supported(machine)
-    rated = {}
-    if any(
-        product is not None and product.dynamic and product.static for product in machine.product_of_carriage
-    ):
-        rated = {one.index: one for one in criteria_of(machine, machine.life)}
-    rules = [_judged(rated.get(index), settings) for index in range(len(machine.carriages))]
-    exponents = {exponent for _, exponent in rules}
-    if len(exponents) > 1:
-        raise SceneError(
-            "monitor: the carriages have balls and rollers; a monitor has one exponent of the life"
-        )
-    return Monitor(
-        machine.scene,
-        groups=machine.links_of_carriages,
-        centers=machine.carriage_places,
-        judged=[judged for judged, _ in rules],
-        period=settings.period,
-        quantum=settings.quantum,
-        input=settings.of_core,
-        taps=taps,
-        lag=settings.lag,
-        roller=exponents == {10.0 / 3.0},
-    )
-
-
-Judged = tuple[tuple[Array, float, float, str], float, float, float]
-
-
-def _judged(criteria: Criteria | None, settings: MonitorSettings) -> tuple[Judged, float]:
-    """Rule, limit, bin and capacity of a carriage, and its exponent. Without ratings: |Fy| + |Fz|, and no life."""
-    if criteria is None:
-        weights = np.zeros((2, 5, 2))
-        weights[0, :2] = 1.0
-        return (EquivalentLoad(weights, 1.0).of_core, settings.limit, settings.bin, 0.0), 3.0
-    for axis in criteria.rule.missing:
-        raise criteria.unrated(axis, f"may carry a {axis} moment")
-    capacity = float(criteria.life_under(1.0))  # of 1 N, so it is life times load^p
-    return (criteria.rule.of_core, settings.limit, settings.bin, capacity), criteria.rating.exponent
-
-
-def _require_supported(machine: Machine) -> None:
-    """Refuse what a monitor does not compute."""
-    machine.require_no_payloads("a load monitor")
-    if not machine.has_straight_rails:
-        raise SceneError(
-            "monitor: a rail is not straight, which a monitor does not know; leave its profile out"
-        )
-    if not 1 <= len(machine.carriages) <= MOST_CARRIAGES:
-        got = len(machine.carriages)
-        raise SceneError(f"monitor: expected 1 to {MOST_CARRIAGES} carriages, got {got}")
-    if machine.model_level != "linear":
-        raise SceneError(
-            f"monitor: the machine is {machine.model_level}; contact changes would take a number of "
-            "operations that has no bound. Give every carriage and link a single stiffness, such as the slope of its "
-            "curve at the working load"
-        )
-    if machine.drive is not None and machine.drive.pressure_angle is not None:
-        raise SceneError(
-            "monitor: drive.pressure_angle: the push of the rack is not part of a monitor; leave it out of the file"
-        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,7 @@ def rust_source(design: Design) -> str:
         f"    {name}: {text}," for name, text in _fields(constants, (states, carriages, differences), _rust)
     ]
     lines = [
-        *(f"// {line}" for line in _head(design)),
+        *(f"// {line}" for line in [*design.title, "Do not edit."]),
         f"pub const STATES: usize = {states};",
         f"pub const CARRIAGES: usize = {carriages};",
         f"pub const DIFFERENCES: usize = {differences};",
@@ -53,7 +53,7 @@ def c_source(design: Design) -> str:
             )
     fields = [f"    .{name} = {text}," for name, text in _fields(constants, needed, _c)]
     lines = [
-        *(f"/* {line} */" for line in _head(design)),
+        *(f"/* {line} */" for line in [*design.title, "Do not edit."]),
         "#include <math.h>",
         '#include "guideload_monitor.h"',
         "",
@@ -62,16 +62,6 @@ def c_source(design: Design) -> str:
         "};",
     ]
     return "\n".join(lines) + "\n"
-
-
-def _head(design: Design) -> list[str]:
-    settings = design.settings
-    return [
-        f"Load monitor of {design.machine.name}, written by `guideload monitor build`. Do not edit.",
-        f"Period {settings.period:g} s, {settings.quantum:g} m per count, lag {settings.lag} samples.",
-        f"Smoother of order {design.order}, time constant {design.time_constant:g} samples; "
-        f"peak loads on the given motion within {100 * design.peak_error:.1f} %.",
-    ]
 
 
 def _fields(constants: dict[str, Any], places: tuple[int, int, int], value: Any) -> list[tuple[str, str]]:

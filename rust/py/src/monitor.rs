@@ -29,7 +29,7 @@ const SAMPLES: usize = 65_536;
 /// Rule, limit (N), width of a bin (N) and capacity (N^p m) of a carriage.
 type Judged<'py> = (Rule<'py>, f64, f64, f64);
 
-#[pyclass(name = "Monitor", module = "guideload._core")]
+#[pyclass(name = "Monitor", module = "guideload._core", subclass)]
 pub struct PyMonitor {
     constants: Box<Constants>,
     state: Box<State>,
@@ -87,13 +87,15 @@ impl PyMonitor {
     }
 
     /// Takes samples. Returns what became of each (n,), the number of the period of the loads after it, -1 before the first (n,), and the
-    /// loads (n, carriages, 5).
+    /// loads (n, carriages, 5). `until_limit`: stops after the sample at which a carriage rises above its limit; the first two then end there.
     #[allow(clippy::type_complexity)] // a tuple in Python
+    #[pyo3(signature = (stamps, counts, until_limit = false))]
     fn push<'py>(
         &mut self,
         py: Python<'py>,
         stamps: PyReadonlyArray1<'py, u32>,
         counts: PyReadonlyArray1<'py, u32>,
+        until_limit: bool,
     ) -> PyResult<(Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<i64>>, Loads<'py>)> {
         let (stamps, counts) = (stamps.to_vec()?, counts.to_vec()?);
         if stamps.len() != counts.len() {
@@ -102,10 +104,14 @@ impl PyMonitor {
         let carriages = self.carriages();
         let loads: Loads<'py> = zeros(py, &[stamps.len(), carriages, 5])?;
         let (mut taken, mut periods) = (vec![0_u32; stamps.len()], vec![-1_i64; stamps.len()]);
+        let mut pushed = stamps.len();
         {
             let mut to = loads.readwrite();
             let mut to = to.as_slice_mut()?.chunks_exact_mut(carriages * 5);
             let (constants, state) = (&self.constants, &mut self.state);
+            let exceeded =
+                |state: &State| state.totals().carriages.iter().map(|one| one.limit_exceeded).sum::<u64>();
+            let before = exceeded(state);
             compute(py, |watch| {
                 for (k, (&stamp, &count)) in stamps.iter().zip(&counts).enumerate() {
                     if k % SAMPLES == 0 && watch.stops() {
@@ -118,9 +124,15 @@ impl PyMonitor {
                     if let Some(to) = to.next() {
                         to.copy_from_slice(&state.loads().as_flattened()[..carriages * 5]);
                     }
+                    if until_limit && exceeded(state) > before {
+                        pushed = k + 1;
+                        return;
+                    }
                 }
             })?;
         }
+        taken.truncate(pushed);
+        periods.truncate(pushed);
         Ok((taken.into_pyarray(py), periods.into_pyarray(py), loads))
     }
 

@@ -1,0 +1,133 @@
+"""A monitor file: the machine, the encoder and the smoother of a load monitor. `guideload monitor build` writes it."""
+
+from __future__ import annotations
+
+import json
+import os
+from os import PathLike
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, StrictStr
+
+from guideload.base.config import ConfigModel, in_range
+from guideload.base.errors import ArgumentError, ConfigError, Problem, shown
+from guideload.base.ranges import ACCELERATION, FORCE, LENGTH, TIME
+from guideload.base.toml import located, read_toml
+from guideload.machine.machine import Machine
+from guideload.monitor.settings import MonitorSettings
+
+Load = Annotated[float, in_range(FORCE, above=0.0)]
+
+
+class Smoother(ConfigModel):
+    """The smoother that was chosen for a typical motion."""
+
+    order: Annotated[int, Field(ge=2, le=5)] = Field(
+        description="order of the derivative of the position that is taken for white noise"
+    )
+    time_constant: Annotated[float, Field(gt=0.0, le=100.0)] = Field(description="in samples")
+
+
+class MonitorFile(ConfigModel):
+    """A monitor file. Raises ConfigError with all problems at once."""
+
+    machine: Annotated[StrictStr, Field(min_length=1)] = Field(
+        description='machine file, from the folder of this file, e.g. "machine.toml"'
+    )
+    period: Annotated[float, in_range(TIME, above=0.0)] = Field(
+        description='time between two samples, e.g. "1 ms"'
+    )
+    travel_per_count: Annotated[float, in_range(LENGTH, nonzero=True)] = Field(
+        description='travel of the cart per count, e.g. "20 um"; negative if the counter counts backwards'
+    )
+    lag: Annotated[int, Field(ge=0, le=200)] = Field(description="samples after the instant of the loads")
+    encoder_bits: Annotated[int, Field(ge=8, le=32)] = Field(default=32, description="width of the counter")
+    ticks: Annotated[int, Field(ge=1, le=2**24)] = Field(
+        default=1, description="time stamps per period; 1 if the stamp is the number of the sample"
+    )
+    max_acceleration: Annotated[float, in_range(ACCELERATION, above=0.0)] = Field(
+        description="what the axis cannot exceed: a sample that asks for more is wrong"
+    )
+    most_missing: Annotated[int, Field(ge=0, le=64)] = Field(
+        default=8, description="samples that may be missing in a row"
+    )
+    load_limit: Load | None = Field(
+        default=None, description="limit of the equivalent load of every carriage"
+    )
+    bin: Load = Field(default=500.0, description="width of a bin of the histogram of the equivalent load")
+    smoother: Smoother = Field(description="the smoother, which `guideload monitor build` chooses")
+
+    @property
+    def settings(self) -> MonitorSettings:
+        """Sampling, encoder and limits. Raises ArgumentError."""
+        return MonitorSettings(
+            period=self.period,
+            quantum=self.travel_per_count,
+            lag=self.lag,
+            max_acceleration=self.max_acceleration,
+            counter_bits=self.encoder_bits,
+            ticks=self.ticks,
+            most_missing=self.most_missing,
+            limit=float("inf") if self.load_limit is None else self.load_limit,
+            bin=self.bin,
+        )
+
+
+def read_monitor_file(file: str | PathLike[str]) -> tuple[MonitorFile, Machine]:
+    """The description of a monitor file, and its machine. Raises ConfigError naming file, row and key."""
+    values, places = read_toml(file, "guideload monitor build")
+    try:
+        described = MonitorFile(**values)
+        machine_file = Path(file).parent / described.machine
+        if not machine_file.is_file():
+            hint = f"there is no {machine_file}"
+            raise ConfigError(
+                [
+                    Problem(
+                        ("machine",),
+                        described.machine,
+                        "a file that exists",
+                        hint,
+                        None,
+                        shown(described.machine),
+                    )
+                ]
+            )
+        _ = described.settings
+    except ConfigError as error:
+        raise located(error, str(file), places) from None
+    except ArgumentError as error:
+        raise ArgumentError(f"{file}: {error}") from None
+    return described, Machine.from_toml(machine_file)
+
+
+def monitor_text(
+    settings: MonitorSettings,
+    order: int,
+    time_constant: float,
+    machine_file: Path,
+    folder: Path,
+    head: list[str],
+) -> str:
+    """The text of a monitor file in a folder. head: lines of comment."""
+    try:
+        path = Path(os.path.relpath(machine_file, folder)).as_posix()
+    except ValueError:  # another disk
+        path = machine_file.absolute().as_posix()
+    rows = [
+        ("machine", json.dumps(path, ensure_ascii=False), "from the folder of this file"),
+        ("period", repr(settings.period), "s"),
+        ("travel_per_count", repr(settings.quantum), "m"),
+        ("lag", str(settings.lag), "samples"),
+        ("encoder_bits", str(settings.counter_bits), ""),
+        ("ticks", str(settings.ticks), "time stamps per period"),
+        ("max_acceleration", repr(settings.max_acceleration), "m/s^2"),
+        ("most_missing", str(settings.most_missing), "samples in a row"),
+        ("bin", repr(settings.bin), "N, of the histogram"),
+        ("smoother", f"{{ order = {order}, time_constant = {time_constant!r} }}", "chosen for the motion"),
+    ]
+    if settings.limit < float("inf"):
+        rows.insert(-2, ("load_limit", repr(settings.limit), "N, of the equivalent load"))
+    lines = [f"{key} = {value}" + (f"  # {unit}" if unit else "") for key, value, unit in rows]
+    return "\n".join([*(f"# {line}" for line in head), *lines]) + "\n"

@@ -1,0 +1,200 @@
+"""Where samples come from: standard input, a file that grows, a socket on this machine.
+
+`read` of each waits at most some seconds. It returns bytes, none of them if nothing came; a `Break` where one stream
+ends and another begins; None at the end.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import socket
+import sys
+import time
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any, Protocol
+
+from guideload.base.errors import ArgumentError
+
+PIECE = 2**16  # bytes that are read at once
+MOST_PORT = 65535
+PAUSE = 0.05  # s between two looks at a file that has not grown
+MARK = 256  # bytes before the place in a file, by which it is known again
+
+
+@dataclass(frozen=True)
+class Break:
+    """The end of one stream of bytes, after which another one may begin."""
+
+    text: str
+
+
+class Input(Protocol):
+    """A source of bytes."""
+
+    name: str
+
+    def read(self, timeout: float) -> bytes | Break | None:
+        """The next bytes."""
+
+    def place(self, position: int) -> dict[str, Any]:
+        """How to find the place after `position` bytes again; empty for a stream that is not kept."""
+
+    def find(self, place: dict[str, Any]) -> bool:
+        """Go to a place, if it is still there."""
+
+    def close(self) -> None:
+        """Release what is open."""
+
+
+class StandardInput:
+    """Bytes that another program writes into our standard input, up to its end."""
+
+    name = "standard input"
+
+    def __init__(self) -> None:
+        try:
+            self.handle = sys.stdin.fileno()
+        except (OSError, ValueError):  # a file in memory, as in a notebook
+            self.handle = -1
+
+    def read(self, timeout: float) -> bytes | Break | None:
+        if self.handle < 0:
+            return sys.stdin.buffer.read(PIECE) or None
+        if sys.platform != "win32" and not select.select([self.handle], [], [], timeout)[0]:
+            return b""
+        return os.read(self.handle, PIECE) or None
+
+    def place(self, position: int) -> dict[str, Any]:
+        return {}
+
+    def find(self, place: dict[str, Any]) -> bool:
+        return False
+
+    def close(self) -> None:
+        pass
+
+
+class GrowingFile:
+    """A file that another program appends to. When it is replaced or cut, the new content is read from its start."""
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.name = path, str(path)
+        self.file: IO[bytes] = _opened(path)
+
+    def read(self, timeout: float) -> bytes | Break | None:
+        until = time.monotonic() + timeout
+        while True:
+            # Whether it was replaced is asked before the last look at the old one, so that no byte of it is left.
+            is_replaced = self._is_replaced()
+            if data := self.file.read(PIECE):
+                return data
+            if is_replaced:
+                self.file.close()
+                self.file = _opened(self.path)
+                return Break(f"{self.name} was replaced by a new file, which is read from its start")
+            if os.fstat(self.file.fileno()).st_size < self.file.tell():
+                self.file.seek(0)
+                return Break(f"{self.name} was cut, and is read from its start")
+            if time.monotonic() >= until:
+                return b""
+            time.sleep(PAUSE)
+
+    def _is_replaced(self) -> bool:
+        try:
+            return not os.path.samestat(os.fstat(self.file.fileno()), self.path.stat())
+        except FileNotFoundError:  # between the removal of the old file and the creation of the new one
+            return False
+
+    def place(self, position: int) -> dict[str, Any]:
+        return {
+            "file": str(self.path.absolute()),
+            "position": position,
+            "mark": self._mark(position),
+        }
+
+    def find(self, place: dict[str, Any]) -> bool:
+        position = int(place.get("position", -1))
+        is_here = place.get("file") == str(self.path.absolute()) and position >= 0
+        if is_here and place.get("mark") == self._mark(position):
+            self.file.seek(position)
+            return True
+        return False
+
+    def _mark(self, position: int) -> int:
+        """Checksum of the bytes before a position, by which the same file is known; -1 if they are not there."""
+        here = self.file.tell()
+        size = min(MARK, position)
+        self.file.seek(position - size)
+        data = self.file.read(size)
+        self.file.seek(here)
+        return zlib.crc32(data) if len(data) == size else -1
+
+    def close(self) -> None:
+        self.file.close()
+
+
+def _opened(path: Path) -> IO[bytes]:
+    try:
+        return path.open("rb", buffering=0)
+    except OSError as error:
+        raise ArgumentError(f"{path}: cannot be read: {error.strerror or error}") from None
+
+
+class Socket:
+    """A TCP port of this machine, or a Unix socket: one sender at a time, and the next one when it has gone."""
+
+    def __init__(self, where: str) -> None:
+        self.sender: socket.socket | None = None
+        is_port = where.isdigit()
+        if is_port and int(where) > MOST_PORT:
+            raise ArgumentError(f"--listen {where}: expected a port from 0 to {MOST_PORT}")
+        if not is_port and not hasattr(socket, "AF_UNIX"):
+            raise ArgumentError(f"--listen {where}: expected the number of a port: there are no others here")
+        self.listener = socket.socket(socket.AF_INET if is_port else socket.AF_UNIX)
+        try:
+            if is_port and os.name == "posix":  # so that a watch may start again at once
+                self.listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            self.listener.bind(("127.0.0.1", int(where)) if is_port else where)
+            self.listener.listen()
+        except OSError as error:
+            self.listener.close()
+            hint = "" if is_port else "; remove it, if no other program listens there"
+            raise ArgumentError(f"--listen {where}: {error.strerror or error}{hint}") from None
+        self.path = None if is_port else Path(where)
+        self.name = f"port {self.listener.getsockname()[1]} of 127.0.0.1" if is_port else where
+
+    def read(self, timeout: float) -> bytes | Break | None:
+        if self.sender is None:
+            self.listener.settimeout(timeout)
+            try:
+                self.sender, _ = self.listener.accept()
+            except TimeoutError:
+                return b""
+        self.sender.settimeout(timeout)
+        try:
+            data = self.sender.recv(PIECE)
+        except TimeoutError:
+            return b""
+        except ConnectionError:
+            data = b""
+        if data:
+            return data
+        self.sender.close()
+        self.sender = None
+        return Break(f"the sender at {self.name} has ended; waiting for the next")
+
+    def place(self, position: int) -> dict[str, Any]:
+        return {}
+
+    def find(self, place: dict[str, Any]) -> bool:
+        return False
+
+    def close(self) -> None:
+        if self.sender is not None:
+            self.sender.close()
+        self.listener.close()
+        if self.path is not None:
+            self.path.unlink(missing_ok=True)

@@ -1,0 +1,87 @@
+"""The command that runs when a carriage passes its limit."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from guideload.base.errors import ArgumentError
+
+PAUSE = 10.0  # s between two starts of the command
+LAST = 10.0  # s that the end of a watch waits for it
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A sample at which carriages rose above their limit: period of the loads, its time, names, loads Fy and Fz."""
+
+    period: int
+    time: float
+    carriages: list[str]
+    forces: list[tuple[float, float]]
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """The crossing as environment variables; of several carriages with commas between."""
+        values = {
+            "PERIOD": str(self.period),
+            "TIME": repr(self.time),
+            "CARRIAGE": ",".join(self.carriages),
+            "FY": ",".join(repr(force[0]) for force in self.forces),
+            "FZ": ",".join(repr(force[1]) for force in self.forces),
+        }
+        return {f"GUIDELOAD_{name}": text for name, text in values.items()}
+
+
+class Command:
+    """A command that is started at a crossing, without a shell, unless it was started less than `PAUSE` ago.
+
+    A command that still runs is not started again. say: takes what the user must know.
+    """
+
+    def __init__(
+        self, text: str, say: Callable[[str], None], clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        try:
+            self.words = shlex.split(text, posix=os.name != "nt")
+        except ValueError as error:
+            raise ArgumentError(f"--on-limit: {text}: {error}") from None
+        if not self.words:
+            raise ArgumentError("--on-limit: expected a command, got nothing")
+        self.say, self.clock = say, clock
+        self.started = 0
+        self._process: subprocess.Popen[bytes] | None = None
+        self._next = -float("inf")
+
+    def __call__(self, crossing: Crossing) -> None:
+        """Start the command, if it is time."""
+        if self.clock() < self._next or (self._process is not None and self._process.poll() is None):
+            return
+        self._next = self.clock() + PAUSE
+        self.started += 1
+        try:
+            self._process = subprocess.Popen(
+                self.words,
+                stdin=subprocess.DEVNULL,
+                env=os.environ | crossing.environment,
+                start_new_session=True,  # so that Ctrl-C is for the watch alone
+            )
+        except (OSError, ValueError) as error:
+            self.say(f"--on-limit: {self.words[0]}: {getattr(error, 'strerror', None) or error}")
+
+    def close(self) -> None:
+        """Wait a while for the command."""
+        if self._process is None:
+            return
+        try:
+            code = self._process.wait(LAST)
+        except subprocess.TimeoutExpired:
+            self.say(f"--on-limit: {self.words[0]} still runs")
+            self._process.returncode = 0  # it goes on without us
+        else:
+            if code:
+                self.say(f"--on-limit: {self.words[0]} ended with exit code {code}")

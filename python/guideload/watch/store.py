@@ -1,0 +1,224 @@
+"""The folder of a watch: Parquet files of samples and loads by the hour, and the record from which it goes on.
+
+The hour in progress is a journal, to which every batch of samples is appended as soon as the monitor has taken it; a
+journal that is complete, or that a killed process has left, becomes a Parquet file. The record is written after the
+journal is on the disk, so the journal is never behind it: samples that the journal has and the record has not are
+pushed again.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import time
+from collections.abc import Callable, Iterator
+from datetime import datetime, timezone
+from itertools import chain
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from guideload.base.arrays import Array
+from guideload.base.atomic import atomic_write
+from guideload.base.errors import ArgumentError
+from guideload.monitor.monitor import Monitor
+
+RECORD = "_record.json"  # readers of a folder of Parquet files leave out names that begin with _ or .
+FORMAT = 1
+COMPONENTS = ("Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm")
+RESULTS = ("used", "early", "suspect", "bridged", "counter set", "restarted")
+ROWS = 2**18  # that are converted at once
+
+Pushed = tuple[NDArray[np.uint32], NDArray[np.int64], Array]  # of `Monitor.push`
+
+
+class Store:
+    """The folder of a watch, which no other process may use meanwhile.
+
+    kept   whether samples and loads are kept, or the record alone
+    place  of the input at the record, empty at the first run; `ahead`: samples after it that the monitor has already
+    """
+
+    def __init__(
+        self, folder: Path, monitor: Monitor, kept: bool = True, clock: Callable[[], float] = time.time
+    ) -> None:
+        self.folder, self.monitor, self.kept, self.clock = folder, monitor, kept, clock
+        self.row = _row(monitor.carriages)
+        self.place: dict[str, Any] = {}
+        self.number = 0
+        self._journal: tuple[Path, IO[bytes]] | None = None
+        self._restore()
+
+    @property
+    def samples(self) -> int:
+        """Number of the samples that the monitor has taken in all runs."""
+        return int(self.monitor.totals()["samples"])
+
+    def _restore(self) -> None:
+        """Go on with the record, and with the samples of journals that came after it."""
+        if (self.folder / RECORD).exists():
+            try:
+                values = json.loads((self.folder / RECORD).read_text(encoding="utf-8"))
+                if values["format"] != FORMAT:
+                    raise ValueError(f"format {values['format']}, expected {FORMAT}")
+                self.number = self.monitor.restore(base64.b64decode(values["monitor"]), b"")
+                self.place = values["place"]
+            except (OSError, ValueError, KeyError, TypeError) as error:
+                raise ArgumentError(
+                    f"{self.folder / RECORD}: cannot be used: {error}. Give another folder to begin anew"
+                ) from None
+        journals = sorted(self.folder.glob("_*.journal"))
+        for journal in journals:
+            self._replay(journal)
+        self.save(self.place)
+        for journal in journals:
+            self._convert(journal)
+
+    def _replay(self, journal: Path) -> None:
+        """Push the samples of a journal that the record does not have."""
+        for rows in _rows(journal):
+            new = rows[rows["sample"] >= self.samples]
+            if new.size:
+                self.monitor.push(new["stamp"], new["count"])
+                self.place["ahead"] = self.place.get("ahead", 0) + int(new.size)
+
+    def append(self, stamps: NDArray[np.int64], counts: NDArray[np.int64], pushed: Pushed) -> None:
+        """Keep samples that the monitor has just taken."""
+        if not self.kept:
+            return
+        taken, periods, loads = pushed
+        now = self.clock()
+        rows = np.zeros(stamps.size, self.row)
+        first = self.samples - stamps.size
+        rows["sample"] = np.arange(first, self.samples)
+        rows["received"] = round(1e3 * now)
+        rows["stamp"], rows["count"], rows["result"], rows["period"] = stamps, counts, taken, periods
+        rows["loads"] = loads
+        if self._journal is None:
+            path = self.folder / f"_{_hour(now)}-{first:012d}.journal"
+            self._journal = path, path.open("ab", buffering=0)
+            _write_all(self._journal[1], _heading(self.monitor))
+        _write_all(self._journal[1], rows.tobytes())
+
+    def end_hour(self, place: dict[str, Any]) -> None:
+        """Turn the journal of an hour that is over into a Parquet file."""
+        if self._journal is not None and f"_{_hour(self.clock())}-" not in self._journal[0].name:
+            self.close(place)
+
+    def save(self, place: dict[str, Any]) -> None:
+        """Write the record; place: of the input, behind the last sample that the monitor has taken."""
+        if self._journal is not None:
+            os.fsync(self._journal[1].fileno())
+        self.number, self.place = self.number + 1, place
+        record = base64.b64encode(self.monitor.save(self.number)).decode("ascii")
+        with atomic_write(self.folder / RECORD, durable=True) as draft:
+            draft.write_text(json.dumps({"format": FORMAT, "monitor": record, "place": place}))
+
+    def close(self, place: dict[str, Any]) -> None:
+        """Write the record and the Parquet file of the hour so far."""
+        self.save(place)
+        if self._journal is not None:
+            path, file = self._journal
+            file.close()
+            self._journal = None
+            self._convert(path)
+
+    def _convert(self, journal: Path) -> None:
+        """A Parquet file from a journal, and the end of the journal; may be killed anywhere and called again."""
+        import pyarrow as pa
+        from pyarrow import parquet
+
+        described = _described(journal)
+        tables = (pa.table(_columns(rows, described["carriages"])) for rows in _rows(journal))
+        first = next(tables, None)
+        if first is not None:  # else it was killed before its first sample
+            schema = first.schema.with_metadata({b"guideload": json.dumps(described)})
+            target = self.folder / f"{journal.stem.removeprefix('_')}.parquet"
+            with (
+                atomic_write(target, durable=True) as draft,
+                parquet.ParquetWriter(draft, schema, compression="zstd", write_page_checksum=True) as writer,
+            ):
+                for table in chain((first,), tables):
+                    writer.write_table(table.cast(schema))
+        journal.unlink()
+
+
+def _hour(now: float) -> str:
+    """The hour of an instant, UTC."""
+    return datetime.fromtimestamp(now, timezone.utc).strftime("%Y-%m-%dT%H")
+
+
+def _row(carriages: list[str]) -> np.dtype[Any]:
+    """A row of a journal."""
+    return np.dtype(
+        [
+            ("sample", "<i8"),
+            ("received", "<i8"),  # ms since 1970, UTC
+            ("stamp", "<i8"),
+            ("count", "<i8"),
+            ("result", "u1"),
+            ("period", "<i8"),
+            ("loads", "<f4", (len(carriages), len(COMPONENTS))),
+        ]
+    )
+
+
+def _heading(monitor: Monitor) -> bytes:
+    """The first line of a journal."""
+    settings = monitor.settings
+    described = {
+        "machine": monitor.machine.name,
+        "carriages": monitor.carriages,
+        "period_s": settings.period,
+        "travel_per_count_m": settings.quantum,
+        "lag": settings.lag,
+    }
+    return json.dumps(described).encode("ascii") + b"\n"
+
+
+def _described(journal: Path) -> dict[str, Any]:
+    """The first line of a journal; without carriages if it was killed before its end."""
+    with journal.open("rb") as file:
+        line = file.readline()
+    return dict(json.loads(line)) if line.endswith(b"\n") else {"carriages": []}
+
+
+def _rows(journal: Path) -> Iterator[NDArray[Any]]:
+    """The whole rows of a journal; what is left of a last one that was cut off is no sample."""
+    row = _row(_described(journal)["carriages"])
+    with journal.open("rb") as file:
+        file.readline()
+        while data := file.read(ROWS * row.itemsize):
+            rows = np.frombuffer(data[: len(data) - len(data) % row.itemsize], row)
+            if rows.size:
+                yield rows
+
+
+def _write_all(file: IO[bytes], data: bytes) -> None:
+    """Write all bytes: a raw file may take a part of them."""
+    rest = memoryview(data)
+    while rest:
+        rest = rest[file.write(rest) :]
+
+
+def _columns(rows: NDArray[Any], carriages: list[str]) -> dict[str, Any]:
+    """The columns of a Parquet file; period and loads are null before the monitor knows them."""
+    import pyarrow as pa
+
+    unknown = rows["period"] < 0
+    columns: dict[str, Any] = {
+        "sample": rows["sample"],
+        "received": pa.array(rows["received"], pa.timestamp("ms", tz="UTC")),
+        "stamp": rows["stamp"],
+        "count": rows["count"],
+        "result": pa.DictionaryArray.from_arrays(rows["result"].astype(np.int8), list(RESULTS)),
+        "period": pa.array(rows["period"], mask=unknown),
+    }
+    for index, name in enumerate(carriages):
+        for component, label in enumerate(COMPONENTS):
+            values = np.ascontiguousarray(rows["loads"][:, index, component])
+            columns[f"{label}[{name}]"] = pa.array(values, mask=unknown)
+    return columns

@@ -1,0 +1,89 @@
+"""How much lag costs a load monitor how much error: `python tests/benchmarks/monitor_lag.py` (about a minute).
+
+Designs a monitor of the packaged example at 1 kHz for each lag and quantum, as `guideload monitor build` does, and
+writes the table in docs/how-to/monitor.md and the picture docs/images/monitor-lag.png.
+
+    --check   write nothing; exit with 1 if the table of the page is another one
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from importlib.resources import files
+from pathlib import Path
+
+from guideload import Machine, motion_from_trace, read_trace
+from guideload.monitor import Design, MonitorSettings, designed
+from guideload.plots.style import CARRIAGE_COLORS, look, new_figure
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "how-to" / "monitor.md"
+PICTURE = ROOT / "docs" / "images" / "monitor-lag.png"
+EXAMPLES = Path(str(files("guideload"))) / "examples"
+TABLE = re.compile(
+    r"(<!-- table of tests/benchmarks/monitor_lag.py -->\n).*?(<!-- end of table -->)", re.DOTALL
+)
+
+PERIOD, MOST = 1e-3, 20.0  # s; m/s2
+LAGS = (0, 5, 10, 20, 50)  # samples
+QUANTA = (0.05, 1.0, 5.0, 20.0, 80.0)  # um
+
+Designs = dict[tuple[float, int], Design]
+
+
+def main() -> None:
+    """Design all monitors, and write table and picture."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--check", action="store_true")
+    is_check = parser.parse_args().check
+    machine = Machine.from_toml(EXAMPLES / "manipulator.toml")
+    motion = motion_from_trace(read_trace(EXAMPLES / "manipulator.csv"), machine.drive)
+    designs: Designs = {}
+    for quantum in QUANTA:
+        for lag in LAGS:
+            settings = MonitorSettings(PERIOD, 1e-6 * quantum, lag, MOST)
+            designs[quantum, lag] = designed(machine, motion, settings)
+    lines = table(designs)
+    print(lines, end="")
+    text = PAGE.read_text(encoding="utf-8")
+    new = TABLE.sub(lambda found: found[1] + lines + found[2], text)
+    if is_check:
+        sys.exit(new != text)
+    PAGE.write_text(new, encoding="utf-8", newline="\n")
+    draw(designs)
+
+
+def table(designs: Designs) -> str:
+    """The table of the page: error of the peaks, in brackets the rms error of the loads."""
+    rows = [f"| quantum | lag {' | '.join(map(str, LAGS))} samples |", "|---" * (1 + len(LAGS)) + "|"]
+    for quantum in QUANTA:
+        cells = (designs[quantum, lag] for lag in LAGS)
+        texts = [f"{100 * one.peak_error:.1f} % ({one.load_error:.0f} N)" for one in cells]
+        rows.append(f"| {quantum:g} µm | {' | '.join(texts)} |")
+    return "\n".join(rows) + "\n"
+
+
+def draw(designs: Designs) -> None:
+    """The picture: errors over lag, a line per quantum."""
+    panels = (
+        ("error of the peak loads, %", lambda one: 100.0 * one.peak_error),
+        ("rms error of the loads, N", lambda one: one.load_error),
+    )
+    with look():
+        figure = new_figure(10.0, 4.0)
+        for ax, (label, error) in zip(figure.subplots(1, 2), panels, strict=True):
+            for quantum, color in zip(QUANTA, (*CARRIAGE_COLORS, "0.5"), strict=False):
+                values = [error(designs[quantum, lag]) for lag in LAGS]
+                ax.plot(range(len(LAGS)), values, "o-", color=color, label=f"{quantum:g} µm")
+            ax.set(yscale="log", xlabel="lag, samples of 1 ms", ylabel=label)
+            ax.set_xticks(range(len(LAGS)), map(str, LAGS))
+        ax.legend(title="travel per count", loc="upper left", bbox_to_anchor=(1.02, 1.0))
+        figure.savefig(PICTURE, dpi=110)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,242 @@
+"""A watch gives what one call of `push` gives, whatever brings the samples; and what happens at a limit."""
+
+import os
+import socket
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from watched import LIMIT, SETTINGS, new_monitor, run, samples, text_of, watched
+
+from guideload.base.errors import ArgumentError
+from guideload.watch.inputs import Break, GrowingFile, Input, Socket, StandardInput
+from guideload.watch.lines import Lines
+from guideload.watch.reaction import Command, Crossing
+from guideload.watch.session import Session
+from guideload.watch.status import EQUIVALENT, RESULTANT
+
+STAMPS, COUNTS = samples()
+TEXT = text_of(STAMPS, COUNTS)
+
+
+def require_same(session: Session) -> None:
+    """The totals and the last loads are those of one call, to the bit."""
+    monitor = new_monitor()
+    _, periods, loads = monitor.push(STAMPS, COUNTS)
+    assert session.monitor.totals() == monitor.totals()
+    assert session.period_now == periods[-1] and np.array_equal(session.loads, loads[-1])
+
+
+def send(write: object, text: bytes = TEXT) -> threading.Thread:
+    """Write the text in pieces that end within lines, in a thread."""
+
+    def pieces() -> None:
+        for start in range(0, len(text), 5003):
+            write(text[start : start + 5003])  # type: ignore[operator]
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=pieces)
+    thread.start()
+    return thread
+
+
+def until(session: Session, count: int) -> Session:
+    """Run a session until it has so many samples."""
+    end = time.monotonic() + 60.0
+    while session.samples < count:
+        assert time.monotonic() < end, session.samples
+        session.step()
+    return session
+
+
+def test_standard_input(monkeypatch: pytest.MonkeyPatch) -> None:
+    reading, writing = os.pipe()
+
+    def write(data: bytes) -> None:
+        os.write(writing, data)
+
+    with os.fdopen(reading) as file:
+        monkeypatch.setattr(sys, "stdin", file)
+        session = Session(new_monitor(), StandardInput(), Lines())
+        thread = send(write)
+        until(session, STAMPS.size)
+        os.close(writing)
+        assert not session.step()
+    thread.join()
+    require_same(session)
+
+
+def test_a_file_that_grows(tmp_path: Path) -> None:
+    path = tmp_path / "samples.csv"
+    with path.open("wb", buffering=0) as file:
+        session = Session(new_monitor(), GrowingFile(path), Lines())
+        thread = send(file.write)
+        until(session, STAMPS.size)
+        thread.join()
+    session.close()
+    require_same(session)
+
+
+def test_a_file_that_is_replaced_and_then_cut(tmp_path: Path) -> None:
+    """What is written to the old file after the replacement counts too; nothing is taken twice."""
+    path, said = tmp_path / "samples.csv", []
+    lines = TEXT.splitlines(keepends=True)
+    path.write_bytes(b"stamp,count\n" + b"".join(lines[:1000]))
+    source: Input = GrowingFile(path)
+    session = until(Session(new_monitor(), source, Lines(), say=said.append), 1000)
+    with path.open("ab") as old:
+        path.rename(tmp_path / "samples.old")
+        path.write_bytes(b"stamp,count\n" + b"".join(lines[1200:3000]))
+        old.write(b"".join(lines[1000:1200]))
+    until(session, 3000)
+    with path.open("wb") as file:  # cut, as by `copytruncate`
+        file.write(b"".join(lines[3000:]))
+    until(session, STAMPS.size)
+    session.close()
+    assert "replaced" in said[0] and "cut" in said[1] and len(said) == 2
+    assert session.lines.malformed == 0
+    require_same(session)
+
+
+@pytest.mark.parametrize("kind", ["tcp", "unix"])
+def test_a_socket_with_one_sender_after_the_other(kind: str, tmp_path: Path) -> None:
+    if kind == "unix" and not hasattr(socket, "AF_UNIX"):
+        pytest.skip("no Unix sockets here")
+    source = Socket("0" if kind == "tcp" else str(tmp_path / "samples"))
+    said: list[str] = []
+    session = Session(new_monitor(), source, Lines(), say=said.append)
+    half = TEXT.index(b"\n2000,") + 1
+    for text, count in (
+        (TEXT[:half] + b"2000,7", 2000),
+        (TEXT[half:], STAMPS.size),
+    ):  # the first dies in a line
+        family = socket.AF_INET if kind == "tcp" else socket.AF_UNIX
+        with socket.socket(family) as sender:
+            sender.connect(source.listener.getsockname())
+            thread = send(sender.sendall, text)
+            until(session, count)
+            thread.join()
+        while len(said) < 1 + (count > 2000):
+            session.step()
+    session.close()
+    assert session.lines.malformed == 1
+    require_same(session)
+    assert kind == "tcp" or not (tmp_path / "samples").exists()
+
+
+def test_a_place_that_is_taken_is_refused(tmp_path: Path) -> None:
+    first = Socket("0")
+    with pytest.raises(ArgumentError, match=f"--listen {first.listener.getsockname()[1]}: "):
+        Socket(str(first.listener.getsockname()[1]))
+    first.close()
+    with pytest.raises(ArgumentError, match="--listen 70000"):
+        Socket("70000")
+    with pytest.raises(ArgumentError, match="cannot be read"):
+        GrowingFile(tmp_path / "none.csv")
+
+
+def test_the_first_crossing_is_the_first_sample_above_the_limit() -> None:
+    """Of a machine without ratings the equivalent load is |Fy| + |Fz|; the end is exact in any batch."""
+    monitor = new_monitor()
+    _, periods, loads = monitor.push(STAMPS, COUNTS)
+    settled = periods >= monitor.constants()["settling"] + periods[periods >= 0][0]
+    above = np.abs(loads[..., :2]).sum(axis=2).max(axis=1) > LIMIT
+    expected = int(np.flatnonzero(above & settled)[0])
+    for size in (1000, len(TEXT)):
+        pieces = [TEXT[start : start + size] for start in range(0, len(TEXT), size)]
+        crossings: list[Crossing] = []
+        session = watched(*pieces, on_crossing=lambda one, to=crossings: to.append(one) or True)
+        assert session.samples == expected + 1 == session.monitor.totals()["samples"]
+        (crossing,) = crossings
+        assert crossing.period == periods[expected] and crossing.time == periods[expected] * SETTINGS.period
+        assert crossing.carriages == ["2b"]
+        assert crossing.forces == [tuple(loads[expected, 3, :2])]
+        assert session.lines.position == TEXT.index(b"\n%d," % (expected + 1)) + 1
+
+
+def test_every_crossing_is_told_once() -> None:
+    crossings: list[Crossing] = []
+    session = watched(TEXT, on_crossing=lambda one: crossings.append(one) or False)
+    require_same(session)
+    exceeded = session.monitor.totals()["limit_exceeded"]
+    assert len(crossings) == sum(exceeded) > 1
+
+
+def test_a_break_between_streams_loses_the_line_that_was_cut() -> None:
+    refused: list[object] = []
+    session = watched(TEXT[:49], Break("gone"), b"time,count\n7,7\n", on_refused=refused.append)
+    complete = TEXT[:49].count(b"\n")
+    assert session.samples == complete + 1 and len(refused) == session.lines.malformed == 1
+
+
+def test_the_status_is_the_totals() -> None:
+    session = watched(TEXT, b"bad\n")
+    totals, status = session.monitor.totals(), session.status()
+    assert status["time_s"] == session.period_now * 1e-3
+    for index, one in enumerate(status["carriages"]):
+        assert one["largest_resultant_N"] ** 2 == pytest.approx(
+            totals["largest"][index][RESULTANT], rel=1e-12
+        )
+        assert one["time_of_largest_s"] == totals["period_of_largest"][index][RESULTANT] * 1e-3
+        assert one["largest_equivalent_N"] == totals["largest"][index][EQUIVALENT]
+        assert one["limit_exceeded"] == totals["limit_exceeded"][index]
+        assert (one["Fy_N"], one["Fz_N"]) == tuple(session.loads[index, :2])
+    assert {name: totals[name] for name in status["input"] if name != "malformed"} | {
+        "malformed": 1
+    } == status["input"]
+
+
+def test_curves_have_the_largest_load_of_each_step() -> None:
+    session = watched(*(TEXT[start : start + 777] for start in range(0, len(TEXT), 777)))
+    _, periods, loads = new_monitor().push(STAMPS, COUNTS)
+    resultant = np.hypot(loads[..., 0], loads[..., 1])
+    points = session.curves.points()
+    assert len(points) == np.unique(periods[periods >= 0] // 20).size
+    for when, values in points:
+        in_step = periods // 20 == round(when / 0.02)
+        assert values == resultant[in_step & (periods >= 0)].max(axis=0).tolist()
+    assert session.curves.points(points[-3][0]) == points[-3:]
+
+
+CROSSING = Crossing(1234, 1.234, ["a", "b; rm"], [(1.0, -2.5), (3.0, 4.0)])
+
+
+def test_a_command_runs_without_a_shell_once_in_its_pause(tmp_path: Path) -> None:
+    now, said, path = [0.0], [], tmp_path / "said"
+    code = (
+        "import os, sys; open(sys.argv[1], 'a').write(sys.argv[2] + os.environ['GUIDELOAD_CARRIAGE'] + '\\n')"
+    )
+    command = Command(f'{sys.executable} -c "{code}" {path} "$HOME;"', said.append, lambda: now[0])
+    for now[0] in (0.0, 1.0, 9.9, 10.1):
+        command(CROSSING)
+        command.close()
+    assert command.started == 2 and path.read_text() == "$HOME;a,b; rm\n" * 2 and said == []
+    assert CROSSING.environment == {
+        "GUIDELOAD_PERIOD": "1234",
+        "GUIDELOAD_TIME": "1.234",
+        "GUIDELOAD_CARRIAGE": "a,b; rm",
+        "GUIDELOAD_FY": "1.0,3.0",
+        "GUIDELOAD_FZ": "-2.5,4.0",
+    }
+
+
+def test_a_command_that_cannot_run_or_fails_is_told() -> None:
+    said: list[str] = []
+    Command("/no/such/command x", said.append)(CROSSING)
+    failing = Command(f"{sys.executable} -c 'raise SystemExit(3)'", said.append)
+    failing(CROSSING)
+    failing.close()
+    assert "No such file" in said[0] and "exit code 3" in said[1]
+    for text in ("", "'"):
+        with pytest.raises(ArgumentError, match="--on-limit"):
+            Command(text, said.append)
+
+
+def test_a_run_over_no_samples_has_no_loads() -> None:
+    session = watched(b"\n")
+    assert session.status()["time_s"] is None and session.curves.points() == []
+    assert all(one["largest_resultant_N"] is None for one in session.status()["carriages"])
+    assert run(session).samples == 0
