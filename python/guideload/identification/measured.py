@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import numpy as np
+    from numpy.typing import NDArray
+
     from guideload.base.arrays import Array
     from guideload.identification.model import ModelAt
 
@@ -80,7 +83,7 @@ class Measured(Protocol):
         """(m,) what each value is: "frequency of mode 2"; long records give one label for all their samples."""
 
     @property
-    def noise_of(self) -> Array:
+    def noise_of(self) -> NDArray[np.intp]:
         """(m,) index of the noise group of each value."""
 
     def residuals(self, model: ModelAt, own: Array) -> Residuals:
