@@ -9,9 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.identification.standin import Linearised, ModeDerivatives, VariedMachine
 from guideload.identification.unknowns import Unknown
 from guideload.machine.machine import Machine
+from guideload.sensitivity.linearised import Linearised
+from guideload.sensitivity.modes import ModeDerivatives
+from guideload.sensitivity.varied import VariedMachine
 
 
 @dataclass(frozen=True, eq=False)
