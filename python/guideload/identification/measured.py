@@ -86,6 +86,10 @@ class Measured(Protocol):
     def noise_of(self) -> NDArray[np.intp]:
         """(m,) index of the noise group of each value."""
 
+    @property
+    def instants(self) -> NDArray[np.intp] | None:
+        """(m,) index of the instant of each value of a record in time; None if the noise of all is independent."""
+
     def residuals(self, model: ModelAt, own: Array) -> Residuals:
         """The residuals at one machine and own unknowns (q,)."""
 

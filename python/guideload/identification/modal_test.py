@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +79,7 @@ class ModalTest:
     rejected: tuple[tuple[int, str], ...] = ()
 
     own: tuple[OwnUnknown, ...] = ()
+    instants: ClassVar[None] = None
 
     @cached_property
     def _kept(self) -> list[int]:

@@ -9,10 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from guideload.base.arrays import Array
+from guideload.identification.places import Place
 from guideload.identification.unknowns import Unknown
 from guideload.machine.machine import Machine
 from guideload.sensitivity.linearised import Linearised
-from guideload.sensitivity.modes import ModeDerivatives
+from guideload.sensitivity.modes import Complex, ModeDerivatives
 from guideload.sensitivity.varied import VariedMachine
 
 
@@ -35,6 +36,17 @@ class ModelAt:
     def modes(self) -> ModeDerivatives:
         """Its modes, with derivatives by the values."""
         return self.rest.modes()
+
+    def response(self, frequency: Array, force: Place) -> tuple[Complex, Complex]:
+        """Amplitudes (n, 6) of L per newton at frequencies (n,) [Hz], and derivatives (n, p, 6) by the values."""
+        key = force.name, frequency.tobytes()
+        if key not in self._responses:
+            self._responses[key] = self.rest.response(frequency, force.at.tolist(), force.direction.tolist())
+        return self._responses[key]
+
+    @cached_property
+    def _responses(self) -> dict[tuple[str, bytes], tuple[Complex, Complex]]:
+        return {}
 
     def by_z(self, derivative: Array) -> Array:
         """Derivatives (p, ...) by the values as derivatives by z."""
