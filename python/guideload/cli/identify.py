@@ -16,7 +16,9 @@ from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
     from guideload.identification.description import IdentifyFile
+    from guideload.identification.measured import Measured
     from guideload.identification.result import Identification
+    from guideload.machine.machine import Machine
 
 
 @click.command()
@@ -31,39 +33,53 @@ def identify(identify_file: Path, output: Path | None, no_pictures: bool, overwr
     the identified values, a study file with their uncertainty, report, numbers and pictures.
     """
     from guideload.identification.description import read_identify
-    from guideload.identification.result import identify as identified
-    from guideload.reports.identification import identification_report
 
     with status("reading"):
         described, machine, data = read_identify(identify_file)
     if output is None:
-        with status("searching"):
-            found = identified(machine, described.unknown, data)
-        print_text(identification_report(found, encoding=output_encoding()))
+        print_text(_report(identify_file, described, machine, data)[1])
         return
-    failure = None
-    inputs = tuple(identify_file.parent / name for name in described.files) + (identify_file,)
+    inputs = (identify_file, *(identify_file.parent / name for name in described.files))
     with atomic_output(output, {"": set(IDENTIFICATION)}, overwrite, inputs) as folder:
-        with status("searching"):
-            found = identified(machine, described.unknown, data)
+        found, text = _report(identify_file, described, machine, data)
         with write_errors(output):
-            failure = _write(found, described, identify_file.parent, folder, output, not no_pictures)
-    print_text(identification_report(found, encoding=output_encoding()))
+            failure = _write(found, text, described, identify_file.parent, folder, output, not no_pictures)
+    print_text(text)
     print_text(f"Wrote {output}.")
     exit_if(failure)
 
 
+def _report(
+    file: Path, described: IdentifyFile, machine: Machine, data: list[Measured]
+) -> tuple[Identification, str]:
+    """The identification and its report, with the comparison of models if the file asks for one."""
+    from guideload.identification.cross_validation import compare
+    from guideload.identification.description import identified_alternatives
+    from guideload.identification.result import identify as identified
+    from guideload.reports.identification import identification_report
+
+    with status("searching"):
+        found = identified(machine, described.unknown, data)
+        levels = compare(identified_alternatives(described, file, found)) if described.alternatives else ()
+    return found, identification_report(found, levels, encoding=output_encoding())
+
+
 def _write(
-    found: Identification, described: IdentifyFile, source: Path, folder: Path, output: Path, pictures: bool
+    found: Identification,
+    text: str,
+    described: IdentifyFile,
+    source: Path,
+    folder: Path,
+    output: Path,
+    pictures: bool,
 ) -> PictureError | None:
-    """Write all files into the draft folder; output: the folder that it becomes."""
+    """Write all files into the draft folder; text: the report; output: the folder that it becomes."""
     from guideload.identification.json_file import json_text
     from guideload.identification.machine_file import machine_text
     from guideload.identification.study_file import study_text
-    from guideload.reports.identification import identification_report
 
     texts = {
-        "report.txt": identification_report(found),
+        "report.txt": text,
         "identification.json": json_text(found),
         "machine.toml": machine_text(found, source / described.machine, output),
     }

@@ -13,13 +13,14 @@ import numpy as np
 from pydantic import Field, PlainValidator, StrictStr, field_validator
 
 from guideload.base.config import ConfigModel, in_range, number
-from guideload.base.errors import ConfigError, ValueRefused
+from guideload.base.errors import ConfigError, KeyPath, ValueRefused
 from guideload.base.ranges import DEFLECTION, FORCE
 from guideload.base.toml import located, read_toml
 from guideload.identification.deflections import Deflection, Deflections
 from guideload.identification.frequency_responses import FrequencyResponses, curves_of
 from guideload.identification.modal_test import MeasuredMode, ModalTest
 from guideload.identification.places import Place, place_of
+from guideload.identification.result import Identification, identify
 from guideload.identification.unknowns import UnknownTable
 from guideload.machine.machine import Machine
 from guideload.study.description.refusals import problem_at
@@ -188,6 +189,19 @@ class DeflectionsTable(ConfigModel):
         return Deflections(self.name, values, self.noise or typical, self.noise is not None)
 
 
+class AlternativeTable(ConfigModel):
+    """Another model of the same machine and data, for a comparison."""
+
+    name: StrictStr = Field(min_length=1, description='a title, e.g. "all carriages alike"')
+    machine: FileName | None = Field(
+        default=None,
+        description="another machine file, as with preload or structure in series; by default the same",
+    )
+    unknown: tuple[UnknownTable, ...] = Field(
+        default=(), description="its own [[alternatives.unknown]] tables; by default those of the file"
+    )
+
+
 class IdentifyFile(ConfigModel):
     """An identify file. Raises ConfigError with all problems at once."""
 
@@ -207,13 +221,19 @@ class IdentifyFile(ConfigModel):
         default=(), description="one [[deflections]] table each"
     )
 
+    alternatives: tuple[AlternativeTable, ...] = Field(
+        default=(),
+        description="one [[alternatives]] table for each model that is compared with the one above",
+    )
+
     KINDS: ClassVar[tuple[str, ...]] = ("modal_tests", "frequency_responses", "deflections")
 
     @property
     def files(self) -> tuple[str, ...]:
         """Names of the files that it names."""
         files = [table.file for table in self.frequency_responses]
-        return tuple(name for name in (self.machine, self.trace, *files) if name is not None)
+        others = [one.machine for one in self.alternatives]
+        return tuple(name for name in (self.machine, self.trace, *others, *files) if name is not None)
 
     def data(self, machine: Machine, folder: Path) -> list[Measured]:
         """The measured data of all kinds; names of files are relative to the folder. Raises ConfigError, TraceError."""
@@ -236,10 +256,12 @@ def read_identify(file: str | PathLike[str]) -> tuple[IdentifyFile, Machine, lis
     folder = Path(file).parent
     try:
         described = IdentifyFile(**values)
-        for key, name in (("machine", described.machine), ("trace", described.trace)):
+        files: dict[KeyPath, str | None] = {("machine",): described.machine, ("trace",): described.trace}
+        files |= {("alternatives", i, "machine"): one.machine for i, one in enumerate(described.alternatives)}
+        for key, name in files.items():
             if name is not None and not (folder / name).is_file():
                 refused = ValueRefused("a file that exists", name, f"there is no {folder / name}")
-                raise ConfigError([problem_at((key,), refused)])
+                raise ConfigError([problem_at(key, refused)])
         machine = Machine.from_toml(folder / described.machine)
         return described, machine, described.data(machine, folder)
     except ConfigError as error:
@@ -251,3 +273,16 @@ def read_identify(file: str | PathLike[str]) -> tuple[IdentifyFile, Machine, lis
 def _places(texts: Sequence[str], machine: Machine) -> Iterator[Place]:
     for text in texts:
         yield place_of(text, machine)
+
+
+def identified_alternatives(
+    described: IdentifyFile, file: str | PathLike[str], found: Identification
+) -> dict[str, Identification]:
+    """The model of the file, as found, and its alternatives, each fitted to the same data."""
+    models, folder = {"as above": found}, Path(file).parent
+    for one in described.alternatives:
+        machine = found.nominal if one.machine is None else Machine.from_toml(folder / one.machine)
+        models[one.name] = identify(
+            machine, one.unknown or described.unknown, described.data(machine, folder)
+        )
+    return models

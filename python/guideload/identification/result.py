@@ -14,7 +14,7 @@ from guideload.identification.directions import Undetermined, undetermined
 from guideload.identification.fit import STARTS, Fit, fit
 from guideload.identification.intervals import Interval, interval
 from guideload.identification.machine_values import machine_with
-from guideload.identification.measured import Measured
+from guideload.identification.measured import Measured, OwnUnknown
 from guideload.identification.model import Model, ModelAt
 from guideload.identification.residual_tests import ResidualTest, residual_tests
 from guideload.identification.unknowns import Unknown, UnknownTable, unknowns_of
@@ -104,6 +104,15 @@ class Identification:
     def machine(self) -> Machine:
         """The machine with the most probable values."""
         return machine_with(self.nominal, ((parameter, value) for parameter, value, _ in self.identified))
+
+    @property
+    def own_values(self) -> tuple[tuple[OwnUnknown, float, float], ...]:
+        """The own unknowns of all data with their most probable values and standard deviations, SI."""
+        objective, p = self.fit.objective, len(self.unknowns)
+        own = [one for each in self.data for one in each.own]
+        values = (self.fit.minimum.x * objective.units)[p:].tolist()
+        sigmas = (np.sqrt(np.diag(self.covariance)) * objective.units)[p:].tolist()
+        return tuple(zip(own, values, sigmas, strict=True))
 
     @property
     def model(self) -> ModelAt:

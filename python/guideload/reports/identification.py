@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from guideload.base.number_text import counted, joined, percent
+from guideload.identification.cross_validation import Level
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.names import short, usual_unit
 from guideload.identification.result import Estimate, Identification
@@ -23,8 +26,17 @@ DIFFERENCES = (
 )
 
 
-def identification_report(found: Identification, encoding: str = "utf-8") -> str:
-    """The whole report."""
+LEVELS = (
+    "Score: logarithm of the probability of measured values that were left out of the fit, in turns; larger is better. "
+    "Behind: what the best model has more, with its standard deviation. Take the simplest one that is not certainly "
+    "worse: it is marked."
+)
+
+
+def identification_report(
+    found: Identification, levels: Sequence[Level] = (), encoding: str = "utf-8"
+) -> str:
+    """The whole report; levels: of models compared with this one."""
     parts: list[RenderableType] = [
         *heading(found.nominal),
         *remark(_answer(found)),
@@ -41,6 +53,8 @@ def identification_report(found: Identification, encoding: str = "utf-8") -> str
         if isinstance(each, ModalTest):
             parts += [*section(f"Modes: {each.name}"), _modes(each, found), *remark(*_without(each, found))]
     parts += [*section("Differences"), _differences(found), *remark(DIFFERENCES)]
+    if levels:
+        parts += [*section("Which model"), _levels(levels), *remark(LEVELS)]
     doubts = [f"{test.name}: {doubt}." for test in found.residuals for doubt in test.doubts]
     return to_text([*parts, *remark(*doubts, _search(found))], encoding=encoding)
 
@@ -124,6 +138,16 @@ def _differences(found: Identification) -> Table:
     for test in found.residuals:
         noise = "known" if test.factor is None else f"x {test.factor:.2g}"
         table.add_row(Text(test.name), f"{test.count}", f"{test.rms:.2f}", noise)
+    return table
+
+
+def _levels(levels: Sequence[Level]) -> Table:
+    table = new_table("model", "unknowns", "score", "behind", "+-", texts=("",))
+    for one in levels:
+        behind = f"{one.behind:.1f}", f"{one.uncertainty:.1f}"
+        table.add_row(
+            Text(one.name), f"{one.unknowns}", f"{one.score:.1f}", *behind, "take it" if one.is_best else ""
+        )
     return table
 
 
