@@ -26,6 +26,7 @@ PYTHON = (
     "study",
     "duty",
     "long_runs",
+    "identification",
     "reports",
     "plots",
     "html_report",

@@ -1,11 +1,13 @@
-"""The JSON schema of machine, study, catalogue, motion, duty and monitor files, from their pydantic models."""
+"""The JSON schemas of the kinds of files, from their pydantic models."""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+
+from guideload.cli.options import FileKind
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 BOUNDS = {"above": "exclusiveMinimum", "least": "minimum", "most": "maximum"}
@@ -50,9 +52,7 @@ class FileSchema(GenerateJsonSchema):
         return {"type": "integer" if bounds else ["number", "string", "array"], **bounds}
 
 
-def file_schema(
-    kind: Literal["machine", "study", "catalogue", "motion", "duty", "monitor"],
-) -> dict[str, Any]:
+def file_schema(kind: FileKind) -> dict[str, Any]:
     """The schema of a kind of file. A description ends with the SI unit of the value, as [N/m]."""
     model: type[BaseModel]
     if kind == "machine":
@@ -65,6 +65,8 @@ def file_schema(
         from guideload.duty.description import DutyFile as model
     elif kind == "monitor":
         from guideload.monitor.description import MonitorFile as model
+    elif kind == "identify":
+        from guideload.identification.description import IdentifyFile as model
     else:
         from guideload.study.description.options import StudyFile as model
     schema = model.model_json_schema(schema_generator=FileSchema)

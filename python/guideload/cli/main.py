@@ -27,6 +27,7 @@ from guideload.cli.compare import compare
 from guideload.cli.duty import duty
 from guideload.cli.encoder import encoder
 from guideload.cli.exit_codes import CommandInterrupted, InputError
+from guideload.cli.identify import identify
 from guideload.cli.life import life
 from guideload.cli.long_run import long_run
 from guideload.cli.machine import check, init, modes
@@ -93,6 +94,7 @@ for command in (
     duty,
     long_run,
     study,
+    identify,
     monitor,
     chart,
     stability,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any, get_args, get_type_hints
+from typing import Any, Literal, get_args, get_type_hints
 
 import click
 
@@ -14,6 +14,9 @@ from guideload.cli.outputs import PICTURE_ENDINGS
 from guideload.traces.options import ReadingOptions, SmoothingOptions
 
 InputFile = click.Path(path_type=Path)
+FileKind = Literal[
+    "machine", "study", "catalogue", "motion", "duty", "monitor", "identify"
+]  # of files with a schema
 Folder = click.Path(path_type=Path, file_okay=False)
 
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-from typing import Literal
+from typing import get_args
 
 import click
 
+from guideload.cli.options import FileKind
+
 
 @click.command()
-@click.argument("kind", type=click.Choice(["machine", "study", "catalogue", "motion", "duty", "monitor"]))
-def schema(kind: Literal["machine", "study", "catalogue", "motion", "duty", "monitor"]) -> None:
+@click.argument("kind", type=click.Choice(get_args(FileKind)))
+def schema(kind: FileKind) -> None:
     """Print the JSON schema of a kind of file, for completion and checks in an editor."""
     from guideload.cli.file_schema import file_schema
 

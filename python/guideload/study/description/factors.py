@@ -12,7 +12,7 @@ from guideload.base.errors import ConfigError, Problem, ValueRefused
 from guideload.parameters.parameters import Form, Parameter, Parameters
 from guideload.study.description.metadata import ParameterMetadata
 from guideload.study.description.refusals import KeyRefused, problem_at
-from guideload.study.description.varied_parameter import VariedParameter
+from guideload.study.description.varied_parameter import ParameterPaths, VariedParameter
 from guideload.study.sampling.distributions import Marginal, in_words
 
 
@@ -57,7 +57,7 @@ def factors_of(entries: Sequence[VariedParameter], parameters: Parameters) -> tu
     factors: list[Factor] = []
     for i, entry in enumerate(entries):
         try:
-            factors.extend(_factor(i, entry, *draw) for draw in _draws(entry, parameters).items())
+            factors.extend(_factor(i, entry, *draw) for draw in draws_of(entry, parameters).items())
         except ValueRefused as refused:
             problems.append(problem_at(("vary", i), refused))
     refused_entries: set[int] = set()  # one conflict for each entry is enough
@@ -88,8 +88,8 @@ def conflicts(factors: Sequence[Factor]) -> Iterator[tuple[Factor, Factor, str]]
                 yield factor, other, target
 
 
-def _draws(entry: VariedParameter, parameters: Parameters) -> dict[str, list[Parameter]]:
-    """The draws of a varied parameter: for each part, the parameters that its draw sets."""
+def draws_of(entry: ParameterPaths, parameters: Parameters) -> dict[str, list[Parameter]]:
+    """For each part with a number of its own, or "" for all parts, the parameters that this number sets."""
     varied: dict[str, Parameter] = {}
     for path in entry.path:
         try:

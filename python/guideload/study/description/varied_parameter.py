@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import BeforeValidator, Field, PlainValidator, model_validator
@@ -25,6 +25,9 @@ from guideload.study.sampling import distributions
 from guideload.study.sampling.distributions import Distribution, Marginal
 from guideload.traces.format.sources import load_table
 from guideload.traces.format.table import listed
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 Each = Literal["carriage", "rail", "link", "payload", "value"]
 NAMES = "one of normal, lognormal, uniform, triangular, sample"
@@ -83,27 +86,21 @@ Coefficient = Annotated[float, PlainValidator(_coefficient)]
 NumberOrText = Annotated[Any, PlainValidator(_number_or_text)]
 
 
-class VariedParameter(ConfigModel):
-    """Paths of varied parameters, number of draws (`each`), and bounds of their distribution."""
+class ParameterPaths(ConfigModel):
+    """Paths of parameters of a machine, and whether they share one number (`each`)."""
 
-    KEYS: ClassVar[tuple[str, ...]] = AMOUNTS
     path: Annotated[tuple[str, ...], BeforeValidator(_listed)] = Field(
         min_length=1, description='one or several, e.g. "body.mass" or "carriages.*.stiffness_y"'
     )
     name: str | None = optional("name in tables; by default the path", min_length=1)
     each: Each | None = optional(
-        "one draw for each carriage, rail, link, payload or value; by default one for all"
+        "one number for each carriage, rail, link, payload or value; by default one for all"
     )
-    within: Coefficient | None = optional("correlation between the draws of this table")
-    at_least: NumberOrText | None = optional("lower bound of the distribution")
-    at_most: NumberOrText | None = optional("upper bound of the distribution")
 
     @model_validator(mode="after")
-    def _named(self) -> VariedParameter:
+    def _named(self) -> Self:
         if self.name is None and len(self.path) > 1:
             raise ValueRefused("a name where there are several paths", list(self.path), 'e.g. name = "k"')
-        if self.within is not None and self.each is None:
-            raise ValueRefused("no within where there is one draw", self.within, 'add each = "carriage"')
         return self
 
     @property
@@ -112,7 +109,7 @@ class VariedParameter(ConfigModel):
         return self.name if self.name is not None else self.path[0]
 
     def title_of(self, owner: str) -> str:
-        """The name of one draw: "k[1a]", or without a name its path: "carriages[1a].x"."""
+        """The name of one number: "k[1a]", or without a name its path: "carriages[1a].x"."""
         if not owner:
             return self.title
         if self.name is None and self.each == "value":
@@ -121,6 +118,21 @@ class VariedParameter(ConfigModel):
         if self.name is None and all_of_a_kind:
             return f"{all_of_a_kind[1]}[{owner}].{all_of_a_kind[2]}"
         return f"{self.title}[{owner}]"
+
+
+class VariedParameter(ParameterPaths):
+    """Varied parameters, one draw for all or for each part, and bounds of their distribution."""
+
+    KEYS: ClassVar[tuple[str, ...]] = AMOUNTS
+    within: Coefficient | None = optional("correlation between the draws of this table")
+    at_least: NumberOrText | None = optional("lower bound of the distribution")
+    at_most: NumberOrText | None = optional("upper bound of the distribution")
+
+    @model_validator(mode="after")
+    def _drawn_several_times(self) -> Self:
+        if self.within is not None and self.each is None:
+            raise ValueRefused("no within where there is one draw", self.within, 'add each = "carriage"')
+        return self
 
     def marginal(self, unit: str, nominal: Sequence[float]) -> Marginal:
         """The distribution of a column that sets parameters; nominal: their values [unit] in the machine.

@@ -1,0 +1,185 @@
+"""The fit: the most probable machine under all measured data, from several starts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import qmc
+
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError
+from guideload.base.number_text import counted
+from guideload.identification.measured import Measured, Noise
+from guideload.identification.model import Model
+from guideload.identification.objective import COARSE, FAR, End, Objective
+
+STARTS = 8
+REACH = 1.5  # spreads around the expected values within which the other starts are taken
+ROUNDS = 20  # of noise levels, and of pairing
+SETTLED = 1e-3  # relative change of a noise level that ends the rounds
+STATED_VALUES = 3.0  # values that a stated but not known level of noise is worth
+APART = 0.2  # standard deviations by which different minima differ at least
+NEAR = 100.0  # excess of the sum of squares above which the exact place of a minimum does not matter
+ALIKE = 1.0  # standard deviations between the ends of coarse searches that go on to one minimum
+AS_GOOD = (
+    4.0  # excess of the sum of squares, two standard deviations: such a minimum explains the data as well
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Minimum:
+    """A minimum of the sum of squares: coordinates x (p + q,) as in `Objective`, the sum, and starts that led to it."""
+
+    x: Array
+    squares: float
+    starts: int
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The best fit, and the residuals linearised there: n values of data, p unknowns of the machine, q of the data.
+
+    minimum      the best one; others: further ones that explain the data about as well
+    residuals    (n,) in standard deviations of the noise, as stated or as estimated
+    jacobian     (n, p + q) their derivatives by the coordinates
+    free_values  (groups,) values of each group of noise, less the unknowns that they determine
+    searches     number of starts
+    messages     in words, what may be wrong with the search
+    """
+
+    objective: Objective
+    minimum: Minimum
+    others: tuple[Minimum, ...]
+    residuals: Array
+    jacobian: Array
+    free_values: Array
+    searches: int
+    messages: tuple[str, ...]
+
+    @property
+    def stated_values(self) -> Array:
+        """(groups,) values that the stated level of each estimated noise is worth."""
+        return np.full(len(self.noise), STATED_VALUES)
+
+    @property
+    def noise(self) -> tuple[Noise, ...]:
+        """All groups of noise."""
+        return tuple(one for each in self.objective.data for one in each.noise)
+
+
+def fit(model: Model, data: Sequence[Measured], starts: int = STARTS) -> Fit:
+    """The fit of a model to measured data.
+
+    Raises ArgumentError without data, and SceneError for a machine that its links do not support.
+    """
+    if not data:
+        raise ArgumentError("identify: expected measured data, got none")
+    expected = model.at(np.array([one.expected for one in model.unknowns]))
+    data = [each.settled(expected, np.array([one.expected for one in each.own])) for each in data]
+    messages: list[str] = []
+    for _ in range(ROUNDS):
+        messages.clear()
+        objective, minima = _searched(model, data, starts, messages)
+        x = minima[0].x
+        owns = objective.own_of(x)
+        settled = [
+            each.settled(model.at(x[: objective.p]), own) for each, own in zip(data, owns, strict=True)
+        ]
+        if all(new is old for new, old in zip(settled, data, strict=True)):
+            break
+        data = settled
+    else:
+        messages.append(f"the pairs of modes had not settled after {ROUNDS} rounds")
+    values, slopes = objective.of_data(x)
+    others = tuple(one for one in minima[1:] if one.squares < minima[0].squares + AS_GOOD)
+    if others:
+        messages.append(
+            f"{counted(len(others), 'other machine')} would explain the data about as well: fix what you know, or "
+            "measure more"
+        )
+    if np.any(abs(values) >= FAR):
+        raise ArgumentError("identify: no possible machine was found near the expected values")
+    return Fit(
+        objective, minima[0], others, values, slopes, _free_values(objective, x), starts, tuple(messages)
+    )
+
+
+def _searched(
+    model: Model, data: Sequence[Measured], starts: int, messages: list[str]
+) -> tuple[Objective, list[Minimum]]:
+    """All minima that were found, the best first, with noise levels that agree with the best one."""
+    noise = [one for each in data for one in each.noise]
+    objective = Objective(model, data, np.ones(len(noise)))
+    minima = _minima(objective, [(start, 1) for start in _starts(objective, starts)], messages)
+    estimated = [i for i, one in enumerate(noise) if not one.known]
+    if not estimated:
+        return objective, minima
+    for _ in range(ROUNDS):
+        factors = _noise(objective, minima[0].x, noise)
+        done = np.all(abs(factors / objective.factors - 1.0) < SETTLED)
+        objective = Objective(model, data, factors)
+        if done:
+            break
+        minima = _minima(objective, [(one.x, one.starts) for one in minima], messages)
+    else:
+        messages.append(f"the estimated noise had not settled after {ROUNDS} rounds")
+    return objective, minima
+
+
+def _starts(objective: Objective, count: int) -> Array:
+    """(count, p + q) the expected values, then points around them that cover the space evenly."""
+    p = objective.p
+    power = int(np.ceil(np.log2(count + 1)))
+    points = 2.0 * qmc.Sobol(p, scramble=False).random_base2(power)[1:count] - 1.0
+    around = np.tile(objective.expected, (count, 1))
+    around[1:, :p] += REACH * points / objective.weights[:p]
+    return around
+
+
+def _minima(objective: Objective, starts: Sequence[tuple[Array, int]], messages: list[str]) -> list[Minimum]:
+    """The different minima that searches from these starts reach, the best first; each start with its weight."""
+    coarse = [(objective.search(start, tolerance=COARSE), weight) for start, weight in starts]
+    distinct = _distinct(objective, coarse, ALIKE)
+    near = distinct[0][0].squares + NEAR
+    fine = [(objective.search(end.x) if end.squares < near else end, weight) for end, weight in distinct]
+    distinct = _distinct(objective, fine, APART)
+    if not distinct[0][0].converged:
+        messages.append("the search had not converged: the numbers are not those of the best fit")
+    return [Minimum(end.x, end.squares, count) for end, count in distinct]
+
+
+def _distinct(objective: Objective, ends: Sequence[tuple[End, int]], apart: float) -> list[tuple[End, int]]:
+    """The ends that are `apart` [standard deviations], the best first, each with the weight of all that are alike."""
+    distinct: list[tuple[End, int]] = []
+    for end, weight in sorted(ends, key=lambda one: one[0].squares):
+        slopes = np.vstack([objective.of_data(end.x)[1], np.diag(objective.weights)])
+        like = [i for i, (one, _) in enumerate(distinct) if np.linalg.norm(slopes @ (end.x - one.x)) < apart]
+        if like:
+            distinct[like[0]] = distinct[like[0]][0], distinct[like[0]][1] + weight
+        else:
+            distinct.append((end, weight))
+    return distinct
+
+
+def _free_values(objective: Objective, x: Array) -> Array:
+    """(groups,) number of values less the unknowns that they determine: the trace of 1 - J (J'J + W^2)^-1 J'."""
+    slopes = objective.of_data(x)[1]
+    root = np.linalg.qr(np.vstack([slopes, np.diag(objective.weights)]))[0][: len(slopes)]
+    left = 1.0 - (root**2).sum(axis=1)
+    return np.bincount(objective.noise_of, left, minlength=objective.factors.size).astype(np.float64)
+
+
+def _noise(objective: Objective, x: Array, noise: Sequence[Noise]) -> Array:
+    """(groups,) factors on the stated noise that agree with the residuals.
+
+    A stated level that is not known counts as much as `STATED_VALUES` values, so that few residuals that happen to be
+    small do not make all intervals small.
+    """
+    values, free = objective.of_data(x)[0], _free_values(objective, x)
+    squares = np.bincount(
+        objective.noise_of, (objective.factors[objective.noise_of] * values) ** 2, minlength=free.size
+    )
+    estimated = np.sqrt((STATED_VALUES + squares) / (STATED_VALUES + free))
+    return np.where([one.known for one in noise], 1.0, estimated)
