@@ -31,6 +31,7 @@ from guideload.cli.life import life
 from guideload.cli.machine import check, init, modes
 from guideload.cli.method_comparison import chart, stability
 from guideload.cli.monitor import monitor
+from guideload.cli.probability import probability
 from guideload.cli.response import response
 from guideload.cli.run import demo, run
 from guideload.cli.schema import schema
@@ -91,6 +92,7 @@ for command in (
     compare,
     duty,
     study,
+    probability,
     monitor,
     chart,
     stability,
