@@ -55,9 +55,11 @@ if TYPE_CHECKING:
     from guideload.simulation import Result as Result
     from guideload.simulation import peak_loads as peak_loads
     from guideload.simulation import simulate as simulate
+    from guideload.study import RareProbability as RareProbability
     from guideload.study import Study as Study
     from guideload.study import StudyInterrupted as StudyInterrupted
     from guideload.study import StudyResult as StudyResult
+    from guideload.study import exceedance_probability as exceedance_probability
     from guideload.study import run_study as run_study
     from guideload.traces import Inspection as Inspection
     from guideload.traces import Trace as Trace
@@ -100,7 +102,14 @@ _HOMES = {
     "method_comparison": ("Stability", "WorkPrecision", "stability", "work_precision"),
     "motion": ("Forces", "Motion", "Move", "MoveLimits", "Moves"),
     "simulation": ("Result", "peak_loads", "simulate"),
-    "study": ("Study", "StudyInterrupted", "StudyResult", "run_study"),
+    "study": (
+        "RareProbability",
+        "Study",
+        "StudyInterrupted",
+        "StudyResult",
+        "exceedance_probability",
+        "run_study",
+    ),
     "traces": ("Inspection", "Trace", "motion_from_trace", "read_forces", "read_trace"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

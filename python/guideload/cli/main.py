@@ -33,6 +33,7 @@ from guideload.cli.long_run import long_run
 from guideload.cli.machine import check, init, modes
 from guideload.cli.method_comparison import chart, stability
 from guideload.cli.monitor import monitor
+from guideload.cli.probability import probability
 from guideload.cli.response import response
 from guideload.cli.run import demo, run
 from guideload.cli.schema import schema
@@ -95,6 +96,7 @@ for command in (
     long_run,
     study,
     identify,
+    probability,
     monitor,
     chart,
     stability,

@@ -100,7 +100,7 @@ def answer_lines(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
         rows = probabilities.loc[name]
         row = rows.iloc[-1]  # of the machine
         probability, *ends = (f"{100 * row[key]:.3g}" for key in ("probability", "low", "high"))
-        yield f"Probability of {_limit_text(name, row['limit'], metadata)}: {probability} % ({' to '.join(ends)} %)"
+        yield f"Probability of {limit_text(name, row['limit'], metadata)}: {probability} % ({' to '.join(ends)} %)"
     if result.too_few:
         return
     drivers, measure = result.driving(), "total" if metadata.sensitivity else "rank_correlation"
@@ -119,10 +119,10 @@ def cases_answer(result: StudyResult) -> Iterator[str]:
     yield f"{words} of all cases: {with_owner(column, result.metadata)}, {value}, case {case}"
     for name, limit in result.limits.items():
         count = np.count_nonzero(QUANTITIES[name].exceeds(result.column(name), limit))
-        yield f"{capitalised(_limit_text(name, limit, result.metadata))}: {count} of {result.runs} cases"
+        yield f"{capitalised(limit_text(name, limit, result.metadata))}: {count} of {result.runs} cases"
 
 
-def _limit_text(name: str, limit: float, metadata: StudyMetadata) -> str:
+def limit_text(name: str, limit: float, metadata: StudyMetadata) -> str:
     """A limit in words: "peak resultant above 7000 N"; without a value "contact lost"."""
     quantity, title = QUANTITIES[name], title_of(name, metadata)
     sign = "below" if quantity.smallest_is_worst else "above"
@@ -292,7 +292,7 @@ def probabilities_table(probabilities: pd.DataFrame, metadata: StudyMetadata) ->
     table.columns[1].justify = "left"
     for name in probabilities.index.unique("quantity"):
         rows = probabilities.loc[name]
-        title = _limit_text(name, rows["limit"].iloc[0], metadata)
+        title = limit_text(name, rows["limit"].iloc[0], metadata)
         for carriage, row in rows.iterrows():
             if carriage or len(rows) != 2:
                 of_all = "machine" if name == LIFE else "any"

@@ -59,7 +59,15 @@ class Plan:
         if self.design is None:
             assert self.cases is not None
             return self.cases[start:stop].copy()
-        uniforms = self.design.uniforms(start, stop)
+        return self._values(self.design.uniforms(start, stop))
+
+    def values_at(self, uniforms: Array) -> Array:
+        """(n, factors) values of machines with these uniform numbers (factors, n), which are correlated in place."""
+        if self.design is not None and self.design.copula is not None:
+            self.design.copula.apply(uniforms)
+        return self._values(uniforms)
+
+    def _values(self, uniforms: Array) -> Array:
         marginals = [factor.marginal for factor in self.factors if factor.marginal is not None]
         return np.column_stack([marginal.values(u) for marginal, u in zip(marginals, uniforms, strict=True)])
 

@@ -115,7 +115,7 @@ class StudyColumns:
                 return reduce(quantity.worse, (self._quantity(stem, owner) for owner in owners))
         if name in self.store.columns:
             return self.store.column(name)
-        names = [*self._names(), *self.store.columns]
+        names = [*self.names(), *self.store.columns]
         near = get_close_matches(name, names, n=3, cutoff=0.4) or names[:3]
         raise ValueRefused("a column of the study", name, f"nearest: {', '.join(near)}")
 
@@ -152,7 +152,7 @@ class StudyColumns:
         if worse is not None and worst is not None and not QUANTITIES[name].of_machine:
             yield "", worst
 
-    def _names(self) -> Iterator[str]:
+    def names(self) -> Iterator[str]:
         """Names of the columns of all quantities, of carriages and of the machine."""
         for name in self.quantities:
             yield from self.of_carriages(name)

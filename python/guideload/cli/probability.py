@@ -1,0 +1,57 @@
+"""The command `guideload probability`: small probabilities that machines of a study exceed a limit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from guideload.cli.options import InputFile
+from guideload.cli.terminal import output_encoding, print_text, status
+
+
+@click.command()
+@click.argument("study_file", metavar="STUDY.TOML", type=InputFile)
+@click.option(
+    "--limit",
+    "limits",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help='A limit instead of the file\'s, of the machine or a carriage, such as "peak_resultant=9 kN" or '
+    '"life[1a]=500 km"; may be given again.',
+)
+@click.option(
+    "--error", type=click.FloatRange(0, 100, True, True), default=10, help="Wanted standard error, % of it."
+)
+@click.option(
+    "--most-runs", type=click.IntRange(min=1), default=1_000_000, help="Machines to run for a limit at most."
+)
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of all random numbers, instead of the file's.")
+@click.option("--threads", type=click.IntRange(min=1), help="Number of threads; default: number of cores.")
+def probability(
+    study_file: Path,
+    limits: tuple[str, ...],
+    error: float,
+    most_runs: int,
+    seed: int | None,
+    threads: int | None,
+) -> None:
+    """Probability that a machine exceeds a limit, down to 1e-9, by subset simulation.
+
+    For probabilities which a study of some thousand samples cannot count. The limits and the varied parameters are
+    those of a study file; its number of samples does not matter.
+    """
+    from guideload.reports.probability import probability_report
+    from guideload.study.description.study import Study
+    from guideload.study.rare.exceedance_probability import exceedance_probability
+    from guideload.study.rare.limit_state import wanted_limits
+
+    with status("reading"):
+        study = Study.from_toml(study_file, seed=seed)
+        wanted = wanted_limits(study.plan(), limits)
+    for name, limit in wanted.items():
+        with status(f"running machines towards the limit on {name}"):
+            found = exceedance_probability(
+                study, name, limit, coefficient_of_variation=error / 100, most_runs=most_runs, threads=threads
+            )
+        print_text(probability_report(found, study.plan().metadata, encoding=output_encoding()) + "\n")

@@ -1,0 +1,26 @@
+"""The report of a small probability of exceeding a limit."""
+
+from __future__ import annotations
+
+from guideload.base.number_text import percent, scientific
+from guideload.reports.elements import WIDTH, to_text
+from guideload.reports.study import limit_text
+from guideload.study.description.metadata import StudyMetadata
+from guideload.study.rare.exceedance_probability import RareProbability
+
+
+def probability_report(
+    found: RareProbability, metadata: StudyMetadata, width: int = WIDTH, encoding: str = "utf-8"
+) -> str:
+    """Probability, coefficient of variation, interval, work and doubts; lines have at most `width` characters."""
+    stem, _, carriage = found.name.partition("[")
+    owner = f"carriage {carriage.removesuffix(']')}" if carriage else "machine"
+    text = f"Probability of {limit_text(stem, found.limit, metadata)}, {owner}: "
+    if found.probability:
+        ends = f"{scientific(found.low, 1)} to {scientific(found.high, 1)}"
+        text += f"{scientific(found.probability, 1)} ({ends} at 95 %), coefficient of variation "
+        text += percent(found.coefficient_of_variation)
+    else:
+        text += f"below {scientific(found.high)}"
+    work = f"{found.populations} populations of a subset simulation, {found.runs} runs, seed {found.seed}"
+    return to_text([f"{text}. {work}.", *found.doubts], width, encoding)

@@ -1,0 +1,148 @@
+"""Small probabilities against closed forms, by subset simulation alone and on machines of known loads."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import study_standin
+from scipy import integrate
+from scipy.special import ndtr
+from scipy.stats import norm
+from test_study import MACHINE, MASS, study
+
+from guideload.base.errors import ArgumentError, ValueRefused
+from guideload.motion.motion import Motion
+from guideload.reports.probability import probability_report
+from guideload.study.execution import run_study
+from guideload.study.rare.exceedance_probability import RareProbability, exceedance_probability
+from guideload.study.rare.limit_state import wanted_limits
+from guideload.study.rare.subset_simulation import subset_simulation
+
+FACTORS, POPULATIONS = 10, 24
+DIAGONAL = np.full(FACTORS, FACTORS**-0.5)
+REST = Motion.along_x(time=[0.0, 0.1], acceleration=[0.0, 0.0])
+PEAK = "peak_resultant_N[2b]"
+
+
+def parabola(bend: float, distance: float) -> float:
+    """Probability that x + bend y^2 is above the distance, of normal x and y."""
+    inside = integrate.quad(
+        lambda y: norm.pdf(y) * ndtr(bend * y**2 - distance), -15, 15, epsabs=0.0, limit=200
+    )
+    return float(inside[0])
+
+
+# Margins of normal scores, and the probability that they are positive.
+LAWS: dict[str, tuple[Callable[[np.ndarray], np.ndarray], float]] = {
+    "plane": (lambda u: u @ DIAGONAL - 4.75, ndtr(-4.75)),
+    "two design points": (lambda u: np.abs(u @ DIAGONAL) - 4.75, 2 * ndtr(-4.75)),
+    "two unequal design points": (
+        lambda u: np.maximum(u[:, 0] - 4.0, -u[:, 1] - 4.2),
+        ndtr(-4.0) + ndtr(-4.2),
+    ),
+    "parabola": (lambda u: u[:, 0] + 0.1 * u[:, 1] ** 2 - 4.0, parabola(0.1, 4.0)),
+    "steps": (lambda u: np.floor(4 * (u @ DIAGONAL)) / 4 - 3.9, ndtr(-4.0)),
+    "often": (lambda u: u[:, 0] - 0.5, ndtr(-0.5)),
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_small_probability_is_that_of_the_closed_form(law: str) -> None:
+    """Within what the scatter of the populations says, and the bias of 3 % that so many samples have."""
+    margin, truth = LAWS[law]
+    found = subset_simulation(margin, FACTORS, POPULATIONS, 1e-12, np.random.default_rng(3))
+    error = found.std(ddof=1) / POPULATIONS**0.5
+    assert abs(found.mean() - truth) < 3.5 * error + 0.03 * truth
+    assert error < 0.1 * truth
+
+
+def test_margins_that_lead_nowhere_give_no_probability() -> None:
+    for margin in (
+        lambda u: np.full(len(u), -1.0),
+        lambda u: ndtr(u[:, 0]) - 1.1,
+        lambda u: np.full(len(u), -np.inf),
+    ):
+        assert not subset_simulation(margin, 2, 2, 1e-9, np.random.default_rng(0)).any()
+
+
+def at_rest(**keys: Any) -> Any:
+    """A study of the machine at rest, where all loads are proportional to mass and gravity, both lognormal."""
+    sigma = {"distribution": "lognormal", "sigma": 0.05}
+    vary = [dict(path="body.mass", **sigma), dict(path="gravity.y", median="9.8 m/s2", **sigma)]
+    damping = dict(name="b", path="carriages.*.damping", **sigma)
+    machine = MACHINE.model_copy(update={"gravity": (0.0, 9.8, 0.0)})
+    return study(
+        *vary,
+        damping,
+        machine=machine,
+        motion=REST,
+        correlation=[{"between": ["body.mass", "gravity.y"], "value": 0.5}],
+        **keys,
+    )
+
+
+@pytest.fixture(scope="module")
+def found() -> tuple[RareProbability, float]:
+    """The probability of a load at rest, and the closed form: a product of correlated lognormal factors."""
+    values = run_study(at_rest(samples=8), threads=1).table([PEAK, "body.mass", "gravity.y"])
+    ratio = values[PEAK] / (values["body.mass"] * values["gravity.y"])
+    np.testing.assert_allclose(ratio, ratio[0], rtol=1e-9)
+    limit = float(ratio[0] * MACHINE.body.mass * 9.8 * np.exp(4.5 * 0.05 * 3**0.5))
+    return exceedance_probability(at_rest(), PEAK, limit, coefficient_of_variation=0.15, threads=1), limit
+
+
+def test_the_load_of_a_machine_at_rest_is_a_closed_form(found: tuple[RareProbability, float]) -> None:
+    result, _ = found
+    assert not result.doubts and 0.0 < result.coefficient_of_variation <= 0.15
+    assert abs(result.probability / ndtr(-4.5) - 1) < 3 * result.coefficient_of_variation + 0.03
+    assert result.low < result.probability < result.high and result.populations >= 10
+
+
+def test_the_result_depends_neither_on_threads_nor_on_the_number_of_samples(
+    found: tuple[RareProbability, float],
+) -> None:
+    result, limit = found
+    text = f"{limit!r} N"
+    assert (
+        exceedance_probability(at_rest(samples=77), PEAK, text, coefficient_of_variation=0.15, threads=2)
+        == result
+    )
+
+
+def test_what_cannot_be_estimated_is_said() -> None:
+    bounded = exceedance_probability(study(MASS, motion=REST), "peak_resultant_N", "1 MN", most_runs=200_000)
+    assert (bounded.probability, bounded.low, bounded.high) == (0.0, 0.0, 1e-9)
+    assert "No population came to the limit" in bounded.doubts[0]
+    assert "below 1e-9" in probability_report(bounded, study(MASS).plan().metadata)
+    failing = exceedance_probability(
+        study_standin.plan(), "peak_resultant_N", 0.5, coefficient_of_variation=0.5
+    )
+    assert failing.probability == pytest.approx(1 - 0.5**4, abs=0.05)
+    assert "had no solution" in failing.doubts[0] and "no equilibrium" in failing.doubts[0]
+    few = exceedance_probability(
+        study_standin.plan(), "peak_resultant_N", 0.5, coefficient_of_variation=1e-3, most_runs=20_000
+    )
+    assert "allow more runs than 20000" in few.doubts[0]
+
+
+def test_what_has_no_probability_is_refused() -> None:
+    given = study(vary=(), samples=None, cases={"body.mass [t]": [1.0]})
+    plan = study(MASS, limits={"peak_resultant": "7 kN"}).plan()
+    with pytest.raises(ArgumentError, match="given cases, which have no probability"):
+        exceedance_probability(given, "peak_resultant_N", 1.0)
+    with pytest.raises(ValueRefused, match="nothing tells how near"):
+        exceedance_probability(plan, "contact_lost")
+    with pytest.raises(ValueRefused, match="nearest: peak_resultant_N"):
+        exceedance_probability(plan, "peak_resultant", 1.0)
+    with pytest.raises(ArgumentError, match="expected a limit on peak_Fy_N"):
+        exceedance_probability(plan, "peak_Fy_N")
+    with pytest.raises(ArgumentError, match="at least 20000, got 100"):
+        exceedance_probability(plan, "peak_resultant_N", most_runs=100)
+    assert wanted_limits(plan, ()) == {"peak_resultant_N": 7000.0}
+    assert wanted_limits(plan, ["peak_drive=9 kN", "peak_Fy[1a]=8 kN"]) == {
+        "peak_drive_N": "9 kN",
+        "peak_Fy_N[1a]": "8 kN",
+    }
+    with pytest.raises(ArgumentError, match='"peak_resultant=9 kN"'):
+        wanted_limits(plan, ["peak_resultant 9 kN"])
