@@ -5,15 +5,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lives import cart
 
 from guideload import Machine, Motion, motion_from_trace, read_trace, simulate
 from guideload.base.errors import ArgumentError, SceneError
 from guideload.cli.inputs import EXAMPLES
+from guideload.life.life import life_of
 from guideload.life.mean_load import Travel, integrals
 from guideload.monitor import Design, Monitor, MonitorSettings, designed
 from guideload.monitor.design import SampledPath
 from guideload.monitor.estimator import taps_of
 from guideload.monitor.source import C_PLACES, c_source, rust_source
+from guideload.watch.status import status
 
 SETTINGS = MonitorSettings(period=1e-3, quantum=20e-6, lag=20, max_acceleration=20.0)
 
@@ -58,6 +61,21 @@ def _sum_of_forces():  # type: ignore[no-untyped-def]
     weights = np.zeros((2, 5, 2))
     weights[0, :2] = 1.0
     return EquivalentLoad(weights, 1.0)
+
+
+def test_the_life_that_is_used_is_that_of_a_simulation() -> None:
+    """Carriages with ratings, by the rule of their product; in the status of a watch too."""
+    machine, time = cart(), 1e-3 * np.arange(1501)
+    acceleration = 3.0 * np.sin(2.0 * np.pi * time)
+    speed = np.concatenate([[0.0], np.cumsum(0.5e-3 * (acceleration[1:] + acceleration[:-1]))])
+    motion = Motion.along_x(time, acceleration, velocity=speed)
+    monitor = Monitor(machine, SETTINGS, taps_of(3, 2.0, 20))
+    monitor.push_motion(speed, acceleration)
+    lives = life_of(simulate(machine, motion)).carriages
+    expected = [float(one.damage.sum()) for one in lives]
+    assert monitor.totals()["life_used"] == pytest.approx(expected, rel=1e-9) and min(expected) > 0.0
+    shown = status(monitor, -1, np.zeros((4, 5)), 0, 0.0)["carriages"]
+    assert [one["life_used"] for one in shown] == monitor.totals()["life_used"]
 
 
 @pytest.mark.parametrize(("order", "time_constant", "lag"), [(3, 2.0, 20), (5, 3.0, 12), (3, 6.0, 0)])

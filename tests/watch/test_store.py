@@ -10,7 +10,7 @@ import pytest
 from pyarrow import parquet
 from watched import Pieces, machine, new_monitor, run, samples, text_of
 
-from guideload.base.errors import ArgumentError
+from guideload.base.errors import ArgumentError, WriteError
 from guideload.monitor import Monitor
 from guideload.watch.inputs import GrowingFile
 from guideload.watch.lines import Lines
@@ -95,9 +95,7 @@ def test_killed_anywhere_and_started_again(seed: int, tmp_path: Path) -> None:
             is_first = False
             kill(session) if random_of.random() < 0.8 else session.close()
             session = None
-    session = session or in_file(source, out)
-    while session.lines.position < len(TEXT):
-        session.step()
+    session = run_to_end(session or in_file(source, out))
     session.close()
     require_every_sample_once(out)
     assert session.monitor.totals()["samples"] == STAMPS.size
@@ -115,6 +113,36 @@ def test_killed_while_a_journal_becomes_a_file(tmp_path: Path) -> None:
     run(session_in(tmp_path)).close()
     require_every_sample_once(tmp_path)
     assert not journal.exists()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full disk here")
+def test_after_a_full_disk_every_sample_is_there_once(tmp_path: Path) -> None:
+    source, out = tmp_path / "samples.csv", tmp_path / "out"
+    out.mkdir()
+    source.write_bytes(TEXT[:9000])
+    session = in_file(source, out)
+    session.step()
+    assert session.store is not None and session.store._journal is not None
+    path, file = session.store._journal
+    file.close()
+    with source.open("ab") as more, open("/dev/full", "ab", buffering=0) as full:
+        more.write(TEXT[9000:])
+        more.flush()
+        session.store._journal = path, full
+        with pytest.raises(WriteError, match=f"{path.name}: cannot be written: No space"):
+            session.step()
+    kill(session)
+    again = run_to_end(in_file(source, out))
+    again.close()
+    require_every_sample_once(out)
+    assert again.monitor.totals()["samples"] == STAMPS.size
+
+
+def run_to_end(session: Session) -> Session:
+    """Take all that is in a file that grows no more."""
+    while session.lines.position < len(TEXT):
+        session.step()
+    return session
 
 
 def kill(session: Session) -> None:

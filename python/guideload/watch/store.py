@@ -23,14 +23,14 @@ from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
-from guideload.base.errors import ArgumentError
+from guideload.base.errors import ArgumentError, WriteError
 from guideload.monitor.monitor import Monitor
 
 RECORD = "_record.json"  # readers of a folder of Parquet files leave out names that begin with _ or .
 FORMAT = 1
 COMPONENTS = ("Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm")
 RESULTS = ("used", "early", "suspect", "bridged", "counter set", "restarted")
-ROWS = 2**18  # that are converted at once
+ROWS = 2**16  # that are converted at once
 
 Pushed = tuple[NDArray[np.uint32], NDArray[np.int64], Array]  # of `Monitor.push`
 
@@ -97,11 +97,16 @@ class Store:
         rows["received"] = round(1e3 * now)
         rows["stamp"], rows["count"], rows["result"], rows["period"] = stamps, counts, taken, periods
         rows["loads"] = loads
-        if self._journal is None:
-            path = self.folder / f"_{_hour(now)}-{first:012d}.journal"
-            self._journal = path, path.open("ab", buffering=0)
-            _write_all(self._journal[1], _heading(self.monitor))
-        _write_all(self._journal[1], rows.tobytes())
+        path = (
+            self.folder / f"_{_hour(now)}-{first:012d}.journal" if self._journal is None else self._journal[0]
+        )
+        try:
+            if self._journal is None:
+                self._journal = path, path.open("ab", buffering=0)
+                _write_all(self._journal[1], _heading(self.monitor))
+            _write_all(self._journal[1], rows.tobytes())
+        except OSError as error:
+            raise WriteError(error.errno, error.strerror, str(path)) from error
 
     def end_hour(self, place: dict[str, Any]) -> None:
         """Turn the journal of an hour that is over into a Parquet file."""
