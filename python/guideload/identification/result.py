@@ -114,6 +114,10 @@ class Identification:
         sigmas = (np.sqrt(np.diag(self.covariance)) * objective.units)[p:].tolist()
         return tuple(zip(own, values, sigmas, strict=True))
 
+    def own_of(self, data: Measured) -> Array:
+        """The own unknowns of a data set, in SI."""
+        return self.fit.objective.own_of(self.fit.minimum.x)[self.data.index(data)]
+
     @property
     def model(self) -> ModelAt:
         """The machine with the most probable values, as the data see it."""
