@@ -125,7 +125,7 @@ class FrequencyResponses:
         return Residuals(np.concatenate(values), by_values * model.slopes, by_own)
 
     def settled(self, model: ModelAt, own: Array) -> FrequencyResponses:
-        """With the noise of the computed responses, once these are near: of the measured ones, small ones weigh too much."""
+        """With the noise of the computed responses, once they are near: of measured ones the small weigh too much."""
         gain = float(own[0]) if own.size else 1.0
         found = [gain * curve.computed(model)[0] for curve in self.curves]
         near = [_distance(one, curve.value) for one, curve in zip(found, self.curves, strict=True)]
