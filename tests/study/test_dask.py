@@ -71,7 +71,7 @@ def test_workers_write_the_same_bits_into_the_shared_folder(client: Any, tmp_pat
         ].sum() == pytest.approx(total)
     if duckdb := importable("duckdb"):
         query = f"""select sum("max_resultant_N[2b]") from '{folder / SAMPLES}/*.parquet'"""
-        assert duckdb.sql(query).fetchone()[0] == pytest.approx(total)
+        assert duckdb.sql(query).fetchall()[0][0] == pytest.approx(total)
 
 
 def test_an_interrupted_study_is_resumed_on_a_cluster(client: Any, tmp_path: Path) -> None:
