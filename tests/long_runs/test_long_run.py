@@ -165,6 +165,27 @@ def test_blocks_together_are_the_motion_of_the_whole_file(tmp_path: Path, stamps
         np.testing.assert_allclose(values, getattr(whole, name), rtol=0.0, atol=scale)
 
 
+@pytest.mark.parametrize("damage", ["empty", "wild"])
+def test_damaged_stamps_where_blocks_meet_lose_no_other_sample(tmp_path: Path, damage: str) -> None:
+    time, position = recorded()
+    bound = np.linspace(0, COUNT, 4).astype(int)[1]
+    time[bound] = np.nan if damage == "empty" else time[bound] - 3.0
+    file = written(tmp_path, **{"t [s]": time, "x [m]": np.round(position / 1e-6) * 1e-6})
+    blocks = list(motion_blocks(file, rows=ROWS, repair="all"))
+    joined = np.concatenate([blocks[0].time, *(block.time[1:] for block in blocks[1:])])
+    np.testing.assert_allclose(joined, np.delete(time, bound), rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("row", [3000, ROWS + 300, 2 * ROWS])
+def test_a_clock_that_is_set_back_is_refused(tmp_path: Path, row: int) -> None:
+    """A repair moves all later rows, which later blocks would not know."""
+    time, position = recorded()
+    time[row:] -= 3.0
+    file = written(tmp_path, **{"t [s]": time, "x [m]": np.round(position / 1e-6) * 1e-6})
+    with pytest.raises(TraceError, match="set back within rows"):
+        list(motion_blocks(file, rows=ROWS, repair="all"))
+
+
 def test_a_record_that_stands_still_for_whole_blocks(tmp_path: Path) -> None:
     time, position = recorded()
     position = np.where(time < 12.0, position[0], np.round(position / 1e-6) * 1e-6)
