@@ -57,6 +57,12 @@ def test_malformed_lines_are_named_and_counted(tmp_path: Path) -> None:
     assert "malformed lines 21" in " ".join(ended.stdout.split())
 
 
+def test_stamps_in_seconds_need_their_option(tmp_path: Path) -> None:
+    assert "stamps in seconds need --seconds" in watch(tmp_path, text=b"0.001,5\n").stderr
+    seconds = watch(tmp_path, "--seconds", text=b"0.001,5\n0.002,5.5\n").stderr
+    assert 'got "0.002,5.5"; left out' in seconds
+
+
 def test_strict_ends_before_the_first_malformed_line(tmp_path: Path) -> None:
     out = tmp_path / "out"
     out.mkdir()

@@ -104,8 +104,9 @@ def test_what_a_run_in_blocks_cannot_do_is_refused() -> None:
     rail = machine.rails[0].model_copy(update={"straightness": ((0.0, 0.0, 0.0), (1.0, 1e-5, 0.0))})
     with pytest.raises(ArgumentError, match="rails that are not straight"):
         LongRun(machine.model_copy(update={"rails": (rail, machine.rails[1])}))
-    with pytest.raises(ArgumentError, match="no block was added"):
-        _ = LongRun(machine).peaks
+    for name in ("peaks", "safeties"):
+        with pytest.raises(ArgumentError, match="no block was added"):
+            getattr(LongRun(machine), name)
     with pytest.raises(ArgumentError, match="from a Parquet file"):
         next(motion_blocks(EXAMPLES / "manipulator.csv"))
     with pytest.raises(ArgumentError, match="uniform"):
@@ -165,6 +166,27 @@ def test_blocks_together_are_the_motion_of_the_whole_file(tmp_path: Path, stamps
         np.testing.assert_allclose(values, getattr(whole, name), rtol=0.0, atol=scale)
 
 
+@pytest.mark.parametrize("damage", ["empty", "wild"])
+def test_damaged_stamps_where_blocks_meet_lose_no_other_sample(tmp_path: Path, damage: str) -> None:
+    time, position = recorded()
+    bound = np.linspace(0, COUNT, 4).astype(int)[1]
+    time[bound] = np.nan if damage == "empty" else time[bound] - 3.0
+    file = written(tmp_path, **{"t [s]": time, "x [m]": np.round(position / 1e-6) * 1e-6})
+    blocks = list(motion_blocks(file, rows=ROWS, repair="all"))
+    joined = np.concatenate([blocks[0].time, *(block.time[1:] for block in blocks[1:])])
+    np.testing.assert_allclose(joined, np.delete(time, bound), rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("row", [3000, ROWS + 300, 2 * ROWS])
+def test_a_clock_that_is_set_back_is_refused(tmp_path: Path, row: int) -> None:
+    """A repair moves all later rows, which later blocks would not know."""
+    time, position = recorded()
+    time[row:] -= 3.0
+    file = written(tmp_path, **{"t [s]": time, "x [m]": np.round(position / 1e-6) * 1e-6})
+    with pytest.raises(TraceError, match="set back within rows"):
+        list(motion_blocks(file, rows=ROWS, repair="all"))
+
+
 def test_a_record_that_stands_still_for_whole_blocks(tmp_path: Path) -> None:
     time, position = recorded()
     position = np.where(time < 12.0, position[0], np.round(position / 1e-6) * 1e-6)
@@ -176,15 +198,37 @@ def test_a_record_that_stands_still_for_whole_blocks(tmp_path: Path) -> None:
     assert np.all(np.isfinite(run.peaks.largest))
 
 
+def test_without_ratings_or_travel_there_is_no_life() -> None:
+    run, standing = LongRun(reference.cart()), LongRun(cart(life={"life": "4000 km"}))
+    block = next(cut(MOTION))
+    run.add(block)
+    standing.add(
+        replace(block, velocity=np.zeros_like(block.velocity), acceleration=np.zeros_like(block.acceleration))
+    )
+    assert run.safeties[0].size == run.lives.size == 0
+    for one in (run, standing):
+        assert np.isnan([one.machine_life, one.used, one.hours(1.0)]).all()
+
+
 def test_the_command_prints_the_answer_and_writes_the_table(tmp_path: Path) -> None:
     time, position = recorded()
+    time[2 * ROWS] = np.nan
     file = written(tmp_path, **{"t [s]": time, "x [m]": np.round(position / 1e-6) * 1e-6})
-    arguments = ["long-run", str(EXAMPLES / "manipulator.toml"), str(file), "--rows", str(ROWS)]
+    arguments = [
+        "long-run",
+        str(EXAMPLES / "manipulator.toml"),
+        str(file),
+        "--rows",
+        str(ROWS),
+        "--repair",
+        "empty",
+    ]
     done = CliRunner().invoke(main, [*arguments, "-o", str(tmp_path / "blocks.csv")])
     assert done.exit_code == 0, done.output
-    assert f"{COUNT} samples" in done.output
+    assert f"{COUNT - 1} samples" in done.output
+    assert f"left out, row {2 * ROWS + 1}" in done.output
     table = pd.read_csv(tmp_path / "blocks.csv")
-    assert table["samples"].sum() == COUNT
+    assert table["samples"].sum() == COUNT - 1
     assert table["end_s"].iloc[-1] == pytest.approx(time[-1])
     again = CliRunner().invoke(main, [*arguments, "-o", str(tmp_path / "blocks.csv")])
     assert again.exit_code == 2

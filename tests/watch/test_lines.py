@@ -42,6 +42,12 @@ def test_a_time_beyond_64_bits_of_ticks_is_no_sample() -> None:
     assert taken(b"999999999999,1\n1,2\n", rate=1e9)[:3] == ([10**9], [2], [1])
 
 
+def test_numbers_have_64_bits() -> None:
+    """Nanoseconds since 1970 have 19 digits."""
+    text = b"1790000000000000000,-9223372036854775807\n9223372036854775808,1\n1,9223372036854775808\n"
+    assert taken(text)[:3] == ([1_790_000_000_000_000_000], [1 - 2**63], [2, 3])
+
+
 def test_a_last_line_without_an_end_is_no_sample() -> None:
     """It may be cut off within a number."""
     *_, lines = taken(b"1,10\n2,1")
@@ -61,6 +67,8 @@ def test_a_line_without_end_takes_no_memory_and_counts_once(piece: int) -> None:
     stamps, _, refused, lines = taken(text, *range(piece, len(text), piece))
     assert stamps == [1, 2] and refused == [2] and lines.malformed == 1
     assert lines.position == len(text) and lines.number == 3
+    *_, lines = taken(text[:-6], *range(piece, len(text) - 6, piece))
+    assert lines.end() is None and lines.malformed == 1
 
 
 def test_known_samples_are_skipped() -> None:

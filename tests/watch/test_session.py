@@ -127,13 +127,19 @@ def test_a_socket_with_one_sender_after_the_other(kind: str, tmp_path: Path) -> 
     assert kind == "tcp" or not (tmp_path / "samples").exists()
 
 
-def test_a_place_that_is_taken_is_refused(tmp_path: Path) -> None:
+def test_inputs_that_cannot_be_read_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first = Socket("0")
     with pytest.raises(ArgumentError, match=f"--listen {first.listener.getsockname()[1]}: "):
         Socket(str(first.listener.getsockname()[1]))
     first.close()
     with pytest.raises(ArgumentError, match="--listen 70000"):
         Socket("70000")
+    for where in ("", "127.0.0.1:5555", "5555x", "\N{SUPERSCRIPT TWO}"):
+        with pytest.raises(ArgumentError, match="--listen .*: expected a port such as 5555, or the path"):
+            Socket(where)
+    monkeypatch.setattr(sys, "stdin", None)
+    with pytest.raises(ArgumentError, match="standard input is closed"):
+        StandardInput()
     with pytest.raises(ArgumentError, match="cannot be read"):
         GrowingFile(tmp_path / "none.csv")
 

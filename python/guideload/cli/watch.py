@@ -94,7 +94,7 @@ def watch(
         raise InputError(f"{monitor_file}: there is no limit to pass: add load_limit")
     with ExitStack() as stack:
         ends = stack.enter_context(asked_to_end())
-        say = _Voice(ends if strict else None)
+        say = _Voice(ends if strict else None, seconds)
         command = None if on_limit is None else Command(on_limit, say)
         store = None if output is None else stack.enter_context(_opened_store(output, monitor, record_only))
         source = _opened_input(follow, listen)
@@ -151,10 +151,13 @@ def asked_to_end() -> Iterator[Ends]:
 
 
 class _Voice:
-    """Messages on standard error; of malformed lines the first ones. ends: what the first one ends, if any."""
+    """Messages on standard error; of malformed lines the first ones.
 
-    def __init__(self, ends: Ends | None) -> None:
-        self.ends, self.count = ends, 0
+    ends: what the first malformed line ends, if any; seconds: whether time stamps are in seconds.
+    """
+
+    def __init__(self, ends: Ends | None, seconds: bool) -> None:
+        self.ends, self.seconds, self.count = ends, seconds, 0
         self.say: Callable[[str], None] = lambda text: click.echo(text, err=True)
 
     def __call__(self, text: str) -> None:
@@ -169,7 +172,8 @@ class _Voice:
             more = "; further ones are only counted" if self.count == MOST_REFUSED else ""
             then = f"left out{more}" if self.ends is None else "the watch ends before it"
             expected = "expected a time stamp and a counter, as in 1200,35210"
-            self(f'line {line.number}: {expected}, got "{line.text}"; {then}')
+            hint = "" if self.seconds or "." not in line.text else " (stamps in seconds need --seconds)"
+            self(f'line {line.number}: {expected}, got "{line.text}"{hint}; {then}')
         if self.ends is not None:
             self.ends.code = InputError.exit_code
         return self.ends is not None

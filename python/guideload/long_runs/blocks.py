@@ -84,11 +84,22 @@ def _blocks(
         motion = motion_from_trace(trace, drive, **smoothing)
         shift += _shift(table, before, stamps)
         before = stamps[own.stop - MARGIN if own.stop > MARGIN else 0 :]
-        end = stamps[own.stop] if own.stop < stamps.size else np.inf
-        block = _between(motion, (stamps[own.start], end), shift, last)
+        if trace.time[-1] not in stamps:
+            raise TraceError(
+                f"{path.name}: the clock was set back within {table.rows(range(len(table.numbers)))}; a run in blocks "
+                "cannot move all later rows: cut the record there, or put its time stamps right"
+            )
+        ends = _first_used(stamps, trace.time, own.start), _first_used(stamps, trace.time, own.stop)
+        block = _between(motion, ends, shift, last)
         if block is not None:
             last = block
             yield block
+
+
+def _first_used(stamps: Array, used: Array, row: int) -> float:
+    """The first stamp [s] from a row on that the trace has used; inf if repairs have left out all of them."""
+    kept = stamps[row:][np.isin(stamps[row:], used)]
+    return float(kept[0]) if kept.size else np.inf
 
 
 def _shift(table: Table, before: Array, stamps: Array) -> float:
@@ -104,9 +115,9 @@ def _shift(table: Table, before: Array, stamps: Array) -> float:
 
 
 def _between(motion: Motion, ends: tuple[float, float], shift: float, last: Motion | None) -> Motion | None:
-    """The part of a motion from the first end [s] up to the second, its time moved by `shift`, after the block before.
+    """The part of a motion from the first of `ends` [s] to before the second, its time moved by `shift`.
 
-    last: the block before. None if there is no stamp between the ends.
+    last: the block before; its last sample becomes the first one. None if there is no stamp between the ends.
     """
     inside = np.flatnonzero((motion.time >= ends[0]) & (motion.time < ends[1]))
     time = motion.time[inside] + shift

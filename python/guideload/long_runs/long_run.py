@@ -41,6 +41,7 @@ class Block:
     powers      (rated,) N^p m, integral of P^p over the path, of each carriage with ratings
     distance    m, travel; nan if no carriage has ratings
     safeties    (rated,) smallest static safety, and `times` of it [s]
+    notes       on its motion: what was detected, chosen and repaired in its rows
     """
 
     start: float
@@ -51,6 +52,7 @@ class Block:
     distance: float
     safeties: Array
     times: Array
+    notes: tuple[str, ...] = ()
 
 
 class LongRun:
@@ -126,6 +128,7 @@ class LongRun:
                 distance=distance,
                 safeties=np.array(safeties),
                 times=np.array(times),
+                notes=tuple(motion.notes),
             )
         )
 
@@ -154,8 +157,7 @@ class LongRun:
     @property
     def peaks(self) -> Peaks:
         """The extremes of the loads of every carriage. Raises ArgumentError before the first block."""
-        if not self.blocks:
-            raise ArgumentError("LongRun: no block was added yet")
+        self._require_blocks()
         whole = self.blocks[0].peaks
         for block in self.blocks[1:]:
             one = block.peaks
@@ -186,25 +188,31 @@ class LongRun:
 
     @property
     def machine_life(self) -> float:
-        """The life [m] that all carriages with ratings reach together."""
-        return float(system_life(self.lives))
+        """The life [m] that all carriages with ratings reach together; nan without ratings or travel."""
+        return float(system_life(self.lives)) if self.criteria else math.nan
 
     @property
     def used(self) -> float:
-        """Probability that a carriage has failed by fatigue after the travel of this record."""
+        """Probability that a carriage has failed by fatigue after the travel of this record; nan as the life."""
         return float(failure_probability(self.distance, self.machine_life, self.machine.life.reliability))
 
     @property
     def safeties(self) -> tuple[Array, Array]:
-        """Smallest static safety of each carriage with ratings (rated,), and its time [s]."""
-        values, times = np.array(self._of_carriages("safeties")), np.array(self._of_carriages("times"))
-        at = values.argmin(axis=1)
-        rows = np.arange(at.size)
-        return values[rows, at], times[rows, at]
+        """Smallest static safety of each carriage with ratings (rated,), and its time [s].
+
+        Raises ArgumentError before the first block.
+        """
+        self._require_blocks()
+        values, times = (
+            np.array([getattr(block, name) for block in self.blocks]) for name in ("safeties", "times")
+        )
+        at = values.argmin(axis=0), np.arange(values.shape[1])
+        return values[at], times[at]
 
     def hours(self, life: float) -> float:
-        """Hours of operation in which the machine travels `life` [m]."""
-        return life / self.distance * self.duration / SECONDS_PER_HOUR
+        """Hours of operation in which the machine travels `life` [m]; nan without travel."""
+        distance = self.distance if self.distance > 0.0 else math.nan
+        return life / distance * self.duration / SECONDS_PER_HOUR
 
     def table(self) -> pd.DataFrame:
         """A row per block: its time, travel, and of each carriage the largest resultant and the share of its damage."""
@@ -223,6 +231,10 @@ class LongRun:
         for one, powers in zip(self.criteria, self._of_carriages("powers"), strict=True):
             columns[f"{one.name}_share_of_damage"] = np.array(powers) / (math.fsum(powers) or 1.0)
         return pd.DataFrame(columns)
+
+    def _require_blocks(self) -> None:
+        if not self.blocks:
+            raise ArgumentError("LongRun: no block was added yet")
 
     def _of_carriages(self, name: str) -> list[list[float]]:
         """Numbers of each block, by carriage with ratings."""

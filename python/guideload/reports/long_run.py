@@ -16,6 +16,8 @@ DEFINITION = (
     "14728-2)."
 )
 
+MOST_REPAIRS = 10  # of later blocks that are named
+
 
 def long_run_report(run: LongRun, encoding: str = "utf-8") -> str:
     """The whole report."""
@@ -32,6 +34,23 @@ def long_run_parts(run: LongRun) -> list[RenderableType]:
         _carriages_table(run),
         *remark(DEFINITION if rated else DEFINITION.partition(" P_m")[0]),
         *([*section("Formulas"), *remark(*rating_formulas(run.criteria))] if rated else ()),
+        *section("Motion"),
+        *_motion_lines(run),
+    ]
+
+
+def _motion_lines(run: LongRun) -> list[str]:
+    """Notes on the motion of the first block, and what was repaired in later ones."""
+    first = run.blocks[0].notes
+    later = dict.fromkeys(
+        note for block in run.blocks[1:] for note in block.notes if note.startswith("repair")
+    )
+    repairs = [note for note in later if note not in first]
+    more = len(repairs) - MOST_REPAIRS
+    return [
+        *first,
+        *repairs[:MOST_REPAIRS],
+        *([f"{counted(more, 'more repair')} in later blocks"] if more > 0 else []),
     ]
 
 

@@ -85,5 +85,6 @@ def _input(counts: Mapping[str, int]) -> str:
         "malformed": "malformed lines",
     }
     bad = [f"{words} {counts[name]}" for name, words in names.items() if counts[name]]
+    good = ["all good"] if counts["samples"] else []
     starts = f"{counted(counts['restarts'], 'start')}, {counted(counts['wraps'], 'wrap')} of the counter"
-    return f"{counted(counts['samples'], 'sample')}: {', '.join([*(bad or ['all good']), starts])}."
+    return f"{counted(counts['samples'], 'sample')}: {', '.join([*(bad or good), starts])}."

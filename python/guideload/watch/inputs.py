@@ -55,6 +55,8 @@ class StandardInput:
     name = "standard input"
 
     def __init__(self) -> None:
+        if sys.stdin is None:
+            raise ArgumentError("standard input is closed: give --follow or --listen")
         try:
             self.handle = sys.stdin.fileno()
         except (OSError, ValueError):  # a file in memory, as in a notebook
@@ -148,11 +150,15 @@ class Socket:
 
     def __init__(self, where: str) -> None:
         self.sender: socket.socket | None = None
-        is_port = where.isdigit()
+        is_port = where.isascii() and where.isdigit()
         if is_port and int(where) > MOST_PORT:
             raise ArgumentError(f"--listen {where}: expected a port from 0 to {MOST_PORT}")
         if not is_port and not hasattr(socket, "AF_UNIX"):
             raise ArgumentError(f"--listen {where}: expected the number of a port: there are no others here")
+        if not is_port and "/" not in where:
+            raise ArgumentError(
+                f"--listen {where}: expected a port such as 5555, or the path of a Unix socket such as ./loads"
+            )
         self.listener = socket.socket(socket.AF_INET if is_port else socket.AF_UNIX)
         try:
             if is_port and os.name == "posix":  # so that a watch may start again at once

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from guideload.base.errors import shortened
 
-NUMBER = rb"[+-]?\d{1,18}"
+NUMBER = rb"[+-]?\d{1,19}"  # of 64 bits, as nanoseconds since 1970
 GAP = rb"(?:[ \t]*[,;][ \t]*|[ \t]+)"
 TICKS = re.compile(rb"[ \t]*(%b)%b(%b)[ \t]*\r?" % (NUMBER, GAP, NUMBER))
 SECONDS = re.compile(rb"[ \t]*([+-]?\d{1,12}(?:\.\d{0,18})?)%b(%b)[ \t]*\r?" % (GAP, NUMBER))
@@ -61,7 +61,8 @@ class Lines:
     def end(self) -> Refused | None:
         """The last line of an input, if nothing ends it: it may be cut off within a number, so it is no sample."""
         rest, self._rest = self._rest, b""
-        return self._refuse(rest, self.number + 1) if BLANK.fullmatch(rest) is None else None
+        is_counted = self._is_too_long or BLANK.fullmatch(rest) is not None
+        return None if is_counted else self._refuse(rest, self.number + 1)
 
     def take(self, data: bytes) -> Samples:
         """The samples of all lines that end in these bytes."""
@@ -92,7 +93,7 @@ class Lines:
         stamp, count = sample.groups()
         rate = self.ticks_per_second
         ticks = int(stamp) if rate is None else round(float(stamp) * rate)
-        if abs(ticks) >= LARGEST:
+        if max(abs(ticks), abs(int(count))) >= LARGEST:
             found.refused.append(self._refuse(line, self.number))
             return
         if self.skip:
