@@ -10,7 +10,7 @@ mod scene;
 pub use body::Body;
 pub use dof::{Dof, Free};
 pub use law::{Law, LawParameter, MAX_CURVE_POINTS};
-pub(crate) use law::{ball_compressions, ball_force, sided_force};
+pub(crate) use law::{ball_compressions, ball_force, forces, sided_force};
 pub use link::{Link, carriage_ends, carriage_links};
 pub use rider::Rider;
 pub use scene::Scene;
