@@ -14,6 +14,9 @@ An error is the largest difference of any carriage's y or z force to method "exa
 force: of the whole force, and of its dynamic part. "exact" is held against lsim on matrices assembled anew in NumPy,
 so these two show the same figures. Of peaks, the difference is that to the extremes of the history.
 
+Then `simulate` and `peak_loads` in turns on the cart, with clearance and with preload, and how the time of the second
+compares with that of the first, in time of the processor.
+
 Then fresh processes: `import guideload` (its names are imported when first used, so those that a script needs are
 timed too), and the whole of `guideload run --no-pictures` on 25 s of cart velocity at 1 kHz.
 """
@@ -52,7 +55,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from clock import processor, timed
 from peers.problem import Array, problem
 from peers.roster import LSIM, RK45, RTOL, found_peers
-from reference import cart, cycle, noisy
+from reference import cart, cart_clear, cycle, noisy, preloaded
 
 from guideload import Machine, Motion, peak_loads, simulate
 from guideload.simulation.peaks import Peaks
@@ -94,6 +97,7 @@ def main() -> None:
     clean, missing = jobs_of(machine, cycle())
     noise, _ = jobs_of(machine, noisy())
     measure([*clean.values(), *noise.values()])
+    ratios = peak_ratios()
     imports = {"import guideload": import_time("import guideload"), NAMES: import_time(NAMES)}
     whole, bare = run_time()
     print_details("clean", clean)
@@ -101,6 +105,8 @@ def main() -> None:
     if missing:
         print(f"left out, not installed: {', '.join(missing)}\n")
     print_markdown(clean, noise)
+    for scene, ratio in ratios.items():
+        print(f"- `peak_loads` over `simulate`, {scene}: {ratio:.2f}")
     for statement, seconds in imports.items():
         print(f"- `{statement}`: {seconds:.3f} s")
     print(f"- `guideload run --no-pictures` on 25 s at 1 kHz: {whole:.2f} s (a bare Python: {bare:.2f} s)")
@@ -161,6 +167,22 @@ def measure(jobs: list[Job]) -> None:
                 job.times.append(timed(job.call))
         gc.collect()
     gc.enable()
+
+
+def peak_ratios() -> dict[str, float]:
+    """Time of the extremes alone over that of the histories, medians in time of the processor."""
+    machines = {"linear": cart(), "5 um clearance": cart_clear(), "preloaded": preloaded()}
+    ratios = {}
+    for scene, machine in machines.items():
+        for title, motion in (("clean", cycle()), ("noisy", noisy())):
+            both: dict[Callable[..., object], list[float]] = {histories: [], peaks: []}
+            for _ in range(TURNS * CALLS):
+                for call, times in both.items():
+                    start = time.process_time()
+                    call(machine, motion, "auto")
+                    times.append(time.process_time() - start)
+            ratios[f"{scene}, {title}"] = statistics.median(both[peaks]) / statistics.median(both[histories])
+    return ratios
 
 
 # ---- processes

@@ -2,10 +2,10 @@
 
 use super::requirements::{LoadRow, Requirements};
 use crate::excitation::Excitation;
-use crate::model::{Law, ball_force, sided_force};
+use crate::model::{Law, forces};
 use crate::numeric::float::fma;
 use crate::numeric::simd::LANES;
-use crate::output::{Part, Wrench, group_load_along, reaction};
+use crate::output::{Bounded, Part, ROUNDING, StateBox, Wrench, force_bounds, group_load_along, reaction};
 use crate::system::LinkRow;
 use crate::system::{State, System};
 use crate::variation::Group;
@@ -47,6 +47,16 @@ impl StateBlock {
         }
     }
 
+    /// The ranges of the entries of the states.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn ranges(&self) -> StateBox {
+        let (mut least, mut most) = ([0.0; 12], [0.0; 12]);
+        for (j, entry) in self.states.iter().enumerate() {
+            (least[j], most[j]) = extremes(entry);
+        }
+        StateBox::between(least, most)
+    }
+
     /// Sets the excitation from sample `from` on.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn set_inputs(&mut self, excitation: &Excitation, from: usize, filled: usize) {
@@ -76,6 +86,24 @@ impl LinearCombination {
 
     fn add(&mut self, kind: usize, factors: impl Iterator<Item = (usize, f64)>) {
         self.terms[kind].extend(factors.filter(|(_, factor)| *factor != 0.0));
+    }
+
+    /// Bounds from those of the states and of the forces of links; infinite if it depends on anything else.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn bounds(&self, states: &StateBox, forces: &[Bounded]) -> Bounded {
+        if !(self.terms[1].is_empty() && self.terms[3].is_empty()) {
+            return [0.0, f64::INFINITY];
+        }
+        let (mut middle, mut radius) = (self.constant, ROUNDING * self.constant.abs());
+        for &(index, factor) in &self.terms[0] {
+            let [at, reach] = states.entry(index);
+            (middle, radius) = (fma(factor, at, middle), fma(factor.abs(), reach, radius));
+        }
+        for &(index, factor) in &self.terms[2] {
+            let [at, reach] = forces[index];
+            (middle, radius) = (fma(factor, at, middle), fma(factor.abs(), reach, radius));
+        }
+        [middle, radius]
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -122,6 +150,9 @@ pub(super) struct LoadRows {
     dampers: Vec<Values>,
     /// The loads at the block.
     pub values: Vec<Values>,
+    /// Bounds on the forces of the nonlinear links, and on the loads, over a block.
+    force_bounds: Vec<Bounded>,
+    pub bounds: Vec<Bounded>,
 }
 
 impl LoadRows {
@@ -134,6 +165,8 @@ impl LoadRows {
             forces: Vec::new(),
             dampers: Vec::new(),
             values: Vec::new(),
+            force_bounds: Vec::new(),
+            bounds: Vec::new(),
         }
     }
 
@@ -222,15 +255,29 @@ impl LoadRows {
         self.nonlinear.len() - 1
     }
 
+    /// Bounds all rows over some states.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn bound(&mut self, states: &StateBox) {
+        let Self { sums, nonlinear, force_bounds: forces_of_links, bounds, .. } = self;
+        forces_of_links.clear();
+        for link in nonlinear.iter() {
+            forces_of_links.push(force_bounds(&link.law, link.deflection.bounds(states, &[])));
+        }
+        bounds.clear();
+        for sum in sums.iter() {
+            bounds.push(sum.bounds(states, forces_of_links));
+        }
+    }
+
     /// Evaluates all rows at a block, and marks in `lost` the groups that lose contact in it.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn evaluate(&mut self, block: &StateBlock, lost: &mut [bool]) {
-        let Self { sums, nonlinear, monitored, deflections, forces, dampers, values } = self;
+        let Self { sums, nonlinear, monitored, deflections, forces: elastic, dampers, values, .. } = self;
         let (states, inputs): (&[Values], &[Values]) = (&block.states, &block.inputs);
         for (place, link) in nonlinear.iter().enumerate() {
             let at = &mut deflections[place];
             link.deflection.at([states, inputs, &[], &[]], at);
-            force(&link.law, at, &mut forces[place]);
+            elastic[place] = forces(&link.law, at);
             if let Some(damper) = &link.damper {
                 damper.at([states, inputs, &[], &[]], &mut dampers[place]);
                 for i in 0..BLOCK {
@@ -246,25 +293,7 @@ impl LoadRows {
             }
         }
         for (sum, out) in sums.iter().zip(values) {
-            sum.at([states, inputs, forces, dampers], out);
-        }
-    }
-}
-
-/// Forces of a law at a block of deflections.
-#[cfg_attr(feature = "std", inline(always))]
-fn force(law: &Law, at: &Values, out: &mut Values) {
-    if let Some(sides) = law.sides() {
-        for i in 0..BLOCK {
-            out[i] = sided_force(sides, at[i]);
-        }
-    } else if let Some([opening, coefficient]) = law.balls() {
-        for i in 0..BLOCK {
-            out[i] = coefficient * ball_force(opening, at[i]);
-        }
-    } else {
-        for i in 0..BLOCK {
-            out[i] = law.force(at[i]);
+            sum.at([states, inputs, elastic, dampers], out);
         }
     }
 }
@@ -295,4 +324,22 @@ fn lost_between(law: &Law) -> [f64; 3] {
         }
     }
     [f64::INFINITY, f64::INFINITY, 1.0]
+}
+
+/// Smallest and largest value.
+#[cfg_attr(feature = "std", inline(always))]
+pub(super) fn extremes(values: &Values) -> (f64, f64) {
+    let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+    for chunk in values.as_chunks::<LANES>().0 {
+        for i in 0..LANES {
+            low[i] = if chunk[i] < low[i] { chunk[i] } else { low[i] };
+            high[i] = if chunk[i] > high[i] { chunk[i] } else { high[i] };
+        }
+    }
+    let (mut smallest, mut largest) = (f64::INFINITY, f64::NEG_INFINITY);
+    for i in 0..LANES {
+        smallest = if low[i] < smallest { low[i] } else { smallest };
+        largest = if high[i] > largest { high[i] } else { largest };
+    }
+    (smallest, largest)
 }

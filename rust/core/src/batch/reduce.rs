@@ -1,15 +1,15 @@
 //! Measures from the states of a run, block by block: no history is stored, and only the loads that the measures need are computed.
 
-use super::load_rows::{BLOCK, LoadRows, StateBlock};
+use super::load_rows::{BLOCK, LoadRows, StateBlock, extremes};
 use super::power_integral::{Ends, equivalent_loads, power_integral};
-use super::requirements::{Requirements, Signal};
+use super::requirements::{Requirements, Signal, SignalRequest};
 use super::time_statistics::RunningStatistics;
 use super::windows::Window;
 use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::numeric::float::{fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, dispatch_wide};
-use crate::output::Record;
+use crate::output::{Bounded, ROUNDING, Record, StateBox};
 use crate::system::{Input, State};
 
 /// Memory of one thread.
@@ -63,12 +63,21 @@ pub(super) struct Reduce<'a> {
     /// Number of instants of the window before the present block, and in it.
     before: usize,
     filled: usize,
+    /// Whether nothing but extremes of loads is wanted, so that a block without new ones need not be evaluated.
+    only_extremes: bool,
+    /// Within it no load passes its extremes.
+    safe: StateBox,
 }
 
 impl<'a> Reduce<'a> {
     /// A reduction with the load rows in `memory`, which adds to its statistics.
     pub(super) fn new(window: &'a Window<'a>, memory: &'a mut Memory) -> Self {
-        Self { window, memory, before: 0, filled: 0 }
+        let of_rows = |wanted: &SignalRequest| {
+            !wanted.squares && matches!(wanted.signal, Signal::Row(_) | Signal::Resultant(..))
+        };
+        let requirements = &window.requirements;
+        let only_extremes = requirements.contacts.is_empty() && requirements.signals.iter().all(of_rows);
+        Self { window, memory, before: 0, filled: 0, only_extremes, safe: StateBox::NOTHING }
     }
 
     /// Reduces what is left in the block.
@@ -109,12 +118,28 @@ impl Kernel for FlushKernel<'_, '_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
-        let Reduce { window, memory, before, filled } = self.0;
+        let Reduce { window, memory, before, filled, only_extremes, safe } = self.0;
         let Window { requirements, excitation, first: offset, .. } = *window;
         let Memory { rows, block, statistics, ends, lost } = &mut **memory;
         let (before, filled) = (*before, *filled);
         // The last instant is repeated past the end; these copies do not count.
         block.pad(filled);
+        if *only_extremes && offset + before > 0 {
+            let here = block.ranges();
+            if here.is_within(safe) {
+                return;
+            }
+            rows.bound(&here);
+            if all_within(&requirements.signals, &rows.bounds, statistics) {
+                // A larger box holds more of the blocks to come.
+                *safe = here.widened();
+                rows.bound(safe);
+                if !all_within(&requirements.signals, &rows.bounds, statistics) {
+                    *safe = here;
+                }
+                return;
+            }
+        }
         if requirements.needs_drive() {
             block.set_inputs(excitation, before, filled);
         }
@@ -171,21 +196,27 @@ impl Kernel for FlushKernel<'_, '_> {
     }
 }
 
+/// Whether all signals are within their extremes, by the bounds on the rows. False for NaN.
 #[cfg_attr(feature = "std", inline(always))]
-fn extremes(values: &[f64; BLOCK]) -> (f64, f64) {
-    let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
-    for chunk in values.as_chunks::<LANES>().0 {
-        for i in 0..LANES {
-            low[i] = if chunk[i] < low[i] { chunk[i] } else { low[i] };
-            high[i] = if chunk[i] > high[i] { chunk[i] } else { high[i] };
-        }
+fn all_within(signals: &[SignalRequest], rows: &[Bounded], statistics: &[RunningStatistics]) -> bool {
+    let mut within = true;
+    for (wanted, statistics) in signals.iter().zip(statistics) {
+        let (low, high) = match wanted.signal {
+            Signal::Row(row) => (rows[row][0] - rows[row][1], rows[row][0] + rows[row][1]),
+            Signal::Resultant(y, z) => {
+                let (mut least, mut most) = (0.0, 0.0);
+                for [middle, radius] in [rows[y], rows[z]] {
+                    let (inner, outer) = (middle.abs() - radius, middle.abs() + radius);
+                    least = if inner > 0.0 { fma(inner, inner, least) } else { least };
+                    most = fma(outer, outer, most);
+                }
+                (sqrt(least) * (1.0 - ROUNDING), sqrt(most) * (1.0 + ROUNDING))
+            }
+            Signal::Equivalent(_) | Signal::Power(_) => return false,
+        };
+        within &= !wanted.extremes | ((low >= statistics.smallest) & (high <= statistics.largest));
     }
-    let (mut smallest, mut largest) = (f64::INFINITY, f64::NEG_INFINITY);
-    for i in 0..LANES {
-        smallest = if low[i] < smallest { low[i] } else { smallest };
-        largest = if high[i] > largest { high[i] } else { largest };
-    }
-    (smallest, largest)
+    within
 }
 
 /// The first index of a value that occurs.

@@ -67,6 +67,19 @@ impl LinkBlock {
         clear
     }
 
+    /// Smallest distance of a link from its nearest edge, over its reach.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn slack(&self, state: &State) -> f64 {
+        let at = self.deflections(state);
+        let mut slack = at;
+        for i in 0..LANES {
+            let left = smaller(self.high[i] - at[i], at[i] - self.low[i]);
+            slack[i] = (left + self.tolerance[i]) / self.reach[i];
+        }
+        // A link that nothing moves divides zero by zero.
+        slack.into_iter().fold(f64::INFINITY, |least, slack| smaller(slack, least))
+    }
+
     /// Whether the cubics through both ends of a step, with an error of at most `margin` per unit of reach, stay within the edges.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn cubics_clear(&self, h: f64, state: &State, next: &State, margin: f64) -> bool {

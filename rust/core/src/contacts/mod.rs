@@ -19,7 +19,7 @@ mod smooth;
 
 pub(crate) use smooth::{DENSE_POINTS, SmoothContacts};
 
-use segments::{Change, Segments};
+use segments::{Change, Segments, bow};
 
 use crate::equations::SegmentEquations;
 use crate::excitation::{Ramp, Values};
@@ -36,6 +36,8 @@ pub(crate) struct Contacts<'a> {
     /// Slopes of the excitation over the last step, and its values at the end.
     slopes: Values,
     values: Values,
+    /// A state `ω η`, how far a state may be from it while no link is past an edge, and the square of how far the last one is.
+    haven: ([f64; 6], f64, f64),
     /// The change that ends the present step.
     change: Option<Change>,
     /// Links that have changed their segment so far.
@@ -52,6 +54,7 @@ impl<'a> Contacts<'a> {
             curvature: f64::INFINITY,
             slopes: [0.0; 9],
             values: [0.0; 9],
+            haven: NO_HAVEN,
             change: None,
             changes: 0,
             searched: 0,
@@ -66,10 +69,35 @@ impl<'a> Contacts<'a> {
         &self.segments.current.equations
     }
 
+    /// Whether the step from `state` to `next` is shown to contain no change by the bound that is carried from step to step: by the
+    /// distance from an earlier state first, then by the deflections. If not, nothing has happened.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool {
+        let growth = self.segments.growth(ramp.h);
+        let (mut slopes, mut values) = (self.slopes, self.values);
+        let slope_change = growth * ramp.slope_change(&mut slopes, &mut values);
+        let curvature = fma(growth, self.curvature, slope_change);
+        let (center, slack, strayed) = &mut self.haven;
+        let room = *slack - bow(ramp.h, curvature);
+        let distance = distance_squared(center, next);
+        // These tests fail for NaN, as they must.
+        if room >= 0.0 && distance <= room * room && *strayed <= room * room {
+            *strayed = distance;
+        } else if self.segments.ends_clear(ramp.h, state, next, curvature) {
+            center.copy_from_slice(&next[..6]);
+            (*slack, *strayed) = (self.segments.slack(next), 0.0);
+        } else {
+            return false;
+        }
+        (self.curvature, self.slopes, self.values) = (curvature, slopes, values);
+        true
+    }
+
     /// Fraction of the step from `state` to `next` at which the first contact changes, if one does. `next` is the state after the whole
     /// step by the present equations.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64> {
+        self.haven = NO_HAVEN;
         let growth = self.segments.growth(ramp.h);
         let slope_change = growth * ramp.slope_change(&mut self.slopes, &mut self.values);
         self.curvature = fma(growth, self.curvature, slope_change);
@@ -99,6 +127,22 @@ impl<'a> Contacts<'a> {
     pub(crate) fn cross(&mut self, state: &State) {
         dispatch(CrossKernel { contacts: self, state });
     }
+}
+
+/// No state known to be away from all edges.
+const NO_HAVEN: ([f64; 6], f64, f64) = ([0.0; 6], f64::NEG_INFINITY, 0.0);
+
+/// Square of the distance of a state from `center` in `ω η`, which deflections depend on.
+#[cfg_attr(feature = "std", inline(always))]
+fn distance_squared(center: &[f64; 6], state: &State) -> f64 {
+    let mut sums = [0.0; 2];
+    for pair in 0..3 {
+        for i in 0..2 {
+            let off = state[2 * pair + i] - center[2 * pair + i];
+            sums[i] = fma(off, off, sums[i]);
+        }
+    }
+    sums[0] + sums[1]
 }
 
 /// [`Contacts::cross`] as a kernel.

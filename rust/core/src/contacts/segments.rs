@@ -206,12 +206,23 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
     /// `curvature`.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn ends_clear(&self, h: f64, state: &State, next: &State, curvature: f64) -> bool {
-        let margin = 0.125 * h * h * curvature;
+        let margin = bow(h, curvature);
         let mut clear = margin < f64::INFINITY;
         for block in self.blocks.as_slice() {
             clear = clear && block.ends_clear(state, next, margin);
         }
         clear
+    }
+
+    /// How far a state may be from this one in `ω η` while no link is past an edge.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn slack(&self, state: &State) -> f64 {
+        let mut slack = f64::INFINITY;
+        for block in self.blocks.as_slice() {
+            let least = block.slack(state);
+            slack = if least < slack { least } else { slack };
+        }
+        slack
     }
 
     /// Whether no link passes an edge within a step, judged by the cubics through its ends and a bound on the fourth derivative.
@@ -254,6 +265,12 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
         add_scaled(&mut force, self.current.equations.constant(), 1.0);
         force
     }
+}
+
+/// Largest distance of a path from the straight line through its ends, if its second derivative stays below `curvature`.
+#[cfg_attr(feature = "std", inline(always))]
+pub(super) fn bow(h: f64, curvature: f64) -> f64 {
+    0.125 * h * h * curvature
 }
 
 /// Bound on the growth rate of `|exp(A t)|`: `|S - ω| / 2`. All else in A turns a state or, as the dampers, shortens it.

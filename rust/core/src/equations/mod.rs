@@ -19,7 +19,7 @@ mod series;
 mod smooth;
 
 pub(crate) use piecewise::SegmentEquations;
-pub(crate) use propagator::Propagator;
+pub use propagator::Propagator;
 pub use riding::Moments;
 pub(crate) use riding::Riders;
 pub use sampled::SampledSystem;

@@ -19,7 +19,7 @@ type Columns<const N: usize> = [[f64; 12]; N];
 /// as many with every doubling. In energy coordinates `|exp(A τ)| <= 1`, so nothing grows (cf. Higham 2005; Moler & Van Loan 2003, method
 /// 3).
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Propagator {
+pub struct Propagator {
     /// E.
     change: Columns<12>,
     /// Effect of the constant force of the equations.

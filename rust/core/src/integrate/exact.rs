@@ -74,6 +74,11 @@ impl<const CACHE: usize> Method for Exact<CACHE> {
         }
     }
 
+    #[cfg_attr(feature = "std", inline(always))]
+    fn propagator<'m>(&self, memory: &'m mut Self::Memory, h: f64, key: u32) -> Option<&'m Propagator> {
+        memory.propagators.ready(h, key)
+    }
+
     /// Lengths within an interval seldom recur and must not displace those that do, so they are not cached.
     #[cfg_attr(feature = "std", inline(always))]
     fn between<E: Equations>(

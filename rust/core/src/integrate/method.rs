@@ -1,6 +1,6 @@
 //! The trait of the integrators, the instants that a run records, and its summary.
 
-use crate::equations::Equations;
+use crate::equations::{Equations, Propagator};
 use crate::excitation::Ramp;
 use crate::system::State;
 
@@ -26,6 +26,11 @@ pub trait Method {
         ramp: &Ramp,
         state: &State,
     ) -> (State, State);
+
+    /// The exact step of a whole interval of `h` s by the equations with this key, if the method has it ready.
+    fn propagator<'m>(&self, _: &'m mut Self::Memory, _h: f64, _key: u32) -> Option<&'m Propagator> {
+        None
+    }
 
     /// Dense output: the state at the fraction `theta` of the step that [`Method::step`] made last, from `state`.
     fn between<E: Equations>(

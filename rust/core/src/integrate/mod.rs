@@ -6,6 +6,8 @@
 mod budget;
 mod control;
 mod exact;
+mod glide;
+mod landing;
 mod method;
 #[cfg(feature = "std")]
 mod named_method;

@@ -88,11 +88,12 @@ pub(crate) fn run_scaled<M: Method>(
     riders.peak_forces(&scaled.peak, |force| forcing.riders += sqrt(force.iter().map(|f| f * f).sum()));
     let start = start.state(system, &forcing, &riders, excitation)?;
     let budget = Budget::new::<M>(system, excitation, expected, control);
+    let of = &mut *record;
     let setup =
-        Setup { system, method, control, start, excitation, output, record, forcing, load_scale, budget };
+        Setup { system, method, control, start, excitation, output, record: of, forcing, load_scale, budget };
     let level =
         if excitation.riders().is_empty() { system.model_level() } else { ModelLevel::SmoothNonlinear };
-    match level {
+    let done = match level {
         ModelLevel::Linear => dispatch(RunKernel { setup, equations: Unswitched(system) }),
         ModelLevel::PiecewiseLinear => {
             dispatch(RunKernel { setup, equations: Contacts::new(system, &start, load_scale) })
@@ -107,7 +108,9 @@ pub(crate) fn run_scaled<M: Method>(
                 equations: SmoothContacts::new(system, excitation, &start, load_scale, rtol),
             })
         }
-    }
+    };
+    record.end();
+    done
 }
 
 /// A checked run, before its first step.

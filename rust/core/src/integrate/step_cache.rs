@@ -36,4 +36,12 @@ impl<T, const N: usize> StepCache<T, N> {
         self.uses[self.last] = before.saturating_add(1);
         (&mut self.values[self.last], before)
     }
+    /// The value of an entry, if there is one.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn ready(&mut self, length: f64, key: u32) -> Option<&T> {
+        let found = self.places.iter().position(|place| *place == (length, key))?;
+        let value = self.values[found].as_ref()?;
+        self.last = found;
+        Some(value)
+    }
 }

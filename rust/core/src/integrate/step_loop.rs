@@ -7,9 +7,8 @@ use super::recorder::Recorder;
 use super::switched::SwitchedEquations;
 use crate::equations::Equations;
 use crate::error::{OtherMethod, RunError};
-use crate::excitation::{Forcing, Instant, Ramp};
+use crate::excitation::{Forcing, Instant, Ramp, Values};
 use crate::numeric::float::{ceil, floor};
-use crate::numeric::simd::{Kernel, dispatch};
 use crate::system::{State, finite, speed};
 
 /// State of a run in progress.
@@ -44,13 +43,13 @@ pub(super) struct StepControl {
 
 /// One interval of the excitation, or several that lie on one straight line: from sample `first` to sample `until`.
 #[derive(Clone, Copy)]
-struct Interval {
-    first: usize,
-    until: usize,
+pub(super) struct Interval {
+    pub first: usize,
+    pub until: usize,
     /// Time of the first sample, s.
-    start: f64,
+    pub start: f64,
     /// s.
-    length: f64,
+    pub length: f64,
 }
 
 /// Equal steps planned for the rest of an interval: how many are left, and their length, s.
@@ -65,7 +64,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let excitation = self.recorder.excitation;
         // References that swap keep both states in memory. In registers, their entries would be unpacked and packed in every step.
         let (mut state, mut next): (&mut State, &mut State) = (&mut { start }, &mut [0.0; 12]);
-        let (mut from, mut to) = (&mut [0.0; 9], &mut [0.0; 9]);
+        let (mut from, mut to): (&mut Values, &mut Values) = (&mut [0.0; 9], &mut [0.0; 9]);
         forcing.sample(excitation, 0, from);
         // A method with a step error may step over samples where the slope of the excitation does not change. With contact changes, short
         // steps are cheaper, because they are cheaper to search.
@@ -73,6 +72,12 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         self.recorder.first_sample(state);
         let mut k = 0;
         while k + 1 < excitation.count() {
+            if M::ERROR_ORDER.is_none() {
+                k = self.glide(forcing, k, [&mut state, &mut next], [&mut from, &mut to]);
+                if k + 1 == excitation.count() {
+                    break;
+                }
+            }
             let until = if merges { forcing.straight_until(excitation, k) } else { k + 1 };
             let start = excitation.time(k);
             let length = if until == k + 1 { excitation.interval(k) } else { excitation.time(until) - start };
@@ -189,59 +194,6 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         Ok(accepted)
     }
 
-    /// Makes the step into `next` again, up to the contact change that was found at the fraction `theta`: the fraction at which it ends,
-    /// and its error.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn land(&mut self, ramp: &Ramp, mut theta: f64, state: &State, next: &mut State) -> (f64, State) {
-        let mut error = [0.0; 12];
-        if theta == 0.0 {
-            *next = *state;
-            return (theta, error);
-        }
-        for again in (0..MAX_LANDINGS).rev() {
-            let end = ramp.values(theta);
-            let part = Ramp { h: theta * ramp.h, end: &end, spans_interval: false, ..*ramp };
-            (*next, error) = self.method.step(self.equations.equations(), self.memory, &part, state);
-            match self.equations.missed_by(next) {
-                // Not NaN, and not far from what dense output says.
-                Some(later) if again > 0 && later.abs() <= 0.5 * part.h => {
-                    theta = f64::min(theta + later / ramp.h, 1.0);
-                }
-                _ => break,
-            }
-        }
-        (theta, error)
-    }
-
-    /// [`Runner::land`] out of line: a second copy of a nonlinear step in the loop makes every step a twentieth slower.
-    #[inline(never)]
-    fn land_apart(&mut self, ramp: &Ramp, theta: f64, state: &State, next: &mut State) -> (f64, State) {
-        dispatch(LandKernel { runner: self, ramp, theta, state, next })
-    }
-
-    /// Whether a step up to a contact change is accepted. Linear equations are as accurate there as in the whole step; those of preloaded
-    /// links are not analytic at an edge.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn accept_landing(
-        &mut self,
-        ramp: &Ramp,
-        next: &State,
-        error: &State,
-        interval: Interval,
-        done: f64,
-    ) -> Result<bool, RunError> {
-        if C::Equations::LINEAR || ramp.h <= 2.0 * SHORTEST * interval.length && finite(next) {
-            return Ok(true);
-        }
-        let before = core::mem::replace(&mut self.steps.at_edge, true);
-        let accepted = self.steps.judge(ramp, next, error, interval, done)?;
-        if !accepted {
-            self.steps.at_edge = before;
-            self.summary.rejected += 1;
-        }
-        Ok(accepted)
-    }
-
     /// Dense output of the last step.
     #[cfg_attr(feature = "std", inline(always))]
     fn between(&mut self, ramp: &Ramp, state: &State, theta: f64) -> State {
@@ -304,28 +256,10 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     }
 }
 
-/// [`Runner::land`] as a kernel.
-struct LandKernel<'a, 'b, M: Method, C> {
-    runner: &'a mut Runner<'b, M, C>,
-    ramp: &'a Ramp<'a>,
-    theta: f64,
-    state: &'a State,
-    next: &'a mut State,
-}
-
-impl<M: Method, C: SwitchedEquations> Kernel for LandKernel<'_, '_, M, C> {
-    type Output = (f64, State);
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> Self::Output {
-        self.runner.land(self.ramp, self.theta, self.state, self.next)
-    }
-}
-
 impl StepControl {
     /// Whether a step to `next` with this estimated error is accepted.
     #[cfg_attr(feature = "std", inline(always))]
-    fn judge(
+    pub(super) fn judge(
         &mut self,
         ramp: &Ramp,
         next: &State,
@@ -383,9 +317,6 @@ impl StepControl {
     }
 }
 
-/// Most attempts to end a step at a contact change: Newton's method, which starts with the error of dense output.
-const MAX_LANDINGS: usize = 4;
-
 /// Largest speed of a stable run over the bound from the impulse of the excitation.
 const DIVERGENCE: f64 = 100.0;
 
@@ -397,4 +328,4 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 const STILL: f64 = 1e-6;
 
 /// Shortest step, as a fraction of the interval that it lies in.
-const SHORTEST: f64 = 1e-9;
+pub(super) const SHORTEST: f64 = 1e-9;

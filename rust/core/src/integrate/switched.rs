@@ -24,6 +24,9 @@ pub(super) trait SwitchedEquations {
         next: &State,
     ) -> Option<f64>;
 
+    /// Whether a step of a method without step error stays within these equations, by tests that are cheap and may fail where it does.
+    fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool;
+
     /// Time from `state` to the change that was found, s, if it matters.
     fn missed_by(&self, state: &State) -> Option<f64>;
 
@@ -58,6 +61,11 @@ impl<E: Equations> SwitchedEquations for Unswitched<'_, E> {
         _: &State,
     ) -> Option<f64> {
         None
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn stays(&mut self, _: &Ramp, _: &State, _: &State) -> bool {
+        true
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -96,6 +104,11 @@ impl SwitchedEquations for Contacts<'_> {
         next: &State,
     ) -> Option<f64> {
         Contacts::first_change(self, ramp, state, next)
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool {
+        Contacts::stays(self, ramp, state, next)
     }
 
     /// Located on the exact solution, to rounding.
@@ -145,6 +158,11 @@ impl<'a> SwitchedEquations for SmoothContacts<'a> {
             path[point] = method.between(self.equations(), memory, ramp, state, theta);
         }
         SmoothContacts::first_change(self, ramp.h, &path)
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn stays(&mut self, _: &Ramp, _: &State, _: &State) -> bool {
+        false
     }
 
     #[cfg_attr(feature = "std", inline(always))]

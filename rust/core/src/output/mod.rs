@@ -1,21 +1,28 @@
 //! Results from states: loads and motions of L (`loads`) in chosen axes (`axes`), their evaluation at all instants (`evaluate`), those of
-//! a body with moving riders (`riding`), and what a run records (`record`).
+//! a body with moving riders (`riding`), and what a run records: states (`record`), or running extremes (`peaks`, with `bounds`).
 
 mod axes;
+mod bounds;
 mod evaluate;
+mod extremes;
 mod loads;
+mod peaks;
 mod record;
 mod riding;
 
 pub use axes::Axes;
+#[cfg(feature = "std")]
+pub(crate) use bounds::{Bounded, ROUNDING, StateBox, force_bounds};
 pub use evaluate::evaluate;
+pub use extremes::Extremes;
 #[cfg(feature = "std")]
 pub(crate) use loads::Linear;
 pub use loads::{
     Axial, Part, Recovery, Wrench, acceleration, group_load, group_load_along, link_load, position, reaction,
     velocity,
 };
+pub use peaks::Peaks;
 #[cfg(feature = "std")]
 pub use record::Watched;
-pub use record::{Extremes, History, Peaks, Record};
+pub use record::{History, Record};
 pub use riding::{Ridden, RiddenInstant};

@@ -1,10 +1,10 @@
 //! Load recovery, paper section 3.6: at every sample forces and moments balance.
 
 use guideload::{
-    Control, Dof, Exact, Excitation, Extremes, Free, Link, Output, Part, Peaks, Radau, Rk45, RunError, State,
-    Wrench, group_load, link_load, run,
+    Control, Dof, Exact, Excitation, Free, Link, Output, Part, Radau, Rk45, RunError, State, Wrench,
+    group_load, link_load, run,
 };
-use guideload::{acceleration, evaluate, position, reaction, velocity};
+use guideload::{acceleration, position, reaction, velocity};
 use nalgebra::{Vector3, Vector6};
 
 use crate::common::{
@@ -124,40 +124,6 @@ fn the_load_of_all_links_is_that_of_the_groups_with_their_arms() {
             assert!((links - force).amax() <= 1e-13 * scale);
         }
         assert!((sum - Vector6::from(whole.at(state, &input))).amax() <= 1e-13 * scale);
-    }
-}
-
-#[test]
-fn peaks_are_the_extremes_of_the_history_bit_for_bit() {
-    let machine = cart();
-    let system = machine.system();
-    let cycle = cycle();
-    let excitation = Excitation::uniform(0.0, 1e-3, &cycle[500..1500]).expect("sound");
-    let loads: Vec<Wrench> = CART_CENTERS
-        .into_iter()
-        .enumerate()
-        .map(|(g, center)| group_load(&system, 4 * g..4 * g + 4, center.into(), Part::Total))
-        .chain([reaction(&system)])
-        .collect();
-    let mut extremes = vec![Extremes::NONE; loads.len()];
-    let mut peaks = Peaks::new(&loads, &mut extremes);
-    run(&system, &Exact::<1>, ADAPTIVE, &excitation, Output::Samples, &mut peaks).expect("a run");
-
-    let (states, _) = machine.states(&Exact::<1>, ADAPTIVE, &excitation);
-    let mut history = vec![0.0; states.len() * loads.len() * 6];
-    evaluate(&loads, &states, |k| excitation.input(k), &mut history);
-    for (l, extreme) in extremes.iter().enumerate() {
-        for axis in 0..6 {
-            let trace: Vec<f64> = history.chunks(6 * loads.len()).map(|row| row[6 * l + axis]).collect();
-            let most = trace.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let least = trace.iter().copied().fold(f64::INFINITY, f64::min);
-            assert_eq!((extreme.largest[axis], extreme.smallest[axis]), (most, least));
-            let when = trace.iter().position(|&x| x == most).expect("it is there");
-            assert_eq!(extreme.time_of_largest[axis], excitation.time(when));
-        }
-        let across = history.chunks(6 * loads.len()).map(|row| row[6 * l + 1].hypot(row[6 * l + 2]));
-        let most = across.fold(0.0, f64::max);
-        close(extreme.largest[6], most, 1e-15, most); // `hypot` rounds otherwise than a root of squares.
     }
 }
 

@@ -20,6 +20,7 @@ mod methods;
 mod modes;
 mod offsets;
 mod orders;
+mod peaks;
 mod riders;
 mod stability;
 mod start;

@@ -6,7 +6,7 @@ use super::aligned_buffer::AlignedBuffer;
 use super::matrix::MAX_MODES;
 use super::modal::{ModalScenes, TILE};
 use super::timeline::{BLOCK, Timeline};
-use super::vector::Real;
+use super::vector::{Complex, Real};
 
 /// Samples evaluated at a time for a tile of rows, so that sixteen sums in registers share each loaded number.
 const SAMPLES: usize = 4;
@@ -32,21 +32,26 @@ impl<const STORES_VALUES: bool> WithSimd for LaneLoads<'_, STORES_VALUES> {
         let components = timeline.components.len();
         let inputs = &timeline.values[block * BLOCK * components..][..BLOCK * components];
         let states = states.vectors::<S>().as_chunks::<BLOCK>().0;
-        let width = 1 + components + states.len();
+        let width = 1 + 2 * components + states.len() / 2 * 3;
         let tiles = modal.tiles.vectors::<S>().as_chunks::<TILE>().0.chunks_exact(width);
         let extremes = extremes.vectors_mut::<S>().as_chunks_mut::<2>().0.as_chunks_mut::<TILE>().0;
         let values = values.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<TILE>().0;
-        let mut sizes = [simd.splat_f64s(0.0); 2 * MAX_MODES];
-        if !STORES_VALUES {
-            for (size, states) in sizes.iter_mut().zip(states) {
-                *size = largest(simd, states).lanes;
+        let mut sizes = [Real::splat(simd, 0.0); MAX_MODES];
+        if !STORES_VALUES && !is_first {
+            let drives = modal.drive.vectors::<S>().as_chunks::<2>().0;
+            let (states, ranges) = (states.as_chunks::<2>().0, timeline.range(block));
+            if ranges.len() == 1 {
+                deviations::<S, true>(simd, states, drives, inputs, ranges, &mut sizes);
+            } else {
+                deviations::<S, false>(simd, states, drives, inputs, ranges, &mut sizes);
             }
         }
         for (index, (tile, extremes)) in tiles.zip(extremes).enumerate() {
             let (head, tile) = tile.split_at(1 + components);
+            let (tile, bounds) = tile.split_at(states.len());
             if !STORES_VALUES
                 && !is_first
-                && !may_be_new(simd, head, timeline.range(block), tile, &sizes, extremes)
+                && !may_be_new(simd, head, timeline.range(block), bounds, &sizes, extremes)
             {
                 continue;
             }
@@ -89,14 +94,62 @@ impl<const STORES_VALUES: bool> WithSimd for LaneLoads<'_, STORES_VALUES> {
     }
 }
 
-/// Largest magnitude.
+/// Smallest squared size that is told from zero.
+const TINY: f64 = 1e-280;
+
+/// Rounding of a sum of some twenty terms over the sum of their sizes is far below this.
+const ROUNDING: f64 = 1e-13;
+
+/// Middle and half of a range.
 #[inline(always)]
-fn largest<S: Simd>(simd: S, values: &[S::f64s; BLOCK]) -> Real<S> {
-    let mut most = [Real::splat(simd, 0.0); 4];
-    for k in 0..BLOCK {
-        most[k % 4] = most[k % 4].max(Real::new(simd, values[k]).abs());
+fn middle_and_half<S: Simd>(simd: S, [least, most]: [f64; 2]) -> [Real<S>; 2] {
+    [Real::splat(simd, 0.5 * (least + most)), Real::splat(simd, 0.5 * (most - least))]
+}
+
+/// Largest distance of z of each mode over a block from its quasi-static value in the middle of the range of the excitation, and more than
+/// rounding can add to its effect. `drives`: `g/λ` of each mode for each component; `inputs`: sample by sample. (Noise of the excitation is
+/// in v and in the quasi-static value, so that the two together are smaller than either.) `ONE`: whether there is one component, as usual.
+#[inline(always)]
+fn deviations<S: Simd, const ONE: bool>(
+    simd: S,
+    states: &[[[S::f64s; BLOCK]; 2]],
+    drives: &[[S::f64s; 2]],
+    inputs: &[f64],
+    ranges: &[[f64; 2]],
+    sizes: &mut [Real<S>; MAX_MODES],
+) {
+    let count = if ONE { 1 } else { ranges.len() };
+    let mut first = [simd.splat_f64s(0.0); BLOCK];
+    if ONE {
+        for k in 0..BLOCK {
+            first[k] = (middle_and_half(simd, ranges[0])[0] - Real::splat(simd, inputs[k])).lanes;
+        }
     }
-    most[0].max(most[1]).max(most[2].max(most[3]))
+    for (mode, ([re, im], size)) in states.iter().zip(sizes).enumerate() {
+        let mut reach = Real::splat(simd, 0.0);
+        let mut most = [Real::splat(simd, TINY); 4];
+        for component in 0..count {
+            let drive = Complex::of(simd, drives[component * states.len() + mode]);
+            let half = middle_and_half(simd, ranges[component])[1];
+            reach = (drive.re.abs() + drive.im.abs()).mul_add(half, reach);
+        }
+        for k in 0..BLOCK {
+            let mut z = Complex::of(simd, [re[k], im[k]]);
+            for component in 0..count {
+                let off = if ONE {
+                    Real::new(simd, first[k])
+                } else {
+                    middle_and_half(simd, ranges[component])[0]
+                        - Real::splat(simd, inputs[k * count + component])
+                };
+                let drive = Complex::of(simd, drives[component * states.len() + mode]);
+                z = Complex::new(drive.re.mul_add(off, z.re), drive.im.mul_add(off, z.im));
+            }
+            most[k % 4] = most[k % 4].max(z.norm_squared());
+        }
+        let largest = most[0].max(most[1]).max(most[2].max(most[3])).sqrt();
+        *size = (largest + reach).mul_add(Real::splat(simd, ROUNDING), largest);
+    }
 }
 
 /// Whether a row of a tile may have a new extreme in a block, in any lane, by the range of the excitation in the block and the largest
@@ -106,29 +159,30 @@ fn largest<S: Simd>(simd: S, values: &[S::f64s; BLOCK]) -> Real<S> {
 fn may_be_new<S: Simd>(
     simd: S,
     head: &[[S::f64s; TILE]],
-    range: &[[f64; 2]],
-    tile: &[[S::f64s; TILE]],
-    sizes: &[S::f64s; 2 * MAX_MODES],
+    ranges: &[[f64; 2]],
+    bounds: &[[S::f64s; TILE]],
+    sizes: &[Real<S>; MAX_MODES],
     extremes: &[[S::f64s; 2]; TILE],
 ) -> bool {
-    // The rounding error of a sum of some twenty terms is far below this fraction of their sizes.
-    let rounding = Real::splat(simd, 1e-13);
+    let rounding = Real::splat(simd, ROUNDING);
     let mut new = rounding.less_than(Real::splat(simd, 0.0));
+    let (direct, moduli) = bounds.split_at(ranges.len());
     for row in 0..TILE {
-        let rest = Real::new(simd, head[0][row]);
-        let (mut low, mut high, mut size) = (rest, rest, rest.abs());
-        for (feed, &[least, most]) in head[1..].iter().zip(range) {
+        let mut middle = Real::new(simd, head[0][row]);
+        let (mut size, mut spread) = (middle.abs(), Real::splat(simd, 0.0));
+        for ((feed, direct), range) in head[1..].iter().zip(direct).zip(ranges) {
+            let [at, half] = middle_and_half(simd, *range);
             let feed = Real::new(simd, feed[row]);
-            let (a, b) = (feed * Real::splat(simd, least), feed * Real::splat(simd, most));
-            (low, high, size) = (low + a.min(b), high + a.max(b), size + a.abs().max(b.abs()));
+            middle = feed.mul_add(at, middle);
+            size = feed.abs().mul_add(at.abs() + half, size);
+            spread = Real::new(simd, direct[row]).mul_add(half, spread);
         }
-        let mut spread = Real::splat(simd, 0.0);
-        for (coefficients, size) in tile.iter().zip(sizes) {
-            spread = Real::new(simd, coefficients[row]).abs().mul_add(Real::new(simd, *size), spread);
+        for (modulus, size) in moduli.iter().zip(sizes) {
+            spread = Real::new(simd, modulus[row]).mul_add(*size, spread);
         }
         spread = (size + spread).mul_add(rounding, spread);
         let [lowest, highest] = extremes[row].map(|lanes| Real::new(simd, lanes));
-        new = new.or((low - spread).less_than(lowest)).or(highest.less_than(high + spread));
+        new = new.or((middle - spread).less_than(lowest)).or(highest.less_than(middle + spread));
     }
     new.any()
 }

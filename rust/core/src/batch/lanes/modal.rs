@@ -22,7 +22,8 @@ pub(super) struct ModalScenes {
     /// Number of wanted rows.
     pub(super) rows: usize,
     /// For each [`TILE`] rows side by side: the values at rest, the coefficients of each component of the excitation, then, mode by mode,
-    /// those of the real and the imaginary part of v. The last tile is filled up with zeros.
+    /// those of the real and the imaginary part of v; then for bounds the coefficients of each component while z stays the same, and the
+    /// largest effect of a z of each mode of size one. The last tile is filled up with zeros.
     pub(super) tiles: AlignedBuffer,
     /// Value of each row at the first sample.
     pub(super) starts: AlignedBuffer,
@@ -78,7 +79,7 @@ impl WithSimd for ModalSetup<'_> {
             set_state_rows(simd, &undamped, &damped, &mut to.state_rows);
         }
 
-        let width = 1 + count + 2 * n;
+        let width = 1 + 2 * count + 3 * n;
         to.rows = request.rows.len();
         let tiles = to.tiles.clear::<S>(to.rows.next_multiple_of(TILE) * width).as_chunks_mut::<TILE>().0;
         let starts = to.starts.clear::<S>(to.rows);
@@ -91,6 +92,10 @@ impl WithSimd for ModalSetup<'_> {
             let start = first_value(simd, &of.constant, &feeds, &request.first);
             starts[index] = start.lanes;
             size = size + start.abs();
+            let (head, bounds) = tile.split_at_mut(1 + count + 2 * n);
+            for (feed, to) in feeds.iter().zip(&mut *bounds) {
+                to[place] = feed.abs().lanes;
+            }
             for k in 0..n {
                 let c = damped.coefficient(simd, &of, k, n);
                 for (feed, drive) in feeds.iter_mut().zip(drives.chunks_exact(n)) {
@@ -98,14 +103,16 @@ impl WithSimd for ModalSetup<'_> {
                     *feed = *feed - (still.re + still.re);
                 }
                 size = size + c.re.abs() + c.im.abs();
-                let coefficients = &mut tile[1 + count + 2 * k..];
+                let coefficients = &mut head[1 + count + 2 * k..];
                 (coefficients[0][place], coefficients[1][place]) =
                     ((c.re + c.re).lanes, (-(c.im + c.im)).lanes);
+                let modulus = c.norm_squared().sqrt();
+                bounds[count + k][place] = (modulus + modulus).lanes;
             }
             if request.quasi_static {
                 starts[index] = first_value(simd, &of.constant, &feeds, &request.first).lanes;
             }
-            for (feed, to) in feeds.iter().zip(&mut tile[1..]) {
+            for (feed, to) in feeds.iter().zip(&mut head[1..]) {
                 to[place] = feed.lanes;
                 size = size + feed.abs();
             }

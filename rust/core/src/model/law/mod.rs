@@ -242,3 +242,23 @@ impl Law {
         }
     }
 }
+
+/// Forces of a law at several deflections, in a vector loop for the common laws.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn forces<const N: usize>(law: &Law, at: &[f64; N]) -> [f64; N] {
+    let mut out = *at;
+    if let Some(sides) = law.sides() {
+        for force in &mut out {
+            *force = sided_force(sides, *force);
+        }
+    } else if let Some([opening, coefficient]) = law.balls() {
+        for force in &mut out {
+            *force = coefficient * ball_force(opening, *force);
+        }
+    } else {
+        for force in &mut out {
+            *force = law.force(*force);
+        }
+    }
+    out
+}

@@ -1,0 +1,223 @@
+//! Running extremes of loads, in memory of the caller.
+//!
+//! Instants are gathered in blocks. Of each block, the ranges of the entries of the state bound every load (`bounds`); a load whose bounds
+//! lie within its extremes so far is not evaluated at all. The others are evaluated at all instants of the block side by side.
+
+use super::bounds::StateBox;
+use super::extremes::Extremes;
+use super::loads::{NonlinearLink, Wrench};
+use super::record::Record;
+use crate::error::RunError;
+use crate::model::forces;
+use crate::numeric::float::{add_scaled, fma, sqrt};
+use crate::numeric::simd::{Kernel, dispatch};
+use crate::system::{Input, NO_INPUT, State};
+
+/// Instants of a block: few, so that a block in which a load passes its extremes is a short part of the run.
+const BLOCK: usize = 16;
+
+/// One number at each instant of a block.
+type Values = [f64; BLOCK];
+
+/// Stores only the running extremes of loads.
+#[derive(Debug)]
+pub struct Peaks<'a> {
+    loads: &'a [Wrench<'a>],
+    extremes: &'a mut [Extremes],
+    /// Whether a load depends on the excitation directly.
+    needs_input: bool,
+    times: Values,
+    states: [State; BLOCK],
+    inputs: [Input; BLOCK],
+    filled: usize,
+    /// Within it no load passes its extremes.
+    safe: StateBox,
+}
+
+impl<'a> Peaks<'a> {
+    /// Writes the extremes of each of `loads` to the entry of `extremes` at the same index, by the end of the run.
+    pub fn new(loads: &'a [Wrench<'a>], extremes: &'a mut [Extremes]) -> Self {
+        extremes.fill(Extremes::NONE);
+        let needs_input = loads.iter().any(|load| load.linear.by_input_at_all);
+        let (times, states, inputs) = ([0.0; BLOCK], [[0.0; 12]; BLOCK], [NO_INPUT; BLOCK]);
+        Self { loads, extremes, needs_input, times, states, inputs, filled: 0, safe: StateBox::NOTHING }
+    }
+}
+
+impl Record for Peaks<'_> {
+    fn reserve(&mut self, _: usize) -> Result<(), RunError> {
+        let (expected, got) = (self.loads.len(), self.extremes.len());
+        if got < expected { Err(RunError::Capacity { expected, got }) } else { Ok(()) }
+    }
+
+    fn needs_input(&self) -> bool {
+        self.needs_input
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn instant(&mut self, time: f64, state: &State, input: &Input) {
+        (self.times[self.filled], self.states[self.filled]) = (time, *state);
+        if self.needs_input {
+            self.inputs[self.filled] = *input;
+        }
+        self.filled += 1;
+        if self.filled == BLOCK {
+            self.end();
+        }
+    }
+
+    #[inline(never)]
+    fn end(&mut self) {
+        if self.filled > 0 {
+            dispatch(BlockKernel(self));
+            self.filled = 0;
+        }
+    }
+}
+
+/// Updates the extremes with a block.
+struct BlockKernel<'a, 'b>(&'a mut Peaks<'b>);
+
+impl Kernel for BlockKernel<'_, '_> {
+    type Output = ();
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) {
+        let Peaks { loads, extremes, needs_input, times, states, inputs, filled, safe } = self.0;
+        // The last instant is repeated past the end; its copies come later, and so are no first occurrence of an extreme.
+        for k in *filled..BLOCK {
+            (times[k], states[k], inputs[k]) = (times[*filled - 1], states[*filled - 1], inputs[*filled - 1]);
+        }
+        let here = StateBox::of(states);
+        if here.is_within(safe) && !*needs_input {
+            return;
+        }
+        let (mut entries, mut is_transposed) = ([[0.0; BLOCK]; 12], false);
+        for (load, extremes) in loads.iter().zip(extremes.iter_mut()) {
+            let mut values = [[0.0; BLOCK]; 8];
+            if load.linear.by_input_at_all {
+                for k in 0..BLOCK {
+                    for (row, value) in load.at(&states[k], &inputs[k]).into_iter().enumerate() {
+                        values[row][k] = value;
+                    }
+                }
+            } else if here.may_pass(load, extremes) {
+                if !is_transposed {
+                    entries = transposed(states);
+                    is_transposed = true;
+                }
+                evaluate(load, &entries, states, &mut values);
+            } else {
+                continue;
+            }
+            add_magnitudes(&mut values);
+            extremes.update(times, &values);
+        }
+        if !is_transposed && !*needs_input {
+            // A larger box holds more of the blocks to come.
+            *safe = here.widened();
+            for (load, extremes) in loads.iter().zip(extremes.iter()) {
+                if safe.may_pass(load, extremes) {
+                    *safe = here;
+                    break;
+                }
+            }
+        }
+    }
+}
+
+/// The entries of the states, each at all instants.
+#[cfg_attr(feature = "std", inline(always))]
+fn transposed(states: &[State; BLOCK]) -> [Values; 12] {
+    let mut entries = [[0.0; BLOCK]; 12];
+    for (k, state) in states.iter().enumerate() {
+        for j in 0..12 {
+            entries[j][k] = state[j];
+        }
+    }
+    entries
+}
+
+/// The components of a load at all instants, to the last bit those of [`super::Recovery::at`].
+#[cfg_attr(feature = "std", inline(always))]
+fn evaluate(load: &Wrench, entries: &[Values; 12], states: &[State; BLOCK], values: &mut [Values; 8]) {
+    // Two rows at a time, so that the sums of one fill the time in which those of the other wait for each other.
+    for pair in 0..3 {
+        let (a, b) = (2 * pair, 2 * pair + 1);
+        let mut sums = [[load.linear.constant[a]; BLOCK], [load.linear.constant[b]; BLOCK]];
+        for j in 0..12 {
+            let column = &load.linear.by_state[j];
+            add_scaled(&mut sums[0], &entries[j], column[a]);
+            add_scaled(&mut sums[1], &entries[j], column[b]);
+        }
+        (values[a], values[b]) = (sums[0], sums[1]);
+    }
+    for link in load.nonlinear.as_slice() {
+        let NonlinearLink { row, elastic, damping } = link;
+        let mut at = [row.rest; BLOCK];
+        for j in 0..6 {
+            add_scaled(&mut at, &entries[j], row.deflection[j]);
+        }
+        let force = forces(row.link.law(), &at);
+        for component in 0..6 {
+            add_scaled(&mut values[component], &force, elastic[component]);
+        }
+        if row.link.is_damped_in_contact() {
+            for k in 0..BLOCK {
+                let (_, load) = row.loads(&states[k]);
+                for component in 0..6 {
+                    values[component][k] = fma(damping[component], load, values[component][k]);
+                }
+            }
+        }
+    }
+}
+
+/// Adds the y-z resultant of the force and the magnitude of the moment.
+#[cfg_attr(feature = "std", inline(always))]
+fn add_magnitudes(values: &mut [Values; 8]) {
+    let [_, y, z, mx, my, mz, across, moment] = values;
+    for k in 0..BLOCK {
+        across[k] = sqrt(fma(y[k], y[k], z[k] * z[k]));
+        moment[k] = sqrt(fma(mx[k], mx[k], fma(my[k], my[k], mz[k] * mz[k])));
+    }
+}
+
+impl Extremes {
+    /// Updates with the values of a block; the time is that of the first occurrence.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn update(&mut self, times: &Values, values: &[Values; 8]) {
+        for (i, values) in values.iter().enumerate() {
+            let (low, high) = least_and_largest(values);
+            if low < self.smallest[i] {
+                (self.smallest[i], self.time_of_smallest[i]) = (low, times[first(values, low)]);
+            }
+            if high > self.largest[i] {
+                (self.largest[i], self.time_of_largest[i]) = (high, times[first(values, high)]);
+            }
+        }
+    }
+}
+
+/// Smallest and largest value; numbers that are NaN do not count.
+#[cfg_attr(feature = "std", inline(always))]
+fn least_and_largest(values: &Values) -> (f64, f64) {
+    let (mut low, mut high) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
+    for some in values.as_chunks::<4>().0 {
+        for i in 0..4 {
+            low[i] = if some[i] < low[i] { some[i] } else { low[i] };
+            high[i] = if some[i] > high[i] { some[i] } else { high[i] };
+        }
+    }
+    for i in 1..4 {
+        low[0] = if low[i] < low[0] { low[i] } else { low[0] };
+        high[0] = if high[i] > high[0] { high[i] } else { high[0] };
+    }
+    (low[0], high[0])
+}
+
+/// The first index of a value that occurs.
+#[cfg_attr(feature = "std", inline(always))]
+fn first(values: &Values, value: f64) -> usize {
+    values.iter().position(|other| *other == value).unwrap_or(0)
+}
