@@ -67,8 +67,8 @@ def c_source(design: Design) -> str:
 def _fields(constants: dict[str, Any], places: tuple[int, int, int], value: Any) -> list[tuple[str, str]]:
     """Names and texts of the fields of a `Prepared`."""
     states, carriages, differences = places
-    taps = np.zeros((differences, 2))
-    taps[: len(constants["taps"])] = constants["taps"]
+    taps = np.zeros((2, differences))
+    taps[:, : int(constants["tap_count"])] = constants["taps"]
     ordered: list[tuple[str, Any]] = [
         (name, constants[name])
         for name in ("id", "carriage_count", "input", "tap_count", "lag", "settling", "exponent", "period")

@@ -100,11 +100,11 @@ fn main() -> ! {
         print_number(carriage as u64);
         print(" ");
         print_real(totals.power.value() as f32);
-        for extremes in &totals.extremes {
+        for (smallest, largest) in totals.smallest.iter().zip(&totals.largest) {
             print(" ");
-            print_real(extremes.value[0]);
+            print_real(*smallest);
             print(" ");
-            print_real(extremes.value[1]);
+            print_real(*largest);
         }
     }
     print("\n");

@@ -52,7 +52,7 @@ enum {
 
 /* Constants of a machine. Written by `guideload monitor build`; not to be changed by hand. */
 typedef struct {
-    float weights[2][GUIDELOAD_COMPONENTS][2];
+    float weights[2][2][GUIDELOAD_COMPONENTS];
     float minor, preload, opening;
     uint32_t counted, plain, linear_preload;
 } guideload_rule;
@@ -75,7 +75,7 @@ typedef struct {
     guideload_input input;
     uint32_t tap_count, lag, settling, exponent;
     float period, speed_of_step;
-    float taps[GUIDELOAD_DIFFERENCES][2];
+    float taps[2][GUIDELOAD_DIFFERENCES];
     float change[GUIDELOAD_STATES][GUIDELOAD_STATES];
     float from_start[GUIDELOAD_STATES], from_end[GUIDELOAD_STATES];
     guideload_carriage carriages[GUIDELOAD_CARRIAGES];
@@ -83,7 +83,7 @@ typedef struct {
 
 /* Memory of a monitor; its content is private. */
 typedef struct {
-    uint64_t words[480];
+    uint64_t words[560];
 } guideload_monitor;
 
 /* Totals of a carriage since the first start. */

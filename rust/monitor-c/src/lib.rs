@@ -17,7 +17,7 @@ type State = Monitor<f32, STATES, CARRIAGES, DIFFERENCES>;
 /// Memory of a monitor, as in the header.
 #[repr(C)]
 pub struct Memory {
-    words: [u64; 480],
+    words: [u64; 560],
 }
 
 const _: () =
@@ -113,10 +113,10 @@ pub unsafe extern "C" fn guideload_totals(
     let totals = state.totals();
     let Some(of) = totals.carriages.get(carriage as usize) else { return NO_CARRIAGE };
     *report = CarriageReport {
-        smallest: of.extremes.map(|extremes| extremes.value[0]),
-        largest: of.extremes.map(|extremes| extremes.value[1]),
-        period_of_smallest: of.extremes.map(|extremes| extremes.period[0]),
-        period_of_largest: of.extremes.map(|extremes| extremes.period[1]),
+        smallest: of.smallest,
+        largest: of.largest,
+        period_of_smallest: of.period_of_smallest,
+        period_of_largest: of.period_of_largest,
         power: of.power.value(),
         life_used: totals.life_used(prepared, carriage as usize).unwrap_or(-1.0),
         histogram: of.histogram,

@@ -2,6 +2,7 @@
 //!
 //! A motion is repeated. The sums must be those of one repetition times their number; the error is printed for f32 and f64.
 
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 use guideload::{
@@ -67,9 +68,8 @@ fn report<T: Real>(name: &str, periods: usize) -> Result<(), Box<dyn std::error:
     let mut monitor = Monitor::<T, 10, 4, 48>::NEW;
     let samples = 4_000_000.min(periods);
     let start = Instant::now();
-    for k in 0..samples {
-        monitor.push(&prepared, k as u32, motion[k % LENGTH].0);
-    }
+    let counts = motion.iter().map(|(count, ..)| *count).cycle().take(samples);
+    let _ = monitor.push_many(&prepared, (0..).zip(counts), |_, _| ControlFlow::Continue(()));
     println!("{name}: {:.1} million samples/s", samples as f64 / start.elapsed().as_secs_f64() / 1e6);
     let mut monitor = Monitor::<T, 10, 4, 48>::NEW;
     let power =

@@ -80,7 +80,7 @@ struct Suspect {
 
 /// How the samples reach the grid. N: places for second differences.
 #[derive(Debug, Clone)]
-pub(crate) struct Input<const N: usize> {
+pub(crate) struct Input<T, const N: usize> {
     /// Whether there is a first sample, and a step after it.
     started: bool,
     moving: bool,
@@ -95,8 +95,10 @@ pub(crate) struct Input<const N: usize> {
     suspect: Option<Suspect>,
     /// Count of the last sample, good or not.
     last_seen: u32,
-    /// Second differences of the position on the grid, the newest last.
-    history: [i32; N],
+    /// Second differences of the position on the grid: a ring, kept twice, so that all that is needed is in one piece.
+    history: [[T; N]; 2],
+    /// Place of the newest in the ring.
+    newest: usize,
     /// Number of them that are known, and number of the newest that are not used yet.
     known: u32,
     pending: u32,
@@ -114,15 +116,15 @@ pub(crate) struct Input<const N: usize> {
 }
 
 /// The part of the history that the next estimate needs.
-pub(crate) struct Window<'a> {
-    pub differences: &'a [i32],
+pub(crate) struct Window<'a, T> {
+    pub differences: &'a [T],
     /// Step at its end, in sixteenths of a count.
     pub step: i32,
     /// Whether the axis moves.
     pub moves: bool,
 }
 
-impl<const N: usize> Input<N> {
+impl<T: Real, const N: usize> Input<T, N> {
     pub(crate) const NEW: Self = Self {
         started: false,
         moving: false,
@@ -133,7 +135,8 @@ impl<const N: usize> Input<N> {
         step: 0,
         suspect: None,
         last_seen: 0,
-        history: [0; N],
+        history: [[T::ZERO; N]; 2],
+        newest: 0,
         known: 0,
         pending: 0,
         used_step: 0,
@@ -145,7 +148,7 @@ impl<const N: usize> Input<N> {
     };
 
     /// Takes a sample.
-    pub(crate) fn accept<T: Real>(
+    pub(crate) fn accept(
         &mut self,
         settings: &InputSettings,
         taps: u32,
@@ -161,7 +164,8 @@ impl<const N: usize> Input<N> {
         }
         let ticks = NonZeroU32::new(settings.ticks).unwrap_or(NonZeroU32::MIN);
         let elapsed = stamp.wrapping_sub(self.grid);
-        let periods = elapsed.wrapping_add(ticks.get() / 2) / ticks;
+        // Most samples come one period after the other; a division takes longer.
+        let periods = if elapsed == ticks.get() { 1 } else { elapsed.wrapping_add(ticks.get() / 2) / ticks };
         let back = self.grid.wrapping_sub(stamp);
         if periods == 0 || back <= ticks.get().saturating_mul(EARLIEST) {
             counters.early += 1;
@@ -178,8 +182,12 @@ impl<const N: usize> Input<N> {
         }
         let change = difference(settings, self.count, count);
         // The position on the grid, from a sample that is late by a part of a period.
-        let share = T::from_i32(late) / T::from_i32(ticks.get().cast_signed());
-        let correction = (T::from_i32(self.step) * share).to_i32();
+        let correction = if late == 0 {
+            0
+        } else {
+            let share = T::from_i32(late) / T::from_i32(ticks.get().cast_signed());
+            (T::from_i32(self.step) * share).to_i32()
+        };
         let moved = i64::from(change) * i64::from(FRACTION) - i64::from(correction) - i64::from(self.offset);
         if self.fits(settings, moved, periods) {
             if (count < self.count) != (change < 0) && change != 0 {
@@ -260,9 +268,12 @@ impl<const N: usize> Input<N> {
             (self.moving, self.step, self.used_step) = (true, step, step);
             return;
         }
-        self.history.copy_within(1.., 0);
-        if let Some(newest) = self.history.last_mut() {
-            *newest = step.wrapping_sub(self.step);
+        self.newest = if self.newest + 1 < N { self.newest + 1 } else { 0 };
+        let difference = T::from_i32(step.wrapping_sub(self.step));
+        for ring in &mut self.history {
+            if let Some(place) = ring.get_mut(self.newest) {
+                *place = difference;
+            }
         }
         self.step = step;
         self.known = self.known.saturating_add(1);
@@ -270,15 +281,17 @@ impl<const N: usize> Input<N> {
     }
 
     /// The next window with as many second differences as there are taps, if there is one; it is used then.
-    pub(crate) fn next(&mut self, taps: u32) -> Option<Window<'_>> {
+    pub(crate) fn next(&mut self, taps: u32) -> Option<Window<'_, T>> {
         while self.pending > 0 {
-            let end = N.checked_sub(self.pending as usize - 1)?;
             self.pending -= 1;
-            let newest = self.history.get(end.checked_sub(1)?)?;
-            self.used_step = self.used_step.wrapping_add(*newest);
+            let end = (self.newest + N + 1).checked_sub(self.pending as usize)?;
+            let newest = self.history.as_flattened().get(end.checked_sub(1)?)?;
+            // Large differences are rounded in f32: once all are used, the step is exact again.
+            self.used_step =
+                if self.pending == 0 { self.step } else { self.used_step.wrapping_add(newest.to_i32()) };
             if self.known.saturating_sub(self.pending) >= taps {
                 self.awake = self.awake.saturating_sub(1);
-                let differences = self.history.get(end.checked_sub(taps as usize)?..end)?;
+                let differences = self.history.as_flattened().get(end.checked_sub(taps as usize)?..end)?;
                 return Some(Window { differences, step: self.used_step, moves: self.awake > 0 });
             }
         }

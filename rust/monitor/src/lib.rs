@@ -7,7 +7,7 @@
 //! # fn on_sample(monitor: &mut Monitor<f32, 10, 4, 64>, prepared: &Prepared<f32, 10, 4, 64>, stamp: u32, count: u32) {
 //! monitor.push(prepared, stamp, count); // once per period: time stamp and counter
 //! let [y, z, ..] = monitor.loads()[0]; // N, on the first carriage
-//! let largest = monitor.totals().carriages[0].extremes[6].value[1]; // N, largest equivalent load so far
+//! let largest = monitor.totals().carriages[0].largest[6]; // N, largest equivalent load so far
 //! # }
 //! ```
 //!
@@ -20,13 +20,15 @@
 //! - `prepared`: the constants.
 //! - `input`: samples to second differences, with missing and wrong ones bridged.
 //! - `totals`, `monitor`, `record`: what is kept; the step from sample to sample; saving it.
-//! - `prepare`: the constants from a scene, on a PC (feature `prepare`).
+//! - `prepare`, `many`: the constants from a scene, and many samples in one call; on a PC (feature `prepare`).
 #![no_std]
 
 #[cfg(feature = "prepare")]
 extern crate std;
 
 mod input;
+#[cfg(feature = "prepare")]
+mod many;
 mod monitor;
 #[cfg(feature = "prepare")]
 mod prepare;
@@ -47,4 +49,4 @@ pub use real::Real;
 pub use record::{RecordError, record_length};
 pub use rule::{COMPONENTS, Exponent, Rule};
 pub use sum::Sum;
-pub use totals::{BINS, CarriageTotals, Extremes, QUANTITIES, Totals};
+pub use totals::{BINS, CarriageTotals, QUANTITIES, Totals};

@@ -3,7 +3,7 @@
 use crate::input::{Input, Sample};
 use crate::prepared::Prepared;
 use crate::real::Real;
-use crate::rule::COMPONENTS;
+use crate::rule::{COMPONENTS, Weighed};
 use crate::totals::Totals;
 use crate::travel::{Interval, Travel};
 
@@ -23,11 +23,13 @@ pub struct Motion<T> {
 /// The state of a monitor. S, C, N: as in [`Prepared`], whose constants each call needs.
 #[derive(Debug, Clone)]
 pub struct Monitor<T, const S: usize, const C: usize, const N: usize> {
-    input: Input<N>,
+    input: Input<T, N>,
     /// Motion, state and loads of the last period; none before the first.
     motion: Option<Motion<T>>,
     state: [T; S],
     loads: [[T; COMPONENTS]; C],
+    /// What the rules make of the loads.
+    weighed: [Weighed<T>; C],
     /// Number of the period of the loads.
     period: u64,
     /// Periods left until the loads do not depend on the start.
@@ -42,6 +44,7 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
         motion: None,
         state: [T::ZERO; S],
         loads: [[T::ZERO; COMPONENTS]; C],
+        weighed: [Weighed::ZERO; C],
         period: 0,
         settling: 0,
         totals: Totals::NONE,
@@ -50,28 +53,20 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
     /// Takes a sample: its time stamp in ticks and the counter of the encoder, both of which may wrap. Computes at most
     /// [`PERIODS_PER_CALL`] periods.
     pub fn push(&mut self, prepared: &Prepared<T, S, C, N>, stamp: u32, count: u32) -> Sample {
+        self.step(prepared, stamp, count)
+    }
+
+    #[inline(always)]
+    pub(crate) fn step(&mut self, prepared: &Prepared<T, S, C, N>, stamp: u32, count: u32) -> Sample {
         let (settings, taps) = (&prepared.input, prepared.tap_count);
-        let taken = self.input.accept::<T>(settings, taps, &mut self.totals.counters, stamp, count);
+        let taken = self.input.accept(settings, taps, &mut self.totals.counters, stamp, count);
         if taken == Sample::Restarted {
             (self.motion, self.state, self.settling) = (None, [T::ZERO; S], prepared.settling);
         }
         for _ in 0..PERIODS_PER_CALL {
             let Some(window) = self.input.next(taps) else { break };
-            // Two sums side by side: each addition of a single sum would wait for the one before.
-            let (mut even, mut odd) = ([T::ZERO; 2], [T::ZERO; 2]);
-            let (pairs, rest) = window.differences.as_chunks::<2>();
-            let (taps_of_pairs, _) = prepared.taps.as_chunks::<2>();
-            for (pair, taps) in pairs.iter().zip(taps_of_pairs) {
-                let [first, second] = pair.map(T::from_i32);
-                even = [even[0] + first * taps[0][0], even[1] + first * taps[0][1]];
-                odd = [odd[0] + second * taps[1][0], odd[1] + second * taps[1][1]];
-            }
-            for (&difference, tap) in rest.iter().zip(prepared.taps.iter().skip(2 * pairs.len())) {
-                let difference = T::from_i32(difference);
-                even = [even[0] + difference * tap[0], even[1] + difference * tap[1]];
-            }
-            let acceleration = even[0] + odd[0];
-            let velocity = T::from_i32(window.step) * prepared.speed_of_step + (even[1] + odd[1]);
+            let [acceleration, correction] = weighted(window.differences, &prepared.taps);
+            let velocity = T::from_i32(window.step) * prepared.speed_of_step + correction;
             let moves = window.moves;
             let behind = u64::from(self.input.pending()) + u64::from(prepared.lag);
             self.period = self.input.clock().wrapping_sub(behind);
@@ -87,6 +82,7 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
     }
 
     /// One period, to a motion. `moves`: whether the axis travels, or what looks like travel is noise.
+    #[inline(always)]
     fn advance(&mut self, prepared: &Prepared<T, S, C, N>, motion: Motion<T>, moves: bool) {
         let before = self.motion.replace(motion);
         if let Some(before) = before {
@@ -102,38 +98,45 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
         self.settling = self.settling.saturating_sub(1);
         let totals = &mut self.totals;
         totals.periods = totals.periods.wrapping_add(1);
-        totals.settling = totals.settling.wrapping_add(u64::from(!settled));
+        if !settled {
+            totals.settling = totals.settling.wrapping_add(1);
+        }
         if let Some(travel) = &travel {
             totals.distance.add(travel.path);
         }
-        let carriages = prepared.carriages.iter().take(prepared.carriage_count as usize);
-        for ((carriage, load), totals) in carriages.zip(&mut self.loads).zip(&mut totals.carriages) {
-            let now = carriage.load_at(&self.state);
-            let last = core::mem::replace(load, now);
-            let groups = carriage.rule.groups(&now);
-            let equivalent = carriage.rule.raised(carriage.rule.combined(groups));
+        // All loads first, so that a processor can compute several carriages at a time.
+        let count = prepared.carriage_count as usize;
+        let loads: [[T; COMPONENTS]; C] = core::array::from_fn(|k| {
+            if k < count { prepared.carriages[k].load_at(&self.state) } else { [T::ZERO; COMPONENTS] }
+        });
+        let kept = self.loads.iter_mut().zip(&mut self.weighed).zip(&mut totals.carriages);
+        for ((carriage, load), ((last, weighed), totals)) in
+            prepared.carriages.iter().zip(&loads).take(count).zip(kept)
+        {
+            let now = carriage.rule.weigh(load);
+            let equivalent = carriage.rule.raised(carriage.rule.combined(now.groups));
             if settled {
-                totals.take(carriage, &now, equivalent, self.period);
+                totals.take(carriage, load, equivalent, self.period);
             }
             totals.count(carriage.bins_per_load, equivalent);
             if let Some(travel) = &travel {
-                totals.power.add(travel.power(&carriage.rule, prepared.exponent, [&last, &now]));
+                let (loads, weighed) = ([&*last, load], [&*weighed, &now]);
+                totals.power.add(travel.power(&carriage.rule, prepared.exponent, loads, weighed));
             }
+            (*last, *weighed) = (*load, now);
         }
     }
 
     /// The exact step of the state under an acceleration that is linear over the period.
+    #[inline(always)]
     fn propagate(&mut self, prepared: &Prepared<T, S, C, N>, start: T, end: T) {
-        let mut next = self.state;
-        for ((value, &from_start), &from_end) in
-            next.iter_mut().zip(&prepared.from_start).zip(&prepared.from_end)
-        {
-            *value += from_start * start + from_end * end;
-        }
-        for (column, &entry) in prepared.change.iter().zip(&self.state) {
-            for (value, &factor) in next.iter_mut().zip(column) {
-                *value += factor * entry;
-            }
+        let state = self.state;
+        let mut next: [T; S] = core::array::from_fn(|i| {
+            state[i] + (prepared.from_start[i] * start + prepared.from_end[i] * end)
+        });
+        for j in 0..S {
+            let (column, entry) = (&prepared.change[j], state[j]);
+            next = core::array::from_fn(|i| next[i] + column[i] * entry);
         }
         self.state = next;
     }
@@ -173,4 +176,23 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
     pub(crate) fn clock(&self) -> u64 {
         self.input.clock()
     }
+}
+
+/// Sums of second differences times the two weights of each. Four sums side by side: each addition of a single sum would wait for the one
+/// before.
+#[inline(always)]
+fn weighted<T: Real, const N: usize>(differences: &[T], [first, second]: &[[T; N]; 2]) -> [T; 2] {
+    let (fours, rest) = differences.as_chunks::<4>();
+    let weights = first.as_chunks::<4>().0.iter().zip(second.as_chunks::<4>().0);
+    let (mut sums, mut others) = ([T::ZERO; 4], [T::ZERO; 4]);
+    for (four, (first, second)) in fours.iter().zip(weights) {
+        sums = core::array::from_fn(|k| sums[k] + four[k] * first[k]);
+        others = core::array::from_fn(|k| others[k] + four[k] * second[k]);
+    }
+    let weights = first.iter().zip(second).skip(4 * fours.len());
+    for (&difference, (&first, &second)) in rest.iter().zip(weights) {
+        sums[0] += difference * first;
+        others[0] += difference * second;
+    }
+    [sums, others].map(|[a, b, c, d]| (a + b) + (c + d))
 }

@@ -133,10 +133,10 @@ pub fn prepare<T: Real, const S: usize, const C: usize, const N: usize>(
         *carriage = to.carriage(load, judgement, entries());
     }
     let step = settings.quantum / f64::from(FRACTION) / settings.period;
-    let mut taps = [[T::ZERO; 2]; N];
-    for (tap, [acceleration, velocity]) in taps.iter_mut().zip(settings.taps) {
-        *tap = to.places([acceleration * step / settings.period, velocity * step].into_iter());
-    }
+    let taps = [
+        to.places(settings.taps.iter().map(|[acceleration, _]| acceleration * step / settings.period)),
+        to.places(settings.taps.iter().map(|[_, velocity]| velocity * step)),
+    ];
     let decay = slowest_decay(system).ok_or(PrepareError::Undamped)?;
     let prepared = Prepared {
         carriage_count: loads.len() as u32,
@@ -226,7 +226,13 @@ impl Converter {
             }
         }
         Rule {
-            weights: weights.map(|group| group.map(|pair| pair.map(|weight| self.number(weight)))),
+            weights: weights.map(|group| {
+                [
+                    group.map(|[above, below]| 0.5 * (above + below)),
+                    group.map(|[above, below]| 0.5 * (above - below)),
+                ]
+                .map(|weights| weights.map(|weight| self.number(weight)))
+            }),
             minor: self.number(rule.minor),
             preload: self.number(preload),
             opening: self.number(rule.preload.opening()),

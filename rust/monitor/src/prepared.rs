@@ -29,8 +29,8 @@ pub struct Prepared<T, const S: usize, const C: usize, const N: usize> {
     pub period: T,
     /// m/s per sixteenth of a count in the last step.
     pub speed_of_step: T,
-    /// Effect of a second difference, in sixteenths of a count, on acceleration (m/s²) and velocity (m/s): the oldest first.
-    pub taps: [[T; 2]; N],
+    /// Effect of a second difference, in sixteenths of a count, on acceleration (m/s²), and on velocity (m/s): the oldest first.
+    pub taps: [[T; N]; 2],
     /// Change of the state over a period, per entry of the state: columns.
     pub change: [[T; S]; S],
     /// Effect on the state of the acceleration at the start and at the end of a period.
@@ -91,16 +91,12 @@ impl<T: Real, const S: usize> Carriage<T, S> {
     };
 
     /// Load at a state.
+    #[inline(always)]
     pub(crate) fn load_at(&self, state: &[T; S]) -> [T; COMPONENTS] {
-        // Five variables and no array, so that they stay in registers.
-        let [mut y, mut z, mut roll, mut yaw, mut pitch] = self.rest;
-        for (column, &entry) in self.by_state.iter().zip(state) {
-            y += column[0] * entry;
-            z += column[1] * entry;
-            roll += column[2] * entry;
-            yaw += column[3] * entry;
-            pitch += column[4] * entry;
+        let mut load = self.rest;
+        for j in 0..S {
+            load = core::array::from_fn(|k| load[k] + self.by_state[j][k] * state[j]);
         }
-        [y, z, roll, yaw, pitch]
+        load
     }
 }

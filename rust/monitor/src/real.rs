@@ -39,9 +39,9 @@ pub trait Real:
     fn cbrt(self) -> Self;
 
     /// Magnitude.
-    fn abs(self) -> Self {
-        if self < Self::ZERO { -self } else { self }
-    }
+    fn abs(self) -> Self;
+    /// 1 of a negative number, 0 of a positive one.
+    fn sign(self) -> u32;
 }
 
 /// Newton's iteration for a root of `x` from the estimate `root`.
@@ -80,6 +80,12 @@ impl Real for f32 {
     fn to_i32(self) -> i32 {
         self as i32
     }
+    fn abs(self) -> Self {
+        Self::abs(self)
+    }
+    fn sign(self) -> u32 {
+        self.to_bits() >> 31
+    }
     // Half and a third of the exponent give estimates to 4 and 5 %.
     fn sqrt(self) -> Self {
         if self < Self::MIN_POSITIVE {
@@ -112,6 +118,12 @@ impl Real for f64 {
     }
     fn to_i32(self) -> i32 {
         self as i32
+    }
+    fn abs(self) -> Self {
+        Self::abs(self)
+    }
+    fn sign(self) -> u32 {
+        (self.to_bits() >> 63) as u32
     }
     fn sqrt(self) -> Self {
         if self < Self::MIN_POSITIVE {

@@ -154,9 +154,9 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
             totals.counters;
         to.numbers(&[samples, missing, early, jittering, stuck, jumps, wraps, counter_set, restarts, lost]);
         for carriage in totals.carriages.iter().take(carriages) {
-            for extremes in &carriage.extremes {
-                to.reals(extremes.value);
-                to.numbers(&extremes.period);
+            for k in 0..QUANTITIES {
+                to.reals([carriage.smallest[k], carriage.largest[k]]);
+                to.numbers(&[carriage.period_of_smallest[k], carriage.period_of_largest[k]]);
             }
             to.reals(carriage.power.parts());
             to.numbers(&carriage.histogram);
@@ -224,9 +224,9 @@ fn totals<T: Real, const C: usize>(mut from: Reader<'_>, carriages: usize) -> To
         *count = from.number();
     }
     for carriage in totals.carriages.iter_mut().take(carriages) {
-        for extremes in &mut carriage.extremes {
-            extremes.value = [from.real(), from.real()];
-            extremes.period = [from.number(), from.number()];
+        for k in 0..QUANTITIES {
+            (carriage.smallest[k], carriage.largest[k]) = (from.real(), from.real());
+            (carriage.period_of_smallest[k], carriage.period_of_largest[k]) = (from.number(), from.number());
         }
         carriage.power = from.sum();
         for periods in &mut carriage.histogram {

@@ -9,8 +9,9 @@ pub const COMPONENTS: usize = 5;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct Rule<T> {
-    /// Weights of the groups A and B, of each component, for positive and negative values; 1 for forces, 1/m for moments.
-    pub weights: [[[T; 2]; COMPONENTS]; 2],
+    /// Weights of the groups A and B: of the magnitudes of the components, and of their values, which are not 0 if the two signs weigh
+    /// differently; 1 for forces, 1/m for moments.
+    pub weights: [[[T; COMPONENTS]; 2]; 2],
     /// Factor on the smaller group; 1 for a plain sum.
     pub minor: T,
     /// Preload, N; 0: none.
@@ -23,6 +24,19 @@ pub struct Rule<T> {
     pub plain: u32,
     /// How the preload acts: 0 as `F (P / opening + 1)^1.5`, 1 as `F + 2/3 P`.
     pub linear_preload: u32,
+}
+
+/// What a rule makes of a load.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Weighed<T> {
+    /// The groups A and B, N.
+    pub groups: [T; 2],
+    /// Components that are negative: bit 0 for Fy.
+    pub signs: u32,
+}
+
+impl<T: Real> Weighed<T> {
+    pub(crate) const ZERO: Self = Self { groups: [T::ZERO; 2], signs: 0 };
 }
 
 /// Exponent of the life: 3 for balls, 10/3 for rollers.
@@ -38,7 +52,7 @@ pub enum Exponent {
 impl<T: Real> Rule<T> {
     /// No component counts.
     pub const NONE: Self = Self {
-        weights: [[[T::ZERO; 2]; COMPONENTS]; 2],
+        weights: [[[T::ZERO; COMPONENTS]; 2]; 2],
         minor: T::ONE,
         preload: T::ZERO,
         opening: T::ZERO,
@@ -47,30 +61,20 @@ impl<T: Real> Rule<T> {
         linear_preload: 0,
     };
 
-    /// Whether each component has a weight.
-    pub(crate) fn counted(&self) -> impl Iterator<Item = bool> {
-        let counted = self.counted;
-        (0..COMPONENTS).map(move |component| counted >> component & 1 != 0)
-    }
-
-    /// The groups A and B, N.
-    pub(crate) fn groups(&self, load: &[T; COMPONENTS]) -> [T; 2] {
+    /// Groups and signs of a load.
+    #[inline(always)]
+    pub(crate) fn weigh(&self, load: &[T; COMPONENTS]) -> Weighed<T> {
         let [first, second] = &self.weights;
-        let mut groups = [T::ZERO; 2];
-        for ((&value, &[above, below]), counted) in load.iter().zip(first).zip(self.counted()) {
-            if counted {
-                groups[0] += if value >= T::ZERO { above * value } else { below * -value };
-            }
+        let groups = [group(first, load), if self.plain != 0 { T::ZERO } else { group(second, load) }];
+        let mut signs = 0;
+        for (component, value) in load.iter().enumerate() {
+            signs |= value.sign() << component;
         }
-        if self.plain == 0 {
-            for (&value, &[above, below]) in load.iter().zip(second) {
-                groups[1] += if value >= T::ZERO { above * value } else { below * -value };
-            }
-        }
-        groups
+        Weighed { groups, signs }
     }
 
     /// P of the groups, without the effect of the preload, N.
+    #[inline(always)]
     pub(crate) fn combined(&self, [first, second]: [T; 2]) -> T {
         if self.plain != 0 {
             return first;
@@ -80,6 +84,7 @@ impl<T: Real> Rule<T> {
     }
 
     /// P with the effect of the preload, from P without it, N.
+    #[inline(always)]
     pub(crate) fn raised(&self, load: T) -> T {
         if load >= self.opening {
             load
@@ -90,6 +95,14 @@ impl<T: Real> Rule<T> {
             self.preload * ratio * ratio.sqrt()
         }
     }
+}
+
+/// Sum of the weighted magnitudes and values.
+#[inline(always)]
+fn group<T: Real>([magnitudes, values]: &[[T; COMPONENTS]; 2], load: &[T; COMPONENTS]) -> T {
+    let [y, z, roll, yaw, pitch]: [T; COMPONENTS] =
+        core::array::from_fn(|k| magnitudes[k] * load[k].abs() + values[k] * load[k]);
+    ((y + z) + (roll + yaw)) + pitch
 }
 
 impl Exponent {

@@ -26,6 +26,7 @@ impl<T: Real> Sum<T> {
     }
 
     /// Adds a term (Knuth's and Dekker's exact additions).
+    #[inline(always)]
     pub fn add(&mut self, term: T) {
         let sum = self.value + term;
         let of_term = sum - self.value;

@@ -12,22 +12,18 @@ pub const BINS: usize = 16;
 /// Quantities of a carriage with extremes: Fy, Fz (N), Mx, My, Mz (N m), the square of the resultant of Fy and Fz (N²), and P (N).
 pub const QUANTITIES: usize = COMPONENTS + 2;
 
-/// Smallest and largest value of a quantity, with the numbers of their periods.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C)]
-pub struct Extremes<T> {
-    /// Smallest and largest value; infinite if there were none.
-    pub value: [T; 2],
-    /// Numbers of the periods of the smallest and the largest value.
-    pub period: [u64; 2],
-}
-
 /// Totals of one carriage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct CarriageTotals<T> {
-    /// Extremes of the [`QUANTITIES`].
-    pub extremes: [Extremes<T>; QUANTITIES],
+    /// Smallest value of each of the [`QUANTITIES`]; infinite if there was none.
+    pub smallest: [T; QUANTITIES],
+    /// Largest value of each.
+    pub largest: [T; QUANTITIES],
+    /// Numbers of the periods of the smallest values.
+    pub period_of_smallest: [u64; QUANTITIES],
+    /// Numbers of the periods of the largest values.
+    pub period_of_largest: [u64; QUANTITIES],
     /// `∫ P^p |v| dt`, N^p m.
     pub power: Sum<T>,
     /// Periods by bin of P.
@@ -56,22 +52,12 @@ pub struct Totals<T, const C: usize> {
     pub carriages: [CarriageTotals<T>; C],
 }
 
-impl<T: Real> Extremes<T> {
-    const NONE: Self = Self { value: [T::INFINITY, T::NEG_INFINITY], period: [0; 2] };
-
-    fn take(&mut self, value: T, period: u64) {
-        if value < self.value[0] {
-            (self.value[0], self.period[0]) = (value, period);
-        }
-        if value > self.value[1] {
-            (self.value[1], self.period[1]) = (value, period);
-        }
-    }
-}
-
 impl<T: Real> CarriageTotals<T> {
     const NONE: Self = Self {
-        extremes: [Extremes::NONE; QUANTITIES],
+        smallest: [T::INFINITY; QUANTITIES],
+        largest: [T::NEG_INFINITY; QUANTITIES],
+        period_of_smallest: [0; QUANTITIES],
+        period_of_largest: [0; QUANTITIES],
         power: Sum::ZERO,
         histogram: [0; BINS],
         above_limit: 0,
@@ -80,6 +66,7 @@ impl<T: Real> CarriageTotals<T> {
     };
 
     /// Takes a load and its P.
+    #[inline(always)]
     pub(crate) fn take<const S: usize>(
         &mut self,
         carriage: &Carriage<T, S>,
@@ -89,16 +76,36 @@ impl<T: Real> CarriageTotals<T> {
     ) {
         let [y, z, roll, yaw, pitch] = *load;
         let quantities = [y, z, roll, yaw, pitch, y * y + z * z, equivalent];
-        for (extremes, value) in self.extremes.iter_mut().zip(quantities) {
-            extremes.take(value, period);
+        let mut wider = false;
+        for k in 0..QUANTITIES {
+            wider |= (quantities[k] < self.smallest[k]) | (quantities[k] > self.largest[k]);
+        }
+        if wider {
+            self.widen(&quantities, period);
         }
         let is_above = equivalent > carriage.limit;
-        self.above_limit = self.above_limit.wrapping_add(u64::from(is_above));
-        self.limit_exceeded = self.limit_exceeded.wrapping_add(u64::from(is_above && !self.is_above));
+        if is_above {
+            self.above_limit = self.above_limit.wrapping_add(1);
+            self.limit_exceeded = self.limit_exceeded.wrapping_add(u64::from(!self.is_above));
+        }
         self.is_above = is_above;
     }
 
+    /// Takes new extremes.
+    #[inline(never)]
+    fn widen(&mut self, quantities: &[T; QUANTITIES], period: u64) {
+        for k in 0..QUANTITIES {
+            if quantities[k] < self.smallest[k] {
+                (self.smallest[k], self.period_of_smallest[k]) = (quantities[k], period);
+            }
+            if quantities[k] > self.largest[k] {
+                (self.largest[k], self.period_of_largest[k]) = (quantities[k], period);
+            }
+        }
+    }
+
     /// Counts a P in its bin.
+    #[inline(always)]
     pub(crate) fn count(&mut self, bins_per_load: T, equivalent: T) {
         let bin = (equivalent * bins_per_load).to_i32().clamp(0, BINS as i32 - 1) as usize;
         if let Some(periods) = self.histogram.get_mut(bin) {

@@ -1,7 +1,7 @@
 //! Integrals over the interval between two samples: of `|v|`, and of `P^p |v|`, for loads that are linear and a speed that is quadratic.
 
 use crate::real::Real;
-use crate::rule::{COMPONENTS, Exponent, Rule};
+use crate::rule::{COMPONENTS, Exponent, Rule, Weighed};
 
 /// Motion at both ends of an interval.
 #[derive(Debug, Clone, Copy)]
@@ -14,209 +14,307 @@ pub(crate) struct Interval<T> {
     pub acceleration: [T; 2],
 }
 
-/// Ascending fractions at which an interval is cut, 1 in free places: two turns of the velocity, or a zero of each component.
-type Cuts<T, const N: usize> = [T; N];
+/// Nodes from 0 to 1 and weights of Gauss's rule that is exact to degree 9: for powers that are no polynomials.
+const NODES: [[f64; 2]; 5] = [
+    [0.046_910_077_030_668_004, 0.118_463_442_528_094_54],
+    [0.230_765_344_947_158_45, 0.239_314_335_249_683_24],
+    [0.5, 0.284_444_444_444_444_44],
+    [0.769_234_655_052_841_5, 0.239_314_335_249_683_24],
+    [0.953_089_922_969_332, 0.118_463_442_528_094_54],
+];
 
-/// An interval with its cuts at the turns of the velocity.
+/// A piece of an interval.
+#[derive(Debug, Clone, Copy)]
+struct Piece<T> {
+    /// Fractions of the interval.
+    from: T,
+    to: T,
+    /// Velocity: coefficients of `(1 - x)²`, `2 x (1 - x)` and `x²`, x from 0 to 1 (Bernstein's form, which is cut without loss of digits).
+    speed: [T; 3],
+    /// `∫ P³ v` over the piece, P linear from a to b: weights of a³, a² b, a b² and b³.
+    weights: [T; 4],
+}
+
+impl<T: Real> Piece<T> {
+    #[inline(always)]
+    fn new(from: T, to: T, speed: [T; 3]) -> Self {
+        let [first, middle, last] = speed;
+        let number = |value: f64| T::from_f64(value);
+        let (unit, double) = ((to - from) * number(1.0 / 60.0), middle + middle);
+        let weights = [
+            number(10.0) * first + double + double + last,
+            number(3.0) * (first + first + double + last),
+            number(3.0) * (first + double + last + last),
+            first + double + double + number(10.0) * last,
+        ];
+        Self { from, to, speed, weights: weights.map(|weight| unit * weight) }
+    }
+
+    /// Both parts of the piece, cut at a share of it (de Casteljau).
+    #[inline(always)]
+    fn cut(&self, share: T) -> [Self; 2] {
+        let [first, middle, last] = self.speed;
+        let (before, after) = (first + share * (middle - first), middle + share * (last - middle));
+        let (at, there) = (self.from + share * (self.to - self.from), before + share * (after - before));
+        [Self::new(self.from, at, [first, before, there]), Self::new(at, self.to, [there, after, last])]
+    }
+
+    /// The share of the piece at which it reaches a fraction of the interval.
+    fn share(&self, fraction: T) -> T {
+        (fraction - self.from) / (self.to - self.from)
+    }
+
+    /// Integral of `power(P) v`, P linear.
+    fn by_nodes(&self, [first, last]: [T; 2], power: impl Fn(T) -> T) -> T {
+        let mut sum = T::ZERO;
+        for [x, weight] in NODES {
+            let factors = [(1.0 - x) * (1.0 - x), 2.0 * x * (1.0 - x), x * x]
+                .map(|factor| T::from_f64(weight * factor));
+            let speed = factors[0] * self.speed[0] + factors[1] * self.speed[1] + factors[2] * self.speed[2];
+            sum += speed * power(first + T::from_f64(x) * (last - first));
+        }
+        (self.to - self.from) * sum
+    }
+}
+
+/// An interval with the turns of the velocity.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Travel<T> {
     length: T,
-    /// `v = start + s (change + bend (s - 1))` at the fraction s.
-    start: T,
-    change: T,
-    bend: T,
-    turns: Cuts<T, 2>,
+    whole: Piece<T>,
+    /// Ascending fractions at which the velocity turns, 1 in free places.
+    turns: [T; 2],
     /// `∫ |v| dt`, m.
     pub path: T,
 }
 
-/// Nodes from -1 to 1 and weights, of sum 1, of Gauss's rule that is exact to degree 9: for powers that are no polynomials.
-const NODES: [[f64; 2]; 5] = [
-    [-0.906_179_845_938_664, 0.118_463_442_528_094_54],
-    [-0.538_469_310_105_683_1, 0.239_314_335_249_683_24],
-    [0.0, 0.284_444_444_444_444_44],
-    [0.538_469_310_105_683_1, 0.239_314_335_249_683_24],
-    [0.906_179_845_938_664, 0.118_463_442_528_094_54],
-];
-
-/// Puts a fraction within the interval in its place; any other, or NaN, is none.
-fn cut<T: Real, const N: usize>(cuts: &mut Cuts<T, N>, fraction: T) {
-    if fraction > T::ZERO && fraction < T::ONE {
-        let mut inserted = fraction;
-        for place in cuts {
-            if inserted < *place {
-                core::mem::swap(place, &mut inserted);
-            }
-        }
-    }
-}
-
-/// Calls `piece(from, to)` for the pieces between the cuts.
-fn for_each_piece<T: Real, const N: usize>(cuts: &Cuts<T, N>, mut piece: impl FnMut(T, T)) {
-    let mut from = T::ZERO;
-    for &to in cuts {
-        if to > from {
-            piece(from, to);
-        }
-        from = to;
-    }
-    if from < T::ONE {
-        piece(from, T::ONE);
-    }
-}
-
 impl<T: Real> Travel<T> {
+    #[inline(always)]
     pub(crate) fn new(interval: &Interval<T>) -> Self {
         let ([start, end], [first, last]) = (interval.velocity, interval.acceleration);
-        let bend = T::from_f64(0.5) * interval.length * (last - first);
-        let change = end - start;
-        let mut turns = [T::ONE; 2];
-        // The velocity deviates from a straight line by at most a quarter of the bend.
-        let nearest = if start.abs() < end.abs() { start.abs() } else { end.abs() };
-        if !(start * end > T::ZERO && bend.abs() < T::from_f64(4.0) * nearest) {
-            let linear = change - bend;
-            let discriminant = linear * linear - T::from_f64(4.0) * bend * start;
-            if discriminant >= T::ZERO {
-                let root = discriminant.sqrt();
-                let root = if linear < T::ZERO { -root } else { root };
-                let large = T::from_f64(-0.5) * (linear + root);
-                cut(&mut turns, large / bend);
-                cut(&mut turns, start / large);
-            }
+        let half = T::from_f64(0.5);
+        let bend = half * interval.length * (last - first);
+        let middle = start + half * (end - start - bend);
+        let whole = Piece::new(T::ZERO, T::ONE, [start, middle, end]);
+        let mut travel = Self { length: interval.length, whole, turns: [T::ONE; 2], path: T::ZERO };
+        // The velocity stays between its three coefficients.
+        if !(start * end > T::ZERO && start * middle > T::ZERO) {
+            travel.find_turns(start, end - start - bend, bend);
         }
-        let mut travel = Self { length: interval.length, start, change, bend, turns, path: T::ZERO };
-        let mut path = T::ZERO;
-        for_each_piece(&turns, |from, to| {
-            let [even, _, bend] = travel.on_piece(from, to);
-            path += (even + bend * T::from_f64(1.0 / 3.0)).abs() * (to - from);
-        });
-        travel.path = path * interval.length;
+        travel.path = interval.length
+            * travel.by_turns(&whole, [T::ZERO; 2], |piece, _| {
+                let [first, middle, last] = piece.speed;
+                (piece.to - piece.from) * T::from_f64(1.0 / 3.0) * (first + middle + last)
+            });
         travel
     }
 
-    /// Coefficients of 1, x, x² of the velocity between two fractions, x from -1 to 1.
-    fn on_piece(&self, from: T, to: T) -> [T; 3] {
-        let half = T::from_f64(0.5);
-        let (middle, half) = (half * (from + to), half * (to - from));
-        let slope = self.change + self.bend * (middle + middle - T::ONE);
-        let even = self.start + middle * (self.change + self.bend * (middle - T::ONE));
-        [even, half * slope, half * half * self.bend]
+    /// Fractions s at which the velocity `start + s (linear + s bend)` is zero.
+    #[inline(never)]
+    fn find_turns(&mut self, start: T, linear: T, bend: T) {
+        let discriminant = linear * linear - T::from_f64(4.0) * bend * start;
+        if discriminant >= T::ZERO {
+            let root = discriminant.sqrt();
+            let root = if linear < T::ZERO { -root } else { root };
+            let large = T::from_f64(-0.5) * (linear + root);
+            let [first, second] = [large / bend, start / large].map(|turn| {
+                // Outside of the interval, or NaN: none.
+                if turn > T::ZERO && turn < T::ONE { turn } else { T::ONE }
+            });
+            self.turns = if first < second { [first, second] } else { [second, first] };
+        }
     }
 
-    /// `∫ P^p |v| dt` of one carriage, N^p m, from its loads at both ends.
-    pub(crate) fn power(&self, rule: &Rule<T>, exponent: Exponent, loads: [&[T; COMPONENTS]; 2]) -> T {
-        if self.path == T::ZERO {
-            return T::ZERO;
-        }
-        let mut cuts = [T::ONE; COMPONENTS];
-        let [before, after] = loads;
-        for ((&first, &last), counted) in before.iter().zip(after).zip(rule.counted()) {
-            if first * last < T::ZERO && counted {
-                cut(&mut cuts, first / (first - last));
-            }
-        }
-        let mut sum = T::ZERO;
-        let mut first = rule.groups(before);
-        for_each_piece(&cuts, |from, to| {
-            let last = if to < T::ONE { rule.groups(&between(rule, loads, to)) } else { rule.groups(after) };
-            sum += self.groups_linear(rule, exponent, [from, to], [first, last]);
-            first = last;
-        });
+    /// `∫ P^p |v| dt` of one carriage, N^p m, from its loads at both ends and what the rule makes of them.
+    #[inline(always)]
+    pub(crate) fn power(
+        &self,
+        rule: &Rule<T>,
+        exponent: Exponent,
+        loads: [&[T; COMPONENTS]; 2],
+        [before, after]: [&Weighed<T>; 2],
+    ) -> T {
+        let changed = (before.signs ^ after.signs) & rule.counted;
+        let groups = [before.groups, after.groups];
+        let sum = if changed == 0 {
+            self.groups_linear(rule, exponent, &self.whole, groups)
+        } else {
+            self.across_zeros(rule, exponent, loads, groups, changed)
+        };
         sum * self.length
     }
 
-    /// Over a piece on which both groups are linear: cut where they are equal.
+    /// Over the interval, cut where a component that counts changes its sign: bit 0 of `changed` for Fy.
+    #[inline(never)]
+    fn across_zeros(
+        &self,
+        rule: &Rule<T>,
+        exponent: Exponent,
+        loads: [&[T; COMPONENTS]; 2],
+        [start, end]: [[T; 2]; 2],
+        changed: u32,
+    ) -> T {
+        // A magnitude falls to zero and rises as steeply. In front of all zeros, the groups have these slopes.
+        let (mut zeros, mut slope) = ([T::ONE; COMPONENTS], [end[0] - start[0], end[1] - start[1]]);
+        for component in bits(changed) {
+            let ([fall, rise], [first, second]) = ends_and_weights(rule, loads, component);
+            slope = [slope[0] - first * rise, slope[1] - second * rise];
+            if let Some(zero) = zeros.get_mut(component) {
+                *zero = fall / (fall + rise);
+            }
+        }
+        let (mut sum, mut rest, mut groups, mut left) = (T::ZERO, self.whole, start, changed);
+        for _ in 0..COMPONENTS {
+            let (mut to, mut nearest) = (T::ONE, None);
+            for component in bits(left) {
+                match zeros.get(component) {
+                    Some(&zero) if zero < to => (to, nearest) = (zero, Some(component)),
+                    _ => (),
+                }
+            }
+            let Some(component) = nearest else { break };
+            let length = to - rest.from;
+            let there = [groups[0] + slope[0] * length, groups[1] + slope[1] * length];
+            let [piece, after] = rest.cut(rest.share(to));
+            sum += self.groups_linear(rule, exponent, &piece, [groups, there]);
+            let ([fall, rise], [first, second]) = ends_and_weights(rule, loads, component);
+            slope = [slope[0] + first * (fall + rise), slope[1] + second * (fall + rise)];
+            (rest, groups, left) = (after, there, left & !(1 << component));
+        }
+        sum + self.groups_linear(rule, exponent, &rest, [groups, end])
+    }
+
+    /// Over a piece on which both groups are linear.
+    #[inline(always)]
     fn groups_linear(
         &self,
         rule: &Rule<T>,
         exponent: Exponent,
-        [from, to]: [T; 2],
+        piece: &Piece<T>,
         [first, last]: [[T; 2]; 2],
     ) -> T {
-        let (before, after) = (first[0] - first[1], last[0] - last[1]);
-        let ends = [rule.combined(first), rule.combined(last)];
-        if rule.plain != 0 || before * after >= T::ZERO {
-            return self.load_linear(rule, exponent, [from, to], ends);
+        if rule.plain != 0 || (first[0] - first[1]) * (last[0] - last[1]) >= T::ZERO {
+            self.load_linear(rule, exponent, piece, [rule.combined(first), rule.combined(last)])
+        } else {
+            self.across_equal_groups(rule, exponent, piece, [first, last])
         }
-        let share = before / (before - after);
-        let even = first[0] + share * (last[0] - first[0]);
-        let (at, middle) = (from + share * (to - from), rule.combined([even, even]));
-        self.load_linear(rule, exponent, [from, at], [ends[0], middle])
-            + self.load_linear(rule, exponent, [at, to], [middle, ends[1]])
     }
 
-    /// Over a piece on which P without preload is linear: cut where the preload begins to act.
-    fn load_linear(
+    /// Over a piece on which the larger group becomes the smaller: cut where they are equal.
+    #[inline(never)]
+    fn across_equal_groups(
         &self,
         rule: &Rule<T>,
         exponent: Exponent,
-        [from, to]: [T; 2],
+        piece: &Piece<T>,
+        [first, last]: [[T; 2]; 2],
+    ) -> T {
+        let (before, after) = (first[0] - first[1], last[0] - last[1]);
+        let share = before / (before - after);
+        let even = first[0] + share * (last[0] - first[0]);
+        let ([left, right], middle) = (piece.cut(share), rule.combined([even, even]));
+        self.load_linear(rule, exponent, &left, [rule.combined(first), middle])
+            + self.load_linear(rule, exponent, &right, [middle, rule.combined(last)])
+    }
+
+    /// Over a piece on which P without preload is linear.
+    #[inline(always)]
+    fn load_linear(&self, rule: &Rule<T>, exponent: Exponent, piece: &Piece<T>, [first, last]: [T; 2]) -> T {
+        if (first - rule.opening) * (last - rule.opening) >= T::ZERO {
+            self.one_branch(rule, exponent, piece, [first, last])
+        } else {
+            self.across_opening(rule, exponent, piece, [first, last])
+        }
+    }
+
+    /// Over a piece on which the preload begins or ceases to act: cut there.
+    #[inline(never)]
+    fn across_opening(
+        &self,
+        rule: &Rule<T>,
+        exponent: Exponent,
+        piece: &Piece<T>,
         [first, last]: [T; 2],
     ) -> T {
-        let (before, after) = (first - rule.opening, last - rule.opening);
-        if before * after >= T::ZERO {
-            return self.one_branch(rule, exponent, [from, to], [first, last]);
-        }
-        let at = from + before / (before - after) * (to - from);
-        self.one_branch(rule, exponent, [from, at], [first, rule.opening])
-            + self.one_branch(rule, exponent, [at, to], [rule.opening, last])
+        let [left, right] = piece.cut((first - rule.opening) / (first - last));
+        self.one_branch(rule, exponent, &left, [first, rule.opening])
+            + self.one_branch(rule, exponent, &right, [rule.opening, last])
     }
 
     /// Over a piece on which the preload acts everywhere or nowhere.
-    fn one_branch(&self, rule: &Rule<T>, exponent: Exponent, [from, to]: [T; 2], [first, last]: [T; 2]) -> T {
-        if exponent == Exponent::Ball && rule.opening == T::ZERO {
-            return self.by_turns([from, to], [first, last], mean_of_cube);
+    #[inline(always)]
+    fn one_branch(&self, rule: &Rule<T>, exponent: Exponent, piece: &Piece<T>, ends: [T; 2]) -> T {
+        if exponent != Exponent::Ball || rule.opening > T::ZERO {
+            return self.of_power(rule, exponent, piece, ends);
         }
-        let raise = first + last < rule.opening + rule.opening;
-        self.by_turns([from, to], [first, last], |ends, speed| {
-            mean_by_nodes(ends, speed, |load| exponent.power(if raise { rule.raised(load) } else { load }))
+        self.by_turns(piece, ends, |piece, [a, b]| {
+            let [of_a, of_ab, of_ba, of_b] = piece.weights;
+            a * a * (of_a * a + of_ab * b) + b * b * (of_ba * a + of_b * b)
         })
     }
 
-    /// Over a piece on which the load is linear, cut where the velocity turns. `mean`: of the power times a velocity, from the loads at both
-    /// ends and the coefficients of 1, x, x² of the velocity.
-    fn by_turns(&self, [from, to]: [T; 2], [first, last]: [T; 2], mean: impl Fn([T; 2], [T; 3]) -> T) -> T {
-        let (mut sum, mut start, mut load) = (T::ZERO, from, first);
+    /// The same for powers that are no polynomials.
+    #[inline(never)]
+    fn of_power(&self, rule: &Rule<T>, exponent: Exponent, piece: &Piece<T>, ends: [T; 2]) -> T {
+        let raise = ends[0] + ends[1] < rule.opening + rule.opening;
+        self.by_turns(piece, ends, |piece, ends| {
+            piece.by_nodes(ends, |load| exponent.power(if raise { rule.raised(load) } else { load }))
+        })
+    }
+
+    /// Over a piece on which the load is linear: the sum of the magnitudes of `integral` over the parts between the turns of the velocity.
+    #[inline(always)]
+    fn by_turns(&self, piece: &Piece<T>, ends: [T; 2], integral: impl Fn(&Piece<T>, [T; 2]) -> T) -> T {
+        let [first, second] = self.turns;
+        if first < T::ONE
+            && ((first > piece.from && first < piece.to) || (second > piece.from && second < piece.to))
+        {
+            self.across_turns(piece, ends, integral)
+        } else {
+            integral(piece, ends).abs()
+        }
+    }
+
+    /// The same for a piece in which the velocity turns.
+    #[inline(never)]
+    fn across_turns(
+        &self,
+        piece: &Piece<T>,
+        [first, last]: [T; 2],
+        integral: impl Fn(&Piece<T>, [T; 2]) -> T,
+    ) -> T {
+        let (mut sum, mut rest, mut start) = (T::ZERO, *piece, first);
         for &turn in &self.turns {
-            if turn > from && turn < to {
-                let there = first + (turn - from) / (to - from) * (last - first);
-                sum += mean([load, there], self.on_piece(start, turn)).abs() * (turn - start);
-                (start, load) = (turn, there);
+            if turn > rest.from && turn < rest.to {
+                let share = rest.share(turn);
+                let ([part, after], there) = (rest.cut(share), start + share * (last - start));
+                sum += integral(&part, [start, there]).abs();
+                (rest, start) = (after, there);
             }
         }
-        sum + mean([load, last], self.on_piece(start, to)).abs() * (to - start)
+        sum + integral(&rest, [start, last]).abs()
     }
 }
 
-/// Mean of `P³ v` over x from -1 to 1, P linear.
-fn mean_of_cube<T: Real>([first, last]: [T; 2], [even, odd, bend]: [T; 3]) -> T {
-    let half = T::from_f64(0.5);
-    let (middle, half) = (half * (first + last), half * (last - first));
-    let (of_middle, of_half) = (middle * middle, half * half);
-    even * middle * (of_middle + of_half)
-        + odd * half * (of_middle + T::from_f64(0.2) * of_half)
-        + bend * middle * (T::from_f64(1.0 / 3.0) * of_middle + T::from_f64(0.6) * of_half)
+/// Numbers of the bits that are set, of the lowest [`COMPONENTS`].
+fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
+    (0..COMPONENTS).map_while(move |_| {
+        let bit = mask.trailing_zeros() as usize;
+        let is_set = mask != 0;
+        mask &= mask.wrapping_sub(1);
+        is_set.then_some(bit)
+    })
 }
 
-/// Mean of `power(P) v` over x from -1 to 1, P linear.
-fn mean_by_nodes<T: Real>([first, last]: [T; 2], [even, odd, bend]: [T; 3], power: impl Fn(T) -> T) -> T {
-    let half = T::from_f64(0.5);
-    let (middle, half) = (half * (first + last), half * (last - first));
-    let mut sum = T::ZERO;
-    for [node, weight] in NODES {
-        let (node, weight) = (T::from_f64(node), T::from_f64(weight));
-        sum += weight * power(middle + half * node) * (even + node * (odd + node * bend));
-    }
-    sum
-}
-
-/// Counted components of the load at a fraction of the interval, and zeros.
-fn between<T: Real>(rule: &Rule<T>, [first, last]: [&[T; COMPONENTS]; 2], s: T) -> [T; COMPONENTS] {
-    let mut out = [T::ZERO; COMPONENTS];
-    for (((value, &first), &last), counted) in out.iter_mut().zip(first).zip(last).zip(rule.counted()) {
-        if counted {
-            *value = first + s * (last - first);
-        }
-    }
-    out
+/// Magnitudes of a component at both ends of an interval, and double its weights in the groups A and B.
+fn ends_and_weights<T: Real>(
+    rule: &Rule<T>,
+    loads: [&[T; COMPONENTS]; 2],
+    component: usize,
+) -> ([T; 2], [T; 2]) {
+    let at = |of: &[T; COMPONENTS]| of.get(component).copied().unwrap_or(T::ZERO);
+    (
+        loads.map(|load| at(load).abs()),
+        rule.weights.each_ref().map(|[magnitudes, _]| at(magnitudes) + at(magnitudes)),
+    )
 }

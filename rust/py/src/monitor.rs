@@ -1,5 +1,7 @@
 //! The load monitor of a controller, on a PC.
 
+use std::ops::ControlFlow;
+
 use guideload::Part;
 use guideload_monitor::{
     Exponent, InputSettings, Judgement, Monitor, Motion, PrepareError, Prepared, Settings, prepare,
@@ -103,8 +105,7 @@ impl PyMonitor {
         }
         let carriages = self.carriages();
         let loads: Loads<'py> = zeros(py, &[stamps.len(), carriages, 5])?;
-        let (mut taken, mut periods) = (vec![0_u32; stamps.len()], vec![-1_i64; stamps.len()]);
-        let mut pushed = stamps.len();
+        let (mut taken, mut periods) = (Vec::with_capacity(stamps.len()), Vec::with_capacity(stamps.len()));
         {
             let mut to = loads.readwrite();
             let mut to = to.as_slice_mut()?.chunks_exact_mut(carriages * 5);
@@ -113,26 +114,28 @@ impl PyMonitor {
                 |state: &State| state.totals().carriages.iter().map(|one| one.limit_exceeded).sum::<u64>();
             let before = exceeded(state);
             compute(py, |watch| {
-                for (k, (&stamp, &count)) in stamps.iter().zip(&counts).enumerate() {
-                    if k % SAMPLES == 0 && watch.stops() {
+                for (stamps, counts) in stamps.chunks(SAMPLES).zip(counts.chunks(SAMPLES)) {
+                    if watch.stops() {
                         return;
                     }
-                    taken[k] = state.push(constants, stamp, count) as u32;
-                    if state.motion().is_some() {
-                        periods[k] = state.period() as i64;
-                    }
-                    if let Some(to) = to.next() {
-                        to.copy_from_slice(&state.loads().as_flattened()[..carriages * 5]);
-                    }
-                    if until_limit && exceeded(state) > before {
-                        pushed = k + 1;
+                    let samples = stamps.iter().copied().zip(counts.iter().copied());
+                    let end = state.push_many(constants, samples, |state, sample| {
+                        taken.push(sample as u32);
+                        periods.push(if state.motion().is_some() { state.period() as i64 } else { -1 });
+                        if let Some(to) = to.next() {
+                            to.copy_from_slice(&state.loads().as_flattened()[..carriages * 5]);
+                        }
+                        if until_limit && exceeded(state) > before {
+                            return ControlFlow::Break(());
+                        }
+                        ControlFlow::Continue(())
+                    });
+                    if end.is_break() {
                         return;
                     }
                 }
             })?;
         }
-        taken.truncate(pushed);
-        periods.truncate(pushed);
         Ok((taken.into_pyarray(py), periods.into_pyarray(py), loads))
     }
 
@@ -192,16 +195,12 @@ impl PyMonitor {
             of.set_item(name, count)?;
         }
         of.set_item("distance", totals.distance.value())?;
-        let extremes = |which: usize| {
-            carriages.iter().map(move |one| one.extremes.map(|extremes| extremes.value[which]))
-        };
-        let periods = |which: usize| {
-            carriages.iter().map(move |one| one.extremes.map(|extremes| extremes.period[which]))
-        };
-        of.set_item("smallest", extremes(0).collect::<Vec<_>>())?;
-        of.set_item("largest", extremes(1).collect::<Vec<_>>())?;
-        of.set_item("period_of_smallest", periods(0).collect::<Vec<_>>())?;
-        of.set_item("period_of_largest", periods(1).collect::<Vec<_>>())?;
+        of.set_item("smallest", carriages.iter().map(|one| one.smallest).collect::<Vec<_>>())?;
+        of.set_item("largest", carriages.iter().map(|one| one.largest).collect::<Vec<_>>())?;
+        let periods = carriages.iter().map(|one| one.period_of_smallest);
+        of.set_item("period_of_smallest", periods.collect::<Vec<_>>())?;
+        let periods = carriages.iter().map(|one| one.period_of_largest);
+        of.set_item("period_of_largest", periods.collect::<Vec<_>>())?;
         of.set_item("power", carriages.iter().map(|one| one.power.value()).collect::<Vec<_>>())?;
         of.set_item("histogram", carriages.iter().map(|one| one.histogram).collect::<Vec<_>>())?;
         of.set_item("above_limit", carriages.iter().map(|one| one.above_limit).collect::<Vec<_>>())?;
@@ -257,7 +256,8 @@ impl PyMonitor {
         of.set_item("input", input)?;
         of.set_item("period", from.period)?;
         of.set_item("speed_of_step", from.speed_of_step)?;
-        of.set_item("taps", from.taps[..from.tap_count as usize].to_vec())?;
+        let taps = from.taps.each_ref().map(|weights| weights[..from.tap_count as usize].to_vec());
+        of.set_item("taps", taps)?;
         let change = from.change[..entries].iter().map(|column| column[..entries].to_vec());
         of.set_item("change", change.collect::<Vec<_>>())?;
         of.set_item("from_start", from.from_start[..entries].to_vec())?;

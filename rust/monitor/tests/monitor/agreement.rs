@@ -96,9 +96,8 @@ fn extremes_and_histogram_are_those_of_the_loads() {
         let equivalent: Vec<f64> = offline.iter().map(|loads| rule.of(&loads[carriage])).collect();
         let largest = equivalent.iter().copied().fold(0.0, f64::max);
         let at = equivalent.iter().position(|&load| load == largest).expect("a place");
-        let found = totals.extremes[6];
-        assert!((found.value[1] / largest - 1.0).abs() < 1e-12);
-        assert_eq!(found.period[1], at as u64);
+        assert!((totals.largest[6] / largest - 1.0).abs() < 1e-12);
+        assert_eq!(totals.period_of_largest[6], at as u64);
         let above = equivalent.iter().filter(|&&load| load > crate::common::LIMIT).count();
         let rises = equivalent.windows(2).filter(|w| w[0] <= 4000.0 && w[1] > 4000.0).count();
         let first = usize::from(equivalent[0] > 4000.0);
