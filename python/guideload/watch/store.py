@@ -13,6 +13,7 @@ import json
 import os
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from datetime import datetime, timezone
 from itertools import chain
 from pathlib import Path
@@ -50,6 +51,8 @@ class Store:
         self.place: dict[str, Any] = {}
         self.number = 0
         self._journal: tuple[Path, IO[bytes]] | None = None
+        self._worker = ThreadPoolExecutor(1)
+        self._conversion: Future[None] | None = None
         self._restore()
 
     @property
@@ -109,9 +112,12 @@ class Store:
             raise WriteError(error.errno, error.strerror, str(path)) from error
 
     def end_hour(self, place: dict[str, Any]) -> None:
-        """Turn the journal of an hour that is over into a Parquet file."""
+        """Turn the journal of an hour that is over into a Parquet file, in a thread: samples come in meanwhile."""
+        if self._conversion is not None and self._conversion.done():
+            self._finish()
         if self._journal is not None and f"_{_hour(self.clock())}-" not in self._journal[0].name:
-            self.close(place)
+            self.save(place)
+            self._convert_journal()
 
     def save(self, place: dict[str, Any]) -> None:
         """Write the record; place: of the input, behind the last sample that the monitor has taken."""
@@ -125,11 +131,23 @@ class Store:
     def close(self, place: dict[str, Any]) -> None:
         """Write the record and the Parquet file of the hour so far."""
         self.save(place)
+        self._convert_journal()
+        self._finish()
+        self._worker.shutdown()
+
+    def _convert_journal(self) -> None:
+        """Begin to turn the journal into a Parquet file."""
         if self._journal is not None:
+            self._finish()
             path, file = self._journal
             file.close()
-            self._journal = None
-            self._convert(path)
+            self._journal, self._conversion = None, self._worker.submit(self._convert, path)
+
+    def _finish(self) -> None:
+        """Wait for the Parquet file that is being written, and raise the error that ended it."""
+        conversion, self._conversion = self._conversion, None
+        if conversion is not None:
+            conversion.result()
 
     def _convert(self, journal: Path) -> None:
         """A Parquet file from a journal, and the end of the journal; may be killed anywhere and called again."""
