@@ -68,7 +68,8 @@ def exceedance_probability(
     name      a quantity of the machine, "peak_resultant_N", or of a carriage, "peak_resultant_N[2b]"; a life or a
               static safety exceeds its limit if it is below
     limit     in the unit of the quantity, or text with a unit; by default that of the study
-    coefficient_of_variation  populations are run until it is at most so large, or `most_runs` machines have run
+    coefficient_of_variation  populations are run until it is at most so large
+    most_runs no population begins that would need more runs; the first ten run in any case
     threads   by default one per core; the result does not depend on them
     progress  called repeatedly with the number of runs so far
 

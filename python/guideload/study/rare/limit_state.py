@@ -33,7 +33,7 @@ class LimitState:
     name    quantity of the machine ("peak_resultant_N") or of a carriage ("peak_resultant_N[2b]")
     limit   in its unit
     runs    machines that were run
-    failed  those without a solution, which count as not beyond the limit; reason: why the first of them failed
+    failed  those without a value, which count as not beyond the limit; reason: why the first of them has none
     """
 
     def __init__(self, plan: Plan, name: str, limit: float | str | None, threads: int) -> None:
@@ -51,13 +51,15 @@ class LimitState:
         values = self.plan.values_at(np.clip(ndtr(scores.T), LOWEST, HIGHEST))
         rows, failed = self.plan.batch().run(values, self.threads)
         self.runs += len(values)
-        self.failed += len(failed)
-        self.reason = self.reason or (failed[0][1] if failed else "")
         metadata = self.plan.metadata.model_copy(update={"runs": len(values), "sensitivity": False})
         store = SampleStore(metadata)
         store.add(Chunk(0, values, rows, dict(failed)))
         margins = self.sign * (StudyColumns(store, metadata).column(self.name) - self.limit)
-        return np.where(np.isnan(margins), -np.inf, margins)
+        unknown = np.isnan(margins)
+        self.failed += int(unknown.sum())
+        if unknown.any():
+            self.reason = self.reason or (failed[0][1] if failed else f"{self.name} is not a number")
+        return np.where(unknown, -np.inf, margins)
 
 
 def wanted_limits(plan: Plan, given: Sequence[str]) -> dict[str, float | str]:
@@ -99,9 +101,12 @@ def _limit(plan: Plan, name: str, limit: float | str | None) -> tuple[float, flo
     if limit is None:
         raise ArgumentError(f"limit: expected a limit on {name}, as in the table [limits] of a study file")
     if isinstance(limit, str):
-        limit = 1e-3 * to_unit(limit, "m") if stem == LIFE else to_unit(limit, unit_of(stem) or "1")
+        try:
+            limit = 1e-3 * to_unit(limit, "m") if stem == LIFE else to_unit(limit, unit_of(stem) or "1")
+        except ValueRefused as refused:
+            raise ArgumentError(f"limit on {name}: {refused}") from None
     if not np.isfinite(limit):
-        raise ValueRefused("a finite limit", limit)
+        raise ArgumentError(f"limit on {name}: expected a finite number, got {limit!r}")
     return float(limit), -1.0 if QUANTITIES[stem].smallest_is_worst else 1.0
 
 
