@@ -33,7 +33,7 @@ PYTHON = (
     "cli",
 )
 TRACES = ("options", "format", "content", "quality", "forces", "reading", "inspection")
-STUDY = ("sampling", "description", "storage", "results", "histories", "execution", "rare")
+STUDY = ("sampling", "description", "storage", "results", "histories", "tasks", "execution", "rare")
 
 Imports = dict[str, set[str]]
 

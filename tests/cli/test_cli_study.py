@@ -409,3 +409,23 @@ def test_init_writes_a_study_that_runs(tmp_path: Path, monkeypatch: pytest.Monke
     assert "guideload init NAME.toml --study" in refused("init", "--study")
     assert guideload("init", "--study", "other.toml").exit_code == 0
     assert Path("other.toml").read_bytes() == Path("study.toml").read_bytes()
+
+
+def test_probability_estimates_each_limit_and_says_what_it_doubts(file: Path) -> None:
+    told = guideload("probability", file, "--error", "50", "--threads", "1")
+    assert told.exit_code == 0
+    text = " ".join(told.stdout.split())
+    assert text.startswith("Probability of peak resultant above 0.5 N, machine: 9.")
+    assert "95 %" in text and "10 populations" in text and "had no solution" in text
+    assert "expected NAME=VALUE" in refused("probability", file, "--limit", "peak=8 kN")
+    assert "nearest: peak_resultant_N" in refused("probability", file, "--limit", "peak_resultant[9z]=8 kN")
+
+
+def test_a_cluster_that_does_not_answer_is_said(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("distributed", reason="needs the extra: pip install guideload[cluster]")
+    monkeypatch.setattr("guideload.study.tasks.CONNECT_TIME", 0.2)
+    told = guideload("study", file, "-o", tmp_path / "out", "--cluster", "tcp://127.0.0.1:9")
+    assert told.exit_code == 1 and "no Dask scheduler answers at tcp://127.0.0.1:9" in told.stderr
+    assert not (tmp_path / "out" / "study.json").exists()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
@@ -17,8 +17,17 @@ from guideload.cli.terminal import output_encoding, print_text, status
 if TYPE_CHECKING:
     from guideload.identification.description import IdentifyFile
     from guideload.identification.measured import Measured
+    from guideload.identification.next_measurement import Candidate
     from guideload.identification.result import Identification
     from guideload.machine.machine import Machine
+
+
+class Answer(NamedTuple):
+    """What the command found: the identification, ranked candidates, and the text of the report."""
+
+    found: Identification
+    candidates: tuple[Candidate, ...]
+    text: str
 
 
 @click.command()
@@ -37,49 +46,48 @@ def identify(identify_file: Path, output: Path | None, no_pictures: bool, overwr
     with status("reading"):
         described, machine, data = read_identify(identify_file)
     if output is None:
-        print_text(_report(identify_file, described, machine, data)[1])
+        print_text(_report(identify_file, described, machine, data).text)
         return
     inputs = (identify_file, *(identify_file.parent / name for name in described.files))
     with atomic_output(output, {"": set(IDENTIFICATION)}, overwrite, inputs) as folder:
-        found, text = _report(identify_file, described, machine, data)
+        answer = _report(identify_file, described, machine, data)
         with write_errors(output):
-            failure = _write(found, text, described, identify_file.parent, folder, output, not no_pictures)
-    print_text(text)
+            failure = _write(answer, described, identify_file.parent, folder, output, not no_pictures)
+    print_text(answer.text)
     print_text(f"Wrote {output}.")
     exit_if(failure)
 
 
-def _report(
-    file: Path, described: IdentifyFile, machine: Machine, data: list[Measured]
-) -> tuple[Identification, str]:
-    """The identification and its report, with the comparison of models if the file asks for one."""
+def _report(file: Path, described: IdentifyFile, machine: Machine, data: list[Measured]) -> Answer:
+    """The identification and its report, with comparison of models and ranking of candidates if the file has some."""
     from guideload.identification.cross_validation import compare
-    from guideload.identification.description import identified_alternatives
+    from guideload.identification.description import candidates_of, identified_alternatives
+    from guideload.identification.next_measurement import ranked
     from guideload.identification.result import identify as identified
     from guideload.reports.identification import identification_report
 
     with status("searching"):
         found = identified(machine, described.unknown, data)
         levels = compare(identified_alternatives(described, file, found)) if described.alternatives else ()
-    return found, identification_report(found, levels, encoding=output_encoding())
+        figure = None if described.figure is None else {described.figure: 1.0}
+        candidates = ranked(found, candidates_of(described, file, found), figure)
+    words = described.figure or "all unknowns (geometric mean)"
+    return Answer(
+        found, candidates, identification_report(found, levels, candidates, words, output_encoding())
+    )
 
 
 def _write(
-    found: Identification,
-    text: str,
-    described: IdentifyFile,
-    source: Path,
-    folder: Path,
-    output: Path,
-    pictures: bool,
+    answer: Answer, described: IdentifyFile, source: Path, folder: Path, output: Path, pictures: bool
 ) -> PictureError | None:
-    """Write all files into the draft folder; text: the report; output: the folder that it becomes."""
+    """Write all files into the draft folder; output: the folder that it becomes."""
     from guideload.identification.json_file import json_text
     from guideload.identification.machine_file import machine_text
     from guideload.identification.study_file import study_text
 
+    found = answer.found
     texts = {
-        "report.txt": text,
+        "report.txt": answer.text,
         "identification.json": json_text(found),
         "machine.toml": machine_text(found, source / described.machine, output),
     }
@@ -94,6 +102,6 @@ def _write(
         with status("drawing the pictures"):
             from guideload import plots
 
-            failure = picture_failure(lambda: plots.save_identification(found, folder))
+            failure = picture_failure(lambda: plots.save_identification(found, folder, answer.candidates))
     write_manifest(folder)
     return failure

@@ -26,7 +26,13 @@ OF_POINTS = "points.png"  # of a machine with [[points]]
 CHART = ("chart.png", "chart.csv")
 STUDY_PICTURES = ("distributions.png", "exceedance.png", "tornado.png", "scatter.png", "histories.png")
 LIFE_PICTURES = ("life.png", "static_safety.png", "failure.png")  # of a study whose carriages have ratings
-IDENTIFICATION_PICTURES = ("numbers.png", "correlation.png", "modal_tests.png")
+IDENTIFICATION_PICTURES = (
+    "numbers.png",
+    "correlation.png",
+    "modal_tests.png",
+    "frequency_responses.png",
+    "next_measurements.png",
+)
 IDENTIFICATION = (
     "machine.toml",
     "study.toml",

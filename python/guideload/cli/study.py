@@ -32,6 +32,11 @@ if TYPE_CHECKING:
 @click.option("--samples", type=click.IntRange(min=1), help="Number of samples, instead of the file's.")
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of all random numbers, instead of the file's.")
 @click.option("--threads", type=click.IntRange(min=1), help="Number of threads; default: number of cores.")
+@click.option(
+    "--cluster",
+    metavar="ADDRESS",
+    help="Run on the workers of a Dask scheduler, which see the folder: tcp://host:8786.",
+)
 @click.option("--strict", is_flag=True, help="Fail if a second look at some samples doubts them.")
 @no_pictures_option
 @report_option
@@ -43,6 +48,7 @@ def study(
     samples: int | None,
     seed: int | None,
     threads: int | None,
+    cluster: str | None,
     strict: bool,
     no_pictures: bool,
     report: Path | None,
@@ -57,7 +63,13 @@ def study(
     if resume and overwrite:
         raise click.UsageError("--resume keeps the study in the folder and --overwrite replaces it: give one")
     outputs.require_report(report, overwrite or resume, study_file, folder=output)
-    options = {"--samples": samples, "--seed": seed, "--threads": threads, "--report": report}
+    options = {
+        "--samples": samples,
+        "--seed": seed,
+        "--threads": threads,
+        "--cluster": cluster,
+        "--report": report,
+    }
     again = _resume_command(study_file, output, options, {"--no-pictures": no_pictures, "--strict": strict})
     may_resume, interrupted, failure = resume, "", None
     try:
@@ -67,7 +79,9 @@ def study(
         may_resume = True
         try:
             with _bar() as progress:
-                result = run_study(described, output, threads=threads, resume=resume, progress=progress)
+                result = run_study(
+                    described, output, threads=threads, cluster=cluster, resume=resume, progress=progress
+                )
         except StudyInterrupted as error:
             result = error.result
             interrupted = f"Interrupted: {result.finished} of {result.runs} runs are done. To resume: {again}"
@@ -97,7 +111,7 @@ def study(
 
 
 def _resume_command(
-    study_file: Path, output: Path, options: Mapping[str, int | Path | None], flags: Mapping[str, bool]
+    study_file: Path, output: Path, options: Mapping[str, int | str | Path | None], flags: Mapping[str, bool]
 ) -> str:
     words = ["guideload", "study", str(study_file), "-o", str(output)]
     words += [word for name, value in options.items() if value is not None for word in (name, str(value))]

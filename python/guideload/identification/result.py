@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +12,7 @@ from guideload.base.arrays import Array
 from guideload.identification.covariance import covariance, degrees_of_freedom, information
 from guideload.identification.directions import Undetermined, undetermined
 from guideload.identification.fit import STARTS, Fit, fit
-from guideload.identification.intervals import Interval, interval
+from guideload.identification.intervals import Interval, interval, quantile
 from guideload.identification.machine_values import machine_with
 from guideload.identification.measured import Measured, OwnUnknown
 from guideload.identification.model import Model, ModelAt
@@ -114,6 +114,10 @@ class Identification:
         sigmas = (np.sqrt(np.diag(self.covariance)) * objective.units)[p:].tolist()
         return tuple(zip(own, values, sigmas, strict=True))
 
+    def own_of(self, data: Measured) -> Array:
+        """The own unknowns of a data set, in SI."""
+        return self.fit.objective.own_of(self.fit.minimum.x)[self.data.index(data)]
+
     @property
     def model(self) -> ModelAt:
         """The machine with the most probable values, as the data see it."""
@@ -148,8 +152,20 @@ def identify(
     spread = covariance(found)
     sigma, degrees = np.sqrt(np.diag(spread)), degrees_of_freedom(found, spread)
     intervals = tuple(interval(found, i, float(sigma[i]), float(degrees[i])) for i in range(len(unknowns)))
+    intervals = tuple(_with_others(found, i, float(sigma[i]), one) for i, one in enumerate(intervals))
     groups = undetermined(unknowns, found.minimum.x, information(found), spread)
     return Identification(machine, unknowns, found, spread, intervals, groups, residual_tests(found))
+
+
+def _with_others(fit: Fit, index: int, sigma: float, one: Interval) -> Interval:
+    """The interval with those around the other minima that explain the data as well."""
+    if not fit.others:
+        return one
+    half = quantile(one.degrees) * sigma
+    centers = [float(other.x[index]) for other in fit.others]
+    low, high = min(one.low, min(centers) - half), max(one.high, max(centers) + half)
+    narrowed = one.narrowed * (high - low) / (one.high - one.low) if one.high > one.low else one.narrowed
+    return replace(one, low=low, high=high, narrowed=narrowed)
 
 
 def _parameters(machine: Machine) -> Parameters:

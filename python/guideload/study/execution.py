@@ -6,10 +6,10 @@ import pickle
 import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
-from functools import lru_cache
 from itertools import islice
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -23,14 +23,25 @@ from guideload.study.results.result import StudyResult
 from guideload.study.second_look import second_look
 from guideload.study.storage.folder import open_store
 from guideload.study.storage.store import Chunk, FolderStore, Range, SampleStore
+from guideload.study.tasks import (
+    LEAST_IN_FLIGHT,
+    Client,
+    connected,
+    in_flight_of,
+    run_chunk,
+    shared,
+    write_chunk,
+)
 
 Progress = Callable[[int, int], None]  # takes the number of finished samples and that of all samples
 
 CHUNK = 8192  # samples: some megabytes of results, 0.1 s on one core for the fastest scenes
 EXECUTOR_CHUNKS = 64  # least number of chunks for an executor, unless they have under 16 samples
+CLUSTER_CHUNK = (
+    65536  # samples of a file that a worker writes: 80 MB with all measures, so that files are few
+)
 SLICE_TIME = 0.2  # s between checks for Ctrl-C
 STORE_TIME = 10.0  # s, longest time between writes
-IN_FLIGHT = 64  # chunks that an executor has at once; the results of some are in memory
 
 
 class StudyInterrupted(KeyboardInterrupt):
@@ -48,7 +59,8 @@ def run_study(
     threads: int | None = None,
     chunk: int | None = None,
     executor: Executor | None = None,
-    in_flight: int = IN_FLIGHT,
+    in_flight: int | None = None,
+    cluster: Client | str | None = None,
     resume: bool = False,
     progress: Progress | None = None,
     strict: bool = False,
@@ -60,7 +72,10 @@ def run_study(
     threads    of this process, by default one per core; or of each task of an executor, by default 1
     chunk      largest number of samples in a file and a task; by default 8192, for an executor fewer in small studies
     executor   any concurrent.futures.Executor, such as Dask's `client.get_executor()`; None: this process
-    in_flight  chunks that the executor gets at once: at least twice its workers
+    in_flight  chunks that the executor or the cluster gets at once: at least twice its workers, by default 64, and
+               three for each thread of a cluster
+    cluster    a Dask client, or the address of its scheduler, "tcp://host:8786": its workers write the samples into
+               `output`, a folder that they all see under this path; neither scheduler nor this process handles samples
     resume     resume the study in `output`, if there is one; damaged chunks are run again
     progress   called repeatedly with the number of finished samples and the number of all samples
     strict     raise DoubtfulResult if the second look at some samples doubts them: see `StudyResult.doubts`
@@ -74,11 +89,17 @@ def run_study(
         expected = "a Study, as of Study.from_toml(file), its plan or a file"
         raise TypeError(f"study: expected {expected}, got {type(study).__name__}")
     plan = study.plan() if isinstance(study, Study) else study
-    threads = _whole_number("threads", threads, cores() if executor is None else 1)
-    chunk = _whole_number("chunk", chunk, CHUNK if executor is None else executor_chunk(plan.runs))
-    in_flight = _whole_number("in_flight", in_flight, IN_FLIGHT)
+    if cluster is not None and (executor is not None or output is None):
+        raise ArgumentError(
+            "cluster: expected an output folder that its workers see, and no executor beside it"
+        )
+    here = executor is None and cluster is None
+    threads = _whole_number("threads", threads, cores() if here else 1)
+    chunk = _whole_number("chunk", chunk, CHUNK if here else executor_chunk(plan.runs, cluster is not None))
+    flying = None if in_flight is None else _whole_number("in_flight", in_flight, 1)
     plan.batch()  # an impossible machine is refused before anything is written
-    with open_store(plan.metadata, None if output is None else Path(output), resume) as store:
+    place = None if output is None else Path(output)
+    with connected(cluster) as client, open_store(plan.metadata, place, resume) as store:
         try:
             if plan.histories and not are_of(store.histories(), plan):
                 store.add_histories(histories(plan))  # first, so that an interrupted study has them
@@ -86,12 +107,22 @@ def run_study(
             with ThreadPoolExecutor(1, "guideload-study") as thread:
                 writer = _Writer(thread, store, progress)
                 writer.count(0)
-                if executor is None:
-                    _run_here(plan, missing, threads, writer)
+                if executor is not None:
+                    task: tuple[Any, ...] = run_chunk, pickle.dumps(plan), threads
+                    _run_on(executor, task, missing, flying or LEAST_IN_FLIGHT, writer)
+                elif client is not None and isinstance(store, FolderStore):
+                    task = (
+                        write_chunk,
+                        shared(client, pickle.dumps(plan)),
+                        str(store.folder.resolve()),
+                        threads,
+                    )
+                    on_client = client.get_executor(pure=False)
+                    _run_on(on_client, task, missing, flying or in_flight_of(client), writer)
                 else:
-                    _run_on(executor, plan, missing, threads, in_flight, writer)
+                    _run_here(plan, missing, threads, writer)
                 writer.finish()
-            looks = second_look(plan, StudyResult(store, plan.metadata), cores() if executor else threads)
+            looks = second_look(plan, StudyResult(store, plan.metadata), threads if here else cores())
             store.describe(plan.metadata.model_copy(update={"second_look": looks}))
         except KeyboardInterrupt:
             raise StudyInterrupted(StudyResult(store, store.metadata), _samples_done(store)) from None
@@ -103,9 +134,9 @@ def run_study(
     return result
 
 
-def executor_chunk(runs: int) -> int:
-    """Default number of samples in a chunk for an executor."""
-    return min(CHUNK, max(16, runs // EXECUTOR_CHUNKS))
+def executor_chunk(runs: int, cluster: bool = False) -> int:
+    """Default number of samples in a chunk for an executor or a cluster."""
+    return min(CLUSTER_CHUNK if cluster else CHUNK, max(16, runs // EXECUTOR_CHUNKS))
 
 
 def _whole_number(name: str, value: int | None, default: int) -> int:
@@ -132,9 +163,15 @@ class _Writer:
         self.done = store.done  # number of finished samples, stored or not
         self.last: Future[None] | None = None
 
-    def add(self, chunk: Chunk) -> None:
+    def add(self, chunk: Chunk | Range) -> int:
+        """Store a chunk, or take over one that a worker has written; returns its number of samples."""
         self.finish()
-        self.last = self.thread.submit(self.store.add, chunk)
+        if isinstance(chunk, Chunk):
+            self.last = self.thread.submit(self.store.add, chunk)
+            return chunk.stop - chunk.start
+        assert isinstance(self.store, FolderStore)
+        self.last = self.thread.submit(self.store.adopt, chunk)
+        return chunk[1] - chunk[0]
 
     def finish(self) -> None:
         """Wait until the last chunk is written; raises the error of writing it."""
@@ -199,17 +236,19 @@ class _Slices:
             raise
 
 
-# ---- on an executor
+# ---- on an executor or a cluster
 
 
 def _run_on(
-    executor: Executor, plan: Plan, missing: list[Range], threads: int, in_flight: int, writer: _Writer
+    executor: Any, task: tuple[Any, ...], missing: list[Range], in_flight: int, writer: _Writer
 ) -> None:
-    """Give the executor `in_flight` chunks at a time, and write each chunk when it is finished, in any order."""
-    packed = pickle.dumps(plan)
-    queue, running = iter(missing), set[Future[Chunk]]()
+    """Give the executor `in_flight` chunks at a time, and store each when it is finished, in any order.
 
-    def collect(finished: Iterable[Future[Chunk]]) -> None:
+    task: a function that returns a chunk or the range that it has written, and its arguments before start and stop.
+    """
+    queue, running = iter(missing), set[Future[Any]]()
+
+    def collect(finished: Iterable[Future[Any]]) -> None:
         """Store the chunks of the tasks that succeeded, then raise for one that did not."""
         lost = None
         for future in finished:
@@ -219,8 +258,7 @@ def _run_on(
             except Exception as error:
                 lost = error
             else:
-                writer.add(chunk)
-                writer.count(chunk.stop - chunk.start)
+                writer.count(writer.add(chunk))
         if lost is not None:
             raise _executor_error(lost) from lost
 
@@ -228,7 +266,7 @@ def _run_on(
         while True:
             for start, stop in islice(queue, in_flight - len(running)):
                 try:
-                    running.add(executor.submit(run_chunk, packed, start, stop, threads))
+                    running.add(executor.submit(*task, start, stop))
                 except Exception as error:  # any error here is one of the executor
                     raise _executor_error(error) from error
             if not running:
@@ -249,17 +287,3 @@ def _executor_error(error: Exception) -> GuideloadError:
     if isinstance(error, BrokenExecutor):
         return RunError("the executor lost a worker: it was killed, ran out of memory, or could not start")
     return RunError(f"the executor failed: {type(error).__name__}: {error}")
-
-
-def run_chunk(packed: bytes, start: int, stop: int, threads: int) -> Chunk:
-    """Task of an executor: run samples of a pickled plan, which each process unpickles once."""
-    plan = _unpacked(packed)
-    values = plan.values(start, stop)
-    rows, failed = plan.batch().run(values, threads)
-    return Chunk(start, values, rows, {start + i: reason for i, reason in failed})
-
-
-@lru_cache(maxsize=1)
-def _unpacked(packed: bytes) -> Plan:
-    plan: Plan = pickle.loads(packed)
-    return plan

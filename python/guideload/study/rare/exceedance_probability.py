@@ -73,7 +73,7 @@ def exceedance_probability(
     threads   by default one per core; the result does not depend on them
     progress  called repeatedly with the number of runs so far
 
-    Raises ValueRefused for an unknown quantity, ArgumentError, and for a file what Study.from_toml raises.
+    Raises ArgumentError, and for a file what Study.from_toml raises.
     """
     if isinstance(study, str | PathLike):
         study = Study.from_toml(study)

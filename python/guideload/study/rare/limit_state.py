@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from guideload.base.arrays import Array
-from guideload.base.errors import ArgumentError, ValueRefused
+from guideload.base.errors import ArgumentError, ValueRefused, shown
 from guideload.base.units import quantity as to_unit
 from guideload.study.description.measures import (
     CONTACT,
@@ -93,20 +93,22 @@ def _limit(plan: Plan, name: str, limit: float | str | None) -> tuple[float, flo
     names = [one for one in columns.names() if QUANTITIES[one.partition("[")[0]].worse is not None]
     if name not in names:
         near = get_close_matches(name, names, n=3, cutoff=0.4) or names[:3]
-        raise ValueRefused("a quantity of the study", name, f"nearest: {', '.join(near)}")
+        raise ArgumentError(
+            f"name: expected a quantity of the study, got {shown(name)}; nearest: {', '.join(near)}"
+        )
     if stem == CONTACT:
-        hint = "nothing tells how near a machine is to it: count it in a study with more samples"
-        raise ValueRefused("a quantity with a limit", name, hint)
+        hint = "nothing tells how near a machine is to lost contact: count it in a study with more samples"
+        raise ArgumentError(f"name: expected a quantity with a limit, got {shown(name)}; {hint}")
     limit = plan.metadata.limits.get(stem) if limit is None else limit
     if limit is None:
         raise ArgumentError(f"limit: expected a limit on {name}, as in the table [limits] of a study file")
-    if isinstance(limit, str):
-        try:
+    try:
+        if isinstance(limit, str):
             limit = 1e-3 * to_unit(limit, "m") if stem == LIFE else to_unit(limit, unit_of(stem) or "1")
-        except ValueRefused as refused:
-            raise ArgumentError(f"limit on {name}: {refused}") from None
-    if not np.isfinite(limit):
-        raise ArgumentError(f"limit on {name}: expected a finite number, got {limit!r}")
+        if not np.isfinite(limit):
+            raise ValueRefused("a finite number", limit)
+    except ValueRefused as refused:
+        raise ArgumentError(f"limit on {name}: {refused}") from None
     return float(limit), -1.0 if QUANTITIES[stem].smallest_is_worst else 1.0
 
 

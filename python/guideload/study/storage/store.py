@@ -154,12 +154,19 @@ class FolderStore(SampleStore):
     """Samples in the folder of a study; only a store of `folder.open_store` may be written.
 
     read_all: read all bytes of each chunk, to find damage by the disk at once.
+    scan: look for the chunks that are there.
     """
 
-    def __init__(self, folder: Path, metadata: StudyMetadata, *, read_all: bool = False) -> None:
+    def __init__(
+        self, folder: Path, metadata: StudyMetadata, *, read_all: bool = False, scan: bool = True
+    ) -> None:
         super().__init__(metadata)
         self.folder = folder
-        reached = 0
+        if scan:
+            self._find_chunks(read_all)
+
+    def _find_chunks(self, read_all: bool) -> None:
+        folder, reached = self.folder, 0
         for (start, stop), path in sorted((_range(path), path) for path in chunks_in(folder)):
             try:
                 if not reached <= start < stop <= self.runs:
@@ -194,12 +201,24 @@ class FolderStore(SampleStore):
     def _save(self, table: pa.Table, samples: Range) -> Any:
         identity = {"fingerprint": self.metadata.fingerprint, "samples": samples}
         table = table.replace_schema_metadata({KEY: json.dumps(identity)})
-        path = self.folder / SAMPLES / "chunk-{:09d}-{:09d}.parquet".format(*samples)
+        path = self._path(samples)
         # Random numbers do not compress, and dictionaries of them take eight times as long to write.
         plain = {"compression": "NONE", "use_dictionary": False, "write_statistics": False}
         with atomic_write(path, durable=True) as draft:
             parquet.write_table(table, draft, write_page_checksum=True, **plain)
         return path, parquet.read_metadata(path)
+
+    def _path(self, samples: Range) -> Path:
+        return self.folder / SAMPLES / "chunk-{:09d}-{:09d}.parquet".format(*samples)
+
+    def adopt(self, samples: Range) -> None:
+        """Take over a chunk that another process has written. Raises RunError if it cannot be read here."""
+        path = self._path(samples)
+        try:
+            self._stored[samples] = path, self._checked(path, samples, False)
+        except DAMAGE as error:
+            raise RunError(f"{path}: a worker wrote it, but it cannot be read here: {error}") from error
+        self._ahead.clear()
 
     def _load(self, samples: Range, names: Sequence[str] | None = None) -> pa.Table:
         path, metadata = self._stored[samples]

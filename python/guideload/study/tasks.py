@@ -1,0 +1,85 @@
+"""Tasks of an executor or a cluster: they run in another process, which unpickles the plan once."""
+
+from __future__ import annotations
+
+import pickle
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from guideload.base.errors import ArgumentError, RunError
+from guideload.study.description.metadata import FILE, read_json
+from guideload.study.description.plan import Plan
+from guideload.study.storage.store import Chunk, FolderStore, Range
+
+Client = Any  # of dask.distributed, an optional package without types
+
+
+def run_chunk(packed: bytes, threads: int, start: int, stop: int) -> Chunk:
+    """Run samples of a pickled plan."""
+    plan = _unpacked(packed)
+    values = plan.values(start, stop)
+    rows, failed = plan.batch().run(values, threads)
+    return Chunk(start, values, rows, {start + i: reason for i, reason in failed})
+
+
+def write_chunk(packed: bytes, folder: str, threads: int, start: int, stop: int) -> Range:
+    """Run samples of a pickled plan, and write them into the folder of the study, which all workers see."""
+    metadata, place = _unpacked(packed).metadata, Path(folder)
+    there = read_json(place)
+    if there is None or there["fingerprint"] != metadata.fingerprint:
+        here = f"the worker on {socket.gethostname()}"
+        raise RunError(
+            f"{here} finds {'no study' if there is None else 'another study'} in {place / FILE}: give an output folder "
+            "that all workers and this computer see under the same path, as on a network drive"
+        )
+    FolderStore(place, metadata, scan=False).add(run_chunk(packed, threads, start, stop))
+    return start, stop
+
+
+@lru_cache(maxsize=1)
+def _unpacked(packed: bytes) -> Plan:
+    plan: Plan = pickle.loads(packed)
+    return plan
+
+
+@contextmanager
+def connected(cluster: Client | str | None) -> Iterator[Client]:
+    """The Dask client, or one of the scheduler with this address, or None. Raises ArgumentError, RunError."""
+    if cluster is None:
+        yield None
+        return
+    try:
+        import distributed
+    except ImportError:
+        raise ArgumentError("cluster: Dask is not installed: pip install 'guideload[cluster]'") from None
+    if isinstance(cluster, distributed.Client):
+        yield cluster
+        return
+    if not isinstance(cluster, str):
+        raise ArgumentError(f"cluster: expected a Dask client or an address, got {type(cluster).__name__}")
+    connect: Client = distributed.Client
+    try:
+        client = connect(cluster, timeout=CONNECT_TIME)
+    except (OSError, ValueError) as error:
+        raise RunError(f"no Dask scheduler answers at {cluster}: {error}") from error
+    with client:
+        yield client
+
+
+def in_flight_of(client: Client) -> int:
+    """Chunks that a cluster gets at once."""
+    return max(LEAST_IN_FLIGHT, PER_THREAD * int(sum(client.nthreads().values())))
+
+
+def shared(client: Client, packed: bytes) -> Any:
+    """The pickled plan on all workers, as an argument of tasks, which then do not carry it through the scheduler."""
+    return client.scatter(packed, broadcast=True, hash=False)
+
+
+CONNECT_TIME = 10  # s
+LEAST_IN_FLIGHT = 64
+PER_THREAD = 3  # one runs, one waits on the worker, one is on the way

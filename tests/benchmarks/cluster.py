@@ -1,0 +1,242 @@
+"""A study on a Dask cluster of this machine: `python tests/benchmarks/cluster.py [--samples 1e6] [--workers 1 2]`
+
+    --chunk SAMPLES    of a file and a task; by default that of run_study
+    --folder FOLDER    of the samples, 160 bytes each; by default a temporary one
+    --keep             do not remove the samples
+    --picture FILE     the chart: samples per second over the workers, memory over the share of the samples done
+
+A scheduler and workers, each a process of its own with one thread and at most 1 GiB, run the packaged study with the
+peak resultant of each carriage; workers write the samples. The table gives samples per second, the efficiency against
+one worker, processor time (which other programs on this machine disturb less) of workers per sample and of scheduler
+and starting process per task, and the largest memory of each, with the growth of the scheduler over the second half.
+Then pandas, Polars and DuckDB read the samples in place, if installed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import psutil
+from distributed import Client
+
+from guideload import Study, run_study
+from guideload.cli.inputs import EXAMPLES
+
+MEBIBYTE = 2**20
+COLUMN = "max_resultant_N[2b]"
+
+
+@dataclass
+class Memory:
+    """Resident memory [MiB] of scheduler, largest worker and this process, over the share of samples done."""
+
+    scheduler: int
+    workers: list[int]
+    share: float = 0.0
+    rows: list[tuple[float, float, float, float]] = field(default_factory=list)
+    stop: bool = False
+
+    def watch(self) -> None:
+        while not self.stop:
+            workers = max(sum(map(resident, family(pid))) for pid in self.workers)
+            self.rows.append((self.share, resident(self.scheduler), workers, resident(psutil.Process().pid)))
+            time.sleep(0.5)
+
+
+def family(pid: int) -> list[int]:
+    """A worker is the only child of its nanny."""
+    return [child.pid for child in psutil.Process(pid).children(recursive=True)]
+
+
+def resident(pid: int) -> float:
+    try:
+        return float(psutil.Process(pid).memory_info().rss) / MEBIBYTE
+    except psutil.NoSuchProcess:
+        return 0.0
+
+
+@contextmanager
+def cluster(workers: int) -> Iterator[tuple[str, int, list[int]]]:
+    """Address and process of a scheduler, and the processes of its workers."""
+    started: list[subprocess.Popen[bytes]] = []
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder) / "scheduler.json"
+
+        def start(program: str, *options: str) -> int:
+            words = [
+                sys.executable,
+                "-m",
+                f"distributed.cli.dask_{program}",
+                "--scheduler-file",
+                str(place),
+                *options,
+            ]
+            quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+            started.append(subprocess.Popen(words, cwd=folder, **quiet))
+            return started[-1].pid
+
+        try:
+            scheduler = start("scheduler", "--port", "0", "--no-dashboard")
+            while not place.exists() or not place.read_text():
+                time.sleep(0.1)
+            one = ("--nthreads", "1", "--memory-limit", "1GiB", "--no-dashboard", "--local-directory", folder)
+            pids = [start("worker", *one) for _ in range(workers)]
+            yield json.loads(place.read_text())["address"], scheduler, pids
+        finally:
+            for process in reversed(started):
+                process.terminate()
+            for process in started:
+                process.wait(20)
+
+
+def processor_time(pids: Iterable[int]) -> float:
+    """Seconds."""
+    return sum(sum(psutil.Process(pid).cpu_times()[:2]) for pid in pids)
+
+
+@dataclass
+class Measured:
+    """rate: samples/s; rows of `Memory`; processor time [s] of scheduler, all workers, this process; tasks."""
+
+    rate: float
+    rows: np.ndarray
+    processor: tuple[float, float, float]
+    tasks: int
+
+
+def measured(samples: int, workers: int, folder: Path, chunk: int | None) -> Measured:
+    keys = {"quantities": ("resultant",), "statistics": ("max",), "histories": 0}
+    study = Study.from_toml(EXAMPLES / "study.toml", samples=samples).model_copy(update=keys)
+    with cluster(workers) as (address, scheduler, pids), Client(address) as client:
+        client.wait_for_workers(workers, timeout=60)
+        memory = Memory(scheduler, pids)
+        watcher = threading.Thread(target=memory.watch)
+        begun, groups = (
+            [0.0, 0.0],
+            ([scheduler], [one for pid in pids for one in family(pid)], [psutil.Process().pid]),
+        )
+        before = [processor_time(group) for group in groups]
+
+        def progress(done: int, runs: int) -> None:
+            memory.share = done / runs
+            begun[1] = time.perf_counter()
+            begun[0] = begun[0] or begun[1]
+
+        watcher.start()
+        try:
+            run_study(study, folder, cluster=client, chunk=chunk, progress=progress)
+        finally:
+            memory.stop = True
+            watcher.join()
+        after = [processor_time(group) for group in groups]
+    scheduler_time, worker_time, own_time = np.subtract(after, before).tolist()
+    tasks = len(list((folder / "samples").glob("*.parquet")))
+    rate = samples / (begun[1] - begun[0])
+    return Measured(rate, np.array(memory.rows), (scheduler_time, worker_time, own_time), tasks)
+
+
+def read(folder: Path) -> None:
+    """Read one column of all samples in place, by each program that is installed."""
+    files = f"{folder / 'samples'}/*.parquet"
+    readers: dict[str, Callable[[], float]] = {
+        "pandas": lambda: (
+            importlib.import_module("pandas").read_parquet(folder / "samples", columns=[COLUMN])[COLUMN].max()
+        ),
+        "polars": lambda: (
+            importlib.import_module("polars").scan_parquet(files).select(COLUMN).max().collect().item()
+        ),
+        "duckdb": lambda: (
+            importlib.import_module("duckdb")
+            .sql(f"""select max("{COLUMN}") from '{files}'""")
+            .fetchall()[0][0]
+        ),
+    }
+    for name, reader in readers.items():
+        try:
+            importlib.import_module(name)
+        except ImportError:
+            print(f"{name}: not installed")
+            continue
+        begun = time.perf_counter()
+        largest = reader()
+        print(f"{name}: largest {COLUMN} {largest:.3f}, in {time.perf_counter() - begun:.2f} s")
+
+
+def chart(runs: dict[int, Measured], samples: int, file: Path) -> None:
+    import matplotlib.pyplot as plt
+
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 3.6), layout="constrained")
+    counts = list(runs)
+    rates = [1e-3 * runs[count].rate for count in counts]
+    left.plot(counts, rates, "o-", label="measured")
+    left.plot(
+        counts, [rates[0] * count / counts[0] for count in counts], "--", color="0.5", label="in proportion"
+    )
+    left.set(
+        xlabel="workers",
+        ylabel="1000 samples/s",
+        xticks=counts,
+        ylim=(0, None),
+        title=f"{samples:.0e} samples",
+    )
+    rows = runs[counts[-1]].rows
+    for i, name in enumerate(("scheduler", "largest worker", "process of the study")):
+        right.plot(100 * rows[:, 0], rows[:, i + 1], label=name)
+    right.set(xlabel="samples done [%]", ylabel="memory [MiB]", ylim=(0, None), title=f"{counts[-1]} workers")
+    for ax in (left, right):
+        ax.legend(frameon=False)
+        ax.spines[["top", "right"]].set_visible(False)
+    figure.savefig(file, dpi=120)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="A study on a Dask cluster of this machine.")
+    parser.add_argument("--samples", type=float, default=1e6)
+    parser.add_argument("--workers", type=int, nargs="+", default=[1, 2])
+    parser.add_argument("--chunk", type=int)
+    parser.add_argument("--folder", type=Path)
+    parser.add_argument("--keep", action="store_true")
+    parser.add_argument("--picture", type=Path)
+    options = parser.parse_args()
+    samples, runs = int(options.samples), {}
+    print("| workers | samples/s | efficiency | CPU of workers, us/sample | of scheduler, ms/task ", end="")
+    print("| of starter, ms/task | scheduler, MiB | its growth | worker, MiB | starter, MiB | bytes/sample |")
+    print("|" + 11 * "---:|")
+    home = options.folder or Path(tempfile.mkdtemp())
+    for count in options.workers:
+        folder = home / f"workers-{count}"
+        found = runs[count] = measured(samples, count, folder, options.chunk)
+        first, rows = options.workers[0], found.rows
+        efficiency = found.rate / runs[first].rate * first / count
+        scheduler, workers, own = found.processor
+        late = rows[rows[:, 0] >= 0.5, 1]
+        size = sum(file.stat().st_size for file in (folder / "samples").glob("*.parquet")) / samples
+        largest = " | ".join(f"{value:.0f}" for value in rows[:, 2:].max(axis=0))
+        print(
+            f"| {count} | {found.rate:.0f} | {100 * efficiency:.0f} % | {1e6 * workers / samples:.0f} "
+            f"| {1e3 * scheduler / found.tasks:.1f} | {1e3 * own / found.tasks:.1f} | {rows[:, 1].max():.0f} "
+            f"| {late.max() - late.min():.1f} | {largest} | {size:.0f} |",
+            flush=True,
+        )
+    read(folder)
+    if options.picture:
+        chart(runs, samples, options.picture)
+    if not options.keep:
+        shutil.rmtree(home)
+
+
+if __name__ == "__main__":
+    main()
