@@ -35,7 +35,7 @@ MOST_REFUSED = 10  # malformed lines that are named; all are counted
 @click.option(
     "--follow",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="File that grows, from its start, in place of standard input.",
+    help="File that grows, in place of standard input; it is read from its start.",
 )
 @click.option(
     "--listen",

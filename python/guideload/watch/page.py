@@ -67,11 +67,11 @@ class _Handler(BaseHTTPRequestHandler):
     """Answers `/` with the page and `/status?since=TIME` with numbers."""
 
     server: _Server
-    timeout = 10.0  # s, of a browser that does not ask
+    timeout = 10.0  # s to wait for the request of a browser
 
     def do_GET(self) -> None:
         asked, page = urlsplit(self.path), self.server.page
-        # Under another name this would be a page of the internet that reads ours through its own name server.
+        # Another name is that of a page of the internet whose name server gives our address (DNS rebinding).
         if self.headers.get("Host") not in (f"{HOST}:{page.port}", f"localhost:{page.port}"):
             self.send_error(403)
         elif asked.path == "/":

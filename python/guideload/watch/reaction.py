@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from guideload.base.errors import ArgumentError
 
 PAUSE = 10.0  # s between two starts of the command
-LAST = 10.0  # s that the end of a watch waits for it
+LONGEST_WAIT = 10.0  # s that the end of a watch waits for the command
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Crossing:
 
 
 class Command:
-    """A command that is started at a crossing, without a shell, unless it was started less than `PAUSE` ago.
+    """A command that is started at a crossing, without a shell, unless it was started less than `PAUSE` seconds ago.
 
     A command that still runs is not started again. say: takes what the user must know.
     """
@@ -90,7 +90,7 @@ class Command:
         if self._process is None:
             return
         try:
-            self._process.wait(LAST)
+            self._process.wait(LONGEST_WAIT)
         except subprocess.TimeoutExpired:
             self.say(f"--on-limit: {self.words[0]} still runs")
             self._process.returncode = 0  # it goes on without us

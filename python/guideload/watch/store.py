@@ -2,8 +2,8 @@
 
 The hour in progress is a journal, to which every batch of samples is appended as soon as the monitor has taken it; a
 journal that is complete, or that a killed process has left, becomes a Parquet file. The record is written after the
-journal is on the disk, so the journal is never behind it: samples that the journal has and the record has not are
-pushed again.
+journal is on the disk, so the journal has all samples that the record has: those that only the journal
+has are pushed again.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ class Store:
     """The folder of a watch, which no other process may use meanwhile.
 
     kept   whether samples and loads are kept, or the record alone
-    place  of the input at the record, empty at the first run; `ahead`: samples after it that the monitor has already
+    place  in the input at which the record was written, empty at the first run; `ahead` in it: number of the samples
+           after it that the monitor has already
     """
 
     def __init__(
@@ -150,14 +151,14 @@ class Store:
             conversion.result()
 
     def _convert(self, journal: Path) -> None:
-        """A Parquet file from a journal, and the end of the journal; may be killed anywhere and called again."""
+        """Write a Parquet file from a journal, then remove the journal; after a kill it can be called again."""
         import pyarrow as pa
         from pyarrow import parquet
 
         described = _described(journal)
         tables = (pa.table(_columns(rows, described["carriages"])) for rows in _rows(journal))
         first = next(tables, None)
-        if first is not None:  # else it was killed before its first sample
+        if first is not None:  # else the process was killed before the first sample
             schema = first.schema.with_metadata({b"guideload": json.dumps(described)})
             target = self.folder / f"{journal.stem.removeprefix('_')}.parquet"
             with (
@@ -203,14 +204,14 @@ def _heading(monitor: Monitor) -> bytes:
 
 
 def _described(journal: Path) -> dict[str, Any]:
-    """The first line of a journal; without carriages if it was killed before its end."""
+    """The first line of a journal; no carriages if the process was killed while it wrote this line."""
     with journal.open("rb") as file:
         line = file.readline()
     return dict(json.loads(line)) if line.endswith(b"\n") else {"carriages": []}
 
 
 def _rows(journal: Path) -> Iterator[NDArray[Any]]:
-    """The whole rows of a journal; what is left of a last one that was cut off is no sample."""
+    """The complete rows of a journal, without a last one that was cut off."""
     row = _row(_described(journal)["carriages"])
     with journal.open("rb") as file:
         file.readline()
