@@ -310,5 +310,15 @@ def test_what_has_no_derivative_is_refused_with_the_reason() -> None:
         VariedMachine(cart(), "body.mass").at([1.0, 2.0])
     with pytest.raises(ArgumentError, match="to: expected a known path"):
         VariedMachine(cart(), "body.weight")
+    with pytest.raises(ArgumentError, match="to: k: expected paths, got none"):
+        VariedMachine(cart(), {"m": "body.mass", "k": []})
+    for wrong in (
+        [[np.nan]],
+        [[1.0], (0.0, 1.0)],
+        [[1.0], None, (1.0, 0.0)],
+        [[1.0], None, (np.inf, 0.0, 0.0)],
+    ):
+        with pytest.raises(ArgumentError, match="response: expected finite numbers"):
+            VariedMachine(cart(), "body.mass").at().response(*wrong)
     with pytest.raises(ArgumentError, match="expected each number once"):
         VariedMachine(cart(), {"a": "body.mass", "b": "body.mass"})

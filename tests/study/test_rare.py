@@ -141,6 +141,9 @@ def test_what_has_no_probability_is_refused() -> None:
         exceedance_probability(plan, "peak_resultant_N", np.nan)
     with pytest.raises(ArgumentError, match="expected a limit on peak_Fy_N"):
         exceedance_probability(plan, "peak_Fy_N")
+    for limit in ("8", "8 mm", "nan N", float("inf")):
+        with pytest.raises(ArgumentError, match=r"limit on peak_resultant_N: expected a"):
+            exceedance_probability(plan, "peak_resultant_N", limit)
     with pytest.raises(ArgumentError, match="at least 20000, got 100"):
         exceedance_probability(plan, "peak_resultant_N", most_runs=100)
     assert wanted_limits(plan, ()) == {"peak_resultant_N": 7000.0}

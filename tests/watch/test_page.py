@@ -72,6 +72,19 @@ def test_other_names_and_places_are_refused(page: Page) -> None:
         Page(page.port, page.curves)
 
 
+def test_a_browser_that_goes_away_is_not_worth_a_word(
+    page: Page, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def gone(since: float) -> bytes:
+        raise BrokenPipeError
+
+    monkeypatch.setattr(page, "answer", gone)
+    with pytest.raises(http.client.RemoteDisconnected):
+        answer(page, "/status")
+    monkeypatch.undo()
+    assert answer(page, "/status")[0] == 200 and capsys.readouterr().err == ""
+
+
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium to open the page with")
 def test_a_browser_shows_the_loads_and_draws_a_line_per_carriage(
     tmp_path: Path, page: Page, session: Session

@@ -229,13 +229,23 @@ def test_a_command_runs_without_a_shell_once_in_its_pause(tmp_path: Path) -> Non
     }
 
 
-def test_a_command_that_cannot_run_or_fails_is_told() -> None:
+def test_a_command_that_cannot_run_or_fails_is_told(tmp_path: Path) -> None:
     said: list[str] = []
-    Command("/no/such/command x", said.append)(CROSSING)
+    with pytest.raises(ArgumentError, match="--on-limit: /no/such/command: there is no such program"):
+        Command("/no/such/command x", said.append)
     failing = Command(f"{sys.executable} -c 'raise SystemExit(3)'", said.append)
     failing(CROSSING)
+    end = time.monotonic() + 60.0
+    while failing.is_running() and time.monotonic() < end:
+        time.sleep(0.01)
     failing.close()
-    assert "No such file" in said[0] and "exit code 3" in said[1]
+    assert len(said) == 1 and "exit code 3" in said[0]
+    removed = tmp_path / "removed"
+    removed.touch(mode=0o700)
+    command = Command(str(removed), said.append)
+    removed.unlink()
+    command(CROSSING)
+    assert "No such file" in said[1]
     for text in ("", "'"):
         with pytest.raises(ArgumentError, match="--on-limit"):
             Command(text, said.append)

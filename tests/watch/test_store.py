@@ -2,6 +2,7 @@
 
 import json
 import random
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -62,6 +63,40 @@ def test_the_files_have_every_sample_with_the_loads_of_push_by_the_hour(tmp_path
         received = pd.read_parquet(path)["received"]
         assert received.dt.strftime("%Y-%m-%dT%H").unique().tolist() == [path.name[:13]]
     assert json.loads(parquet.read_schema(path).metadata[b"guideload"])["machine"] == machine().name
+
+
+def test_samples_come_in_while_the_file_of_an_hour_is_written(tmp_path: Path) -> None:
+    now, written = [NOON], threading.Event()
+    session = session_in(tmp_path, *parts(5000), clock=lambda: now[0])
+    assert session.store is not None
+    convert = session.store._convert
+    session.store._convert = lambda path: (written.wait(60.0), convert(path))[1]  # type: ignore[method-assign]
+    session.step()
+    now[0] += 3600.0
+    before = session.samples
+    assert session.step() and session.samples > before and not list(tmp_path.glob("*.parquet"))
+    written.set()
+    run(session).close()
+    require_every_sample_once(tmp_path)
+
+
+def test_a_file_of_an_hour_that_cannot_be_written_ends_the_watch(tmp_path: Path) -> None:
+    now = [NOON]
+    session = session_in(tmp_path, *parts(5000), clock=lambda: now[0])
+
+    def fail(path: Path) -> None:
+        raise WriteError(28, "No space", str(path))
+
+    assert session.store is not None
+    session.store._convert = fail  # type: ignore[method-assign]
+    session.step()
+    now[0] += 3600.0
+    with pytest.raises(WriteError, match="No space"):
+        run(session).close()
+    kill(session)
+    Store(tmp_path, new_monitor())
+    rows = pd.concat([pd.read_parquet(path) for path in sorted(tmp_path.glob("*.parquet"))])
+    assert rows["sample"].tolist() == list(range(session.samples))
 
 
 def test_a_folder_is_one_table_for_readers_of_parquet(tmp_path: Path) -> None:

@@ -21,10 +21,16 @@ from guideload.cli.terminal import output_encoding, print_text, status
     '"life[1a]=500 km"; may be given again.',
 )
 @click.option(
-    "--error", type=click.FloatRange(0, 100, True, True), default=10, help="Wanted standard error, % of it."
+    "--error",
+    type=click.FloatRange(0, 100, True, True),
+    default=10,
+    help="Wanted standard error, in % of the probability.",
 )
 @click.option(
-    "--most-runs", type=click.IntRange(min=1), default=1_000_000, help="Machines to run for a limit at most."
+    "--most-runs",
+    type=click.IntRange(min=20_000),
+    default=1_000_000,
+    help="Runs for each limit, at least 20000; no population begins that would need more, after the first ten.",
 )
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of all random numbers, instead of the file's.")
 @click.option("--threads", type=click.IntRange(min=1), help="Number of threads; default: number of cores.")
@@ -47,11 +53,11 @@ def probability(
     from guideload.study.rare.limit_state import wanted_limits
 
     with status("reading"):
-        study = Study.from_toml(study_file, seed=seed)
-        wanted = wanted_limits(study.plan(), limits)
+        plan = Study.from_toml(study_file, seed=seed).plan()
+        wanted = wanted_limits(plan, limits)
     for name, limit in wanted.items():
         with status(f"running machines towards the limit on {name}"):
             found = exceedance_probability(
-                study, name, limit, coefficient_of_variation=error / 100, most_runs=most_runs, threads=threads
+                plan, name, limit, coefficient_of_variation=error / 100, most_runs=most_runs, threads=threads
             )
-        print_text(probability_report(found, study.plan().metadata, encoding=output_encoding()) + "\n")
+        print_text(probability_report(found, plan.metadata, encoding=output_encoding()) + "\n")

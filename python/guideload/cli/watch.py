@@ -35,7 +35,7 @@ MOST_REFUSED = 10  # malformed lines that are named; all are counted
 @click.option(
     "--follow",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="File that grows, from its start, in place of standard input.",
+    help="File that grows, in place of standard input; it is read from its start.",
 )
 @click.option(
     "--listen",
@@ -109,7 +109,7 @@ def watch(
             say=say,
         )
         page = None if port is None else stack.enter_context(_served(port, session, say))
-        _run(session, page, ends, say)
+        _run(session, page, command, ends, say)
         session.close()  # not after an error: what is in the folder is whole without it
         status = session.status()
         if command is not None:
@@ -227,7 +227,7 @@ def _reaction(command: Command | None, stop: bool, ends: Ends) -> Callable[[Cros
     return react
 
 
-def _run(session: Session, page: Page | None, ends: Ends, say: _Voice) -> None:
+def _run(session: Session, page: Page | None, command: Command | None, ends: Ends, say: _Voice) -> None:
     """Take samples until the end, and show the state meanwhile."""
     from rich.console import Console, Group
     from rich.live import Live
@@ -247,6 +247,8 @@ def _run(session: Session, page: Page | None, ends: Ends, say: _Voice) -> None:
                 status = session.status()
                 if page is not None:
                     page.status = status
+                if command is not None:
+                    command.is_running()  # so that a failure is said now
                 if live is not None:
                     rate = f"{status['samples_per_s']:.0f} samples/s from {session.source.name}"
                     live.update(Group(*monitor_parts(status), rate), refresh=True)

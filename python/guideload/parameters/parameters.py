@@ -1,7 +1,6 @@
 """Parameters: the numbers of a machine that can vary, found by paths such as `carriages.*.stiffness_y`.
 
-`_of_machine` and the functions of `parts` list them, with the targets in the core's scene that each of
-them sets.
+`_of_machine` and the functions of `parts` list them, each with the numbers of the core's scene that it sets.
 """
 
 from __future__ import annotations
@@ -161,9 +160,8 @@ class Parameters:
         """The parameters of a path, in the machine's order.
 
         `*` or `[*]` means all carriages, rails, links or payloads, [1a] or ["1a"] the one with that name, [0] the
-        first;
-        `stiffness` means `stiffness_y` and `stiffness_z`, `position` all its components. `carriage_types.front` means
-        all carriages that take this value from their type "front". Raises ValueRefused.
+        first; `stiffness` means `stiffness_y` and `stiffness_z`, `position` all its components.
+        `carriage_types.front` means all carriages that take this value from their type "front". Raises ValueRefused.
         """
         if path.startswith("carriage_types"):
             return self._of_type(path)

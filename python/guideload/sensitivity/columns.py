@@ -58,8 +58,9 @@ def _columns(parameters: Parameters, to: To) -> Iterator[Column]:
         for name, paths in to.items():
             listed = [paths] if isinstance(paths, str) else paths
             found = [parameter for path in listed for parameter in parameters.at(path)]
-            if found:
-                yield _together(name, list({parameter.path: parameter for parameter in found}.values()))
+            if not found:
+                raise ArgumentError(f"to: {name}: expected paths, got none")
+            yield _together(name, list({parameter.path: parameter for parameter in found}.values()))
         return
     found = [parameter for path in ([to] if isinstance(to, str) else to) for parameter in parameters.at(path)]
     for one in {parameter.path: parameter for parameter in found}.values():

@@ -20,7 +20,7 @@ from guideload.sensitivity.modes import Complex, Modal, ModeDerivatives
 class Linearised:
     """M q'' + C q' + K q = Q for small motions q of L about rest, and exact derivatives by p columns of values.
 
-    Of all dofs of L, in the order x y z rx ry rz; SI units, those of a derivative per unit of its column.
+    All six dofs of L, in the order x y z rx ry rz; SI units, those of a derivative per unit of its column.
 
     columns   the values
     free      (n,) indices of the free dofs
@@ -121,11 +121,16 @@ class Linearised:
                 "does not tell when they touch; take the response of the machine without them"
             )
         along, hertz = np.asarray(direction, dtype=np.float64), np.asarray(frequency, dtype=np.float64)
-        if along.shape != (3,) or hertz.ndim != 1:
-            raise ArgumentError("response: expected frequencies (m,) and a direction (3,)")
+        at = np.zeros(3) if point is None else np.asarray(point, dtype=np.float64)
+        is_finite = all(np.isfinite(one).all() for one in (along, hertz, at))
+        if along.shape != (3,) or at.shape != (3,) or hertz.ndim != 1 or not is_finite:
+            raise ArgumentError(
+                "response: expected finite numbers: frequencies (m,), a direction (3,) and a point (3,), got "
+                f"{frequency!r:.60}, {direction!r:.60} and {point!r:.60}"
+            )
         force, d_force = np.zeros(6), np.zeros((len(self.columns), 6))
         if point is None:
             force, d_force = -self.mass[:, :3] @ along, -self.d_mass[:, :, :3] @ along
         else:
-            force = np.concatenate([along, np.cross(point, along)])
+            force = np.concatenate([along, np.cross(at, along)])
         return self.modal.response(2.0 * np.pi * hertz, force, d_force)

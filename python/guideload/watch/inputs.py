@@ -1,7 +1,7 @@
 """Where samples come from: standard input, a file that grows, a socket on this machine.
 
-`read` of each waits at most some seconds. It returns bytes, none of them if nothing came; a `Break` where one stream
-ends and another begins; None at the end.
+`read` waits at most `timeout` [s]. It returns bytes, b"" if nothing came; a `Break` where one stream ends and another
+may begin; None at the end.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from guideload.base.errors import ArgumentError
 PIECE = 2**16  # bytes that are read at once
 MOST_PORT = 65535
 PAUSE = 0.05  # s between two looks at a file that has not grown
-MARK = 256  # bytes before the place in a file, by which it is known again
+MARK = 256  # bytes before a place in a file, whose checksum shows that it is the same file
 
 
 @dataclass(frozen=True)
@@ -40,10 +40,10 @@ class Input(Protocol):
         """The next bytes."""
 
     def place(self, position: int) -> dict[str, Any]:
-        """How to find the place after `position` bytes again; empty for a stream that is not kept."""
+        """The place after `position` bytes, for the record; empty for a stream that cannot be read again."""
 
     def find(self, place: dict[str, Any]) -> bool:
-        """Go to a place, if it is still there."""
+        """Go to a place of the record; False if the input is another one."""
 
     def close(self) -> None:
         """Release what is open."""
@@ -89,7 +89,7 @@ class GrowingFile:
     def read(self, timeout: float) -> bytes | Break | None:
         until = time.monotonic() + timeout
         while True:
-            # Whether it was replaced is asked before the last look at the old one, so that no byte of it is left.
+            # First ask whether the file was replaced, then read the old one: so its last bytes are not lost.
             is_replaced = self._is_replaced()
             if data := self.file.read(PIECE):
                 return data
@@ -126,7 +126,7 @@ class GrowingFile:
         return False
 
     def _mark(self, position: int) -> int:
-        """Checksum of the bytes before a position, by which the same file is known; -1 if they are not there."""
+        """Checksum of the bytes before a position, which shows whether the file is the same; -1 if it is shorter."""
         here = self.file.tell()
         size = min(MARK, position)
         self.file.seek(position - size)
@@ -146,7 +146,7 @@ def _opened(path: Path) -> IO[bytes]:
 
 
 class Socket:
-    """A TCP port of this machine, or a Unix socket: one sender at a time, and the next one when it has gone."""
+    """A TCP port of this machine, or a Unix socket. It takes one sender at a time, and the next when that has ended."""
 
     def __init__(self, where: str) -> None:
         self.sender: socket.socket | None = None

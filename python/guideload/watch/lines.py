@@ -42,8 +42,8 @@ class Lines:
     with # and a heading in the first line are no samples. Any other line is refused and counted.
 
     ticks_per_second  of stamps in seconds; None: stamps are whole numbers, in ticks
-    position, number  bytes and lines that are behind us in this input
-    skip              samples that are still to be left out, because they are known
+    position, number  bytes and lines of this input that were taken
+    skip              number of samples to leave out, because the monitor has them already
     """
 
     def __init__(self, ticks_per_second: float | None = None) -> None:
@@ -54,12 +54,12 @@ class Lines:
         self.begin()
 
     def begin(self, position: int = 0, number: int = 0) -> None:
-        """Go to the start of an input, or to the place where reading goes on."""
+        """Begin at the start of an input, or at the place where reading goes on."""
         self.position, self.number = position, number
         self._rest, self._is_too_long = b"", False
 
     def end(self) -> Refused | None:
-        """The last line of an input, if nothing ends it: it may be cut off within a number, so it is no sample."""
+        """The last line of an input without a line end: it may be cut off within a number, so it is no sample."""
         rest, self._rest = self._rest, b""
         is_counted = self._is_too_long or BLANK.fullmatch(rest) is not None
         return None if is_counted else self._refuse(rest, self.number + 1)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import sys
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
@@ -51,19 +53,25 @@ class Page:
 
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
+    allow_reuse_address = os.name == "posix"  # elsewhere a second program could take the same port
     text: bytes
     page: Page
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing of a browser that went away before its answer was there."""
+        if not isinstance(sys.exc_info()[1], ConnectionError):
+            super().handle_error(request, client_address)
 
 
 class _Handler(BaseHTTPRequestHandler):
     """Answers `/` with the page and `/status?since=TIME` with numbers."""
 
     server: _Server
-    timeout = 10.0  # s, of a browser that does not ask
+    timeout = 10.0  # s to wait for the request of a browser
 
     def do_GET(self) -> None:
         asked, page = urlsplit(self.path), self.server.page
-        # Under another name this would be a page of the internet that reads ours through its own name server.
+        # Another name is that of a page of the internet whose name server gives our address (DNS rebinding).
         if self.headers.get("Host") not in (f"{HOST}:{page.port}", f"localhost:{page.port}"):
             self.send_error(403)
         elif asked.path == "/":

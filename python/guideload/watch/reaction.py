@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
+import shutil
 import subprocess
 import time
 from collections.abc import Callable
@@ -12,7 +13,7 @@ from dataclasses import dataclass
 from guideload.base.errors import ArgumentError
 
 PAUSE = 10.0  # s between two starts of the command
-LAST = 10.0  # s that the end of a watch waits for it
+LONGEST_WAIT = 10.0  # s that the end of a watch waits for the command
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Crossing:
 
 
 class Command:
-    """A command that is started at a crossing, without a shell, unless it was started less than `PAUSE` ago.
+    """A command that is started at a crossing, without a shell, unless it was started less than `PAUSE` seconds ago.
 
     A command that still runs is not started again. say: takes what the user must know.
     """
@@ -52,6 +53,8 @@ class Command:
             raise ArgumentError(f"--on-limit: {text}: {error}") from None
         if not self.words:
             raise ArgumentError("--on-limit: expected a command, got nothing")
+        if shutil.which(self.words[0]) is None:
+            raise ArgumentError(f"--on-limit: {self.words[0]}: there is no such program")
         self.say, self.clock = say, clock
         self.started = 0
         self._process: subprocess.Popen[bytes] | None = None
@@ -59,7 +62,7 @@ class Command:
 
     def __call__(self, crossing: Crossing) -> None:
         """Start the command, if it is time."""
-        if self.clock() < self._next or (self._process is not None and self._process.poll() is None):
+        if self.is_running() or self.clock() < self._next:
             return
         self._next = self.clock() + PAUSE
         self.started += 1
@@ -73,15 +76,22 @@ class Command:
         except (OSError, ValueError) as error:
             self.say(f"--on-limit: {self.words[0]}: {getattr(error, 'strerror', None) or error}")
 
+    def is_running(self) -> bool:
+        """Whether the command runs; a failure is said once."""
+        code = None if self._process is None else self._process.poll()
+        if code is not None:
+            self._process = None
+            if code:
+                self.say(f"--on-limit: {self.words[0]} ended with exit code {code}")
+        return self._process is not None
+
     def close(self) -> None:
         """Wait a while for the command."""
         if self._process is None:
             return
         try:
-            code = self._process.wait(LAST)
+            self._process.wait(LONGEST_WAIT)
         except subprocess.TimeoutExpired:
             self.say(f"--on-limit: {self.words[0]} still runs")
             self._process.returncode = 0  # it goes on without us
-        else:
-            if code:
-                self.say(f"--on-limit: {self.words[0]} ended with exit code {code}")
+        self.is_running()

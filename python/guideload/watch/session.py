@@ -16,7 +16,7 @@ from guideload.watch.reaction import Crossing
 from guideload.watch.status import Curves, status
 from guideload.watch.store import Store
 
-WAIT = 0.2  # s for bytes of the input; the longest time to an end that was asked for
+WAIT = 0.2  # s to wait for bytes of the input; after a signal the watch ends within this time
 RECORD = 10.0  # s between two records
 RATE = 1.0  # s over which the samples per second are counted
 
@@ -50,10 +50,10 @@ class Session:
         self._saved = 0.0
         if store is not None:
             self._go_on(store.place)
-            self._save()  # so that the journal is ahead of a place in this input
+            self._save()  # so that samples of the journal count from a place in this input
 
     def _go_on(self, place: dict[str, Any]) -> None:
-        """Go on in a file where the record was written."""
+        """Go on at the place in the file at which the record was written."""
         if self.source.find(place):
             self.lines.begin(place["position"], place["line"])
             self.lines.skip = place.get("ahead", 0)

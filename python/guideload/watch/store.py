@@ -2,8 +2,8 @@
 
 The hour in progress is a journal, to which every batch of samples is appended as soon as the monitor has taken it; a
 journal that is complete, or that a killed process has left, becomes a Parquet file. The record is written after the
-journal is on the disk, so the journal is never behind it: samples that the journal has and the record has not are
-pushed again.
+journal is on the disk, so the journal has all samples that the record has: those that only the journal
+has are pushed again.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import json
 import os
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from datetime import datetime, timezone
 from itertools import chain
 from pathlib import Path
@@ -39,7 +40,8 @@ class Store:
     """The folder of a watch, which no other process may use meanwhile.
 
     kept   whether samples and loads are kept, or the record alone
-    place  of the input at the record, empty at the first run; `ahead`: samples after it that the monitor has already
+    place  in the input at which the record was written, empty at the first run; `ahead` in it: number of the samples
+           after it that the monitor has already
     """
 
     def __init__(
@@ -50,6 +52,8 @@ class Store:
         self.place: dict[str, Any] = {}
         self.number = 0
         self._journal: tuple[Path, IO[bytes]] | None = None
+        self._worker = ThreadPoolExecutor(1)
+        self._conversion: Future[None] | None = None
         self._restore()
 
     @property
@@ -109,9 +113,12 @@ class Store:
             raise WriteError(error.errno, error.strerror, str(path)) from error
 
     def end_hour(self, place: dict[str, Any]) -> None:
-        """Turn the journal of an hour that is over into a Parquet file."""
+        """Turn the journal of an hour that is over into a Parquet file, in a thread: samples come in meanwhile."""
+        if self._conversion is not None and self._conversion.done():
+            self._finish()
         if self._journal is not None and f"_{_hour(self.clock())}-" not in self._journal[0].name:
-            self.close(place)
+            self.save(place)
+            self._convert_journal()
 
     def save(self, place: dict[str, Any]) -> None:
         """Write the record; place: of the input, behind the last sample that the monitor has taken."""
@@ -125,21 +132,33 @@ class Store:
     def close(self, place: dict[str, Any]) -> None:
         """Write the record and the Parquet file of the hour so far."""
         self.save(place)
+        self._convert_journal()
+        self._finish()
+        self._worker.shutdown()
+
+    def _convert_journal(self) -> None:
+        """Begin to turn the journal into a Parquet file."""
         if self._journal is not None:
+            self._finish()
             path, file = self._journal
             file.close()
-            self._journal = None
-            self._convert(path)
+            self._journal, self._conversion = None, self._worker.submit(self._convert, path)
+
+    def _finish(self) -> None:
+        """Wait for the Parquet file that is being written, and raise the error that ended it."""
+        conversion, self._conversion = self._conversion, None
+        if conversion is not None:
+            conversion.result()
 
     def _convert(self, journal: Path) -> None:
-        """A Parquet file from a journal, and the end of the journal; may be killed anywhere and called again."""
+        """Write a Parquet file from a journal, then remove the journal; after a kill it can be called again."""
         import pyarrow as pa
         from pyarrow import parquet
 
         described = _described(journal)
         tables = (pa.table(_columns(rows, described["carriages"])) for rows in _rows(journal))
         first = next(tables, None)
-        if first is not None:  # else it was killed before its first sample
+        if first is not None:  # else the process was killed before the first sample
             schema = first.schema.with_metadata({b"guideload": json.dumps(described)})
             target = self.folder / f"{journal.stem.removeprefix('_')}.parquet"
             with (
@@ -185,14 +204,14 @@ def _heading(monitor: Monitor) -> bytes:
 
 
 def _described(journal: Path) -> dict[str, Any]:
-    """The first line of a journal; without carriages if it was killed before its end."""
+    """The first line of a journal; no carriages if the process was killed while it wrote this line."""
     with journal.open("rb") as file:
         line = file.readline()
     return dict(json.loads(line)) if line.endswith(b"\n") else {"carriages": []}
 
 
 def _rows(journal: Path) -> Iterator[NDArray[Any]]:
-    """The whole rows of a journal; what is left of a last one that was cut off is no sample."""
+    """The complete rows of a journal, without a last one that was cut off."""
     row = _row(_described(journal)["carriages"])
     with journal.open("rb") as file:
         file.readline()

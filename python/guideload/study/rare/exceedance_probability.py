@@ -18,12 +18,12 @@ from guideload.study.description.study import Study
 from guideload.study.rare.limit_state import LimitState
 from guideload.study.rare.subset_simulation import SAMPLES, subset_simulation
 
-FIRST = 10  # populations of the first round, whose scatter says how many are needed: to a quarter
+FIRST = 10  # populations of the first round: their scatter is known to a quarter
 LEAST = 1e-9  # probability: the tails of measured parameters are not known farther out
 TARGET = 0.1
-LUCK = 0.25  # probability that populations scatter still less by chance
+CONFIDENCE = 0.75  # of the upper limit of the true scatter, from which the number of populations follows
 MOST_RUNS = 1_000_000
-FAILED = 0.01  # share of the runs without a solution that is worth a word
+FAILED = 0.01  # share of the runs without a value above which a doubt says so
 
 Progress = Callable[[int], None]  # takes the number of runs so far
 
@@ -68,7 +68,8 @@ def exceedance_probability(
     name      a quantity of the machine, "peak_resultant_N", or of a carriage, "peak_resultant_N[2b]"; a life or a
               static safety exceeds its limit if it is below
     limit     in the unit of the quantity, or text with a unit; by default that of the study
-    coefficient_of_variation  populations are run until it is at most so large, or `most_runs` machines have run
+    coefficient_of_variation  populations are run until it is at most so large
+    most_runs no population begins that would need more runs; the first ten run in any case
     threads   by default one per core; the result does not depend on them
     progress  called repeatedly with the number of runs so far
 
@@ -95,9 +96,9 @@ def exceedance_probability(
     estimates = subset_simulation(margin, factors, FIRST, LEAST, generator)
     each = state.runs / FIRST
     while estimates.any():
-        # Few populations may scatter little by chance: there are enough if they would be with the larger true scatter.
-        luck = np.sqrt((estimates.size - 1) / chi2.ppf(LUCK, estimates.size - 1))
-        wanted = np.ceil(estimates.size * (luck * _variation(estimates) / coefficient_of_variation) ** 2)
+        # Few populations may scatter little by chance, so their number follows from an upper limit of the true scatter.
+        larger = np.sqrt((estimates.size - 1) / chi2.ppf(1.0 - CONFIDENCE, estimates.size - 1))
+        wanted = np.ceil(estimates.size * (larger * _variation(estimates) / coefficient_of_variation) ** 2)
         more = int(min(wanted - estimates.size, 3 * estimates.size, (most_runs - state.runs) / each))
         if more < 1:
             break
@@ -131,7 +132,8 @@ def _doubts(state: LimitState, estimates: Array, variation: float, wanted: float
     if lost == size:
         doubts.append(
             f"No population came to the limit: its probability is below {scientific(LEAST)}, or no machine of the "
-            "study can exceed it, as with bounded distributions, or the quantity changes in steps that lead nowhere."
+            "study can exceed it, as with bounded distributions, or the quantity changes in steps so large that no "
+            "sample comes nearer."
         )
     elif lost:
         doubts.append(

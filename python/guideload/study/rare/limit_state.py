@@ -33,7 +33,7 @@ class LimitState:
     name    quantity of the machine ("peak_resultant_N") or of a carriage ("peak_resultant_N[2b]")
     limit   in its unit
     runs    machines that were run
-    failed  those without a solution, which count as not beyond the limit; reason: why the first of them failed
+    failed  those without a value, which count as not beyond the limit; reason: why the first of them has none
     """
 
     def __init__(self, plan: Plan, name: str, limit: float | str | None, threads: int) -> None:
@@ -51,13 +51,15 @@ class LimitState:
         values = self.plan.values_at(np.clip(ndtr(scores.T), LOWEST, HIGHEST))
         rows, failed = self.plan.batch().run(values, self.threads)
         self.runs += len(values)
-        self.failed += len(failed)
-        self.reason = self.reason or (failed[0][1] if failed else "")
         metadata = self.plan.metadata.model_copy(update={"runs": len(values), "sensitivity": False})
         store = SampleStore(metadata)
         store.add(Chunk(0, values, rows, dict(failed)))
         margins = self.sign * (StudyColumns(store, metadata).column(self.name) - self.limit)
-        return np.where(np.isnan(margins), -np.inf, margins)
+        unknown = np.isnan(margins)
+        self.failed += int(unknown.sum())
+        if unknown.any():
+            self.reason = self.reason or (failed[0][1] if failed else f"{self.name} is not a number")
+        return np.where(unknown, -np.inf, margins)
 
 
 def wanted_limits(plan: Plan, given: Sequence[str]) -> dict[str, float | str]:
