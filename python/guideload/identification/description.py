@@ -118,6 +118,12 @@ def read_identify(file: str | PathLike[str]) -> tuple[IdentifyFile, Machine, lis
         raise located(error, str(file), places) from None
 
 
+def identify_file(file: str | PathLike[str]) -> Identification:
+    """The numbers of the machine of an identify file. Raises ConfigError, TraceError, SceneError, ArgumentError."""
+    described, machine, data = read_identify(file)
+    return identify(machine, described.unknown, data)
+
+
 def identified_alternatives(
     described: IdentifyFile, file: str | PathLike[str], found: Identification
 ) -> dict[str, Identification]:
