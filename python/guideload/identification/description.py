@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from pydantic import Field, StrictStr
+from pydantic import Field, StrictStr, model_validator
 
 from guideload.base.config import ConfigModel
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused
@@ -75,6 +75,12 @@ class IdentifyFile(ConfigModel):
     )
 
     KINDS: ClassVar[tuple[str, ...]] = ("modal_tests", "frequency_responses", "deflections")
+
+    @model_validator(mode="after")
+    def _figure_of_candidates(self) -> IdentifyFile:
+        if self.figure is not None and not self.candidates:
+            raise ValueRefused("no figure without [[candidates]]", self.figure)
+        return self
 
     @property
     def files(self) -> tuple[str, ...]:
