@@ -103,25 +103,7 @@ def run_study(
         try:
             if plan.histories and not are_of(store.histories(), plan):
                 store.add_histories(histories(plan))  # first, so that an interrupted study has them
-            missing = list(store.missing(chunk))
-            with ThreadPoolExecutor(1, "guideload-study") as thread:
-                writer = _Writer(thread, store, progress)
-                writer.count(0)
-                if executor is not None:
-                    task: tuple[Any, ...] = run_chunk, pickle.dumps(plan), threads
-                    _run_on(executor, task, missing, flying or LEAST_IN_FLIGHT, writer)
-                elif client is not None and isinstance(store, FolderStore):
-                    task = (
-                        write_chunk,
-                        shared(client, pickle.dumps(plan)),
-                        str(store.folder.resolve()),
-                        threads,
-                    )
-                    on_client = client.get_executor(pure=False)
-                    _run_on(on_client, task, missing, flying or in_flight_of(client), writer)
-                else:
-                    _run_here(plan, missing, threads, writer)
-                writer.finish()
+            _run(plan, store, chunk, threads, executor, client, flying, progress)
             looks = second_look(plan, StudyResult(store, plan.metadata), threads if here else cores())
             store.describe(plan.metadata.model_copy(update={"second_look": looks}))
         except KeyboardInterrupt:
@@ -132,6 +114,32 @@ def run_study(
     if strict:
         result.require_no_doubts()
     return result
+
+
+def _run(
+    plan: Plan,
+    store: SampleStore,
+    chunk: int,
+    threads: int,
+    executor: Executor | None,
+    client: Client,
+    in_flight: int | None,
+    progress: Progress | None,
+) -> None:
+    """Run and store the samples that are missing: in this process, on the executor, or on the cluster of a client."""
+    missing = list(store.missing(chunk))
+    with ThreadPoolExecutor(1, "guideload-study") as thread:
+        writer = _Writer(thread, store, progress)
+        writer.count(0)
+        if executor is not None:
+            task: tuple[Any, ...] = run_chunk, pickle.dumps(plan), threads
+            _run_on(executor, task, missing, in_flight or LEAST_IN_FLIGHT, writer)
+        elif client is not None and isinstance(store, FolderStore):
+            task = write_chunk, shared(client, pickle.dumps(plan)), str(store.folder.resolve()), threads
+            _run_on(client.get_executor(pure=False), task, missing, in_flight or in_flight_of(client), writer)
+        else:
+            _run_here(plan, missing, threads, writer)
+        writer.finish()
 
 
 def executor_chunk(runs: int, cluster: bool = False) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import socket
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
@@ -36,7 +37,15 @@ def write_chunk(packed: bytes, folder: str, threads: int, start: int, stop: int)
             f"{here} finds {'no study' if there is None else 'another study'} in {place / FILE}: give an output folder "
             "that all workers and this computer see under the same path, as on a network drive"
         )
-    FolderStore(place, metadata, scan=False).add(run_chunk(packed, threads, start, stop))
+    chunk = run_chunk(packed, threads, start, stop)
+    for patience in range(WRITE_TRIES - 1, -1, -1):
+        try:
+            FolderStore(place, metadata, scan=False).add(chunk)
+            break
+        except RunError:  # a worker of an interrupted run may be writing the same file
+            if not patience:
+                raise
+            time.sleep(1.0)
     return start, stop
 
 
@@ -81,5 +90,6 @@ def shared(client: Client, packed: bytes) -> Any:
 
 
 CONNECT_TIME = 10  # s
+WRITE_TRIES = 5  # a second apart: a file takes less to write
 LEAST_IN_FLIGHT = 64
 PER_THREAD = 3  # one runs, one waits on the worker, one is on the way

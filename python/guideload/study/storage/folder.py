@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from guideload.base.atomic import DRAFT, LOCK, draft_folder, draft_of, exclusive_lock, is_draft
@@ -50,12 +50,21 @@ def _require_ours(folder: Path, metadata: StudyMetadata, resume: bool) -> None:
 
 
 def _remove_drafts(folder: Path) -> None:
-    """Remove the drafts that a killed writer may have left."""
-    drafts = (draft_of(folder / name) for name in (FILE, HISTORIES))
-    for draft in (*drafts, *(folder / SAMPLES).glob(f".chunk-*.parquet{DRAFT}")):
-        if draft.is_dir() and is_draft(draft):
-            with draft_folder(draft, folder):
-                pass
+    """Remove the drafts that a killed writer may have left.
+
+    A draft of a chunk may also be held by a worker of an interrupted run, which ends its chunk; it stays.
+    """
+    for draft in (draft_of(folder / name) for name in (FILE, HISTORIES)):
+        _remove_draft(draft, folder)
+    for draft in (folder / SAMPLES).glob(f".chunk-*.parquet{DRAFT}"):
+        with suppress(RunError):
+            _remove_draft(draft, folder)
+
+
+def _remove_draft(draft: Path, folder: Path) -> None:
+    if draft.is_dir() and is_draft(draft):
+        with draft_folder(draft, folder):
+            pass
 
 
 def begun_only(folder: Path) -> bool:
