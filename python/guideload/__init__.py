@@ -50,6 +50,8 @@ if TYPE_CHECKING:
     from guideload.motion import Move as Move
     from guideload.motion import MoveLimits as MoveLimits
     from guideload.motion import Moves as Moves
+    from guideload.sensitivity import VariedMachine as VariedMachine
+    from guideload.sensitivity import sensitivities as sensitivities
     from guideload.simulation import Result as Result
     from guideload.simulation import peak_loads as peak_loads
     from guideload.simulation import simulate as simulate
@@ -96,6 +98,7 @@ _HOMES = {
     ),
     "method_comparison": ("Stability", "WorkPrecision", "stability", "work_precision"),
     "motion": ("Forces", "Motion", "Move", "MoveLimits", "Moves"),
+    "sensitivity": ("VariedMachine", "sensitivities"),
     "simulation": ("Result", "peak_loads", "simulate"),
     "study": ("Study", "StudyInterrupted", "StudyResult", "run_study"),
     "traces": ("Inspection", "Trace", "motion_from_trace", "read_forces", "read_trace"),

@@ -34,6 +34,7 @@ from guideload.cli.monitor import monitor
 from guideload.cli.response import response
 from guideload.cli.run import demo, run
 from guideload.cli.schema import schema
+from guideload.cli.sensitivities import sensitivities
 from guideload.cli.signals import orderly_end
 from guideload.cli.sizing import limit, size
 from guideload.cli.study import study
@@ -88,6 +89,7 @@ for command in (
     life,
     size,
     limit,
+    sensitivities,
     compare,
     duty,
     study,
