@@ -54,6 +54,8 @@ if TYPE_CHECKING:
     from guideload.motion import Move as Move
     from guideload.motion import MoveLimits as MoveLimits
     from guideload.motion import Moves as Moves
+    from guideload.sensitivity import VariedMachine as VariedMachine
+    from guideload.sensitivity import sensitivities as sensitivities
     from guideload.simulation import Result as Result
     from guideload.simulation import peak_loads as peak_loads
     from guideload.simulation import simulate as simulate
@@ -104,6 +106,7 @@ _HOMES = {
     ),
     "method_comparison": ("Stability", "WorkPrecision", "stability", "work_precision"),
     "motion": ("Forces", "Motion", "Move", "MoveLimits", "Moves"),
+    "sensitivity": ("VariedMachine", "sensitivities"),
     "simulation": ("Result", "peak_loads", "simulate"),
     "study": (
         "RareProbability",

@@ -34,6 +34,11 @@ def equivalent_load_integrals(
     Exact, with rounding, for loads (n, 6) [N, N m] and an acceleration along x (n,) [m/s2] linear in time.
     """
 
+def equivalent_load_weights(
+    time: Array, velocity: Array, acceleration: Array, loads: Array, rule: Rule, exponent: float
+) -> Array:
+    """Derivatives (n, 6) of the sum of the first integrals of `equivalent_load_integrals` by the loads."""
+
 def largest_equivalent_load(loads: Array, rule: Rule) -> tuple[int, float, list[float]]:
     """Index of the largest equivalent load without the effect of a preload, this load [N], largest size of each column.
 
@@ -557,6 +562,15 @@ class VariedScene:
 class VariedSystem:
     """A scene with given values, and its derivatives by each column of them."""
 
+    @property
+    def factors(self) -> list[float]:
+        """Factors on the accelerations of the motion and on its external loads."""
+
+    def run(
+        self, time: Array, acceleration: Array, wrench: Array | None = None, *, start: str = "rest"
+    ) -> VariedRun:
+        """The run under a motion without the factors, of a linear scene. Arguments and errors as `Scene.solve`."""
+
     def scene(self) -> Scene:
         """The scene."""
 
@@ -574,3 +588,15 @@ class VariedSystem:
 
     def out_of_contact(self) -> list[int]:
         """Indices of the links without contact at rest, which count in K and in the modes with nominal stiffness."""
+
+class VariedRun:
+    """A run of a linear scene, and derivatives of all that is computed from its states, by each column of values.
+
+    quantity: link_loads or group_loads, whose `part` is as in `Solution`; position, velocity, acceleration or reaction.
+    """
+
+    def derivatives(self, quantity: str, part: str = "total") -> Array:
+        """Derivatives (columns, time, numbers of the quantity), those of groups one after the other."""
+
+    def gradient(self, quantity: str, weights: Array, part: str = "total") -> Array:
+        """Derivative of a figure (columns,), from its derivatives by a quantity (time, numbers of the quantity)."""

@@ -42,7 +42,7 @@ def test_static_loads_in_50_digits(about: str) -> None:
     inertia = ((1200.0, 15.0, -8.0), (15.0, 900.0, 22.0), (-8.0, 22.0, 1100.0))
     few = {"center_of_mass": paper(("y", "rx", "rz")), "L": cart()}[about]
     machine = Machine(**few.model_dump() | {"body": body(inertia_about=about, inertia=inertia).model_dump()})
-    varied = VariedMachine(machine, PATHS[:-1])
+    varied = VariedMachine(machine, PATHS[:-1] if about == "center_of_mass" else PATHS[:5:2] + PATHS[7:8])
     one = varied.at()
     for k, column in enumerate(varied.columns):
         exact = differences(machine, at_rest(), column.name, column.value)

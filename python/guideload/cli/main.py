@@ -37,6 +37,7 @@ from guideload.cli.probability import probability
 from guideload.cli.response import response
 from guideload.cli.run import demo, run
 from guideload.cli.schema import schema
+from guideload.cli.sensitivities import sensitivities
 from guideload.cli.signals import orderly_end
 from guideload.cli.sizing import limit, size
 from guideload.cli.study import study
@@ -91,6 +92,7 @@ for command in (
     life,
     size,
     limit,
+    sensitivities,
     compare,
     duty,
     long_run,

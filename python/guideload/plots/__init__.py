@@ -17,6 +17,7 @@ from guideload.plots.machine import equivalent_box, modes, scene
 from guideload.plots.points import points
 from guideload.plots.response import frequency_response
 from guideload.plots.saving import save, save_each
+from guideload.plots.sensitivities import influence
 from guideload.plots.spectrum import load_density, spectrum
 from guideload.plots.stability_region import stability
 from guideload.plots.trace import encoder
@@ -68,6 +69,7 @@ __all__ = [
     "failure",
     "frequency_response",
     "identified_numbers",
+    "influence",
     "load_density",
     "load_y",
     "load_z",

@@ -1,7 +1,22 @@
 """Exact derivatives of what the program computes by the numbers of a machine."""
 
+from guideload.sensitivity.columns import Column
+from guideload.sensitivity.figures import Figures
+from guideload.sensitivity.influence import Influence, influence_of
 from guideload.sensitivity.linearised import Linearised
 from guideload.sensitivity.modes import ModeDerivatives
-from guideload.sensitivity.varied import Column, VariedMachine
+from guideload.sensitivity.run import RunDerivatives
+from guideload.sensitivity.sensitivities import sensitivities
+from guideload.sensitivity.varied import VariedMachine
 
-__all__ = ["Column", "Linearised", "ModeDerivatives", "VariedMachine"]
+__all__ = [
+    "Column",
+    "Figures",
+    "Influence",
+    "Linearised",
+    "ModeDerivatives",
+    "RunDerivatives",
+    "VariedMachine",
+    "influence_of",
+    "sensitivities",
+]

@@ -12,8 +12,9 @@ from guideload.motion.motion import Motion
 from guideload.parameters.parameters import Parameters
 from guideload.sensitivity.columns import Column, To, columns_of
 from guideload.sensitivity.linearised import Linearised
+from guideload.sensitivity.run import RunDerivatives
+from guideload.simulation.start import Start
 
-__all__ = ["Column", "VariedMachine"]
 NO_MOTION = Motion.along_x([0.0, 1.0], [0.0, 0.0])
 
 
@@ -65,6 +66,14 @@ class VariedMachine:
     def values(self) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         """The values of the machine as it is, (columns,) in SI units."""
         return np.array([column.value for column in self.columns])
+
+    def run(
+        self, motion: Motion, values: ArrayLike | None = None, *, start: Start = "auto"
+    ) -> RunDerivatives:
+        """The run under a motion from the start on, as by `simulate`, at these values. Raises as `at`; only of a linear
+        machine whose drive has no pressure angle.
+        """
+        return RunDerivatives(self.machine, self.at(values), motion, start)
 
     def at(self, values: ArrayLike | None = None) -> Linearised:
         """The machine at rest with these values (columns,), by default its own.

@@ -50,7 +50,11 @@ impl From<ChangeError> for CoreError {
 
 impl From<SensitivityError> for CoreError {
     fn from(error: SensitivityError) -> Self {
-        Self::Sensitivity(error)
+        match error {
+            SensitivityError::Run(error) => Self::Run(error),
+            SensitivityError::Stopped(stopped) => Self::Stopped(stopped),
+            error => Self::Sensitivity(error),
+        }
     }
 }
 

@@ -18,6 +18,7 @@ mod smoother;
 mod solution;
 mod stretches;
 mod variation;
+mod varied_system;
 
 use pyo3::prelude::*;
 
@@ -32,7 +33,7 @@ mod _core {
     #[pymodule_export]
     use super::law::PyLaw;
     #[pymodule_export]
-    use super::life::{equivalent_load_integrals, largest_equivalent_load};
+    use super::life::{equivalent_load_integrals, equivalent_load_weights, largest_equivalent_load};
     #[pymodule_export]
     use super::monitor::PyMonitor;
     #[pymodule_export]
@@ -44,5 +45,7 @@ mod _core {
     #[pymodule_export]
     use super::stretches::{peaks_of_stretches, solve_stretches};
     #[pymodule_export]
-    use super::variation::{PyVariedScene, PyVariedSystem};
+    use super::variation::PyVariedScene;
+    #[pymodule_export]
+    use super::varied_system::{PyVariedRun, PyVariedSystem};
 }

@@ -5,7 +5,7 @@ use numpy::{PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{Array1, not_contiguous, numbers, rows, zeros};
+use crate::convert::{Array1, Array2, not_contiguous, numbers, rows, zeros};
 use crate::interrupt::compute;
 
 /// Intervals between two looks for signals: about a millisecond.
@@ -73,6 +73,48 @@ pub fn equivalent_load_integrals<'py>(
         })?;
     }
     Ok((powers, paths))
+}
+
+/// Derivatives of the sum of the integrals of `P^p |v|` by the loads at each instant (n, 6).
+#[pyfunction]
+pub fn equivalent_load_weights<'py>(
+    py: Python<'py>,
+    time: PyReadonlyArray1<'py, f64>,
+    velocity: PyReadonlyArray1<'py, f64>,
+    acceleration: PyReadonlyArray1<'py, f64>,
+    loads: PyReadonlyArray2<'py, f64>,
+    rule: Rule<'py>,
+    exponent: f64,
+) -> PyResult<Array2<'py>> {
+    let rule = equivalent_load(&rule)?;
+    let (time, velocity) = (numbers(&time, "time")?, numbers(&velocity, "velocity")?);
+    let (acceleration, loads) = (numbers(&acceleration, "acceleration")?, rows::<6>(&loads, "loads")?);
+    let lengths = [velocity.len(), acceleration.len(), loads.len()];
+    if lengths.iter().any(|&length| length != time.len()) {
+        return Err(PyValueError::new_err("time, velocity, acceleration, loads: lengths do not agree"));
+    }
+    let weights = zeros(py, &[time.len(), 6])?;
+    {
+        let mut weights = weights.readwrite();
+        let weights = weights.as_slice_mut()?.as_chunks_mut::<6>().0;
+        compute(py, |watch| {
+            for k in (0..time.len().saturating_sub(1)).take_while(|k| k % INTERVALS != 0 || !watch.stops()) {
+                let travel = Interval {
+                    length: time[k + 1] - time[k],
+                    velocity: [velocity[k], velocity[k + 1]],
+                    acceleration: [acceleration[k], acceleration[k + 1]],
+                };
+                let [first, last] = [loads[k], loads[k + 1]].map(|[_, rest @ ..]| rest);
+                let ends = rule.integral_weights(exponent, &travel, [&first, &last]);
+                for (end, of) in ends.iter().enumerate() {
+                    for (component, slope) in of.iter().enumerate() {
+                        weights[k + end][1 + component] += slope;
+                    }
+                }
+            }
+        })?;
+    }
+    Ok(weights)
 }
 
 /// The index of the largest equivalent load without the effect of a preload, this load, and the largest size of each component (6,).

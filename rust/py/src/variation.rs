@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use guideload::batch::{Base, Change, Group, NominalBody, Payload, Plan, Target};
-use guideload::sensitivity::{SystemDerivative, VariedSystem};
-use guideload::{Free, LawParameter, Link, Part};
+use guideload::sensitivity::VariedSystem;
+use guideload::{Free, LawParameter, Link};
 use nalgebra::Matrix6;
-use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array2, CoreError, List, matrix3, numbers, zeros};
+use crate::convert::{self, CoreError, List, matrix3, numbers};
 use crate::law::PyLaw;
 use crate::links::{group_links, links};
-use crate::scene::{PyScene, table};
+use crate::varied_system::PyVariedSystem;
 
 /// The third part of a target: an axis or a name.
 #[derive(FromPyObject)]
@@ -165,72 +165,9 @@ impl PyVariedScene {
         }
         let carried: Vec<usize> = (0..self.base.payloads.len()).collect();
         let varied = VariedSystem::new(&self.base.base(), &self.plan, &values, &carried);
-        Ok(PyVariedSystem { varied: varied.map_err(CoreError::from)?, groups: self.base.groups.clone() })
-    }
-}
-
-/// A system and its derivatives by each column of values.
-#[pyclass(name = "VariedSystem", module = "guideload._core", frozen)]
-pub struct PyVariedSystem {
-    varied: VariedSystem,
-    groups: Vec<Group>,
-}
-
-#[pymethods]
-impl PyVariedSystem {
-    /// The scene of this system.
-    fn scene(&self) -> PyScene {
-        PyScene(Arc::new(self.varied.system.clone()), Vec::new())
-    }
-
-    /// Derivatives of mass, damping and stiffness matrix, each (columns, 6, 6), and of the weight (columns, 6).
-    fn matrices<'py>(&self, py: Python<'py>) -> PyResult<([Bound<'py, PyArray3<f64>>; 3], Array2<'py>)> {
-        let derivatives = &self.varied.derivatives;
-        let cube = |pick: fn(&SystemDerivative) -> &Matrix6<f64>| {
-            // Symmetric, so that the order of rows and columns does not matter.
-            let flat: Vec<f64> = derivatives.iter().flat_map(|by| pick(by).iter().copied()).collect();
-            flat.into_pyarray(py).reshape([derivatives.len(), 6, 6])
-        };
-        let all = [cube(|by| &by.mass)?, cube(|by| &by.damping)?, cube(|by| &by.stiffness)?];
-        Ok((all, table(py, derivatives.iter().map(|by| <[f64; 6]>::from(by.weight)))?))
-    }
-
-    /// Derivative of the static position of L (columns, 6).
-    fn static_position<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
-        table(py, self.varied.derivatives.iter().map(|by| <[f64; 6]>::from(by.static_position)))
-    }
-
-    /// Derivative of the static load of each link (columns, links).
-    fn static_link_loads<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
-        let (columns, links) = (self.varied.derivatives.len(), self.varied.system.links().len());
-        let out = zeros(py, &[columns, links])?;
-        {
-            let mut rows = out.readwrite();
-            for (entry, to) in rows.as_slice_mut()?.iter_mut().enumerate() {
-                *to = self.varied.static_link_load(entry / links, entry % links);
-            }
-        }
-        Ok(out)
-    }
-
-    /// Static load of each group (groups, 6), and its derivative (columns, groups, 6).
-    fn static_group_loads<'py>(&self, py: Python<'py>) -> PyResult<(Array2<'py>, Bound<'py, PyArray3<f64>>)> {
-        let (columns, groups) = (self.varied.derivatives.len(), self.groups.len());
-        let loads = |of: &(usize, &Group)| self.varied.group_load(of.0, of.1, Part::Total).at_rest();
-        let at_rest = table(py, self.groups.iter().enumerate().map(|of| loads(&of)))?;
-        let out = zeros(py, &[columns, groups, 6])?;
-        {
-            let mut rows = out.readwrite();
-            for (entry, to) in rows.as_slice_mut()?.as_chunks_mut::<6>().0.iter_mut().enumerate() {
-                let (column, group) = (entry / groups, entry % groups);
-                *to = self.varied.static_group_load(column, group, &self.groups[group]);
-            }
-        }
-        Ok((at_rest, out))
-    }
-
-    /// Indices of the links without contact at rest, which enter the modes with their nominal stiffness.
-    fn out_of_contact(&self) -> Vec<usize> {
-        self.varied.out_of_contact().collect()
+        Ok(PyVariedSystem {
+            varied: Arc::new(varied.map_err(CoreError::from)?),
+            groups: self.base.groups.clone(),
+        })
     }
 }

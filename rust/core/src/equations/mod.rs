@@ -8,11 +8,13 @@
 //! ```
 //!
 //! `linear`, `piecewise`, `smooth`: the three kinds; `riding`: what moving riders add to the third. `propagator`, `series`: the exact
-//! solution of the first two over one step; `sampled`: at a fixed period.
+//! solution of the first two over one step; `propagator_derivative`: its derivatives; `sampled`: at a fixed period.
 
 mod linear;
 mod piecewise;
 mod propagator;
+#[cfg(feature = "std")]
+mod propagator_derivative;
 mod riding;
 mod sampled;
 mod series;
@@ -20,6 +22,8 @@ mod smooth;
 
 pub(crate) use piecewise::SegmentEquations;
 pub use propagator::Propagator;
+#[cfg(feature = "std")]
+pub(crate) use propagator_derivative::{EquationsDerivative, PropagatorDerivative, PropagatorStages};
 pub use riding::Moments;
 pub(crate) use riding::Riders;
 pub use sampled::SampledSystem;

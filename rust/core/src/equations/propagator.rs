@@ -9,7 +9,7 @@ use crate::system::{Force, NO_FORCE, State};
 pub(crate) const TERMS: usize = 18;
 
 /// Columns of 12 entries.
-type Columns<const N: usize> = [[f64; 12]; N];
+pub(crate) type Columns<const N: usize> = [[f64; 12]; N];
 
 /// Exact step of length h: `x(h) = x(0) + E x(0) + B₀ f(0) + B₁ f(h)`, `E = exp(A h) - I`, for a force that is linear in between
 /// (first-order hold).
@@ -120,7 +120,7 @@ impl Propagator {
 
 /// The system matrix A by columns.
 #[cfg_attr(feature = "std", inline(always))]
-fn matrix<E: Equations>(equations: &E) -> Columns<12> {
+pub(super) fn matrix<E: Equations>(equations: &E) -> Columns<12> {
     let mut a = identity::<12>(0);
     for column in &mut a {
         *column = equations.linear(column, &NO_FORCE);
@@ -130,7 +130,7 @@ fn matrix<E: Equations>(equations: &E) -> Columns<12> {
 
 /// Columns `from..from + N` of the identity.
 #[cfg_attr(feature = "std", inline(always))]
-fn identity<const N: usize>(from: usize) -> Columns<N> {
+pub(super) fn identity<const N: usize>(from: usize) -> Columns<N> {
     let mut unit = [[0.0; 12]; N];
     for (j, column) in unit.iter_mut().enumerate() {
         column[from + j] = 1.0;
@@ -139,7 +139,7 @@ fn identity<const N: usize>(from: usize) -> Columns<N> {
 }
 
 #[cfg_attr(feature = "std", inline(always))]
-fn norm_1(a: &Columns<12>) -> f64 {
+pub(super) fn norm_1(a: &Columns<12>) -> f64 {
     let mut largest = 0.0;
     for column in a {
         let mut sum = 0.0;
@@ -152,7 +152,7 @@ fn norm_1(a: &Columns<12>) -> f64 {
 }
 
 #[cfg_attr(feature = "std", inline(always))]
-fn product<const N: usize>(left: &Columns<12>, right: &Columns<N>) -> Columns<N> {
+pub(super) fn product<const N: usize>(left: &Columns<12>, right: &Columns<N>) -> Columns<N> {
     let mut out = [[0.0; 12]; N];
     for (out, right) in out.iter_mut().zip(right) {
         for (column, &factor) in left.iter().zip(right) {
@@ -173,13 +173,24 @@ fn double<const N: usize>(columns: &mut Columns<N>, change: &Columns<12>) {
     }
 }
 
-/// Columns from `from` on of `n! Σ B^k / (k + n)!` (φ-function), with `powers` B, B², B³, B⁴.
+/// Coefficients `n! / (k + n)!` of the φ-function.
 #[cfg_attr(feature = "std", inline(always))]
-fn phi_series<const N: usize>(powers: &[Columns<12>; 4], from: usize, n: usize) -> Columns<N> {
+pub(super) fn phi_factors(n: usize) -> [f64; TERMS + 2] {
     let mut factor = [1.0; TERMS + 2];
     for k in 1..TERMS + 2 {
         factor[k] = factor[k - 1] / (k + n) as f64;
     }
+    factor
+}
+
+/// Number of groups of four terms of the series.
+#[cfg(feature = "std")]
+pub(super) const PHI_GROUPS: usize = TERMS / 4 + 1;
+
+/// Columns from `from` on of `n! Σ B^k / (k + n)!` (φ-function), with `powers` B, B², B³, B⁴.
+#[cfg_attr(feature = "std", inline(always))]
+fn phi_series<const N: usize>(powers: &[Columns<12>; 4], from: usize, n: usize) -> Columns<N> {
+    let factor = phi_factors(n);
     let mut sum = [[0.0; 12]; N];
     // Groups of four terms, the last first: sum <- B⁴ sum + c₀ + c₁ B + c₂ B² + c₃ B³.
     for group in (0..=TERMS / 4).rev() {
@@ -197,7 +208,7 @@ fn phi_series<const N: usize>(powers: &[Columns<12>; 4], from: usize, n: usize) 
 }
 
 #[cfg_attr(feature = "std", inline(always))]
-fn scale_by<const N: usize>(columns: &mut Columns<N>, factor: f64) {
+pub(super) fn scale_by<const N: usize>(columns: &mut Columns<N>, factor: f64) {
     for column in columns {
         scale(column, factor);
     }

@@ -3,6 +3,8 @@
 mod equivalent_load;
 mod power_of_linear;
 mod travel;
+#[cfg(feature = "std")]
+mod weights;
 
 #[cfg(feature = "std")]
 pub(crate) use equivalent_load::COMPONENTS;

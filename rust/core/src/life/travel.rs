@@ -30,7 +30,7 @@ const MOST_CUTS: usize = 2 + COMPONENTS;
 impl Interval {
     /// Velocity at a fraction s of the length, m/s.
     #[cfg(feature = "std")]
-    fn speed(&self, s: f64) -> f64 {
+    pub(super) fn speed(&self, s: f64) -> f64 {
         let [start, change, bend] = self.quadratic();
         start + s * (change + bend * (s - 1.0))
     }
@@ -101,7 +101,7 @@ impl Interval {
         (self.turns_in_order().count == 0).then(|| self.quadratic().map(|coefficient| length * coefficient))
     }
 
-    fn turns_in_order(&self) -> Cuts {
+    pub(super) fn turns_in_order(&self) -> Cuts {
         let mut cuts = Cuts::new();
         let [start, change, bend] = self.quadratic();
         // The velocity deviates from a straight line by at most a quarter of the bend.
@@ -117,18 +117,18 @@ impl Interval {
 }
 
 /// Ascending fractions in (0, 1).
-struct Cuts {
+pub(super) struct Cuts {
     at: [f64; MOST_CUTS],
     count: usize,
 }
 
 impl Cuts {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self { at: [0.0; MOST_CUTS], count: 0 }
     }
 
     /// Adds a fraction; NaN, or one outside of (0, 1), is none.
-    fn insert(&mut self, fraction: f64) {
+    pub(super) fn insert(&mut self, fraction: f64) {
         if fraction > 0.0 && fraction < 1.0 && self.count < MOST_CUTS {
             let mut place = self.count;
             while place > 0 && self.at[place - 1] > fraction {
@@ -140,7 +140,7 @@ impl Cuts {
         }
     }
 
-    fn for_each_piece(&self, mut piece: impl FnMut(f64, f64)) {
+    pub(super) fn for_each_piece(&self, mut piece: impl FnMut(f64, f64)) {
         let mut from = 0.0;
         for &to in self.at[..self.count].iter().chain(&[1.0]) {
             if to > from {
@@ -236,7 +236,7 @@ impl EquivalentLoad {
 }
 
 /// Components of the load at a fraction of the interval.
-fn between(loads: [&[f64; COMPONENTS]; 2], s: f64) -> [f64; COMPONENTS] {
+pub(super) fn between(loads: [&[f64; COMPONENTS]; 2], s: f64) -> [f64; COMPONENTS] {
     let mut out = *loads[1];
     if s < 1.0 {
         for (value, (first, last)) in out.iter_mut().zip(loads[0].iter().zip(loads[1])) {

@@ -4,7 +4,7 @@ use core::fmt;
 
 use nalgebra::Vector6;
 
-use crate::error::SceneError;
+use crate::error::{RunError, SceneError, Stopped};
 use crate::variation::{SampleError, Target};
 
 /// Why a system has no derivatives.
@@ -26,6 +26,14 @@ pub enum SensitivityError {
         /// Its deflection at rest, m.
         deflection: f64,
     },
+    /// Some links are not linear.
+    Nonlinear,
+    /// A factor on the motion is zero, by which there is no relative derivative.
+    Factor,
+    /// The run failed.
+    Run(RunError),
+    /// The watch stopped it, or there is not enough memory.
+    Stopped(Stopped),
     /// A law has another derivative to either side.
     OneSided {
         /// The number that varies.
@@ -42,6 +50,18 @@ impl From<SampleError> for SensitivityError {
 impl From<SceneError> for SensitivityError {
     fn from(error: SceneError) -> Self {
         Self::Sample(error.into())
+    }
+}
+
+impl From<RunError> for SensitivityError {
+    fn from(error: RunError) -> Self {
+        Self::Run(error)
+    }
+}
+
+impl From<Stopped> for SensitivityError {
+    fn from(stopped: Stopped) -> Self {
+        Self::Stopped(stopped)
     }
 }
 
@@ -63,6 +83,12 @@ impl fmt::Display for SensitivityError {
                 "links[{link}] rests at a deflection of {deflection:.6e} m, where its law has a kink and no derivative; change its clearance \
                  or the weight a little"
             ),
+            Self::Nonlinear => f.write_str("links: histories have derivatives where all links are linear"),
+            Self::Factor => f.write_str(
+                "motion.scale: expected another value than 0, at which the derivative of the histories is taken",
+            ),
+            Self::Run(error) => error.fmt(f),
+            Self::Stopped(stopped) => stopped.fmt(f),
             Self::OneSided { target } => write!(
                 f,
                 "{target}: without clearance and with equal sides the law is linear, and has another derivative to either side; \

@@ -1,34 +1,54 @@
 //! Derivatives of the loads of links and groups of links as functions of the state.
 
-use nalgebra::Vector6;
+use nalgebra::{Vector3, Vector6};
 
 use super::system::{SystemDerivative, VariedSystem};
 use crate::output::{Axes, Linear, Part};
 use crate::system::LinkRow;
+use crate::variation::Group;
+
+impl VariedSystem {
+    /// Derivative of the load of a link at rest by a column, N per its unit.
+    ///
+    /// # Panics
+    /// If there is no such column or link.
+    pub fn static_link_load(&self, column: usize, link: usize) -> f64 {
+        link_load(self, column, link, Part::Total).constant[0]
+    }
+
+    /// Derivative of the load of the group with this index at rest by a column, along its axes and about its centre.
+    ///
+    /// # Panics
+    /// If there is no such column or group.
+    pub fn static_group_load(&self, column: usize, index: usize, group: &Group) -> [f64; 6] {
+        let links = group.links.iter().copied();
+        group_load(self, column, links, self.place(column, index, group), Part::Total).constant
+    }
+}
 
 /// Derivative of the load of a link along its direction at a fixed state, linearised at rest.
-pub(crate) fn link_load(varied: &VariedSystem, column: usize, link: usize, part: Part) -> Linear<1> {
+pub(super) fn link_load(varied: &VariedSystem, column: usize, link: usize, part: Part) -> Linear<1> {
     let mut out = Linear::NOTHING;
     add(&mut out, varied, &varied.derivatives[column], (link, part), [1.0]);
     out
 }
 
-/// Derivative of the load of a group of links about its centre at a fixed state, linearised at rest. `group`: its index among the centres.
-pub(crate) fn group_load(
+/// Derivative of the load of a group of links about a center at a fixed state, linearised at rest. `center`: the point and its derivative.
+pub(super) fn group_load(
     varied: &VariedSystem,
     column: usize,
-    (group, links, axes): (usize, &[usize], Axes),
+    links: impl IntoIterator<Item = usize>,
+    (center, axes): ([Vector3<f64>; 2], Axes),
     part: Part,
 ) -> Linear<6> {
     let by = &varied.derivatives[column];
     let mut out = Linear::NOTHING;
-    for &link in links {
+    for link in links {
         let row = &varied.system.rows()[link];
         let direction = row.link.direction();
-        let along = axes.components(direction);
-        let moment = axes.components((row.link.point() - varied.centers[group]).cross(&direction));
-        let shifted = axes.components((by.links[link].point - by.centers[group]).cross(&direction));
-        let [o, m, s] = [along, moment, shifted];
+        let o = axes.components(direction);
+        let m = axes.components((row.link.point() - center[0]).cross(&direction));
+        let s = axes.components((by.links[link].point - center[1]).cross(&direction));
         add(&mut out, varied, by, (link, part), [o.x, o.y, o.z, m.x, m.y, m.z]);
         add_load(&mut out, row, part, [0.0, 0.0, 0.0, s.x, s.y, s.z]);
     }

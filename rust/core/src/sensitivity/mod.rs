@@ -2,12 +2,19 @@
 //!
 //! A value enters the numbers of a scene linearly ([`Change`](crate::variation::Change)), so their derivatives are factors: nothing is
 //! differenced. `scene` (derivatives of mass matrix, weight and links by each column of values) → `system` (of the static position, the
-//! loads at rest and the stiffness in the modes) → `loads` (of loads as functions of the state).
+//! loads at rest and the stiffness in the modes) → `loads`, `motions` (of what is computed from a state) and `equations` (of those in the
+//! modes) → `tangents` (of the states of a linear run), `adjoint` (of one figure) → `histories` (of all that is computed from them).
 
+mod adjoint;
+mod equations;
 mod error;
+mod histories;
 mod loads;
+mod motions;
 mod scene;
 mod system;
+mod tangents;
 
 pub use error::SensitivityError;
+pub use histories::{History, Quantity, Tangents};
 pub use system::{LinkDerivative, SystemDerivative, VariedSystem};

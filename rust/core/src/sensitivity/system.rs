@@ -3,9 +3,8 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::error::SensitivityError;
-use super::loads;
 use super::scene::{LinkNumbers, SceneDerivative};
-use crate::output::{Part, Wrench, group_load_along};
+use crate::output::{Axes, Part, Wrench, group_load_along};
 use crate::system::{LinkRow, ModelLevel, NEGLIGIBLE, System};
 use crate::variation::{Base, Group, Instance, Plan};
 
@@ -106,20 +105,9 @@ impl VariedSystem {
         group_load_along(&self.system, group.links.iter().copied(), self.centers[index], group.axes, part)
     }
 
-    /// Derivative of the load of a link at rest by a column, N per its unit.
-    ///
-    /// # Panics
-    /// If there is no such column or link.
-    pub fn static_link_load(&self, column: usize, link: usize) -> f64 {
-        loads::link_load(self, column, link, Part::Total).constant[0]
-    }
-
-    /// Derivative of the load of the group with this index at rest by a column, along its axes and about its centre.
-    ///
-    /// # Panics
-    /// If there is no such column or group.
-    pub fn static_group_load(&self, column: usize, index: usize, group: &Group) -> [f64; 6] {
-        loads::group_load(self, column, (index, &group.links, group.axes), Part::Total).constant
+    /// Centre of a group and its derivative, and its axes.
+    pub(super) fn place(&self, column: usize, index: usize, group: &Group) -> ([Vector3<f64>; 2], Axes) {
+        ([self.centers[index], self.derivatives[column].centers[index]], group.axes)
     }
 }
 

@@ -1,0 +1,66 @@
+"""The command `guideload sensitivities`: what drives a load or a life, from exact derivatives of one run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from guideload.cli import options
+from guideload.cli.inputs import paths, read_machine, read_motion
+from guideload.cli.outputs import picture_draft
+from guideload.cli.terminal import output_encoding, print_text, status
+
+if TYPE_CHECKING:
+    from guideload.motion.moves import Moves
+    from guideload.simulation.start import Start
+
+FIGURES = ("peak_resultant", "mean_load", "life")
+
+
+@click.command()
+@options.machine_argument
+@options.trace_argument
+@click.option(
+    "--of", "figure", type=click.Choice(FIGURES), default=FIGURES[0], show_default=True, help="Figure."
+)
+@click.option("--carriage", help="Carriage; by default the most loaded one.")
+@click.option(
+    "--to", multiple=True, metavar="PATH", help='Numbers, such as "carriages.*.stiffness_y"; may be repeated.'
+)
+@options.start_option
+@options.picture_option
+@options.overwrite_picture_option
+@options.trace_options
+def sensitivities(
+    machine_file: Path,
+    trace_file: Path | Moves,
+    figure: str,
+    carriage: str | None,
+    to: tuple[str, ...],
+    start: Start,
+    output: Path | None,
+    overwrite: bool,
+    **given: Any,
+) -> None:
+    """Show which numbers of a machine drive a load or a life, from exact derivatives of one run.
+
+    The picture is a tornado diagram. For ranges of values, and for machines with clearance or preload, run a study.
+    """
+    from guideload.reports.sensitivities import sensitivities_report
+    from guideload.sensitivity.influence import influence_of
+
+    with picture_draft(output, overwrite, *paths(machine_file, trace_file, given["forces"])) as draft:
+        with status("reading"):
+            machine = read_machine(machine_file)
+            motion = read_motion(trace_file, machine, **given)
+        with status("computing derivatives"):
+            found = influence_of(machine, motion, figure, to, carriage, start)
+        if draft is not None:
+            from guideload import plots
+
+            plots.save(plots.influence(machine, found), draft)
+    print_text(sensitivities_report(machine, found, encoding=output_encoding()))
+    if output is not None:
+        print_text(f"Wrote {output}.")

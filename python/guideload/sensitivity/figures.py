@@ -1,0 +1,118 @@
+"""Figures of a run with one number per carriage, and their derivatives backwards in time: peak, mean load, life."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from guideload._core import equivalent_load_weights
+from guideload.base.arrays import Array
+from guideload.base.errors import LifeError
+from guideload.life.criteria import Criteria, criteria_of
+from guideload.life.mean_load import Travel, integrals, mean_load
+from guideload.sensitivity.run import RunDerivatives
+
+TIE = 1e-9  # relative distance of a second peak that counts as equal
+
+
+class Figures:
+    """Figures of a run by carriage. Each method returns values (carriage,) and derivatives (p, carriage).
+
+    notes  in words, why a derivative is nan
+    """
+
+    def __init__(self, run: RunDerivatives) -> None:
+        machine = run.machine
+        self.run, self.notes = run, list[str]()
+        self.names = [carriage.name for carriage in machine.carriages]
+        self.loads = run.solution.group_loads(machine.links_of_carriages, machine.carriage_places, "total")
+        self.columns = len(run.at_rest.columns)
+
+    def peak_resultant(self) -> tuple[Array, Array]:
+        """The largest y-z resultant [N]. Its derivative is that of the resultant at its instant."""
+        values, derivatives = np.empty(len(self.names)), np.empty((self.columns, len(self.names)))
+        for i, name in enumerate(self.names):
+            resultant = np.hypot(self.loads[:, i, 1], self.loads[:, i, 2])
+            values[i] = resultant.max()
+            tied = np.flatnonzero(resultant >= (1.0 - TIE) * values[i])
+            ends = [
+                self._of_resultant(i, k)
+                for k in dict.fromkeys((int(resultant.argmax()), *tied[[0, -1]].tolist()))
+            ]
+            derivatives[:, i] = ends[0]
+            scale = np.abs(ends[0]).max()
+            if any(np.abs(other - ends[0]).max() > np.sqrt(TIE) * scale for other in ends[1:]):
+                first, last = self.run.motion.time[tied[[0, -1]]]
+                derivatives[:, i] = np.nan
+                self.notes.append(
+                    f"peak_resultant of carriage {name} has no derivative: it is reached at {first:.6g} s and at "
+                    f"{last:.6g} s, where the load changes differently"
+                )
+        return values, derivatives
+
+    def _of_resultant(self, carriage: int, k: int) -> Array:
+        weights = np.zeros_like(self.loads)
+        across = self.loads[k, carriage, 1:3]
+        size = float(np.linalg.norm(across))
+        weights[k, carriage, 1:3] = across / size if size else np.nan
+        return self.run.gradient(weights)
+
+    def sum_of_squares(self) -> tuple[Array, Array]:
+        """The sum of the squared resultants at all samples [N2]."""
+        across = np.zeros_like(self.loads)
+        across[:, :, 1:3] = 2.0 * self.loads[:, :, 1:3]
+        return 0.25 * (across**2).sum(axis=(0, 2)), self._by_carriage(across)
+
+    def mean_load(self) -> tuple[Array, Array]:
+        """The mean load over distance [N] of the carriages with ratings; nan for the others. Raises LifeError."""
+        values, derivatives = (
+            np.full(len(self.names), np.nan),
+            np.full((self.columns, len(self.names)), np.nan),
+        )
+        for one, mean, by in self._means():
+            values[one.index], derivatives[:, one.index] = mean, by
+        return values, derivatives
+
+    def life(self) -> tuple[Array, Array]:
+        """The rating life [m] of the carriages with ratings; nan for the others. Raises LifeError."""
+        values, derivatives = (
+            np.full(len(self.names), np.nan),
+            np.full((self.columns, len(self.names)), np.nan),
+        )
+        for one, mean, by in self._means():
+            values[one.index] = one.life_under(mean)
+            derivatives[:, one.index] = -one.rating.exponent * values[one.index] / mean * by
+        return values, derivatives
+
+    def _means(self) -> Iterator[tuple[Criteria, float, Array]]:
+        motion, machine = self.run.motion, self.run.machine
+        if motion.velocity is None:
+            raise LifeError("the motion has no velocity, and the mean load is a mean over distance")
+        travel = Travel(
+            motion.time,
+            np.ascontiguousarray(motion.velocity[:, 0]),
+            np.ascontiguousarray(motion.acceleration[:, 0]),
+        )
+        for one in criteria_of(machine, machine.life):
+            if one.rule.preload and not one.rule.thomson:
+                raise LifeError(
+                    f"carriage {one.name}: the rule {machine.life.rule} jumps by 1 % where the load passes 2.8 times "
+                    "the preload, so its mean load has no derivative; leave the preload class out, or run a study"
+                )
+            loads, exponent = np.ascontiguousarray(self.loads[:, one.index]), one.rating.exponent
+            power, path = integrals(travel, loads, one.rule, exponent)
+            mean = mean_load(power, path, exponent)
+            by_loads = equivalent_load_weights(*travel, loads, one.rule.of_core, exponent)
+            weights = np.zeros_like(self.loads)
+            weights[:, one.index] = mean / (exponent * power.sum()) * by_loads
+            yield one, mean, self.run.gradient(weights)
+
+    def _by_carriage(self, weights: Array) -> Array:
+        """Derivatives (p, carriage) of figures with these weights (time, carriage, 6) of their own loads."""
+        out = np.empty((self.columns, len(self.names)))
+        for i in range(len(self.names)):
+            alone = np.zeros_like(weights)
+            alone[:, i] = weights[:, i]
+            out[:, i] = self.run.gradient(alone)
+        return out

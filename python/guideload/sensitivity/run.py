@@ -1,0 +1,92 @@
+"""The run of a machine under a motion, and the derivatives of its histories and of figures of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from guideload._core import Solution, VariedRun
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError
+from guideload.machine.machine import Machine
+from guideload.motion.motion import Motion
+from guideload.sensitivity.linearised import Linearised
+from guideload.simulation.point_motion import moved
+from guideload.simulation.start import Start, start_of
+
+METHOD, RTOL = "exact", 1e-6  # the exact method does not use the tolerance
+
+
+class RunDerivatives:
+    """The run of a linear machine by the method exact, and its exact derivatives by p columns.
+
+    at_rest   the machine with the values of the columns, at rest
+    motion    with the factors motion.scale and motion.force_scale, where these vary
+    solution  the histories themselves, as in `simulate`
+
+    Derivatives are (p, time, ...), at the samples of the motion.
+    """
+
+    def __init__(self, machine: Machine, at_rest: Linearised, motion: Motion, start: Start) -> None:
+        _require_plain(machine)
+        self.machine, self.at_rest, self.motion = machine, at_rest, motion
+        begin = start_of(self.machine, motion, start)
+        inputs = np.ascontiguousarray(motion.acceleration), motion.wrench
+        self._run: VariedRun = at_rest.system.run(motion.time, *inputs, start=begin)
+        motion_factor, force_factor = at_rest.system.factors
+        wrench = None if motion.wrench is None else force_factor * motion.wrench
+        self.solution: Solution = at_rest.scene.solve(
+            motion.time, motion_factor * motion.acceleration, wrench, method=METHOD, rtol=RTOL, start=begin
+        )
+
+    def carriage_loads(self, part: str = "total") -> Array:
+        """Of the loads (p, time, carriage, 6), force and moment about the carriage centre in its own axes."""
+        loads = self._run.derivatives("group_loads", part)
+        return loads.reshape(*loads.shape[:2], -1, 6)
+
+    def link_loads(self, part: str = "total") -> Array:
+        """Of the loads along the links (p, time, link)."""
+        return self._run.derivatives("link_loads", part)
+
+    def displacement(self) -> Array:
+        """Of the position of L in the carriage frame (p, time, 6), sag included."""
+        return self._run.derivatives("position")
+
+    def velocity(self) -> Array:
+        """Of the velocity of L in the carriage frame (p, time, 6)."""
+        return self._run.derivatives("velocity")
+
+    def acceleration(self) -> Array:
+        """Of the acceleration of L in the carriage frame (p, time, 6)."""
+        return self._run.derivatives("acceleration")
+
+    def reaction(self) -> Array:
+        """Of the reaction of the held dofs (p, time, 6); of x: the force of the drive without friction."""
+        return self._run.derivatives("reaction")
+
+    def of_points(self, of_reference: Array) -> Array:
+        """Of the motion of all points (p, time, point, 3), from that of L (p, time, 6): of its position or rates."""
+        return moved(self.machine, of_reference)
+
+    def gradient(self, weights: Array, quantity: str = "carriage_loads", part: str = "total") -> Array:
+        """Derivatives (p,) of one figure of a run, backwards in time: at the cost of some runs for any p.
+
+        weights: derivatives of the figure by the quantity, in the shape of its history without p. quantity:
+        carriage_loads, link_loads, displacement, velocity, acceleration or reaction.
+        """
+        names = {"carriage_loads": "group_loads", "displacement": "position"}
+        flat = np.ascontiguousarray(weights, dtype=np.float64).reshape(self.motion.time.size, -1)
+        return self._run.gradient(names.get(quantity, quantity), flat, part)
+
+
+def _require_plain(machine: Machine) -> None:
+    """Raise ArgumentError for what changes the forces on the body with the loads."""
+    if machine.drive is not None and machine.drive.push_direction is not None:
+        raise ArgumentError(
+            "drive: the push of the rack depends on the force of the drive, which derivatives do not follow; leave "
+            "pressure_angle and push_direction out, or vary the machine in a study"
+        )
+    if machine.model_level != "linear":
+        raise ArgumentError(
+            f"carriages, links: derivatives of histories are for linear links, but {machine.name} is "
+            f"{machine.model_level}; take derivatives of static loads and modes (VariedMachine.at), or a study"
+        )

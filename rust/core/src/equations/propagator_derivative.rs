@@ -1,0 +1,234 @@
+//! Derivatives of the exact step by numbers of the equations (Fréchet derivative of the exponential).
+
+use super::Equations;
+use super::propagator::{Columns, PHI_GROUPS, identity, matrix, norm_1, phi_factors, product, scale_by};
+use crate::excitation::Values;
+use crate::numeric::float::add_scaled;
+use crate::system::{Force, State};
+
+/// Derivatives of linear equations by one number, at a fixed state and input.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct EquationsDerivative {
+    /// Of A, by columns.
+    pub matrix: Columns<12>,
+    /// Of the modal force of a unit of each component of an input.
+    pub influence: [Force; 9],
+    /// Of the constant force.
+    pub constant: Force,
+}
+
+/// The doublings of a [`Propagator`](super::Propagator), each value of which its derivatives need: the product rule is applied to every
+/// operation, so that the derivative is exact for defective, overdamped and undamped equations, and for repeated eigenvalues.
+#[derive(Debug, Clone)]
+pub(crate) struct PropagatorStages {
+    h: f64,
+    tau: f64,
+    /// `A τ`, and its second to fourth power.
+    powers: [Columns<12>; 4],
+    inner: Series<12>,
+    twice: Series<6>,
+    /// E, `∫ exp(A s) ds` and `∫∫ exp(A s) ds²` of the force, before each doubling and at the end.
+    stages: Vec<(Columns<12>, Columns<6>, Columns<6>)>,
+}
+
+/// A power series evaluated in groups of four terms: the sum before each group, and the result.
+#[derive(Debug, Clone)]
+struct Series<const N: usize> {
+    sums: Vec<Columns<N>>,
+    factors: Vec<f64>,
+    from: usize,
+}
+
+/// Derivative of the exact step by one number: `x'(h) = (I + E) x'(0) + D (x(0), u(0), u(h), 1)`.
+#[derive(Debug, Clone)]
+pub(crate) struct PropagatorDerivative {
+    /// Of E.
+    pub(crate) change: Columns<12>,
+    pub(crate) from_constant: [f64; 12],
+    /// Of the effects of each component at the start and at the end.
+    pub(crate) from_start: Columns<9>,
+    pub(crate) from_end: Columns<9>,
+}
+
+impl PropagatorStages {
+    /// The stages of a step of `h` > 0 s.
+    #[inline(always)]
+    pub(crate) fn new<E: Equations>(equations: &E, h: f64) -> Self {
+        let a = matrix(equations);
+        let (mut tau, mut halvings) = (h, 0);
+        while tau * norm_1(&a) > 1.0 {
+            tau *= 0.5;
+            halvings += 1;
+        }
+        let mut powers = [a; 4];
+        scale_by(&mut powers[0], tau);
+        for power in 1..4 {
+            powers[power] = product(&powers[power - 1], &powers[0]);
+        }
+        let (inner, twice) = (Series::<12>::new(&powers, 0, 1), Series::<6>::new(&powers, 6, 2));
+        let sum = inner.sums[PHI_GROUPS];
+        let mut once = identity::<6>(6);
+        once.copy_from_slice(&sum[6..]);
+        scale_by(&mut once, tau);
+        let mut double = twice.sums[PHI_GROUPS];
+        scale_by(&mut double, tau * tau / 2.0);
+        let mut stages = vec![(product(&powers[0], &sum), once, double)];
+        let mut length = tau;
+        for _ in 0..halvings {
+            let (change, once, twice) = stages[stages.len() - 1];
+            let mut both = doubled(&twice, &change);
+            add(&mut both, &once, length);
+            stages.push((doubled(&change, &change), doubled(&once, &change), both));
+            length *= 2.0;
+        }
+        Self { h, tau, powers, inner, twice, stages }
+    }
+
+    /// E of the whole step.
+    pub(crate) fn change(&self) -> &Columns<12> {
+        &self.stages[self.stages.len() - 1].0
+    }
+
+    /// The derivative by a number. `influence`: modal force of a unit of each component of an input; `constant`: of the equations.
+    #[inline(always)]
+    pub(crate) fn derivative(
+        &self,
+        by: &EquationsDerivative,
+        influence: &[Force; 9],
+        constant: &Force,
+    ) -> PropagatorDerivative {
+        let [x, x2, x3, _] = &self.powers;
+        let mut dx = by.matrix;
+        scale_by(&mut dx, self.tau);
+        let dx2 = products([(&dx, x), (x, &dx)]);
+        let dx3 = products([(&dx2, x), (x2, &dx)]);
+        let slopes = [dx, dx2, dx3, products([(&dx3, x), (x3, &dx)])];
+        let inner = self.inner.derivative(&self.powers, &slopes);
+        let mut twice = self.twice.derivative(&self.powers, &slopes);
+        let mut change = products([(&dx, &self.inner.sums[PHI_GROUPS]), (x, &inner)]);
+        let mut once = [[0.0; 12]; 6];
+        once.copy_from_slice(&inner[6..]);
+        scale_by(&mut once, self.tau);
+        scale_by(&mut twice, self.tau * self.tau / 2.0);
+        let mut length = self.tau;
+        for (e, o, t) in &self.stages[..self.stages.len() - 1] {
+            let mut both = doubled(&twice, e);
+            add(&mut both, &product(&change, t), 1.0);
+            add(&mut both, &once, length);
+            twice = both;
+            once = doubled(&once, e);
+            add(&mut once, &product(&change, o), 1.0);
+            let moved = product(&change, e);
+            change = doubled(&change, e);
+            add(&mut change, &moved, 1.0);
+            length *= 2.0;
+        }
+        let (_, o, t) = &self.stages[self.stages.len() - 1];
+        self.with_forces([(o, &once), (t, &twice)], change, (by, influence, constant))
+    }
+
+    /// The derivative from those of E, and of both integrals of the force.
+    #[inline(always)]
+    fn with_forces(
+        &self,
+        [(o, once), (t, twice)]: [(&Columns<6>, &Columns<6>); 2],
+        change: Columns<12>,
+        (by, influence, constant): (&EquationsDerivative, &[Force; 9], &Force),
+    ) -> PropagatorDerivative {
+        let (mut from_start, mut from_end, mut from_constant) = ([[0.0; 12]; 9], [[0.0; 12]; 9], [0.0; 12]);
+        for component in 0..9 {
+            for j in 0..6 {
+                let (force, slope) = (influence[component][j], by.influence[component][j]);
+                add_scaled(&mut from_start[component], &once[j], force);
+                add_scaled(&mut from_start[component], &o[j], slope);
+                add_scaled(&mut from_end[component], &twice[j], force / self.h);
+                add_scaled(&mut from_end[component], &t[j], slope / self.h);
+            }
+            let end = from_end[component];
+            add_scaled(&mut from_start[component], &end, -1.0);
+        }
+        for j in 0..6 {
+            add_scaled(&mut from_constant, &once[j], constant[j]);
+            add_scaled(&mut from_constant, &o[j], by.constant[j]);
+        }
+        PropagatorDerivative { change, from_constant, from_start, from_end }
+    }
+}
+
+impl<const N: usize> Series<N> {
+    /// `n! Σ B^k / (k + n)!`, columns from `from` on, as [`Propagator`](super::Propagator) sums it.
+    #[inline(always)]
+    fn new(powers: &[Columns<12>; 4], from: usize, n: usize) -> Self {
+        let factors = phi_factors(n);
+        let mut sums = vec![[[0.0; 12]; N]];
+        for group in (0..PHI_GROUPS).rev() {
+            let mut sum = product(&powers[3], &sums[sums.len() - 1]);
+            for j in 0..N {
+                sum[j][from + j] += factors[4 * group];
+                for power in 0..3 {
+                    add_scaled(&mut sum[j], &powers[power][from + j], factors[4 * group + power + 1]);
+                }
+            }
+            sums.push(sum);
+        }
+        Self { sums, factors: factors.to_vec(), from }
+    }
+
+    #[inline(always)]
+    fn derivative(&self, powers: &[Columns<12>; 4], slopes: &[Columns<12>; 4]) -> Columns<N> {
+        let mut slope = [[0.0; 12]; N];
+        for (step, group) in (0..PHI_GROUPS).rev().enumerate() {
+            slope = product(&powers[3], &slope);
+            add(&mut slope, &product(&slopes[3], &self.sums[step]), 1.0);
+            for (j, column) in slope.iter_mut().enumerate() {
+                for power in 0..3 {
+                    let factor = self.factors[4 * group + power + 1];
+                    add_scaled(column, &slopes[power][self.from + j], factor);
+                }
+            }
+        }
+        slope
+    }
+}
+
+impl PropagatorDerivative {
+    /// Adds the derivative of the step at a fixed start to `to`. `components`: those of the input that are not zero throughout.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn add_to(&self, to: &mut State, state: &State, ends: [&Values; 2], components: &[usize]) {
+        let (mut sum, mut second) = (self.from_constant, [0.0; 12]);
+        for &component in components {
+            add_scaled(&mut sum, &self.from_start[component], ends[0][component]);
+            add_scaled(&mut second, &self.from_end[component], ends[1][component]);
+        }
+        for j in (0..12).step_by(2) {
+            add_scaled(&mut sum, &self.change[j], state[j]);
+            add_scaled(&mut second, &self.change[j + 1], state[j + 1]);
+        }
+        for i in 0..12 {
+            to[i] += sum[i] + second[i];
+        }
+    }
+}
+
+/// Sum of two products of matrices.
+#[inline(always)]
+fn products<const N: usize>(factors: [(&Columns<12>, &Columns<N>); 2]) -> Columns<N> {
+    let mut sum = product(factors[0].0, factors[0].1);
+    add(&mut sum, &product(factors[1].0, factors[1].1), 1.0);
+    sum
+}
+
+/// `2 columns + E columns`.
+#[inline(always)]
+fn doubled<const N: usize>(columns: &Columns<N>, change: &Columns<12>) -> Columns<N> {
+    let mut sum = product(change, columns);
+    add(&mut sum, columns, 2.0);
+    sum
+}
+
+#[inline(always)]
+fn add<const N: usize>(to: &mut Columns<N>, from: &Columns<N>, factor: f64) {
+    for (to, from) in to.iter_mut().zip(from) {
+        add_scaled(to, from, factor);
+    }
+}

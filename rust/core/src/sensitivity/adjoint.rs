@@ -1,0 +1,108 @@
+//! The derivative of one figure of a linear run by all columns, backwards in time.
+//!
+//! A figure J enters by its derivatives `g_k` by the state at each sample. The adjoint state `λ_k = (I + E)ᵀ λ_{k+1} + g_k` is that of every
+//! column, and `dJ = Σ λ_{k+1} · D (s_k, u_k, u_{k+1}, 1)` needs each column only once for each length of interval, for the sum of the
+//! outer products.
+
+use super::equations::ModalDerivative;
+use super::tangents::{Interval, LinearRun, Recurring};
+use crate::equations::PropagatorDerivative;
+use crate::numeric::float::add_scaled;
+use crate::numeric::simd::{Kernel, dispatch};
+use crate::system::State;
+
+/// Sum of `λ (s_k, u_k, u_{k+1}, 1)ᵀ` over the intervals of a length, by columns.
+#[derive(Clone)]
+struct Products {
+    state: [[f64; 12]; 12],
+    start: [[f64; 12]; 9],
+    end: [[f64; 12]; 9],
+    constant: [f64; 12],
+}
+
+impl Products {
+    const NONE: Self =
+        Self { state: [[0.0; 12]; 12], start: [[0.0; 12]; 9], end: [[0.0; 12]; 9], constant: [0.0; 12] };
+
+    /// The sum with the derivative of the step by a column.
+    fn with(&self, by: &PropagatorDerivative) -> f64 {
+        let product = |a: &[[f64; 12]], b: &[[f64; 12]]| -> f64 {
+            a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a * b).sum()
+        };
+        product(&self.state, &by.change)
+            + product(&self.start, &by.from_start)
+            + product(&self.end, &by.from_end)
+            + product(&[self.constant], &[by.from_constant])
+    }
+}
+
+/// Derivatives of a figure by each column through the states. `by_state`: its derivatives by the state at each sample.
+pub(super) fn through_states(
+    run: LinearRun,
+    columns: &[ModalDerivative],
+    (intervals, recurring): (&[Interval], &[Recurring]),
+    by_state: &[State],
+) -> Vec<f64> {
+    let (products, first) = dispatch(Backwards { run, intervals, recurring, by_state });
+    let mut out: Vec<f64> = (0..columns.len())
+        .map(|column| {
+            products.iter().zip(recurring).map(|(products, of)| products.with(&of.derivatives[column])).sum()
+        })
+        .collect();
+    if run.quasi_static {
+        for (out, column) in out.iter_mut().zip(columns) {
+            let tangent = column.quasi_static(run.varied, &run.states[0], &run.excitation.input(0));
+            *out += tangent.iter().zip(first).map(|(a, b)| a * b).sum::<f64>();
+        }
+    }
+    out
+}
+
+struct Backwards<'a> {
+    run: LinearRun<'a>,
+    intervals: &'a [Interval],
+    recurring: &'a [Recurring],
+    by_state: &'a [State],
+}
+
+impl Kernel for Backwards<'_> {
+    type Output = (Vec<Products>, State);
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) -> Self::Output {
+        let Self { run, intervals, recurring, by_state } = self;
+        let mut products = vec![Products::NONE; recurring.len()];
+        let mut adjoint = by_state[by_state.len() - 1];
+        for (k, interval) in intervals.iter().enumerate().rev() {
+            if let Interval::Propagator(index) = interval
+                && adjoint != [0.0; 12]
+            {
+                let to = &mut products[*index];
+                for (column, &factor) in to.state.iter_mut().zip(&run.states[k]) {
+                    add_scaled(column, &adjoint, factor);
+                }
+                let inputs = to.start.iter_mut().zip(run.excitation.input(k));
+                for (column, factor) in inputs.chain(to.end.iter_mut().zip(run.excitation.input(k + 1))) {
+                    if factor != 0.0 {
+                        add_scaled(column, &adjoint, factor);
+                    }
+                }
+                add_scaled(&mut to.constant, &adjoint, 1.0);
+                let change = &recurring[*index].change;
+                let mut back = adjoint;
+                for (entry, column) in back.iter_mut().zip(change) {
+                    let mut sums = [0.0; 4];
+                    for i in (0..12).step_by(4) {
+                        for lane in 0..4 {
+                            sums[lane] += column[i + lane] * adjoint[i + lane];
+                        }
+                    }
+                    *entry += (sums[0] + sums[1]) + (sums[2] + sums[3]);
+                }
+                adjoint = back;
+            }
+            add_scaled(&mut adjoint, &by_state[k], 1.0);
+        }
+        (products, adjoint)
+    }
+}

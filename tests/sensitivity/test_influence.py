@@ -1,0 +1,59 @@
+"""What drives a figure: changes are those of machines with changed numbers; report, picture and command."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from reference import cart, piece, pulse
+
+from guideload import Machine, plots, simulate
+from guideload.base.errors import ArgumentError
+from guideload.cli.main import main
+from guideload.reports.sensitivities import sensitivities_report
+from guideload.sensitivity import influence_of
+
+MOTION = piece(pulse(), 4995, 5060)
+
+
+def test_changes_are_those_of_changed_machines() -> None:
+    machine = cart()
+    found = influence_of(machine, MOTION)
+    peak = simulate(machine, MOTION).peaks()["peak_resultant_N"]
+    assert (found.carriage, found.value) == (peak.idxmax(), pytest.approx(peak.max(), rel=1e-12))
+    assert (np.diff(np.abs(found.changes)) <= 0.0).all()
+    at = {column.name: i for i, column in enumerate(found.columns)}
+    heavy = machine.body.model_copy(update={"mass": 1.0001 * machine.body.mass})
+    heavier = simulate(Machine(**machine.model_dump() | {"body": heavy.model_dump()}), MOTION)
+    change = 100.0 * (heavier.peaks()["peak_resultant_N"][found.carriage] - found.value)
+    assert found.changes[at["body.mass"]] == pytest.approx(change, rel=1e-3)
+    assert found.steps[at["body.mass"]] == "1 %"
+    assert found.steps[at["carriages[1a].x"]] == "1 mm"
+    assert not any("clearance" in name for name in at)  # of 0: no derivative
+
+
+def test_report_and_picture_name_the_strongest_first() -> None:
+    found = influence_of(cart(), MOTION, to=["body.mass", "carriages.*.stiffness_y"], carriage="2a")
+    lines = sensitivities_report(cart(), found).splitlines()
+    assert "what drives the largest load of carriage 2a" in " ".join(lines)
+    rows = [
+        line.split()[0] for line in lines if line.startswith((" body", " carriages", "body", "carriages"))
+    ]
+    assert rows[:5] == [column.name for column in found.columns]
+    assert len(plots.influence(cart(), found).patches) == 5
+    with pytest.raises(ArgumentError, match="carriage: expected one of 1a, 1b, 2a"):
+        influence_of(cart(), MOTION, carriage="9")
+    with pytest.raises(ArgumentError, match="of: expected one of peak_resultant"):
+        influence_of(cart(), MOTION, "weight")
+
+
+def test_command_prints_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    machine = Path(plots.__file__).parents[1] / "examples" / "manipulator.toml"
+    arguments = ["sensitivities", str(machine), str(machine.with_suffix(".csv")), "--to", "body.mass"]
+    shown = CliRunner().invoke(main, arguments)
+    assert shown.exit_code == 0, shown.output
+    assert "body.mass" in shown.output
+    refused = CliRunner().invoke(main, [*arguments, "--to", "body.weight"])
+    assert refused.exit_code == 2
+    assert "known path" in refused.output
