@@ -22,6 +22,7 @@ PYTHON = (
     "monitor",
     "study",
     "duty",
+    "identification",
     "reports",
     "plots",
     "html_report",

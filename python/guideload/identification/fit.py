@@ -1,0 +1,169 @@
+"""The fit: the most probable machine under all measured data, from several starts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import qmc
+
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError
+from guideload.base.number_text import counted
+from guideload.identification.measured import Measured, Noise
+from guideload.identification.model import Model
+from guideload.identification.objective import COARSE, FAR, End, Objective
+
+STARTS = 8
+REACH = 1.5  # spreads around the expected values within which the other starts are taken
+ROUNDS = 20  # of noise levels, and of pairing
+SETTLED = 1e-3  # relative change of a noise level that ends the rounds
+STATED_COUNTS = 3.0  # values that a stated but not known level of noise is worth
+APART = 0.1  # standard deviations by which different minima differ at least
+NEAR = 100.0  # excess of the sum of squares above which the exact place of a minimum does not matter
+AS_GOOD = (
+    4.0  # excess of the sum of squares, two standard deviations: such a minimum explains the data as well
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Minimum:
+    """A minimum of the sum of squares: coordinates x (p + q,) as in `Objective`, the sum, and starts that led to it."""
+
+    x: Array
+    squares: float
+    starts: int
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The best fit, and the residuals linearised there: n values of data, p unknowns of the machine, q of the data.
+
+    minimum      the best one; others: further ones that explain the data about as well
+    residuals    (n,) in standard deviations of the noise, as stated or as estimated
+    jacobian     (n, p + q) their derivatives by the coordinates
+    free_values  (groups,) values of each group of noise, less the unknowns that they determine
+    messages     in words, what may be wrong with the search
+    """
+
+    objective: Objective
+    minimum: Minimum
+    others: tuple[Minimum, ...]
+    residuals: Array
+    jacobian: Array
+    free_values: Array
+    messages: tuple[str, ...]
+
+    @property
+    def noise(self) -> tuple[Noise, ...]:
+        """All groups of noise."""
+        return tuple(one for each in self.objective.data for one in each.noise)
+
+
+def fit(model: Model, data: Sequence[Measured], starts: int = STARTS) -> Fit:
+    """The fit of a model to measured data.
+
+    Raises ArgumentError without data, and SceneError for a machine that its links do not support.
+    """
+    if not data:
+        raise ArgumentError("identify: expected measured data, got none")
+    expected = model.at(np.array([one.expected for one in model.unknowns]))
+    data = [each.settled(expected, np.array([one.expected for one in each.own])) for each in data]
+    messages: list[str] = []
+    for _ in range(ROUNDS):
+        messages.clear()
+        objective, minima = _searched(model, data, starts, messages)
+        x = minima[0].x
+        owns = objective.own_of(x)
+        settled = [
+            each.settled(model.at(x[: objective.p]), own) for each, own in zip(data, owns, strict=True)
+        ]
+        if all(new is old for new, old in zip(settled, data, strict=True)):
+            break
+        data = settled
+    else:
+        messages.append(f"the pairs of modes had not settled after {ROUNDS} rounds")
+    values, slopes = objective.of_data(x)
+    others = tuple(one for one in minima[1:] if one.squares < minima[0].squares + AS_GOOD)
+    if others:
+        messages.append(
+            f"{counted(len(others), 'other machine')} would explain the data about as well: fix what you know, or "
+            "measure more"
+        )
+    if np.any(abs(values) >= FAR):
+        raise ArgumentError("identify: no possible machine was found near the expected values")
+    return Fit(objective, minima[0], others, values, slopes, _free_values(objective, x), tuple(messages))
+
+
+def _searched(
+    model: Model, data: Sequence[Measured], starts: int, messages: list[str]
+) -> tuple[Objective, list[Minimum]]:
+    """All minima that were found, the best first, with noise levels that agree with the best one."""
+    noise = [one for each in data for one in each.noise]
+    objective = Objective(model, data, np.ones(len(noise)))
+    minima = _minima(objective, list(_starts(objective, starts)), messages)
+    estimated = [i for i, one in enumerate(noise) if not one.known]
+    if not estimated:
+        return objective, minima
+    for _ in range(ROUNDS):
+        factors = _noise(objective, minima[0].x, noise)
+        done = np.all(abs(factors / objective.factors - 1.0) < SETTLED)
+        objective = Objective(model, data, factors)
+        if done:
+            break
+        minima = _minima(objective, [one.x for one in minima], messages)
+    else:
+        messages.append(f"the estimated noise had not settled after {ROUNDS} rounds")
+    return objective, minima
+
+
+def _starts(objective: Objective, count: int) -> Array:
+    """(count, p + q) the expected values, then points around them that cover the space evenly."""
+    p = objective.p
+    power = int(np.ceil(np.log2(count + 1)))
+    points = 2.0 * qmc.Sobol(p, scramble=False).random_base2(power)[1:count] - 1.0
+    around = np.tile(objective.expected, (count, 1))
+    around[1:, :p] += REACH * points / objective.weights[:p]
+    return around
+
+
+def _minima(objective: Objective, starts: Sequence[Array], messages: list[str]) -> list[Minimum]:
+    """The different minima that searches from these starts reach, the best first."""
+    coarse = [objective.search(start, tolerance=COARSE) for start in starts]
+    least = min(end.squares for end in coarse)
+    ends = [objective.search(end.x) if end.squares < least + NEAR else end for end in coarse]
+    ends.sort(key=lambda end: end.squares)
+    if not ends[0].converged:
+        messages.append("the search had not converged: the numbers are not those of the best fit")
+    distinct: list[tuple[End, int]] = []
+    for end in ends:
+        slopes = np.vstack([objective.of_data(end.x)[1], np.diag(objective.weights)])
+        near = [i for i, (one, _) in enumerate(distinct) if np.linalg.norm(slopes @ (end.x - one.x)) < APART]
+        if near:
+            distinct[near[0]] = distinct[near[0]][0], distinct[near[0]][1] + 1
+        else:
+            distinct.append((end, 1))
+    return [Minimum(end.x, end.squares, count) for end, count in distinct]
+
+
+def _free_values(objective: Objective, x: Array) -> Array:
+    """(groups,) number of values less the unknowns that they determine: the trace of 1 - J (J'J + W^2)^-1 J'."""
+    slopes = objective.of_data(x)[1]
+    root = np.linalg.qr(np.vstack([slopes, np.diag(objective.weights)]))[0][: len(slopes)]
+    left = 1.0 - (root**2).sum(axis=1)
+    return np.bincount(objective.noise_of, left, minlength=objective.factors.size).astype(np.float64)
+
+
+def _noise(objective: Objective, x: Array, noise: Sequence[Noise]) -> Array:
+    """(groups,) factors on the stated noise that agree with the residuals.
+
+    A stated level that is not known counts as much as `STATED_COUNTS` values, so that few residuals that happen to be
+    small do not make all intervals small.
+    """
+    values, free = objective.of_data(x)[0], _free_values(objective, x)
+    squares = np.bincount(
+        objective.noise_of, (objective.factors[objective.noise_of] * values) ** 2, minlength=free.size
+    )
+    estimated = np.sqrt((STATED_COUNTS + squares) / (STATED_COUNTS + free))
+    return np.where([one.known for one in noise], 1.0, estimated)

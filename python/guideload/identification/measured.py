@@ -1,0 +1,93 @@
+"""What a kind of measured data offers to the fit. A new kind is a class with these members, in a file of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from guideload.base.arrays import Array
+    from guideload.identification.model import ModelAt
+
+
+@dataclass(frozen=True)
+class OwnUnknown:
+    """An unknown number of one set of data alone, such as an offset, a delay or a scale; it is fitted with the rest.
+
+    name      in words: "offset of sensor tool y"
+    unit      SI
+    expected  most likely value before the data, where the search starts
+    spread    standard deviation before the data; inf if nothing is known
+    scale     a change of it that matters, in `unit`: the search takes steps of this order
+    bounds    smallest and largest value
+    key       of the machine file, such as "friction.coefficient", if it is a number of the machine; otherwise empty
+    """
+
+    name: str
+    unit: str
+    expected: float
+    spread: float
+    scale: float
+    bounds: tuple[float, float] = (-float("inf"), float("inf"))
+    key: str = ""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """The noise of one group of measured values.
+
+    name     in words: "frequencies of hammer test"
+    known    whether its stated level is right; if not, it is only a start, and the fit estimates a factor on it
+    """
+
+    name: str
+    known: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Residuals:
+    """Differences (predicted - measured)/(stated noise), and their derivatives.
+
+    values       (m,) 1; m does not change with the unknowns
+    by_unknowns  (m, p) by the coordinates z of the machine's unknowns
+    by_own       (m, q) by the own unknowns of the data
+    """
+
+    values: Array
+    by_unknowns: Array
+    by_own: Array
+
+
+class Measured(Protocol):
+    """One set of measured data of one kind, checked and in SI."""
+
+    @property
+    def name(self) -> str:
+        """In words, as in reports: "hammer test"."""
+
+    @property
+    def own(self) -> Sequence[OwnUnknown]:
+        """Its own unknowns, often none."""
+
+    @property
+    def noise(self) -> Sequence[Noise]:
+        """Its groups of values that share a noise level."""
+
+    @property
+    def labels(self) -> Sequence[str]:
+        """(m,) what each value is: "frequency of mode 2"; long records give one label for all their samples."""
+
+    @property
+    def noise_of(self) -> Array:
+        """(m,) index of the noise group of each value."""
+
+    def residuals(self, model: ModelAt, own: Array) -> Residuals:
+        """The residuals at one machine and own unknowns (q,)."""
+
+    def settled(self, model: ModelAt, own: Array) -> Measured:
+        """The same data as they are to be fitted near this machine, such as modes paired with its modes; often itself.
+
+        The fit calls it at its start and at its end, and goes on until nothing changes.
+        """

@@ -1,0 +1,56 @@
+"""The machine as a function of its unknown numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from guideload.base.arrays import Array
+from guideload.identification.standin import Linearised, ModeDerivatives, VariedMachine
+from guideload.identification.unknowns import Unknown
+from guideload.machine.machine import Machine
+
+
+@dataclass(frozen=True, eq=False)
+class ModelAt:
+    """The machine at one set of unknowns: what a kind of measured data predicts its values from.
+
+    machine   the nominal machine: its points, free dofs, drive
+    z         (p,) coordinates of the unknowns, see `Unknown`
+    slopes    (p,) derivatives of the values by z: a derivative by a value times its slope is that by z
+    rest      the machine linearised at rest, with derivatives by the values
+    """
+
+    machine: Machine
+    z: Array
+    slopes: Array
+    rest: Linearised
+
+    @cached_property
+    def modes(self) -> ModeDerivatives:
+        """Its modes, with derivatives by the values."""
+        return self.rest.modes()
+
+    def by_z(self, derivative: Array) -> Array:
+        """Derivatives (p, ...) by the values as derivatives by z."""
+        return derivative * self.slopes.reshape(-1, *[1] * (derivative.ndim - 1))
+
+
+class Model:
+    """A machine with unknown numbers; `at` keeps the last machine that it built."""
+
+    def __init__(self, machine: Machine, unknowns: Sequence[Unknown]) -> None:
+        self.machine, self.unknowns = machine, tuple(unknowns)
+        self._varied = VariedMachine(machine, {one.name: one.targets for one in self.unknowns})
+        self._last: ModelAt | None = None
+
+    def at(self, z: Array) -> ModelAt:
+        """The machine at z (p,). Raises SceneError for an impossible one."""
+        if self._last is None or not np.array_equal(self._last.z, z):
+            values = np.array([one.value(c) for one, c in zip(self.unknowns, z.tolist(), strict=True)])
+            slopes = np.array([one.slope(c) for one, c in zip(self.unknowns, z.tolist(), strict=True)])
+            self._last = ModelAt(self.machine, z.copy(), slopes, self._varied.at(values))
+        return self._last

@@ -1,0 +1,157 @@
+"""The unknown numbers of a machine: one [[unknown]] table each, and what each number sets in the machine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import Field
+
+from guideload.base.arrays import Array
+from guideload.base.errors import ConfigError, Problem, ValueRefused
+from guideload.base.units import quantity
+from guideload.study.description.factors import draws_of
+from guideload.study.description.parameters import Parameter, Parameters
+from guideload.study.description.refusals import KeyRefused, problem_at
+from guideload.study.description.varied_parameter import NumberOrText, ParameterPaths, optional
+
+# Spread of the logarithm before the data if none is given: a value within a factor of 7 to either side with 95 %.
+VAGUE = 1.0
+FURTHEST = (
+    6.0  # spreads from the expected value at which the search ends: nothing is left of the probability there
+)
+
+
+class UnknownTable(ParameterPaths):
+    """Parameters that the measured data are to tell, with what is known of them before."""
+
+    expected: NumberOrText | None = optional("most likely value before the data; by default the machine's")
+    spread: NumberOrText | None = Field(
+        default=None,
+        description="standard deviation before the data: of the logarithm for a positive parameter, e.g. 0.3 (default "
+        '1: hardly anything is known); with its unit for any other, e.g. "5 mm"',
+    )
+    at_least: NumberOrText | None = optional("lower bound of the value")
+    at_most: NumberOrText | None = optional("upper bound of the value")
+
+
+@dataclass(frozen=True, eq=False)
+class Unknown:
+    """One unknown number. The search uses its coordinate z: 0 for the value in the machine file.
+
+    name      "carriages.*.stiffness_y", "k[1a]"
+    unit      of its value: SI, or "1" where it is a factor on different values of the machine
+    targets   full paths of the parameters that it sets; they keep their ratios
+    nominal   (targets,) their values in the machine file
+    additive  whether a parameter is nominal + z; otherwise nominal exp(z), which is positive
+    expected  z before the data
+    spread    standard deviation of z before the data
+    bounds    smallest and largest z
+    """
+
+    name: str
+    unit: str
+    targets: tuple[str, ...]
+    nominal: Array
+    additive: bool
+    expected: float
+    spread: float
+    bounds: tuple[float, float]
+
+    @property
+    def is_factor(self) -> bool:
+        """Whether its value is a factor on parameters that differ in the machine file."""
+        return bool(np.ptp(self.nominal))
+
+    @property
+    def start(self) -> float:
+        """Its value in the machine file."""
+        return 1.0 if self.is_factor else float(self.nominal[0])
+
+    def value(self, z: float) -> float:
+        """Its value in `unit`."""
+        return self.start + z if self.additive else self.start * math.exp(z)
+
+    def slope(self, z: float) -> float:
+        """Derivative of its value by z."""
+        return 1.0 if self.additive else self.value(z)
+
+    def coordinate(self, value: float) -> float:
+        """z of a value."""
+        return value - self.start if self.additive else math.log(value / self.start)
+
+
+def unknowns_of(tables: Sequence[UnknownTable], parameters: Parameters) -> tuple[Unknown, ...]:
+    """The unknown numbers of these tables. Raises ConfigError with all problems; their keys begin with "unknown"."""
+    problems: list[Problem] = []
+    found: list[Unknown] = []
+    owner_of: dict[str, int] = {}
+    for i, table in enumerate(tables):
+        try:
+            for owner, group in draws_of(table, parameters).items():
+                for parameter in group:
+                    other = owner_of.setdefault(parameter.path, i)
+                    if other != i or table.title_of(owner) in [one.name for one in found]:
+                        hint = f"{parameter.path} is set by unknown[{other}] already"
+                        raise KeyRefused("path", "one entry for each value", list(table.path), hint)
+                found.append(_unknown(table, table.title_of(owner), group))
+        except ValueRefused as refused:
+            problems.append(problem_at(("unknown", i), refused))
+    if problems:
+        raise ConfigError(problems)
+    return tuple(found)
+
+
+def _unknown(table: UnknownTable, name: str, group: Sequence[Parameter]) -> Unknown:
+    """The unknown of a group of parameters that share one number. Raises KeyRefused."""
+    units = {parameter.unit: parameter.path for parameter in group}
+    if len(units) > 1:
+        hint = " and ".join(f"{path} is in {unit}" for unit, path in units.items())
+        raise KeyRefused("path", "paths of one unit", list(table.path), hint)
+    if group[0].path.startswith(("motion.", "payloads")):
+        hint = "unknown are numbers of the machine itself"
+        raise KeyRefused("path", "a parameter of body, rails, carriages or links", group[0].path, hint)
+    nominal, unit = np.array([parameter.value for parameter in group]), group[0].unit
+    additive = group[0].floor == ""
+    if not additive and not nominal.all():
+        hint = "the search starts at the machine's value: write one above 0 into the machine file"
+        raise KeyRefused("path", "a machine's value other than 0", 0.0, hint)
+    if np.ptp(nominal) and additive:
+        hint = 'give each its own number: each = "value"'
+        raise KeyRefused(
+            "path", "equal values of parameters that may be 0 or negative", nominal.tolist(), hint
+        )
+    unit = "1" if np.ptp(nominal) else unit
+    if table.spread is None and additive:
+        raise KeyRefused("spread", f"a standard deviation with its unit ({unit})", None, 'e.g. "5 mm"')
+    spread = VAGUE if table.spread is None else _number(table, "spread", unit if additive else "1")
+    if not spread > 0.0:
+        raise KeyRefused("spread", "> 0", table.spread)
+    plain = Unknown(name, unit, tuple(one.path for one in group), nominal, additive, 0.0, spread, (-1.0, 1.0))
+
+    def coordinate(key: str, otherwise: float) -> float:
+        if getattr(table, key) is None:
+            return otherwise
+        value = _number(table, key, unit)
+        if not additive and not value > 0.0:
+            raise KeyRefused(key, f"> 0 {unit}", getattr(table, key))
+        return plain.coordinate(value)
+
+    expected = coordinate("expected", 0.0)
+    low = coordinate("at_least", expected - FURTHEST * spread)
+    high = coordinate("at_most", expected + FURTHEST * spread)
+    if not low < expected < high:
+        raise KeyRefused("expected", "at_least < expected < at_most", table.expected, "widen the bounds")
+    for parameter in group:
+        scale = parameter.value / plain.start if plain.is_factor else 1.0
+        parameter.require(scale * plain.value(low), scale * plain.value(high))
+    return Unknown(plain.name, unit, plain.targets, nominal, additive, expected, spread, (low, high))
+
+
+def _number(table: UnknownTable, key: str, unit: str) -> float:
+    try:
+        return quantity(getattr(table, key), unit)
+    except ValueRefused as refused:
+        raise KeyRefused(key, refused.expected, refused.value, refused.hint) from None
