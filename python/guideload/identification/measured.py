@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import numpy as np
+    from numpy.typing import NDArray
+
     from guideload.base.arrays import Array
     from guideload.identification.model import ModelAt
 
@@ -82,6 +85,13 @@ class Measured(Protocol):
     @property
     def noise_of(self) -> Array:
         """(m,) index of the noise group of each value."""
+
+    @property
+    def instants(self) -> NDArray[np.intp] | None:
+        """(m,) number of the instant of each value of a record in time, whose errors may be alike for many instants.
+
+        None for values with independent errors.
+        """
 
     def residuals(self, model: ModelAt, own: Array) -> Residuals:
         """The residuals at one machine and own unknowns (q,)."""

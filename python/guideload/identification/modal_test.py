@@ -78,6 +78,7 @@ class ModalTest:
     rejected: tuple[tuple[int, str], ...] = ()
 
     own: tuple[OwnUnknown, ...] = ()
+    instants: ClassVar[None] = None
 
     @cached_property
     def _kept(self) -> list[int]:

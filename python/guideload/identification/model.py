@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from guideload.base.arrays import Array
 from guideload.identification.standin import Linearised, ModeDerivatives, VariedMachine
 from guideload.identification.unknowns import Unknown
 from guideload.machine.machine import Machine
+
+if TYPE_CHECKING:
+    from guideload.identification.linear_histories import Inputs, LinearHistories
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +37,18 @@ class ModelAt:
     def modes(self) -> ModeDerivatives:
         """Its modes, with derivatives by the values."""
         return self.rest.modes()
+
+    @cached_property
+    def _histories(self) -> dict[int, LinearHistories]:
+        return {}
+
+    def histories(self, inputs: Inputs) -> LinearHistories:
+        """Its histories under a motion, with derivatives by the values; data with the same inputs share them."""
+        from guideload.identification.linear_histories import LinearHistories
+
+        if id(inputs) not in self._histories:
+            self._histories[id(inputs)] = LinearHistories(self.rest, inputs)
+        return self._histories[id(inputs)]
 
     def by_z(self, derivative: Array) -> Array:
         """Derivatives (p, ...) by the values as derivatives by z."""

@@ -29,6 +29,10 @@ class Linearised:
     d_damping: Array
     d_stiffness: Array
     free: Array
+    weight: Array
+    d_weight: Array
+    static_position: Array
+    d_static_position: Array
 
     def modes(self) -> ModeDerivatives:
         return modes_of(self)
@@ -43,7 +47,7 @@ class VariedMachine:
             [1.0 if np.ptp([one.value for one in group]) else group[0].value for group in self.groups]
         )
 
-        self._slopes = np.zeros((3, len(self.values), 6, 6))
+        self._slopes = np.zeros((4, len(self.values), 6, 6))
         self._here = self._matrices(self.values)
         for j, value in enumerate(self.values):
             unit = np.eye(len(self.values))[j] * STEP * value
@@ -55,15 +59,23 @@ class VariedMachine:
         for group, value in zip(self.groups, values, strict=True):
             factor = np.ptp([one.value for one in group]) > 0
             given += [(one, one.value * value if factor else value) for one in group]
-        return np.array(linearised(machine_with(self.machine, given)))
+        machine = machine_with(self.machine, given)
+        force = machine.body.mass * np.array(machine.gravity)
+        weight = np.concatenate([force, np.cross(machine.body.center_of_mass, force)])
+        return np.array([*linearised(machine), np.diag(weight)])
 
     def at(self, values: Array) -> Linearised:
         """Of parameters in which the matrices are linear, as stiffnesses and dampings."""
         free = np.array([DOFS.index(dof) for dof in self.machine.free])
         here = self._here + np.einsum("mpij,p->mij", self._slopes, values - self.values)
-        m, c, k = here
-        d_m, d_c, d_k = self._slopes
-        return Linearised(m, c, k, d_m, d_c, d_k, free)
+        m, c, k, w = here
+        d_m, d_c, d_k, d_w = self._slopes
+        w, d_w = np.diag(w), np.einsum("pii->pi", d_w)
+        square, sag, d_sag = np.ix_(free, free), np.zeros(6), np.zeros((len(values), 6))
+        sag[free] = np.linalg.solve(k[square], w[free])
+        right = d_w[:, free] - d_k[(slice(None), *square)] @ sag[free]
+        d_sag[:, free] = np.linalg.solve(k[square], right.T).T
+        return Linearised(m, c, k, d_m, d_c, d_k, free, w, d_w, sag, d_sag)
 
 
 @dataclass(frozen=True, eq=False)
