@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 
 import numpy as np
@@ -35,9 +36,10 @@ def hammer_test(
     *,
     shapes: bool = True,
     noise: Sequence[float] = LEVELS,
+    levels: tuple[float, float, float] = LEVELS,
     known: bool = True,
 ) -> ModalTest:
-    """A modal test of the machine at `truth` (coordinates z), with noise of these levels."""
+    """A modal test of the machine at `truth` (coordinates z), with this noise; levels: what is stated of it."""
     modes = model.at(np.array(truth)).modes
     places = [place_of(f"p{i} {axis}", model.machine) for i in range(len(CORNERS)) for axis in "yz"]
     rows = np.array([place.row for place in places])
@@ -53,4 +55,15 @@ def hammer_test(
             )
         )
     used = tuple(places) if shapes else ()
-    return ModalTest("hammer test", tuple(measured), used, LEVELS, (known,) * 3)
+    return ModalTest("hammer test", tuple(measured), used, levels, (known,) * 3)
+
+
+def in_toml(test: ModalTest) -> str:
+    """The test as a table of an identify file."""
+    rows = ["[[modal_tests]]", f"places = {json.dumps([place.name for place in test.places])}"]
+    keys = ("frequency_noise", "damping_noise", "shape_noise")
+    rows += [f'{key} = "{100 * level} %"' for key, level in zip(keys, test.levels, strict=True)]
+    for mode in test.modes:
+        rows += ["[[modal_tests.modes]]", f'frequency = "{mode.frequency} Hz"', f"damping = {mode.damping}"]
+        rows += [] if mode.shape is None else [f"shape = {mode.shape.tolist()}"]
+    return "\n".join(rows) + "\n"

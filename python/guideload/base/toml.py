@@ -26,10 +26,17 @@ LONGEST = 1000  # characters of a key or value without quotes
 
 @dataclass(frozen=True)
 class Place:
-    """Row of a value in its file (first row: 1), and the value as written there."""
+    """Place of a value, or of the header of a table, in its file.
+
+    row          of its beginning, the first row is 1
+    text         the value as written there, shortened; empty for a header
+    first, last  of its characters in the file, the first is 0; last is the one after it
+    """
 
     row: int
     text: str
+    first: int
+    last: int
 
 
 def read_toml(
@@ -149,7 +156,7 @@ class _Scanner:
             if path in last_entry:
                 path += (last_entry[path],)
         self.at += depth
-        self.places[path] = Place(self._row(start), "")
+        self.places[path] = Place(self._row(start), "", start.start(), self.tokens[self.at - 1].end())
         return path
 
     def _pair(self, table: KeyPath) -> None:
@@ -185,8 +192,8 @@ class _Scanner:
             # 1.5 is three tokens and a date with a blank two: a value without quotes ends with its row or at , ] }
             while self.at < len(self.tokens) and first.lastgroup == "bare" and self._continues():
                 self.at += 1
-        text = shortened(self.text[first.start() : self.tokens[self.at - 1].end()])
-        self.places[path] = Place(self._row(start), text)
+        begin, end = first.start(), self.tokens[self.at - 1].end()
+        self.places[path] = Place(self._row(start), shortened(self.text[begin:end]), begin, end)
 
     def _continues(self) -> bool:
         gap = self.text[self.tokens[self.at - 1].end() : self.tokens[self.at].start()]

@@ -1,4 +1,4 @@
-"""The JSON schema of machine, study, catalogue, motion and duty files, from their pydantic models."""
+"""The JSON schema of machine, study, catalogue, motion, duty and identify files, from their pydantic models."""
 
 from __future__ import annotations
 
@@ -50,7 +50,9 @@ class FileSchema(GenerateJsonSchema):
         return {"type": "integer" if bounds else ["number", "string", "array"], **bounds}
 
 
-def file_schema(kind: Literal["machine", "study", "catalogue", "motion", "duty"]) -> dict[str, Any]:
+def file_schema(
+    kind: Literal["machine", "study", "catalogue", "motion", "duty", "identify"],
+) -> dict[str, Any]:
     """The schema of a kind of file. A description ends with the SI unit of the value, as [N/m]."""
     model: type[BaseModel]
     if kind == "machine":
@@ -61,6 +63,8 @@ def file_schema(kind: Literal["machine", "study", "catalogue", "motion", "duty"]
         from guideload.motion.moves import Moves as model
     elif kind == "duty":
         from guideload.duty.description import DutyFile as model
+    elif kind == "identify":
+        from guideload.identification.description import IdentifyFile as model
     else:
         from guideload.study.description.options import StudyFile as model
     schema = model.model_json_schema(schema_generator=FileSchema)

@@ -27,6 +27,7 @@ from guideload.cli.compare import compare
 from guideload.cli.duty import duty
 from guideload.cli.encoder import encoder
 from guideload.cli.exit_codes import CommandInterrupted, InputError
+from guideload.cli.identify import identify
 from guideload.cli.life import life
 from guideload.cli.machine import check, init, modes
 from guideload.cli.method_comparison import chart, stability
@@ -91,6 +92,7 @@ for command in (
     compare,
     duty,
     study,
+    identify,
     monitor,
     chart,
     stability,

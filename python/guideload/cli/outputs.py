@@ -26,8 +26,16 @@ OF_POINTS = "points.png"  # of a machine with [[points]]
 CHART = ("chart.png", "chart.csv")
 STUDY_PICTURES = ("distributions.png", "exceedance.png", "tornado.png", "scatter.png", "histories.png")
 LIFE_PICTURES = ("life.png", "static_safety.png", "failure.png")  # of a study whose carriages have ratings
+IDENTIFICATION_PICTURES = ("numbers.png", "correlation.png", "modal_tests.png")
+IDENTIFICATION = (
+    "machine.toml",
+    "study.toml",
+    "identification.json",
+    "report.txt",
+    *IDENTIFICATION_PICTURES,
+)
 STUDY = ("summary.json", "report.txt", *STUDY_PICTURES, *LIFE_PICTURES)  # beside the samples
-OUTPUTS = (*FORMATS.values(), "loads.json", *PICTURES, OF_POINTS, *CHART, *STUDY)
+OUTPUTS = (*FORMATS.values(), "loads.json", *PICTURES, OF_POINTS, *CHART, *STUDY, *IDENTIFICATION)
 MANIFEST = ".guideload"  # hidden file in every output folder: the names of the files that guideload wrote
 MANIFEST_TITLE = "Files that guideload wrote into this folder; --overwrite replaces these and no others:"
 PICTURE_ENDINGS = (".png", ".svg", ".pdf", ".eps", ".jpg", ".tif", ".webp")

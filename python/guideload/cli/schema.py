@@ -9,8 +9,8 @@ import click
 
 
 @click.command()
-@click.argument("kind", type=click.Choice(["machine", "study", "catalogue", "motion", "duty"]))
-def schema(kind: Literal["machine", "study", "catalogue", "motion", "duty"]) -> None:
+@click.argument("kind", type=click.Choice(["machine", "study", "catalogue", "motion", "duty", "identify"]))
+def schema(kind: Literal["machine", "study", "catalogue", "motion", "duty", "identify"]) -> None:
     """Print the JSON schema of a kind of file, for completion and checks in an editor."""
     from guideload.cli.file_schema import file_schema
 

@@ -19,7 +19,7 @@ STARTS = 8
 REACH = 1.5  # spreads around the expected values within which the other starts are taken
 ROUNDS = 20  # of noise levels, and of pairing
 SETTLED = 1e-3  # relative change of a noise level that ends the rounds
-STATED_COUNTS = 3.0  # values that a stated but not known level of noise is worth
+STATED_VALUES = 3.0  # values that a stated but not known level of noise is worth
 APART = 0.1  # standard deviations by which different minima differ at least
 NEAR = 100.0  # excess of the sum of squares above which the exact place of a minimum does not matter
 AS_GOOD = (
@@ -44,6 +44,7 @@ class Fit:
     residuals    (n,) in standard deviations of the noise, as stated or as estimated
     jacobian     (n, p + q) their derivatives by the coordinates
     free_values  (groups,) values of each group of noise, less the unknowns that they determine
+    searches     number of starts
     messages     in words, what may be wrong with the search
     """
 
@@ -53,7 +54,13 @@ class Fit:
     residuals: Array
     jacobian: Array
     free_values: Array
+    searches: int
     messages: tuple[str, ...]
+
+    @property
+    def stated_values(self) -> Array:
+        """(groups,) values that the stated level of each estimated noise is worth."""
+        return np.full(len(self.noise), STATED_VALUES)
 
     @property
     def noise(self) -> tuple[Noise, ...]:
@@ -93,7 +100,9 @@ def fit(model: Model, data: Sequence[Measured], starts: int = STARTS) -> Fit:
         )
     if np.any(abs(values) >= FAR):
         raise ArgumentError("identify: no possible machine was found near the expected values")
-    return Fit(objective, minima[0], others, values, slopes, _free_values(objective, x), tuple(messages))
+    return Fit(
+        objective, minima[0], others, values, slopes, _free_values(objective, x), starts, tuple(messages)
+    )
 
 
 def _searched(
@@ -102,7 +111,7 @@ def _searched(
     """All minima that were found, the best first, with noise levels that agree with the best one."""
     noise = [one for each in data for one in each.noise]
     objective = Objective(model, data, np.ones(len(noise)))
-    minima = _minima(objective, list(_starts(objective, starts)), messages)
+    minima = _minima(objective, [(start, 1) for start in _starts(objective, starts)], messages)
     estimated = [i for i, one in enumerate(noise) if not one.known]
     if not estimated:
         return objective, minima
@@ -112,7 +121,7 @@ def _searched(
         objective = Objective(model, data, factors)
         if done:
             break
-        minima = _minima(objective, [one.x for one in minima], messages)
+        minima = _minima(objective, [(one.x, one.starts) for one in minima], messages)
     else:
         messages.append(f"the estimated noise had not settled after {ROUNDS} rounds")
     return objective, minima
@@ -128,22 +137,24 @@ def _starts(objective: Objective, count: int) -> Array:
     return around
 
 
-def _minima(objective: Objective, starts: Sequence[Array], messages: list[str]) -> list[Minimum]:
-    """The different minima that searches from these starts reach, the best first."""
-    coarse = [objective.search(start, tolerance=COARSE) for start in starts]
-    least = min(end.squares for end in coarse)
-    ends = [objective.search(end.x) if end.squares < least + NEAR else end for end in coarse]
-    ends.sort(key=lambda end: end.squares)
-    if not ends[0].converged:
+def _minima(objective: Objective, starts: Sequence[tuple[Array, int]], messages: list[str]) -> list[Minimum]:
+    """The different minima that searches from these starts reach, the best first; each start with its weight."""
+    coarse = [(objective.search(start, tolerance=COARSE), weight) for start, weight in starts]
+    least = min(end.squares for end, _ in coarse)
+    ends = [
+        (objective.search(end.x) if end.squares < least + NEAR else end, weight) for end, weight in coarse
+    ]
+    ends.sort(key=lambda end: end[0].squares)
+    if not ends[0][0].converged:
         messages.append("the search had not converged: the numbers are not those of the best fit")
     distinct: list[tuple[End, int]] = []
-    for end in ends:
+    for end, weight in ends:
         slopes = np.vstack([objective.of_data(end.x)[1], np.diag(objective.weights)])
         near = [i for i, (one, _) in enumerate(distinct) if np.linalg.norm(slopes @ (end.x - one.x)) < APART]
         if near:
-            distinct[near[0]] = distinct[near[0]][0], distinct[near[0]][1] + 1
+            distinct[near[0]] = distinct[near[0]][0], distinct[near[0]][1] + weight
         else:
-            distinct.append((end, 1))
+            distinct.append((end, weight))
     return [Minimum(end.x, end.squares, count) for end, count in distinct]
 
 
@@ -158,12 +169,12 @@ def _free_values(objective: Objective, x: Array) -> Array:
 def _noise(objective: Objective, x: Array, noise: Sequence[Noise]) -> Array:
     """(groups,) factors on the stated noise that agree with the residuals.
 
-    A stated level that is not known counts as much as `STATED_COUNTS` values, so that few residuals that happen to be
+    A stated level that is not known counts as much as `STATED_VALUES` values, so that few residuals that happen to be
     small do not make all intervals small.
     """
     values, free = objective.of_data(x)[0], _free_values(objective, x)
     squares = np.bincount(
         objective.noise_of, (objective.factors[objective.noise_of] * values) ** 2, minlength=free.size
     )
-    estimated = np.sqrt((STATED_COUNTS + squares) / (STATED_COUNTS + free))
+    estimated = np.sqrt((STATED_VALUES + squares) / (STATED_VALUES + free))
     return np.where([one.known for one in noise], 1.0, estimated)

@@ -83,7 +83,7 @@ class Measured(Protocol):
         """(m,) what each value is: "frequency of mode 2"; long records give one label for all their samples."""
 
     @property
-    def noise_of(self) -> Array:
+    def noise_of(self) -> NDArray[np.intp]:
         """(m,) index of the noise group of each value."""
 
     @property

@@ -140,6 +140,10 @@ class ModalTest:
             pairs.append(Pair(i, k, frequency, damping, mac))
         return tuple(pairs)
 
+    def computed_shapes(self, model: ModelAt) -> Array:
+        """(n, places) shapes of the computed modes."""
+        return _real_shapes(model, self.places)[0]
+
     def settled(self, model: ModelAt, own: Array) -> ModalTest:
         """The test without measured modes that no computed mode resembles, or that are too many."""
         computed, rejected = _Computed.of(self, model), {}

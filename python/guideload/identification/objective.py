@@ -84,7 +84,7 @@ class Objective:
         """The minimum that a search from `start` reaches; coordinates with an index in `held` keep their value."""
         moving = np.setdiff1d(np.arange(start.size), held)
         low, high = self.bounds[:, moving]
-        x = np.clip(start, *self.bounds)
+        x: Array = np.clip(start, *self.bounds)
 
         def placed(part: Array) -> Array:
             x[moving] = part

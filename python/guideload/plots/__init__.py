@@ -28,16 +28,26 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from guideload.plots.drivers import scatter, tornado
+    from guideload.plots.identification import (
+        correlation,
+        identified_numbers,
+        modal_test,
+        save_identification,
+    )
     from guideload.plots.study import band, distributions, exceedance, save_study
     from guideload.plots.study_life import failure
     from guideload.simulation.result import Result
 
-# Pictures of studies by their module, imported at their first use: with pandas and pyarrow they take half a second.
-_OF_STUDIES = {
+# Pictures by their module, imported at their first use: with pandas and pyarrow those of studies take half a second.
+_LAZY = {
     "band": "study",
+    "correlation": "identification",
     "distributions": "study",
     "exceedance": "study",
     "failure": "study_life",
+    "identified_numbers": "identification",
+    "modal_test": "identification",
+    "save_identification": "identification",
     "save_study": "study",
     "scatter": "drivers",
     "tornado": "drivers",
@@ -46,15 +56,18 @@ _OF_STUDIES = {
 __all__ = [
     "band",
     "comparison",
+    "correlation",
     "distributions",
     "encoder",
     "equivalent_box",
     "exceedance",
     "failure",
     "frequency_response",
+    "identified_numbers",
     "load_density",
     "load_y",
     "load_z",
+    "modal_test",
     "modes",
     "moments",
     "motor_speed",
@@ -64,6 +77,7 @@ __all__ = [
     "resultant",
     "save",
     "save_all",
+    "save_identification",
     "save_study",
     "scatter",
     "scene",
@@ -75,8 +89,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name in _OF_STUDIES:
-        return getattr(import_module(f"guideload.plots.{_OF_STUDIES[name]}"), name)
+    if name in _LAZY:
+        return getattr(import_module(f"guideload.plots.{_LAZY[name]}"), name)
     raise AttributeError(f"module 'guideload.plots' has no attribute {name!r}")
 
 

@@ -1,0 +1,83 @@
+"""The command `guideload identify`: numbers of a machine from measured data."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from guideload.base.errors import PictureError
+from guideload.cli.exit_codes import exit_if, picture_failure
+from guideload.cli.options import InputFile, folder_option, no_pictures_option, overwrite_option
+from guideload.cli.outputs import IDENTIFICATION, atomic_output, write_errors, write_manifest
+from guideload.cli.terminal import output_encoding, print_text, status
+
+if TYPE_CHECKING:
+    from guideload.identification.description import IdentifyFile
+    from guideload.identification.result import Identification
+
+
+@click.command()
+@click.argument("identify_file", metavar="IDENTIFY.TOML", type=InputFile)
+@folder_option()
+@no_pictures_option
+@overwrite_option
+def identify(identify_file: Path, output: Path | None, no_pictures: bool, overwrite: bool) -> None:
+    """Find the stiffness and damping that a machine really has, from measurements, with their uncertainty.
+
+    The file names the machine, its unknown numbers and the measured data. -o writes a folder with the machine file with
+    the identified values, a study file with their uncertainty, report, numbers and pictures.
+    """
+    from guideload.identification.description import read_identify
+    from guideload.identification.result import identify as identified
+    from guideload.reports.identification import identification_report
+
+    with status("reading"):
+        described, machine, data = read_identify(identify_file)
+    if output is None:
+        with status("searching"):
+            found = identified(machine, described.unknown, data)
+        print_text(identification_report(found, encoding=output_encoding()))
+        return
+    failure = None
+    inputs = tuple(identify_file.parent / name for name in described.files) + (identify_file,)
+    with atomic_output(output, {"": set(IDENTIFICATION)}, overwrite, inputs) as folder:
+        with status("searching"):
+            found = identified(machine, described.unknown, data)
+        with write_errors(output):
+            failure = _write(found, described, identify_file.parent, folder, output, not no_pictures)
+    print_text(identification_report(found, encoding=output_encoding()))
+    print_text(f"Wrote {output}.")
+    exit_if(failure)
+
+
+def _write(
+    found: Identification, described: IdentifyFile, source: Path, folder: Path, output: Path, pictures: bool
+) -> PictureError | None:
+    """Write all files into the draft folder; output: the folder that it becomes."""
+    from guideload.identification.json_file import json_text
+    from guideload.identification.machine_file import machine_text
+    from guideload.identification.study_file import study_text
+    from guideload.reports.identification import identification_report
+
+    texts = {
+        "report.txt": identification_report(found),
+        "identification.json": json_text(found),
+        "machine.toml": machine_text(found, source / described.machine, output),
+    }
+    if described.trace is not None:
+        trace = os.path.relpath(source / described.trace, output).replace(os.sep, "/")
+        texts["study.toml"] = study_text(found, "machine.toml", trace)
+    folder.mkdir(exist_ok=True)
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    failure = None
+    if pictures:
+        with status("drawing the pictures"):
+            from guideload import plots
+
+            failure = picture_failure(lambda: plots.save_identification(found, folder))
+    write_manifest(folder)
+    return failure

@@ -1,0 +1,30 @@
+"""An identification as JSON."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+
+from guideload.identification.modal_test import ModalTest
+from guideload.identification.result import Identification
+
+
+def json_text(found: Identification) -> str:
+    """Estimates, their correlation, and what the report says; a number that the data do not tell is null."""
+    modal_tests = [each for each in found.data if isinstance(each, ModalTest)]
+    estimates = []
+    for one in found.estimates:
+        values = asdict(one)
+        if not one.is_told:
+            values |= {"value": None, "low": None, "high": None}
+        estimates.append(values)
+    content = {
+        "machine": found.nominal.name,
+        "estimates": estimates,
+        "correlation": found.correlation.tolist(),
+        "undetermined": [asdict(one) for one in found.undetermined],
+        "modes": {test.name: [asdict(pair) for pair in test.pairs(found.model)] for test in modal_tests},
+        "differences": [asdict(one) for one in found.residuals],
+        "messages": list(found.messages),
+    }
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"

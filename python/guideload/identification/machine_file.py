@@ -1,0 +1,131 @@
+"""The machine file with identified values: the user's own text, in which only numbers change and comments are added."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from guideload.base.errors import KeyPath, RunError, ValueRefused
+from guideload.base.toml import Place, read_toml
+from guideload.base.units import factor
+from guideload.identification.machine_values import AXES, CROSS, KINDS
+from guideload.identification.names import usual_unit
+from guideload.identification.result import Estimate, Identification
+from guideload.study.description.parameters import Parameter
+
+DIGITS = 6  # of a value: more than any measurement tells
+ROUNDING = 1e-5  # relative difference that these digits may make
+FILES = ("straightness_file",)  # keys of rails with names of files, relative to the machine file
+
+
+class _Edit(NamedTuple):
+    """New text for the characters from `first` to before `last`, and a comment for the end of the row."""
+
+    first: int
+    last: int
+    text: str
+    comment: str
+
+
+def machine_text(found: Identification, source: Path, folder: Path) -> str:
+    """The text of `source` with the identified values, for a file in `folder`.
+
+    Raises RunError for a value that is at no single place of the file.
+    """
+    text = source.read_bytes().decode("utf-8-sig")
+    places = read_toml(source)[1]
+    edits = [*_of_files(places, text, source, folder)]
+    for parameter, value, estimate in found.identified:
+        edits += _of_value(found, parameter, value, estimate, places, text)
+    for edit in sorted(edits, reverse=True):
+        text = _with_comment(text[: edit.first] + edit.text + text[edit.last :], edit)
+    return text
+
+
+def _with_comment(text: str, edit: _Edit) -> str:
+    end = text.find("\n", edit.first + len(edit.text))
+    end = len(text) if end < 0 else end - (text[end - 1] == "\r")
+    return f"{text[:end]}  # {edit.comment}{text[end:]}" if edit.comment else text
+
+
+def _of_value(
+    found: Identification,
+    parameter: Parameter,
+    value: float,
+    estimate: Estimate,
+    places: dict[KeyPath, Place],
+    text: str,
+) -> Iterator[_Edit]:
+    """The changes that set one parameter."""
+    path, comment = _key_path(found, parameter), _comment(estimate, found)
+    mirrored = (*path[:2], path[3], path[2]) if path[:2] == ("body", "inertia") else path
+    for one in dict.fromkeys((path, mirrored)):
+        if (place := places.get(one)) is not None and place.text:
+            written = _in_unit_of(text[place.first : place.last], value, parameter.unit)
+            yield _Edit(place.first, place.last, written, comment if one == path else "")
+        elif len(one) == 3 and one[0] in KINDS.values() and (header := places.get(one[:2])) is not None:
+            if text[header.first] != "[":  # a table within braces
+                written = f" {one[2]} = {_in_unit_of('', value, parameter.unit)},"
+                yield _Edit(header.first + 1, header.first + 1, written, comment)
+            else:
+                written = f"\n{one[2]} = {_in_unit_of('', value, parameter.unit)}"
+                yield _Edit(header.last, header.last, written, comment)
+        else:
+            way_out = f"write {'.'.join(str(key) for key in path)} as a number into the machine file"
+            raise RunError(
+                f"{parameter.path}: the machine file has no place for the identified value; {way_out}"
+            )
+
+
+def _key_path(found: Identification, parameter: Parameter) -> KeyPath:
+    """The keys of a parameter in a machine file: ("carriages", 0, "stiffness_y"), ("rails", 1, "position", 0)."""
+    head, _, key = parameter.path.rpartition("].")
+    names = key.split(".")
+    keys: list[str | int] = [*names]
+    if names[:2] == ["body", "inertia"]:
+        keys = ["body", "inertia", *(AXES.index(axis) for axis in names[2])]
+    elif names[-1] in AXES:
+        keys[-1] = AXES.index(names[-1]) - (names[-2] in CROSS)
+    if not head:
+        return tuple(keys)
+    kind = head.partition("[")[0]
+    parts = [part.name for part in getattr(found.nominal, kind)]
+    owner = next(parameter.owners[one] for one, many in KINDS.items() if many == kind)
+    return (kind, parts.index(owner), *keys)
+
+
+def _in_unit_of(written: str, value: float, unit: str) -> str:
+    """The value in the unit in which the old one is written; a plain number is in SI."""
+    match = re.fullmatch(r"""["']\s*[-+\d.eE]+\s*(\S.*?)\s*["']""", written)
+    if match is None:
+        return f"{value:.{DIGITS}g}"
+    try:
+        return json.dumps(f"{value / factor(match[1], unit):.{DIGITS}g} {match[1]}", ensure_ascii=False)
+    except ValueRefused:
+        return f"{value:.{DIGITS}g}"
+
+
+def _comment(estimate: Estimate, found: Identification) -> str:
+    """Interval and source of an identified value."""
+    source = ", ".join(each.name for each in found.data)
+    if not estimate.is_told:
+        words = next((one.words for one in found.undetermined if estimate.name in one.names), "")
+        return f"NOT told by {source}" + (f": {words}" if words else "")
+    unit, scale = usual_unit(estimate.unit)
+    low, high = f"{scale * estimate.low:.4g}", f"{scale * estimate.high:.4g}"
+    if estimate.unit == "1":
+        return f"times {estimate.value:.4g}, 95 % interval {low} to {high}, from {source}"
+    return f"95 % interval {low} to {high} {unit}, from {source}"
+
+
+def _of_files(places: dict[KeyPath, Place], text: str, source: Path, folder: Path) -> Iterator[_Edit]:
+    """Names of files that are relative to the machine file, as seen from the new folder."""
+    for path, place in places.items():
+        if path == ("catalogue",) or (path[0] == "rails" and path[-1] in FILES):
+            name = text[place.first : place.last].strip("\"'")
+            new = os.path.relpath(source.parent / name, folder)
+            yield _Edit(place.first, place.last, json.dumps(new.replace(os.sep, "/"), ensure_ascii=False), "")

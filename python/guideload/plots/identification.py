@@ -1,0 +1,175 @@
+"""Pictures of an identification: intervals, correlation, measured against computed modes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from guideload.identification.modal_test import ModalTest
+from guideload.identification.names import short, usual_unit
+from guideload.plots.saving import save_each
+from guideload.plots.style import (
+    CARRIAGE_COLORS,
+    GREY,
+    INK,
+    PALE,
+    axes_or_new,
+    legend_above,
+    look,
+    new_figure,
+    plain,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from matplotlib.axes import Axes
+
+    from guideload.identification.result import Identification
+
+MEASURED, COMPUTED = INK, CARRIAGE_COLORS[0]
+MOST_MODES = 6  # whose shapes are drawn
+WRITTEN = 12  # unknowns up to which the correlations are written as numbers
+
+
+def identified_numbers(found: Identification, ax: Axes | None = None) -> Axes:
+    """Identified numbers with their 95 % intervals, in percent of the machine file's value.
+
+    Grey: before the data. A number that the data do not tell has no dot.
+    """
+    count = len(found.unknowns)
+    with look():
+        ax = axes_or_new(ax, 8.0, 1.6 + 0.34 * count)
+        for i, (one, unknown) in enumerate(zip(found.estimates, found.unknowns, strict=True)):
+            scale = 100.0 / unknown.start if unknown.start else 1.0
+            before = [unknown.value(unknown.expected + side * 1.96 * unknown.spread) for side in (-1, 1)]
+            ax.plot(scale * np.array(before), [i, i], color=PALE, linewidth=9.0, solid_capstyle="butt")
+            if one.is_told:
+                ax.plot([scale * one.low, scale * one.high], [i, i], color=COMPUTED, linewidth=3.0)
+                ax.plot(scale * one.value, i, "o", color=COMPUTED, markersize=5.0)
+            unit, factor = usual_unit(one.unit)
+            unit = "" if one.unit == "1" else f" {unit}"
+            words = f"{factor * one.low:.4g} to {factor * one.high:.4g}{unit}" if one.is_told else "not told"
+            ax.text(
+                1.01,
+                i,
+                words,
+                transform=ax.get_yaxis_transform(),
+                va="center",
+                color=INK if one.is_told else GREY,
+            )
+        ax.set_yticks(range(count), [plain(short(one.name)) for one in found.estimates])
+        ends = [v for one in found.estimates if one.is_told for v in (one.low, one.high)]
+        shown = [
+            100.0 * v / u.start
+            for one, u in zip(found.estimates, found.unknowns, strict=True)
+            if one.is_told and u.start
+            for v in (one.low, one.high)
+        ]
+        if ends and shown:
+            ax.set_xlim(min(*shown, 100.0) - 15.0, max(*shown, 100.0) + 15.0)
+        ax.axvline(100.0, color=GREY, linewidth=1.0, linestyle=":")
+        ax.invert_yaxis()
+        ax.grid(axis="y", visible=False)
+        ax.set_xlabel("value [% of the machine file's]; grey: known before; bar: 95 % interval")
+        ax.set_title(f"{found.nominal.name}: identified numbers", parse_math=False)
+    return ax
+
+
+def correlation(found: Identification, ax: Axes | None = None) -> Axes:
+    """Correlation of the identified numbers: what the data tell only together is dark."""
+    names = [plain(short(one.name)) for one in found.estimates]
+    count = len(names)
+    with look():
+        ax = axes_or_new(ax, 3.2 + 0.5 * count, 2.4 + 0.45 * count)
+        image = ax.imshow(found.correlation, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
+        ax.set_xticks(range(count), names, rotation=60, ha="right", rotation_mode="anchor")
+        ax.set_yticks(range(count), names)
+        ax.grid(visible=False)
+        ax.spines[:].set_visible(False)
+        if count <= WRITTEN:
+            for i, j in np.ndindex(count, count):
+                value = found.correlation[i, j]
+                ink = "white" if abs(value) > 0.6 else INK
+                ax.text(j, i, f"{value:.2f}", ha="center", va="center", color=ink, fontsize=7.5)
+        ax.figure.colorbar(image, ax=ax, shrink=0.8)
+        ax.set_title("Correlation of the identified numbers")
+    return ax
+
+
+def modal_test(found: Identification, test: ModalTest | None = None) -> list[Axes]:
+    """Measured against computed modes: frequencies and damping ratios, and each shape at the places of the test.
+
+    test: by default the first one of the data. Returns the axes.
+    """
+    test = test or next(one for one in found.data if isinstance(one, ModalTest))
+    pairs = [pair for pair in test.pairs(found.model) if pair.computed is not None]
+    shapes = [pair for pair in pairs if test.modes[pair.measured].shape is not None][:MOST_MODES]
+    with look():
+        figure = new_figure(9.0, 3.2 + 1.5 * len(shapes))
+        grid = figure.add_gridspec(1 + len(shapes), 2, height_ratios=[2.6, *[1.5] * len(shapes)])
+        axes = [figure.add_subplot(grid[0, i]) for i in range(2)]
+        _differences(axes[0], test, found, 0)
+        _differences(axes[1], test, found, 1)
+        computed = test.computed_shapes(found.model)
+        for row, pair in enumerate(shapes, 1):
+            ax = figure.add_subplot(grid[row, :], sharex=axes[2] if len(axes) > 2 else None)
+            axes.append(ax)
+            measured = np.asarray(test.modes[pair.measured].shape)
+            shape = computed[pair.computed or 0]
+            shape = shape * (shape @ measured) / (shape @ shape) / abs(measured).max()
+            places = np.arange(measured.size)
+            ax.bar(places - 0.2, measured / abs(measured).max(), 0.38, color=GREY, label="measured")
+            ax.bar(places + 0.2, shape, 0.38, color=COMPUTED, label="computed")
+            ax.axhline(0.0, color=INK, linewidth=0.8)
+            ax.set(xlim=(-0.6, places.size - 0.4), ylim=(-1.3, 1.3))
+            frequency = test.modes[pair.measured].frequency
+            ax.set_title(
+                f"mode {pair.measured + 1}: {frequency:.4g} Hz, computed {pair.frequency:.4g} Hz, MAC {pair.mac:.3f}"
+            )
+            ax.grid(axis="x", visible=False)
+            ax.tick_params(labelbottom=row == len(shapes))
+            ax.set_xticks(places, [plain(place.name) for place in test.places])
+            if row == 1:
+                legend_above(ax, 2)
+        figure.suptitle(f"{found.nominal.name}: {test.name}", parse_math=False)
+    return axes
+
+
+def _differences(ax: Axes, test: ModalTest, found: Identification, kind: int) -> None:
+    """Measured over computed frequencies (kind 0) or damping ratios (1), with 95 % of the noise."""
+    if kind == 1 and all(mode.damping is None for mode in test.modes):
+        ax.set_axis_off()
+        return
+    level = 196.0 * test.levels[kind] * found.noise_factor(test, kind)
+    ax.axhline(0.0, color=GREY, linewidth=1.0)
+    for pair in test.pairs(found.model):
+        mode = test.modes[pair.measured]
+        values = ((mode.frequency, pair.frequency), (mode.damping, pair.damping))[kind]
+        if values[0] is None or values[1] is None:
+            continue
+        ax.errorbar(
+            pair.measured + 1,
+            100.0 * (values[0] / values[1] - 1.0),
+            level,
+            fmt="o",
+            color=COMPUTED,
+            capsize=3,
+        )
+    ax.set_xlim(0.5, len(test.modes) + 0.5)
+    ax.set_xticks(range(1, len(test.modes) + 1))
+    ax.set(xlabel="measured mode", ylabel="measured over computed - 1 [%]")
+    ax.set_title(("Frequencies", "Damping ratios")[kind])
+
+
+def save_identification(found: Identification, folder: str | Path) -> list[Path]:
+    """Save every picture of an identification as PNG in a folder; returns their paths. Raises PictureError."""
+    drawings: dict[str, Callable[[], Axes]] = {
+        "numbers.png": lambda: identified_numbers(found),
+        "correlation.png": lambda: correlation(found),
+    }
+    if any(isinstance(one, ModalTest) for one in found.data):
+        drawings["modal_tests.png"] = lambda: modal_test(found)[0]
+    return save_each(drawings, Path(folder))

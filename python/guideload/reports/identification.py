@@ -1,0 +1,133 @@
+"""The report of an identification: values with intervals, what the data cannot tell, measured against computed."""
+
+from __future__ import annotations
+
+from rich.console import RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from guideload.base.number_text import counted, joined, percent
+from guideload.identification.modal_test import ModalTest
+from guideload.identification.names import short, usual_unit
+from guideload.identification.result import Estimate, Identification
+from guideload.reports.elements import heading, new_table, remark, section, to_text
+
+DEFINITION = (
+    "From, to: interval with a probability of 95 %. Narrowed: spread of the number before the data over that after "
+    "them; below 2 the data do not tell it. p: the interval is from the likelihood profile, because the fit is not "
+    "linear enough there."
+)
+DIFFERENCES = (
+    "Differences are measured minus computed values, in standard deviations of the noise as stated; about 1 if model "
+    "and noise are right. Noise: its estimated level over the stated or typical one."
+)
+
+
+def identification_report(found: Identification, encoding: str = "utf-8") -> str:
+    """The whole report."""
+    parts: list[RenderableType] = [
+        *heading(found.nominal),
+        *remark(_answer(found)),
+        *section("Numbers of the machine"),
+        _estimates(found),
+        *remark(DEFINITION),
+    ]
+    if found.undetermined:
+        parts += [
+            *section("What these data cannot tell"),
+            *remark(*(f"{one.words}." for one in found.undetermined)),
+        ]
+    for each in found.data:
+        if isinstance(each, ModalTest):
+            parts += [*section(f"Modes: {each.name}"), _modes(each, found), *remark(*_without(each, found))]
+    parts += [*section("Differences"), _differences(found), *remark(DIFFERENCES)]
+    doubts = [f"{test.name}: {doubt}." for test in found.residuals for doubt in test.doubts]
+    return to_text([*parts, *remark(*doubts, _search(found))], encoding=encoding)
+
+
+def _answer(found: Identification) -> str:
+    told = [one for one in found.estimates if one.is_told]
+    source = joined(each.name for each in found.data)
+    doubts = sum(len(test.doubts) for test in found.residuals) + len(found.messages)
+    words = f"{source[:1].upper()}{source[1:]}: {len(told)} of {counted(len(found.estimates), 'number')} told"
+    if told:
+        worst = max(told, key=_relative)
+        words += f", the least certain one, {worst.name}, within {percent(_relative(worst))}"
+    unsure = f"{counted(doubts, 'doubt')}, see below." if doubts else "No doubts."
+    return f"{words}. {unsure}"
+
+
+def _relative(one: Estimate) -> float:
+    return abs(one.high - one.low) / 2.0 / abs(one.value) if one.value else float("inf")
+
+
+def _estimates(found: Identification) -> Table:
+    table = new_table(
+        "number", "machine\nfile", "now\n", "from\n", "to\n", "+-\n%", "narrowed\n", "", texts=("unit",)
+    )
+    for one, unknown in zip(found.estimates, found.unknowns, strict=True):
+        unit, scale = usual_unit(one.unit)
+        before = f"{scale * unknown.start:.4g}"
+        if one.is_told:
+            numbers = [f"{scale * value:.4g}" for value in (one.value, one.low, one.high)]
+            numbers.append(f"{100.0 * _relative(one):.2g}" if unknown.start else "")
+        else:
+            numbers = ["not told", "", "", ""]
+        narrowed = f"{1.0 / one.narrowed:.3g}"
+        table.add_row(
+            Text(short(one.name)),
+            before,
+            *numbers,
+            narrowed,
+            "p" if one.profile and one.is_told else "",
+            unit,
+        )
+    return table
+
+
+def _modes(test: ModalTest, found: Identification) -> Table:
+    table = new_table(
+        "mode",
+        "measured\nHz",
+        "computed\nHz",
+        "differ\n%",
+        "damping\n%",
+        "computed\n%",
+        "MAC\n",
+        "computed\nmode",
+    )
+    for pair in test.pairs(found.model):
+        mode = test.modes[pair.measured]
+        damping = "" if mode.damping is None else f"{100.0 * mode.damping:.3g}"
+        row = [f"{pair.measured + 1}", f"{mode.frequency:.4g}"]
+        if pair.frequency is None or pair.damping is None or pair.computed is None:
+            table.add_row(*row, "none", "", damping, "", "", "")
+            continue
+        difference = f"{100.0 * (mode.frequency / pair.frequency - 1.0):+.2f}"
+        mac = "" if pair.mac is None else f"{pair.mac:.3f}"
+        shown = f"{pair.frequency:.4g}", difference, damping, f"{100.0 * pair.damping:.3g}", mac
+        table.add_row(*row, *shown, f"{pair.computed + 1}")
+    return table
+
+
+def _without(test: ModalTest, found: Identification) -> list[str]:
+    """Measured modes without a computed one."""
+    return [
+        f"Mode {pair.measured + 1} was left out: {pair.reason}."
+        for pair in test.pairs(found.model)
+        if pair.computed is None
+    ]
+
+
+def _differences(found: Identification) -> Table:
+    table = new_table("measured", "values", "rms", "noise")
+    for test in found.residuals:
+        noise = "known" if test.factor is None else f"x {test.factor:.2g}"
+        table.add_row(Text(test.name), f"{test.count}", f"{test.rms:.2f}", noise)
+    return table
+
+
+def _search(found: Identification) -> str:
+    best = found.fit.minimum
+    words = [f"Of {found.fit.searches} searches from different starts {best.starts} led to these numbers."]
+    return " ".join([*words, *(f"{one[:1].upper()}{one[1:]}." for one in found.messages)])
