@@ -9,7 +9,12 @@ from functools import cached_property
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.identification.covariance import covariance, degrees_of_freedom, information
+from guideload.identification.covariance import (
+    covariance,
+    curvature,
+    degrees_of_freedom,
+    information,
+)
 from guideload.identification.directions import Undetermined, undetermined
 from guideload.identification.fit import STARTS, Fit, fit
 from guideload.identification.intervals import Interval, interval
@@ -138,7 +143,9 @@ def identify(
     found = fit(Model(machine, unknowns), data, starts)
     spread = covariance(found)
     sigma, degrees = np.sqrt(np.diag(spread)), degrees_of_freedom(found, spread)
-    intervals = tuple(interval(found, i, float(sigma[i]), float(degrees[i])) for i in range(len(unknowns)))
+    widening = sigma / np.sqrt(np.diag(curvature(found)))
+    each = zip(sigma.tolist(), degrees.tolist(), widening.tolist(), strict=True)
+    intervals = tuple(interval(found, i, *one) for i, one in enumerate(each))
     groups = undetermined(unknowns, found.minimum.x, information(found), spread)
     return Identification(machine, unknowns, found, spread, intervals, groups, residual_tests(found))
 

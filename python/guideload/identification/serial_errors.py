@@ -9,6 +9,7 @@ their level in short records too, as they use Student's t.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import dct
 from scipy.stats import norm, t
 
@@ -19,12 +20,19 @@ LEVEL = 0.975  # one-sided, of a 95 % interval
 ROUNDING = 1e-10  # of the largest eigenvalue: directions below it are not determined
 
 
+def sums_of_scores(values: Array, slopes: Array, instants: NDArray[np.intp]) -> Array:
+    """(instants, k) sums of residual (m,) times derivatives (m, k) over the values of each instant (m,)."""
+    sums = np.zeros((int(instants.max()) + 1, slopes.shape[1]))
+    np.add.at(sums, instants, values[:, None] * slopes)
+    return sums
+
+
 def long_run_covariance(scores: Array) -> Array:
     """Covariance (k, k) of the sum of scores (n, k) in the order of time, whose errors may be alike over many of them.
 
     It is widened so that 1.96 standard deviations are the 95 % interval of Student's t.
     """
-    n, k = scores.shape
+    n, k = scores.shape[0], np.count_nonzero(scores.any(axis=0))
     count = int(np.clip(round(COSINES * n ** (2.0 / 3.0)), 1, max(n - 1, 1)))
     waves = dct(scores, norm="ortho", axis=0)[1 : count + 1]
     widened = (t.ppf(LEVEL, count) / norm.ppf(LEVEL)) ** 2 * n / max(n - k, 1)
