@@ -13,7 +13,7 @@ from guideload.identification.model import Model
 from guideload.identification.places import place_of
 from guideload.identification.unknowns import Unknown, UnknownTable, unknowns_of
 from guideload.motion.motion import Motion
-from guideload.study.description.parameters import Parameters
+from guideload.parameters.parameters import Parameters
 
 CORNERS = ((-0.5, 0.1, -0.35), (0.5, 0.1, -0.35), (-0.5, 0.1, 0.35), (0.5, 0.1, 0.35), (0.1, -1.2, 0.2))
 LEVELS = (0.01, 0.1, 0.05)

@@ -514,3 +514,56 @@ class Batch:
 
     def histories(self, values: Array) -> tuple[Array, list[tuple[int, str]]]:
         """Loads (n, time, groups, 6): force [N] and moment about the centre [N m]; (row, reason) of failed samples."""
+
+class VariedScene:
+    """A scene some of whose numbers vary, and that carries all its payloads; immutable.
+
+    mass to offsets, payloads (their stays do not matter), groups, centers, changes: as in `Batch`. columns: number of
+    columns of values. Raises SceneError and ArgumentError.
+    """
+
+    def __new__(
+        cls,
+        *,
+        mass: float,
+        center_of_mass: Vector,
+        inertia: Sequence[Sequence[float]],
+        inertia_about_reference: bool,
+        gravity: Vector,
+        free: Sequence[str],
+        points: Array,
+        directions: Array,
+        laws: Sequence[Law],
+        damping: Array,
+        damping_in_contact: NDArray[np.bool_],
+        groups: Groups,
+        centers: Array,
+        changes: Sequence[tuple[tuple[str, int, int | str], float, Sequence[tuple[int, float]]]],
+        columns: int,
+        offsets: Array | None = None,
+        base_compliance: Sequence[Sequence[float]] | None = None,
+        payloads: Sequence[PayloadOfBatch] | None = None,
+    ) -> VariedScene: ...
+    def at(self, values: Array) -> VariedSystem:
+        """The scene with values (columns,). Raises SceneError, and ArgumentError where there are no derivatives."""
+
+class VariedSystem:
+    """A scene with given values, and its derivatives by each column of them."""
+
+    def scene(self) -> Scene:
+        """The scene."""
+
+    def matrices(self) -> tuple[list[Array], Array]:
+        """Derivatives of [M, C, K], each (columns, 6, 6), and of the weight (columns, 6)."""
+
+    def static_position(self) -> Array:
+        """Derivative of the position of L at rest, (columns, 6)."""
+
+    def static_link_loads(self) -> Array:
+        """Derivative of the link loads at rest, (columns, links)."""
+
+    def static_group_loads(self) -> tuple[Array, Array]:
+        """Loads of the groups at rest (groups, 6), and their derivative (columns, groups, 6)."""
+
+    def out_of_contact(self) -> list[int]:
+        """Indices of the links without contact at rest, which count in K and in the modes with nominal stiffness."""

@@ -29,7 +29,7 @@ FileName = Annotated[StrictStr, Field(min_length=1)]
 
 def _share(value: object, unit: str, above: float) -> float:
     """A plain number, or text in percent."""
-    if isinstance(value, str) and (match := re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*%\s*", value)):
+    if isinstance(value, str) and (match := re.fullmatch(r"\s*(-?\d+\.?\d*|\.\d+)\s*%\s*", value)):
         value = float(match[1]) / 100.0
     return number(value, unit, above=above)
 

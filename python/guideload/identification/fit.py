@@ -21,7 +21,7 @@ REACH = 1.5  # spreads around the expected values within which the other starts 
 ROUNDS = 20  # of noise levels, and of pairing
 SETTLED = 1e-3  # relative change of a noise level that ends the rounds
 STATED_VALUES = 3.0  # values that a stated but not known level of noise is worth
-APART = 0.1  # standard deviations by which different minima differ at least
+APART = 0.2  # standard deviations by which different minima differ at least
 NEAR = 100.0  # excess of the sum of squares above which the exact place of a minimum does not matter
 AS_GOOD = (
     4.0  # excess of the sum of squares, two standard deviations: such a minimum explains the data as well
@@ -140,22 +140,26 @@ def _starts(objective: Objective, count: int) -> Array:
 def _minima(objective: Objective, starts: Sequence[tuple[Array, int]], messages: list[str]) -> list[Minimum]:
     """The different minima that searches from these starts reach, the best first; each start with its weight."""
     coarse = [(objective.search(start, tolerance=COARSE), weight) for start, weight in starts]
-    least = min(end.squares for end, _ in coarse)
-    ends = [
-        (objective.search(end.x) if end.squares < least + NEAR else end, weight) for end, weight in coarse
-    ]
-    ends.sort(key=lambda end: end[0].squares)
-    if not ends[0][0].converged:
+    distinct = _distinct(objective, coarse)
+    near = distinct[0][0].squares + NEAR
+    fine = [(objective.search(end.x) if end.squares < near else end, weight) for end, weight in distinct]
+    distinct = _distinct(objective, fine)
+    if not distinct[0][0].converged:
         messages.append("the search had not converged: the numbers are not those of the best fit")
+    return [Minimum(end.x, end.squares, count) for end, count in distinct]
+
+
+def _distinct(objective: Objective, ends: Sequence[tuple[End, int]]) -> list[tuple[End, int]]:
+    """The ends that differ, the best first, each with the weight of all that are like it."""
     distinct: list[tuple[End, int]] = []
-    for end, weight in ends:
+    for end, weight in sorted(ends, key=lambda one: one[0].squares):
         slopes = np.vstack([objective.of_data(end.x)[1], np.diag(objective.weights)])
-        near = [i for i, (one, _) in enumerate(distinct) if np.linalg.norm(slopes @ (end.x - one.x)) < APART]
-        if near:
-            distinct[near[0]] = distinct[near[0]][0], distinct[near[0]][1] + weight
+        like = [i for i, (one, _) in enumerate(distinct) if np.linalg.norm(slopes @ (end.x - one.x)) < APART]
+        if like:
+            distinct[like[0]] = distinct[like[0]][0], distinct[like[0]][1] + weight
         else:
             distinct.append((end, weight))
-    return [Minimum(end.x, end.squares, count) for end, count in distinct]
+    return distinct
 
 
 def _free_values(objective: Objective, x: Array) -> Array:

@@ -52,6 +52,12 @@ def interval(fit: Fit, index: int, sigma: float, degrees: float, widening: float
     quantile = float(student.ppf(0.5 + 0.5 * LEVEL, degrees))
     ends = [best - quantile * sigma, best + quantile * sigma]
     bounds = objective.bounds[:, index]
+    before = 1.0 / float(objective.weights[index])
+    if sigma > TOLD * before:  # unless the profile is far steeper than the covariance says
+        least = TOLD * quantile * before
+        if not all(_Root(fit, index, side)(least) > quantile for side in (-1.0, 1.0)):
+            low, high = np.clip(ends, *bounds).tolist()
+            return Interval(low, high, sigma / before, False, degrees)
     profile = False
     for i, side in enumerate((-1.0, 1.0)):
         root = _Root(fit, index, side, widening)
@@ -66,7 +72,7 @@ def interval(fit: Fit, index: int, sigma: float, degrees: float, widening: float
             ends[i] = best + side * _crossing(root, quantile, furthest, sigma)
     low, high = np.clip(ends, *bounds).tolist()
     spread = 0.5 * (high - low) / quantile if profile else sigma
-    return Interval(low, high, spread * float(objective.weights[index]), profile, degrees)
+    return Interval(low, high, spread / before, profile, degrees)
 
 
 def _crossing(root: _Root, quantile: float, furthest: float, sigma: float) -> float:

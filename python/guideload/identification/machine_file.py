@@ -15,7 +15,7 @@ from guideload.base.units import factor
 from guideload.identification.machine_values import AXES, CROSS, KINDS
 from guideload.identification.names import usual_unit
 from guideload.identification.result import Estimate, Identification
-from guideload.study.description.parameters import Parameter
+from guideload.parameters.parameters import Parameter
 
 DIGITS = 6  # of a value: more than any measurement tells
 ROUNDING = 1e-5  # relative difference that these digits may make

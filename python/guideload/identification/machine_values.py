@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from guideload.machine.machine import Machine
-from guideload.study.description.parameters import Parameter
+from guideload.parameters.parameters import Parameter
 
 AXES = "xyz"
 CROSS = ("position", "mounting_error")  # their first component is y

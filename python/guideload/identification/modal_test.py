@@ -232,20 +232,26 @@ class _Computed:
 
     @classmethod
     def of(cls, test: ModalTest, model: ModelAt) -> _Computed:
-        eigenvalue, by = model.modes.eigenvalue, model.modes.d_eigenvalue
+        vibrates = model.modes.eigenvalue.imag > 0.0  # the others are overdamped
+        eigenvalue, by = (
+            model.modes.eigenvalue[vibrates],
+            np.nan_to_num(model.modes.d_eigenvalue[:, vibrates]),
+        )
         size, size_by = abs(eigenvalue), (by / eigenvalue).real
         turning = eigenvalue.imag if test.damped else size
         log_by = by.imag / eigenvalue.imag if test.damped else size_by
         damping = np.maximum(-eigenvalue.real / size, LEAST_DAMPING)
         log = np.log(turning / (2.0 * np.pi))
-        shapes = _real_shapes(model, test.places)
-        return cls(log, log_by, damping, -by.real / size - damping * size_by, *shapes)
+        shapes, shapes_by = _real_shapes(model, test.places)
+        return cls(log, log_by, damping, -by.real / size - damping * size_by, shapes, shapes_by)
 
 
 def _real_shapes(model: ModelAt, places: Sequence[Place]) -> tuple[Array, Array]:
     """Shapes (n, places) of the damped modes, as real as a phase makes them, and derivatives (p, n, places)."""
     rows = np.array([place.row for place in places]).reshape(-1, 6).T
-    shape, by = model.modes.damped_shape @ rows, model.modes.d_damped_shape @ rows
+    vibrates = model.modes.eigenvalue.imag > 0.0
+    shape = model.modes.damped_shape[vibrates] @ rows
+    by = np.nan_to_num(model.modes.d_damped_shape[:, vibrates] @ rows)  # nan where eigenvalues coincide
     if not places:
         return shape.real, by.real
     square = (shape * shape).sum(axis=1)

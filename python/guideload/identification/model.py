@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.identification.standin import Linearised, ModeDerivatives, VariedMachine
 from guideload.identification.unknowns import Unknown
 from guideload.machine.machine import Machine
+from guideload.sensitivity.linearised import Linearised
+from guideload.sensitivity.modes import ModeDerivatives
+from guideload.sensitivity.varied import VariedMachine
 
 if TYPE_CHECKING:
     from guideload.identification.linear_histories import Inputs, LinearHistories

@@ -25,7 +25,7 @@ from guideload.identification.residual_tests import ResidualTest, residual_tests
 from guideload.identification.unknowns import Unknown, UnknownTable, unknowns_of
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.study.description.parameters import Parameter, Parameters
+from guideload.parameters.parameters import Parameter, Parameters
 
 
 @dataclass(frozen=True)

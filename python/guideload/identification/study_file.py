@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 from itertools import combinations
 
+import numpy as np
+
+from guideload.base.arrays import Array
 from guideload.identification.intervals import NORMAL_QUANTILE
 from guideload.identification.result import Identification
 
-SMALLEST = 5e-3  # correlation that is written
-INSIDE = 1.0 - 1e-9  # factor on all correlations: rounding must not make their matrix singular
+SMALLEST = (5e-3, 1e-3, 1e-4, 0.0)  # correlations below are left out if the others are possible without them
+INSIDE = 1.0 - 1e-6  # factor on all correlations: rounding must not make their matrix singular
 
 
 def study_text(found: Identification, machine: str, trace: str, samples: int = 1024) -> str:
@@ -41,12 +44,23 @@ def vary_text(found: Identification) -> str:
             f"distribution = {_quoted(kind)}",
             f"sigma = {width}",
         ]
+    correlation = _written(found.correlation)
     for i, j in combinations(range(len(found.unknowns)), 2):
-        value = float(found.correlation[i, j]) * INSIDE
-        if abs(value) >= SMALLEST:
+        if value := float(correlation[i, j]):
             names = ", ".join(_quoted(found.unknowns[k].name) for k in (i, j))
             rows += ["", "[[correlation]]", f"between = [{names}]", f"value = {value!r}"]
     return "\n".join(rows) + "\n"
+
+
+def _written(correlation: Array) -> Array:
+    """The correlations that are written, 0 for those that are left out; the matrix stays positive definite."""
+    inside = correlation * INSIDE
+    for smallest in SMALLEST:
+        written = np.where(abs(inside) >= smallest, inside, 0.0)
+        np.fill_diagonal(written, 1.0)
+        if np.linalg.eigvalsh(written)[0] > 0.1 * (1.0 - INSIDE):
+            break
+    return written
 
 
 def _quoted(text: str) -> str:

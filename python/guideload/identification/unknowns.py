@@ -12,8 +12,8 @@ from pydantic import Field
 from guideload.base.arrays import Array
 from guideload.base.errors import ConfigError, Problem, ValueRefused
 from guideload.base.units import quantity
+from guideload.parameters.parameters import Parameter, Parameters
 from guideload.study.description.factors import draws_of
-from guideload.study.description.parameters import Parameter, Parameters
 from guideload.study.description.refusals import KeyRefused, problem_at
 from guideload.study.description.varied_parameter import NumberOrText, ParameterPaths, optional
 

@@ -32,8 +32,8 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
-//! All of this works without the feature `std` and without an allocator. The feature `std` adds [`batch`] (Monte Carlo), [`smoother`] (the
-//! motion from a measured trace) and [`bands`] (the uncertainty of the loads).
+//! All of this works without the feature `std` and without an allocator. The feature `std` adds [`batch`] (Monte Carlo), [`sensitivity`]
+//! (derivatives), [`smoother`] (the motion from a measured trace) and [`bands`] (the uncertainty of the loads).
 //!
 //! # Source
 //!
@@ -49,6 +49,7 @@
 //! - `output`: loads and motions from states; what a run records.
 //! - `life`: the equivalent load of a carriage, and integrals of its power over the travel.
 //! - `integrate`: the loop over the samples, step-size control, and the methods. **A new integrator goes into `integrate`.**
+//! - `variation`: scenes whose numbers vary; `sensitivity`: exact derivatives by them; both with `std` only.
 //! - `smoother`, `bands`, `batch`: with `std` only. A new statistic of Monte Carlo samples goes into `batch/measure` and
 //!   `batch/requirements`.
 #![cfg_attr(not(feature = "std"), no_std)]
@@ -67,8 +68,12 @@ mod model;
 mod numeric;
 mod output;
 #[cfg(feature = "std")]
+pub mod sensitivity;
+#[cfg(feature = "std")]
 pub mod smoother;
 mod system;
+#[cfg(feature = "std")]
+mod variation;
 
 // Describe: a scene and what drives it.
 pub use excitation::{Excitation, MAX_RIDERS, RiderMotion, wrench_at};
@@ -102,10 +107,12 @@ pub use life::{EquivalentLoad, Integrals, Interval, Preload};
 
 // Errors.
 #[cfg(feature = "std")]
-pub use batch::{BatchError, SampleError};
+pub use batch::BatchError;
 #[cfg(feature = "std")]
 pub use error::Stopped;
 pub use error::{ExcitationError, OtherMethod, RunError, SceneError};
+#[cfg(feature = "std")]
+pub use variation::{ChangeError, SampleError};
 
 /// The Rust of the README, run as a test.
 #[cfg(doctest)]

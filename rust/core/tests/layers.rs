@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The layers, lowest first.
-const LAYERS: [&str; 13] = [
+const LAYERS: [&str; 15] = [
     "error",
     "numeric",
     "model",
@@ -15,6 +15,8 @@ const LAYERS: [&str; 13] = [
     "output",
     "life",
     "integrate",
+    "variation",
+    "sensitivity",
     "smoother",
     "bands",
     "batch",

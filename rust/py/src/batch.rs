@@ -1,33 +1,22 @@
 //! Batches of samples of one scene.
 
-use guideload::LawParameter;
-use guideload::batch::{
-    Base, Batch, Change, Group, Measure, Motion, NominalBody, Payload, Solver, Target, Width,
-};
-use guideload::{BatchError, Free, Link, SampleError, Start, Watch};
+use guideload::batch::{Batch, Change, Group, Measure, Motion, Solver, Width};
+use guideload::{BatchError, SampleError, Start, Watch};
 use numpy::{PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array2, CoreError, List, Samples, matrix3, numbers, zeros};
+use crate::convert::{self, Array2, CoreError, List, Samples, numbers, zeros};
 use crate::interrupt::compute;
 use crate::law::PyLaw;
 use crate::life::{Rule, equivalent_load};
 use crate::links::{group_links, links};
+use crate::variation::{self, ChangeArguments, OwnedBase, PayloadArguments};
 
 /// A batch, with the data that it borrows.
 #[pyclass(name = "Batch", module = "guideload._core", frozen)]
 pub struct PyBatch {
-    mass: f64,
-    center_of_mass: [f64; 3],
-    inertia: [[f64; 3]; 3],
-    inertia_about_reference: bool,
-    gravity: [f64; 3],
-    free: Free,
-    base_compliance: Option<nalgebra::Matrix6<f64>>,
-    links: Vec<Link>,
-    groups: Vec<Group>,
-    payloads: Vec<Payload>,
+    base: OwnedBase,
     samples: Samples,
     speed: Option<Vec<f64>>,
     exponent: f64,
@@ -40,20 +29,6 @@ pub struct PyBatch {
 
 /// Samples without a result, and the reasons.
 type Failures = Vec<(usize, String)>;
-
-/// The third part of a target: an axis or a name.
-#[derive(FromPyObject)]
-enum Place {
-    Index(usize),
-    Name(String),
-}
-
-/// Mass, centre of mass and inertia of a payload, whether the inertia is about L, and the first sample and the one after the last of each
-/// stay.
-type PayloadArguments = (f64, [f64; 3], [[f64; 3]; 3], bool, List<(usize, usize)>);
-
-/// A target, a constant, and columns with their factors.
-type ChangeArguments = ((String, usize, Place), f64, List<(usize, f64)>);
 
 #[pymethods]
 impl PyBatch {
@@ -103,21 +78,21 @@ impl PyBatch {
         for (group, (mean, peak)) in groups.iter_mut().zip(&rules) {
             (group.mean_rule, group.peak_rule) = (equivalent_load(mean)?, equivalent_load(peak)?);
         }
-        let batch = Self {
-            mass,
-            center_of_mass,
-            inertia,
-            inertia_about_reference,
+        let base = OwnedBase {
+            body: variation::body(mass, center_of_mass, inertia, inertia_about_reference),
             gravity,
             free: convert::free(&free.0)?,
             base_compliance: base_compliance.map(convert::matrix6),
             links,
             groups,
-            payloads: payloads.into_iter().flat_map(|payloads| payloads.0).map(payload).collect(),
+            payloads: payloads.into_iter().flat_map(|payloads| payloads.0).map(variation::payload).collect(),
+        };
+        let batch = Self {
+            base,
             samples: Samples::new(&time, &acceleration, wrench.as_ref())?,
             speed: speed.map(|speed| numbers(&speed, "speed")).transpose()?,
             exponent,
-            changes: changes.0.into_iter().map(change).collect::<PyResult<_>>()?,
+            changes: changes.0.into_iter().map(variation::change).collect::<PyResult<_>>()?,
             measures: measures.0.iter().map(measure).collect::<PyResult<_>>()?,
             solver: solver(method)?,
             rtol,
@@ -158,7 +133,7 @@ impl PyBatch {
         values: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<(Bound<'py, PyArray4<f64>>, Failures)> {
         let (count, values) = table(&values)?;
-        let out = zeros(py, &[count, self.samples.acceleration.len(), self.groups.len(), 6])?;
+        let out = zeros(py, &[count, self.samples.acceleration.len(), self.base.groups.len(), 6])?;
         let failures = {
             let mut rows = out.readwrite();
             let rows = rows.as_slice_mut()?;
@@ -175,24 +150,13 @@ impl PyBatch {
         watch: Watch,
         then: impl FnOnce(Batch) -> Result<T, BatchError>,
     ) -> Result<T, CoreError> {
-        let base = Base {
-            mass: self.mass,
-            center_of_mass: self.center_of_mass.into(),
-            inertia: matrix3(self.inertia),
-            inertia_about_reference: self.inertia_about_reference,
-            links: &self.links,
-            gravity: self.gravity.into(),
-            free: self.free,
-            base_compliance: self.base_compliance,
-            groups: &self.groups,
-            payloads: &self.payloads,
-        };
         let motion = Motion {
             excitation: self.samples.excitation()?,
             speed: self.speed.as_deref(),
             exponent: self.exponent,
         };
-        let batch = Batch::new(base, motion, &self.changes, &self.measures, self.solver, self.rtol)?;
+        let batch =
+            Batch::new(self.base.base(), motion, &self.changes, &self.measures, self.solver, self.rtol)?;
         Ok(then(batch.with_start(self.start).with_watch(watch))?)
     }
 }
@@ -204,37 +168,6 @@ fn messages(failures: Vec<(usize, SampleError)>) -> Failures {
 /// The number of rows, and all of them.
 fn table(values: &PyReadonlyArray2<'_, f64>) -> PyResult<(usize, Vec<f64>)> {
     Ok((values.shape()[0], numbers(values, "values")?))
-}
-
-fn payload((mass, center, inertia, inertia_about_reference, stays): PayloadArguments) -> Payload {
-    let (center_of_mass, inertia) = (center.into(), matrix3(inertia));
-    let body = NominalBody { mass, center_of_mass, inertia, inertia_about_reference };
-    Payload { body, stays: stays.0.into_iter().map(|(from, to)| from..to).collect() }
-}
-
-fn change(((name, index, place), constant, terms): ChangeArguments) -> PyResult<Change> {
-    let unknown = || PyValueError::new_err(format!("changes: there is no target ({name:?}, {index}, …)"));
-    let target = match (name.as_str(), place) {
-        ("mass", _) => Target::Mass,
-        ("center_of_mass", _) => Target::CenterOfMass(index),
-        ("inertia", Place::Index(column)) => Target::Inertia(index, column),
-        ("gravity", _) => Target::Gravity(index),
-        ("point", Place::Index(axis)) => Target::Point { link: index, axis },
-        ("damping", _) => Target::Damping(index),
-        ("offset", _) => Target::Offset(index),
-        ("law", Place::Name(parameter)) => {
-            Target::Law { link: index, parameter: LawParameter::from_name(&parameter).ok_or_else(unknown)? }
-        }
-        ("center", Place::Index(axis)) => Target::Center { group: index, axis },
-        ("payload_mass", _) => Target::PayloadMass(index),
-        ("payload_center_of_mass", Place::Index(axis)) => {
-            Target::PayloadCenterOfMass { payload: index, axis }
-        }
-        ("acceleration", _) => Target::Acceleration,
-        ("wrench", _) => Target::Wrench,
-        _ => return Err(unknown()),
-    };
-    Ok(Change { target, constant, terms: terms.0 })
 }
 
 fn measure((quantity, index, statistic): &(String, usize, String)) -> PyResult<Measure> {

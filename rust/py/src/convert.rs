@@ -2,9 +2,10 @@
 
 use core::ops::Range;
 
+use guideload::sensitivity::SensitivityError;
 use guideload::{
-    BatchError, Control, Dof, Excitation, ExcitationError, Free, Output, Part, RunError, SceneError, Start,
-    Stopped,
+    BatchError, ChangeError, Control, Dof, Excitation, ExcitationError, Free, Output, Part, RunError,
+    SceneError, Start, Stopped,
 };
 use nalgebra::{Matrix3, Vector3};
 use numpy::{
@@ -37,7 +38,20 @@ pub enum CoreError {
     Excitation(ExcitationError),
     Run(RunError),
     Batch(BatchError),
+    Sensitivity(SensitivityError),
     Stopped(Stopped),
+}
+
+impl From<ChangeError> for CoreError {
+    fn from(error: ChangeError) -> Self {
+        Self::Batch(error.into())
+    }
+}
+
+impl From<SensitivityError> for CoreError {
+    fn from(error: SensitivityError) -> Self {
+        Self::Sensitivity(error)
+    }
 }
 
 impl From<Stopped> for CoreError {
@@ -81,6 +95,10 @@ impl From<CoreError> for PyErr {
             CoreError::Scene(error) => errors::SceneError::new_err(error.to_string()),
             CoreError::Link(index, error) => errors::SceneError::new_err(format!("links[{index}].{error}")),
             CoreError::Rider(index, error) => errors::SceneError::new_err(format!("riders[{index}].{error}")),
+            CoreError::Sensitivity(SensitivityError::Sample(error)) => {
+                errors::SceneError::new_err(error.to_string())
+            }
+            CoreError::Sensitivity(error) => errors::ArgumentError::new_err(error.to_string()),
             CoreError::Excitation(error) => errors::TraceError::new_err(error.to_string()),
             CoreError::Run(
                 error @ (RunError::Tolerance { .. }

@@ -17,6 +17,7 @@ mod scene;
 mod smoother;
 mod solution;
 mod stretches;
+mod variation;
 
 use pyo3::prelude::*;
 
@@ -42,4 +43,6 @@ mod _core {
     use super::solution::PySolution;
     #[pymodule_export]
     use super::stretches::{peaks_of_stretches, solve_stretches};
+    #[pymodule_export]
+    use super::variation::{PyVariedScene, PyVariedSystem};
 }

@@ -21,7 +21,7 @@ use crate::riders::{self, RiderTuple, Travels};
 use crate::solution::{AT_A_TIME, Inputs, PySolution};
 
 #[pyclass(name = "Scene", module = "guideload._core", frozen)]
-pub struct PyScene(pub Arc<System>, Vec<Rider>);
+pub struct PyScene(pub Arc<System>, pub Vec<Rider>);
 
 /// The method of that name.
 pub fn named_method(name: &str) -> PyResult<NamedMethod> {

@@ -8,11 +8,10 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ConfigError, Problem, TraceError, ValueRefused
+from guideload.parameters.parameters import Form, Parameters
 from guideload.study.description.factors import Factor, conflicts
-from guideload.study.description.parameters import Parameters
 from guideload.study.description.refusals import problem_at
 from guideload.study.description.tables import name_and_unit, numbers_of
-from guideload.study.sampling.distributions import Form
 from guideload.traces.format.sources import load_table
 from guideload.traces.format.table import Table
 

@@ -9,11 +9,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from guideload.base.errors import ConfigError, Problem, ValueRefused
+from guideload.parameters.parameters import Form, Parameter, Parameters
 from guideload.study.description.metadata import ParameterMetadata
-from guideload.study.description.parameters import Parameter, Parameters
 from guideload.study.description.refusals import KeyRefused, problem_at
 from guideload.study.description.varied_parameter import ParameterPaths, VariedParameter
-from guideload.study.sampling.distributions import Form, Marginal, in_words
+from guideload.study.sampling.distributions import Marginal, in_words
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,10 @@ from guideload.base.errors import ArgumentError
 from guideload.life.equivalent_load import PLAIN_SUM
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.parameters.parameters import Change
 from guideload.simulation.payload_changes import with_changes
 from guideload.study.description.factors import Factor
 from guideload.study.description.metadata import StudyMetadata
-from guideload.study.description.parameters import Change
 from guideload.study.sampling.design import Copula, Design
 from guideload.study.sampling.distributions import Sample
 

@@ -14,6 +14,7 @@ from guideload.base.errors import ABSENT, ConfigError, Problem, ValueRefused
 from guideload.base.toml import located
 from guideload.machine.machine import Machine
 from guideload.motion.motion import HISTORIES, Motion
+from guideload.parameters.parameters import Parameters
 from guideload.simulation.simulation import with_forces_of_drive
 from guideload.simulation.start import start_of
 from guideload.study.description.cases import cases_of
@@ -22,7 +23,6 @@ from guideload.study.description.factors import factors_of
 from guideload.study.description.measures import limits_of, measures_of
 from guideload.study.description.metadata import StudyMetadata
 from guideload.study.description.options import StudyFile, StudyOptions, read_study, with_hint_on_place
-from guideload.study.description.parameters import Parameters
 from guideload.study.description.plan import Plan, correlations_of, digest, with_fingerprint
 from guideload.study.description.rated import RatedStudy, rated_study
 from guideload.study.description.refusals import refused_at

@@ -18,10 +18,11 @@ from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel, number
 from guideload.base.errors import ValueRefused
 from guideload.base.units import quantity
+from guideload.parameters.parameters import Form
 from guideload.study.description.refusals import KeyRefused
 from guideload.study.description.tables import numbers_of
 from guideload.study.sampling import distributions
-from guideload.study.sampling.distributions import Distribution, Form, Marginal
+from guideload.study.sampling.distributions import Distribution, Marginal
 from guideload.traces.format.sources import load_table
 from guideload.traces.format.table import listed
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from scipy.special import exp2, ndtr, ndtri
 
 from guideload.base.arrays import Array
-
-Form = Literal["value", "factor", "shift"]
+from guideload.parameters.parameters import Form
 
 # Bounds of all uniform numbers: at 0 and 1 a normal distribution is infinite, here -8.3 and 8.2 standard deviations.
 LOWEST, HIGHEST = 2.0**-54, 1.0 - 2.0**-53

@@ -1,29 +1,16 @@
-//! Errors of batches, and of single samples in them.
+//! Errors of batches.
 
 use core::fmt;
 
-use super::change::Target;
 use super::measure::Measure;
 use crate::error::{RunError, SceneError, Stopped};
+use crate::variation::ChangeError;
 
 /// Why a batch is refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BatchError {
-    /// A target that the base scene does not have.
-    Target {
-        /// The target.
-        target: Target,
-    },
-    /// Two changes of one target.
-    Repeated {
-        /// The target.
-        target: Target,
-    },
-    /// A constant or factor that is not finite.
-    NotFinite {
-        /// Target of the change.
-        target: Target,
-    },
+    /// A change that the base scene cannot have.
+    Change(ChangeError),
     /// A measure of a group that does not exist.
     Measure {
         /// The measure.
@@ -81,6 +68,12 @@ pub enum BatchError {
     Stopped(Stopped),
 }
 
+impl From<ChangeError> for BatchError {
+    fn from(error: ChangeError) -> Self {
+        Self::Change(error)
+    }
+}
+
 impl From<Stopped> for BatchError {
     fn from(stopped: Stopped) -> Self {
         Self::Stopped(stopped)
@@ -102,13 +95,7 @@ impl From<RunError> for BatchError {
 impl fmt::Display for BatchError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Target { target } => write!(f, "changes: the scene has no {target}"),
-            Self::Repeated { target } => {
-                write!(f, "changes: expected each place once, got {target} twice; add their terms up")
-            }
-            Self::NotFinite { target } => {
-                write!(f, "changes: expected a finite constant and finite factors for {target}")
-            }
+            Self::Change(error) => error.fmt(f),
             Self::Measure { measure } => write!(f, "measures: there is no group for {measure:?}"),
             Self::Group { group, link, count } => {
                 write!(f, "groups[{group}]: there is no link {link} of {count}")
@@ -136,52 +123,3 @@ impl fmt::Display for BatchError {
 }
 
 impl core::error::Error for BatchError {}
-
-/// Why a sample has no result.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SampleError {
-    /// It is not a valid scene.
-    Scene(SceneError),
-    /// A link, by its index, is not valid.
-    Link(usize, SceneError),
-    /// A payload, by its index, is not valid.
-    Payload(usize, SceneError),
-    /// A value that is not finite.
-    NotFinite {
-        /// Its target.
-        target: Target,
-        /// Its value.
-        got: f64,
-    },
-    /// The run has stopped.
-    Run(RunError),
-}
-
-impl From<SceneError> for SampleError {
-    fn from(error: SceneError) -> Self {
-        Self::Scene(error)
-    }
-}
-
-impl From<RunError> for SampleError {
-    fn from(error: RunError) -> Self {
-        Self::Run(error)
-    }
-}
-
-impl fmt::Display for SampleError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Scene(error) => error.fmt(f),
-            Self::Link(index, error) => write!(f, "links[{index}].{error}"),
-            // The texts of a body's errors begin with its name.
-            Self::Payload(index, error) => {
-                write!(f, "payloads[{index}].{}", error.to_string().trim_start_matches("body."))
-            }
-            Self::NotFinite { target, got } => write!(f, "{target}: expected a finite number, got {got}"),
-            Self::Run(error) => error.fmt(f),
-        }
-    }
-}
-
-impl core::error::Error for SampleError {}

@@ -1,6 +1,5 @@
 //! Load rows: loads at a block of instants, as linear combinations of the entries of the states and of the forces of nonlinear links.
 
-use super::instance::Group;
 use super::requirements::{LoadRow, Requirements};
 use crate::excitation::Excitation;
 use crate::model::{Law, ball_force, sided_force};
@@ -9,6 +8,7 @@ use crate::numeric::simd::LANES;
 use crate::output::{Part, Wrench, group_load_along, reaction};
 use crate::system::LinkRow;
 use crate::system::{State, System};
+use crate::variation::Group;
 use nalgebra::Vector3;
 
 /// Number of instants of a block, so small that their states stay in the first-level cache.

@@ -1,13 +1,10 @@
 //! Monte Carlo: many samples of one scene under one motion; values in, measures out, on any number of threads.
 //!
-//! Files in the order of the data: `change` (what varies) → `instance` (the scene of a sample) → `windows` (of the motion, between
-//! changes of payload) → `lanes` (linear scenes, one per vector lane) or `single` (any other scene, with `load_rows` and `reduce`) →
+//! Files in the order of the data: `variation` (the scene of a sample) → `windows` (of the motion, between changes of payload) → `lanes` (linear scenes, one per vector lane) or `single` (any other scene, with `load_rows` and `reduce`) →
 //! `requirements`, `statistics` (what the measures need) → `measure`. The result of a sample depends on its own values only, to the last bit.
 
-mod change;
 mod equivalent;
 mod error;
-mod instance;
 mod lanes;
 mod load_rows;
 mod measure;
@@ -20,9 +17,8 @@ mod time_statistics;
 mod travel;
 mod windows;
 
-pub use change::{Change, Target};
-pub use error::{BatchError, SampleError};
-pub use instance::{Base, Group, Instance, NominalBody, Payload, Plan};
+pub use crate::variation::{Base, Change, Group, Instance, NominalBody, Payload, Plan, SampleError, Target};
+pub use error::BatchError;
 pub use lanes::Width;
 pub use measure::{Measure, Quantity, Statistic, time_weights};
 pub use solver::Solver;

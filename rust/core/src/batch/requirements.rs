@@ -3,7 +3,6 @@
 use core::ops::Range;
 
 use super::equivalent::EquivalentRows;
-use super::instance::Group;
 use super::measure::{Measure, Quantity, Statistic, time_weights};
 use super::time_statistics::RunningStatistics;
 use super::travel::{Motion, Travel};
@@ -11,6 +10,7 @@ use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::life::{COMPONENTS, EquivalentLoad};
 use crate::numeric::float::{pow, sqrt};
+use crate::variation::Group;
 
 /// A signal: a history from which statistics are computed, by the indices of its load rows.
 #[derive(Debug, Clone, Copy, PartialEq)]

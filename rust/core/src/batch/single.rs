@@ -1,7 +1,5 @@
 //! Runs of single samples, for any scene.
 
-use super::error::SampleError;
-use super::instance::{Group, Instance};
 use super::reduce::{Memory, Reduce};
 use super::solver::Solver;
 use super::windows::Window;
@@ -13,6 +11,8 @@ use crate::numeric::watch::Watch;
 use crate::output::{Part, Record, Watched, evaluate, group_load_along};
 use crate::system::eigenvalues;
 use crate::system::{ModelLevel, State, System, input_from};
+use crate::variation::SampleError;
+use crate::variation::{Group, Instance};
 
 /// Start, excitation, method and tolerance of all samples.
 #[derive(Debug, Clone, Copy)]

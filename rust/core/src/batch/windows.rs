@@ -1,9 +1,9 @@
 //! Windows: the parts of the motion between the changes of payload.
 
 use super::error::BatchError;
-use super::instance::Payload;
 use super::requirements::Requirements;
 use crate::excitation::Excitation;
+use crate::variation::Payload;
 
 /// A part of the motion with the same payloads throughout.
 #[derive(Debug, Clone)]

@@ -9,6 +9,8 @@ mod riding;
 
 pub use axes::Axes;
 pub use evaluate::evaluate;
+#[cfg(feature = "std")]
+pub(crate) use loads::Linear;
 pub use loads::{
     Axial, Part, Recovery, Wrench, acceleration, group_load, group_load_along, link_load, position, reaction,
     velocity,

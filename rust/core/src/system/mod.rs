@@ -37,7 +37,8 @@ use crate::model::{Free, Link, Scene};
 use crate::numeric::bounded_vec::BoundedVec;
 use crate::numeric::float::{add_scaled, fma};
 use base::ElasticBase;
-use statics::{NEGLIGIBLE, equilibrium};
+pub(crate) use statics::NEGLIGIBLE;
+use statics::equilibrium;
 use undamped_modes::{UndampedModes, undamped_modes};
 
 /// Model level: the simplest equations that describe all laws of a scene.

@@ -2,7 +2,7 @@
 
 use guideload::LawParameter;
 use guideload::batch::{Base, Batch, Change, Instance, Measure, Plan, Solver, Target};
-use guideload::{BatchError, Body, Law, Link, SampleError, SceneError, System};
+use guideload::{BatchError, Body, ChangeError, Law, Link, SampleError, SceneError, System};
 use nalgebra::Vector3;
 
 use crate::batch::{Trace, base, cart_on, change, yardstick};
@@ -136,16 +136,16 @@ fn invalid_batches_are_refused_by_name() {
     };
     let mass = change(Target::Mass, 1.0, &[]);
     for target in [Target::Damping(16), Target::CenterOfMass(3), Target::Center { group: 4, axis: 0 }] {
-        assert_eq!(new(&[change(target, 1.0, &[])], &[], 3.0, 1e-6), BatchError::Target { target });
+        assert_eq!(new(&[change(target, 1.0, &[])], &[], 3.0, 1e-6), ChangeError::Target { target }.into());
     }
     assert_eq!(
         new(&[mass.clone(), mass.clone()], &[], 3.0, 1e-6),
-        BatchError::Repeated { target: Target::Mass }
+        BatchError::from(ChangeError::Repeated { target: Target::Mass })
     );
     let [ab, ba] = [(0, 1), (1, 0)].map(|(i, j)| change(Target::Inertia(i, j), 0.0, &[]));
-    assert!(matches!(new(&[ab, ba], &[], 3.0, 1e-6), BatchError::Repeated { .. }));
+    assert!(matches!(new(&[ab, ba], &[], 3.0, 1e-6), BatchError::Change(ChangeError::Repeated { .. })));
     let infinite = change(Target::Mass, 0.0, &[(0, f64::INFINITY)]);
-    assert_eq!(new(&[infinite], &[], 3.0, 1e-6), BatchError::NotFinite { target: Target::Mass });
+    assert_eq!(new(&[infinite], &[], 3.0, 1e-6), ChangeError::NotFinite { target: Target::Mass }.into());
     let measure = Measure::MeanLoad(4);
     assert_eq!(new(&[], &[measure], 3.0, 1e-6), BatchError::Measure { measure });
     assert_eq!(new(&[], &[], 0.5, 1e-6), BatchError::Exponent { got: 0.5 });

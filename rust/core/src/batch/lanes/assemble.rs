@@ -4,8 +4,8 @@ use pulp::Simd;
 
 use super::matrix::{MAX_MODES, Square};
 use super::vector::Real;
-use crate::batch::instance::Instance;
 use crate::model::Body;
+use crate::variation::Instance;
 
 /// `[[m I, -S], [S, J_L]]` with `S = m skew(r_S)` (eqs. 8, 11, 12).
 #[inline(always)]

@@ -27,12 +27,12 @@ mod vector;
 
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
-use super::instance::{Base, Instance};
 use super::requirements::{Requirements, Signal, SignalRequest};
 use super::time_statistics::RunningStatistics;
 use super::windows::Window;
 use crate::integrate::Start;
 use crate::numeric::watch::Watch;
+use crate::variation::{Base, Instance};
 use handover::PhysicalState;
 use integrate::{LaneIntegrator, Memory};
 use modal::{ModalScenes, ModalSetup};

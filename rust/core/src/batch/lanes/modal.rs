@@ -9,8 +9,8 @@ use super::handover::{set_modal_state, set_state_rows};
 use super::request::ModalRequest;
 use super::undamped::Undamped;
 use super::vector::{Complex, Real};
-use crate::batch::instance::Instance;
 use crate::model::Body;
+use crate::variation::Instance;
 
 /// Scenes in damped modes, one in each lane; complex numbers as pairs.
 #[derive(Debug, Default)]

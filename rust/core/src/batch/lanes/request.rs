@@ -1,7 +1,7 @@
 //! The part of a batch that is the same for all scenes.
 
-use crate::batch::instance::Group;
 use crate::batch::requirements::LoadRow;
+use crate::variation::Group;
 
 /// Degrees of freedom, groups, excitation and wanted loads, the same for all scenes of a batch.
 #[derive(Debug, Clone)]

@@ -8,9 +8,9 @@ use super::jacobi::symmetric;
 use super::matrix::{MAX_MODES, Square};
 use super::request::ModalRequest;
 use super::vector::{Mask, Real};
-use crate::batch::instance::Instance;
 use crate::batch::requirements::LoadRow;
 use crate::model::Body;
+use crate::variation::Instance;
 
 /// Largest product of the spread of ω² and that of the pivots of the mass matrix (large if L is far from the body) for which rounding
 /// errors are below 1e-12 of the loads. Forming K and M squares the spread; `system::undamped_modes` does not form them.

@@ -7,6 +7,8 @@
 //! changes are then located at its [`Law::edges`].
 
 mod curve;
+#[cfg(feature = "std")]
+mod derivative;
 mod kernels;
 mod parameter;
 mod preloaded;
@@ -18,6 +20,8 @@ use preloaded::Preloaded;
 use sided::Sided;
 
 pub use curve::MAX_CURVE_POINTS;
+#[cfg(feature = "std")]
+pub(crate) use derivative::LawDerivative;
 pub(crate) use kernels::{ball_compressions, ball_force, sided_force};
 pub use parameter::LawParameter;
 

@@ -105,6 +105,20 @@ impl Preloaded {
         }
     }
 
+    /// Second derivative of the force, N/m²; at an edge it is infinite, except for n = 2.
+    #[cfg(feature = "std")]
+    pub(super) fn curvature(&self, d: f64) -> f64 {
+        let (size, opening, n) = (d.abs(), self.edges[1], self.exponent);
+        let power = |x: f64| pow(x, n - 2.0);
+        let curvature = if size >= opening {
+            n * (n - 1.0) * self.coefficient * power(opening + size)
+        } else {
+            let x = size / opening;
+            0.5 * self.stiffness * (n - 1.0) / opening * (power(1.0 + x) - power(1.0 - x))
+        };
+        if d < 0.0 { -curvature } else { curvature }
+    }
+
     /// xⁿ⁻¹.
     #[cfg_attr(feature = "std", inline(always))]
     fn root(&self, x: f64) -> f64 {

@@ -12,8 +12,7 @@ from guideload.base.errors import ValueRefused
 from guideload.machine.laws import EXPONENT, Sides
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.study.description.parameters import Change, Parameters
-from guideload.study.sampling.distributions import Form
+from guideload.parameters.parameters import Change, Form, Parameters
 
 MOTION = Motion.along_x([0.0, 1.0], [0.0, 0.0])
 INERTIA = ((420.0, 15.0, -8.0), (15.0, 310.0, 22.0), (-8.0, 22.0, 380.0))

@@ -5,7 +5,7 @@ use core::ops::Range;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::change::{Change, Target};
-use super::error::{BatchError, SampleError};
+use super::error::{ChangeError, SampleError};
 use crate::life::EquivalentLoad;
 use crate::model::Body;
 use crate::model::Free;
@@ -128,7 +128,7 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Base::body`] and [`Scene::new`].
-    pub fn new(base: &Base) -> Result<Self, BatchError> {
+    pub fn new(base: &Base) -> Result<Self, crate::SceneError> {
         let instance = Self {
             body: base.body()?,
             payloads: base.payloads.iter().map(|payload| payload.body.body()).collect::<Result<_, _>>()?,
@@ -153,19 +153,24 @@ impl Instance {
     }
 
     /// The scene with another body.
-    pub(super) fn scene_of(&self, body: Body) -> Result<Scene<'_>, crate::SceneError> {
+    pub(crate) fn scene_of(&self, body: Body) -> Result<Scene<'_>, crate::SceneError> {
         let scene = Scene::new(body, &self.links, self.gravity, self.free)?;
         self.base_compliance.map_or(Ok(scene), |compliance| scene.on_base(compliance))
     }
 
     /// The body with some of its payloads.
-    pub(super) fn carrying(&self, payloads: &[usize]) -> Body {
+    pub(crate) fn carrying(&self, payloads: &[usize]) -> Body {
         payloads.iter().fold(self.body, |body, &payload| body.plus(&self.payloads[payload]))
     }
 
     /// The body, without payloads.
     pub fn body(&self) -> &Body {
         &self.body
+    }
+
+    /// The payloads.
+    pub(crate) fn payloads(&self) -> &[Body] {
+        &self.payloads
     }
 
     /// The links.
@@ -223,8 +228,8 @@ impl Plan {
     /// Checks and sorts changes of a base.
     ///
     /// # Errors
-    /// [`BatchError`] for a target that the base does not have, or that is changed twice.
-    pub fn new(base: &Base, changes: &[Change]) -> Result<Self, BatchError> {
+    /// [`ChangeError`] for a target that the base does not have, or that is changed twice.
+    pub fn new(base: &Base, changes: &[Change]) -> Result<Self, ChangeError> {
         let mut changes = changes.to_vec();
         for change in &changes {
             let target = change.target;
@@ -241,15 +246,15 @@ impl Plan {
                 Target::PayloadCenterOfMass { payload, axis } => payload < base.payloads.len() && axis < 3,
             };
             if !place {
-                return Err(BatchError::Target { target });
+                return Err(ChangeError::Target { target });
             }
             if !change.constant.is_finite() || !change.terms.iter().all(|(_, factor)| factor.is_finite()) {
-                return Err(BatchError::NotFinite { target });
+                return Err(ChangeError::NotFinite { target });
             }
         }
         changes.sort_by_key(|change| order(change.target));
         if let Some(pair) = changes.windows(2).find(|pair| order(pair[0].target) == order(pair[1].target)) {
-            return Err(BatchError::Repeated { target: pair[1].target });
+            return Err(ChangeError::Repeated { target: pair[1].target });
         }
         let from = |kind: usize| changes.partition_point(|change| order(change.target).0 < kind);
         let ends = [0, 1, 2, 3, 4, 5].map(from);
@@ -263,6 +268,11 @@ impl Plan {
             rest: ends[3]..ends[4],
             changes,
         })
+    }
+
+    /// The changes: those of the body, of gravity, of the links one after the other, of all else, of the payloads.
+    pub(crate) fn changes(&self) -> &[Change] {
+        &self.changes
     }
 
     /// Number of columns of values that the changes use.

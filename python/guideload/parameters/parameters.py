@@ -1,6 +1,6 @@
 """Parameters: the numbers of a machine that can vary, found by paths such as `carriages.*.stiffness_y`.
 
-`_of_machine` and the functions of `parameters_of_parts` list them, with the targets in the core's scene that each of
+`_of_machine` and the functions of `parts` list them, with the targets in the core's scene that each of
 them sets.
 """
 
@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
+from typing import Literal
 
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import (
@@ -28,7 +29,7 @@ from guideload.base.ranges import (
 )
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.study.description.parameters_of_parts import (
+from guideload.parameters.parts import (
     AXES,
     Row,
     Target,
@@ -37,8 +38,8 @@ from guideload.study.description.parameters_of_parts import (
     of_payload,
     of_rail,
 )
-from guideload.study.sampling.distributions import Form
 
+Form = Literal["value", "factor", "shift"]  # how a value sets the numbers of a column
 # Target, constant, and (column, factor) of each term.
 Change = tuple[Target, float, tuple[tuple[int, float], ...]]
 RANGES = {one.unit: one for one in (MASS, INERTIA, ACCELERATION, STIFFNESS, DAMPING, PRELOAD, RATIO)}

@@ -1,0 +1,75 @@
+"""Columns: the values by which derivatives are taken, and the numbers of the machine that each of them sets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from guideload.base.errors import ArgumentError, ValueRefused
+from guideload.parameters.parameters import Form, Parameter, Parameters
+
+To = str | Sequence[str] | Mapping[str, str | Sequence[str]]
+
+
+@dataclass(frozen=True)
+class Column:
+    """One value that varies.
+
+    name   the full path of its number, "carriages[1a].stiffness_y", or the given name of several numbers
+    unit   of the value, SI; "1" for a factor
+    value  of the machine as it is
+    paths  full paths of the numbers that it sets
+    form   whether the numbers are the "value" itself, or their own values times it, a "factor"
+    """
+
+    name: str
+    unit: str
+    value: float
+    paths: tuple[str, ...]
+    form: Form
+
+
+def columns_of(parameters: Parameters, to: To) -> tuple[Column, ...]:
+    """The columns of paths, one for each number; of named groups of paths, one for each group.
+
+    The numbers of a group are equal and stay so or, if they differ, have a common factor. Raises ArgumentError for an
+    unknown path and for numbers in two columns.
+    """
+    try:
+        columns = tuple(_columns(parameters, to))
+    except ValueRefused as refused:
+        hint = f"; {refused.hint}" if refused.hint else ""
+        raise ArgumentError(f"to: expected {refused.expected}, got {refused.value!r}{hint}") from None
+    owners: dict[str, str] = {}
+    for column in columns:
+        for path in column.paths:
+            if path in owners:
+                raise ArgumentError(
+                    f"to: expected each number once, got {path} in {owners[path]} and in {column.name}"
+                )
+            owners[path] = column.name
+    if not columns:
+        raise ArgumentError('to: expected paths such as ["carriages.*.stiffness_y", "body.mass"], got none')
+    return columns
+
+
+def _columns(parameters: Parameters, to: To) -> Iterator[Column]:
+    if isinstance(to, Mapping):
+        for name, paths in to.items():
+            listed = [paths] if isinstance(paths, str) else paths
+            found = [parameter for path in listed for parameter in parameters.at(path)]
+            if found:
+                yield _together(name, list({parameter.path: parameter for parameter in found}.values()))
+        return
+    found = [parameter for path in ([to] if isinstance(to, str) else to) for parameter in parameters.at(path)]
+    for one in {parameter.path: parameter for parameter in found}.values():
+        yield Column(one.path, one.unit, one.value, (one.path,), "value")
+
+
+def _together(name: str, parameters: Sequence[Parameter]) -> Column:
+    """The column of several numbers that vary together."""
+    paths = tuple(parameter.path for parameter in parameters)
+    first = parameters[0]
+    if all((one.value, one.unit) == (first.value, first.unit) for one in parameters):
+        return Column(name, first.unit, first.value, paths, "value")
+    return Column(name, "1", 1.0, paths, "factor")

@@ -1,0 +1,131 @@
+"""The linear equations of a machine at rest, and their derivatives: matrices, static loads, frequency response."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from guideload._core import Scene, VariedSystem
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError
+from guideload.sensitivity.columns import Column
+from guideload.sensitivity.modes import Complex, Modal, ModeDerivatives
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """M q'' + C q' + K q = Q for small motions q of L about rest, and exact derivatives by p columns of values.
+
+    Of all dofs of L, in the order x y z rx ry rz; SI units, those of a derivative per unit of its column.
+
+    columns   the values
+    free      (n,) indices of the free dofs
+    scene     the scene with these values
+    system    its derivatives in the core
+    mass, damping, stiffness, weight          (6, 6) three times, (6,)
+    d_mass, d_damping, d_stiffness, d_weight  (p, 6, 6) three times, (p, 6)
+    static_position, d_static_position             (6,), (p, 6)
+    static_link_loads, d_static_link_loads         (links,), (p, links)
+    static_carriage_loads, d_static_carriage_loads (carriages, 6), (p, carriages, 6), about the carriage centres
+    """
+
+    columns: tuple[Column, ...]
+    free: NDArray[np.intp]
+    scene: Scene
+    system: VariedSystem
+    mass: Array
+    damping: Array
+    stiffness: Array
+    weight: Array
+    d_mass: Array
+    d_damping: Array
+    d_stiffness: Array
+    d_weight: Array
+
+    @classmethod
+    def of(cls, columns: tuple[Column, ...], free: NDArray[np.intp], system: VariedSystem) -> Linearised:
+        """From a system of the core."""
+        scene = system.scene()
+        matrices, weight = scene.matrices()
+        derivatives, d_weight = system.matrices()
+        mass, damping, stiffness = matrices
+        d_mass, d_damping, d_stiffness = derivatives
+        return cls(
+            columns,
+            free,
+            scene,
+            system,
+            mass,
+            damping,
+            stiffness,
+            weight,
+            d_mass,
+            d_damping,
+            d_stiffness,
+            d_weight,
+        )
+
+    @property
+    def static_position(self) -> Array:
+        return self.scene.static_position()
+
+    @property
+    def d_static_position(self) -> Array:
+        return self.system.static_position()
+
+    @property
+    def static_link_loads(self) -> Array:
+        return self.scene.static_link_loads()
+
+    @property
+    def d_static_link_loads(self) -> Array:
+        return self.system.static_link_loads()
+
+    @property
+    def static_carriage_loads(self) -> Array:
+        return self.system.static_group_loads()[0]
+
+    @property
+    def d_static_carriage_loads(self) -> Array:
+        return self.system.static_group_loads()[1]
+
+    @cached_property
+    def modal(self) -> Modal:
+        """The equations in the undamped modes."""
+        frequency, _, shapes, _ = self.scene.modes()
+        return Modal.of(frequency, shapes, self.damping, (self.d_mass, self.d_damping, self.d_stiffness))
+
+    def modes(self) -> ModeDerivatives:
+        """The modes and their derivatives. A nonlinear link without contact counts with its nominal stiffness."""
+        return self.modal.modes()
+
+    def response(
+        self,
+        frequency: ArrayLike,
+        point: Sequence[float] | None = None,
+        direction: Sequence[float] = (1, 0, 0),
+    ) -> tuple[Complex, Complex]:
+        """Complex amplitudes q (m, 6) of L at m frequencies [Hz] and their derivatives (m, p, 6).
+
+        Per N at a point [m from L] along a direction (a unit vector) or, without point, per m/s2 of the drive along it.
+        A point r of the body moves by u + phi x r. Convention exp(i 2 pi f t), as in `frequency_response`.
+        """
+        out = self.system.out_of_contact()
+        if out:
+            raise ArgumentError(
+                f"links {out} have no contact at rest, so the response has none of their stiffness, and a small change "
+                "does not tell when they touch; take the response of the machine without them"
+            )
+        along, hertz = np.asarray(direction, dtype=np.float64), np.asarray(frequency, dtype=np.float64)
+        if along.shape != (3,) or hertz.ndim != 1:
+            raise ArgumentError("response: expected frequencies (m,) and a direction (3,)")
+        force, d_force = np.zeros(6), np.zeros((len(self.columns), 6))
+        if point is None:
+            force, d_force = -self.mass[:, :3] @ along, -self.d_mass[:, :, :3] @ along
+        else:
+            force = np.concatenate([along, np.cross(point, along)])
+        return self.modal.response(2.0 * np.pi * hertz, force, d_force)

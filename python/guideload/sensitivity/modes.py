@@ -1,0 +1,220 @@
+"""Derivatives of natural frequencies, damping, mode shapes and frequency responses, in the undamped modes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from guideload.base.arrays import Array
+
+Complex = NDArray[np.complex128]
+# Relative distance of frequencies that count as one: nearer ones have shapes with less than half of the digits.
+REPEATED = 1e-8
+# Size of x^T (2 lambda M + C) x of a shape of length 1 in the undamped modes, over that of an undamped mode, below
+# which the eigenvalue is defective, as in critical damping: its derivative is infinite.
+DEFECTIVE = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class ModeDerivatives:
+    """The n undamped and the m damped modes, by ascending frequency, and their derivatives by p columns.
+
+    frequency, d_frequency          (n,) Hz, (p, n), of the undamped machine
+    damping_ratio, d_damping_ratio  (n,), (p, n), as in `Modes`: without coupling of the modes by damping
+    shape, d_shape                  (n, 6), (p, n, 6), undamped, of unit modal mass
+    eigenvalue, d_eigenvalue        (m,) 1/s, complex, (p, m), of the damped machine: one of each conjugate pair, with
+                                    positive imaginary part, and all real ones (of overdamped modes)
+    damped_shape, d_damped_shape    (m, 6) complex, (p, m, 6), with x^T (2 lambda M + C) x = 1
+    repeated                        indices of undamped modes that have one frequency. Along one column it splits:
+                                    d_frequency has its slopes in ascending order. The shapes, and with them the damping
+                                    ratios, have no derivative: nan. Likewise for eigenvalues of the damped machine
+    reasons                         why derivatives are nan, in words
+    """
+
+    frequency: Array
+    d_frequency: Array
+    damping_ratio: Array
+    d_damping_ratio: Array
+    shape: Array
+    d_shape: Array
+    eigenvalue: Complex
+    d_eigenvalue: Complex
+    damped_shape: Complex
+    d_damped_shape: Complex
+    repeated: tuple[tuple[int, ...], ...]
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Modal:
+    """q = shapes^T y with y'' + damping y' + omega^2 y = 0, and the derivatives of the equations in these shapes."""
+
+    omega: Array  # (n,) rad/s
+    shapes: Array  # (n, 6), of unit modal mass
+    damping: Array  # (n, n)
+    d_mass: Array  # (p, n, n)
+    d_damping: Array
+    d_stiffness: Array
+
+    @classmethod
+    def of(cls, omega: Array, shapes: Array, damping: Array, derivatives: Sequence[Array]) -> Modal:
+        """From matrices of all dofs: damping (6, 6) and derivatives (p, 6, 6) of mass, damping and stiffness."""
+        return cls(
+            omega, shapes, shapes @ damping @ shapes.T, *(shapes @ one @ shapes.T for one in derivatives)
+        )
+
+    # ---- frequency response
+
+    def response(self, omega: Array, force: Array, d_force: Array) -> tuple[Complex, Complex]:
+        """Amplitudes (m, 6) under a force (6,) on all dofs, and their derivatives (m, p, 6)."""
+        w = omega[:, None, None]
+        dynamic = np.diag(self.omega**2) + 1j * w * self.damping - w**2 * np.eye(self.omega.size)
+        change = self._dynamic(np.asarray(1j * omega, dtype=np.complex128))
+        y = np.linalg.solve(
+            dynamic, np.broadcast_to(self.shapes @ force, (omega.size, self.omega.size))[..., None]
+        )
+        right = (d_force @ self.shapes.T)[None] - (change @ y[:, None])[..., 0]
+        d_y = np.linalg.solve(dynamic[:, None], right[..., None])[..., 0]
+        return np.asarray(y[..., 0] @ self.shapes, np.complex128), np.asarray(
+            d_y @ self.shapes, np.complex128
+        )
+
+    def _dynamic(self, rates: Complex) -> Complex:
+        """Derivatives (m, p, n, n) of s^2 M + s C + K at rates s (m,)."""
+        s = rates[:, None, None, None]
+        return np.asarray(s**2 * self.d_mass + s * self.d_damping + self.d_stiffness)
+
+    # ---- modes
+
+    def modes(self) -> ModeDerivatives:
+        """The modes and their derivatives."""
+        reasons: list[str] = []
+        d_frequency, d_shape, repeated = self._undamped(reasons)
+        ratio = np.diag(self.damping) / (2.0 * self.omega)
+        mixed = np.einsum("pkj,jk->pk", d_shape, self.damping)
+        d_modal = np.einsum("pkk->pk", self.d_damping) + 2.0 * mixed
+        d_ratio = d_modal / (2.0 * self.omega) - ratio * d_frequency / self.omega
+        eigenvalue, d_eigenvalue, damped, d_damped = self._damped(reasons)
+        turn = 2.0 * np.pi
+        return ModeDerivatives(
+            self.omega / turn,
+            d_frequency / turn,
+            ratio,
+            d_ratio,
+            self.shapes,
+            d_shape @ self.shapes,
+            eigenvalue,
+            d_eigenvalue,
+            damped @ self.shapes,
+            d_damped @ self.shapes,
+            repeated,
+            tuple(reasons),
+        )
+
+    def _undamped(self, reasons: list[str]) -> tuple[Array, Array, tuple[tuple[int, ...], ...]]:
+        """Derivatives of omega (p, n), of the shapes in the shapes (p, n, n), and groups of equal frequencies."""
+        squares, n = self.omega**2, self.omega.size
+        # (p, j, k): work of a change on shape j in mode k.
+        work = self.d_stiffness - squares * self.d_mass
+        slope = np.einsum("pkk->pk", work).copy()
+        gaps = squares - squares[:, None]  # of mode k to shape j
+        np.fill_diagonal(gaps, 1.0)
+        groups = tuple(_groups(self.omega))
+        for group in groups:
+            at = list(group)
+            slope[:, at] = np.linalg.eigvalsh(work[:, at][:, :, at])
+            gaps[np.ix_(at, at)] = 1.0
+            frequency = self.omega[at[0]] / (2.0 * np.pi)
+            reasons.append(
+                f"modes {_numbers(group)} have one frequency, {frequency:.6g} Hz: their shapes may be any of a plane "
+                "and have no derivative; the slopes of the frequencies are those along each column alone"
+            )
+        mixed = work / gaps
+        mixed[:, range(n), range(n)] = -0.5 * np.einsum("pkk->pk", self.d_mass)
+        for group in groups:
+            mixed[:, :, list(group)] = np.nan
+        return slope / (2.0 * self.omega), mixed.transpose(0, 2, 1), groups
+
+    def _damped(self, reasons: list[str]) -> tuple[Complex, Complex, Complex, Complex]:
+        """Eigenvalues (m,), their derivatives (p, m), shapes (m, n) and their derivatives (p, m, n)."""
+        values, shapes = self._eigenpairs()
+        d_values = np.full((len(self.d_mass), values.size), np.nan + 0j)
+        d_shapes = np.full((len(self.d_mass), *shapes.shape), np.nan + 0j)
+        groups = list(_groups(values))
+        for group in groups:
+            at = list(group)
+            basis = shapes[at]
+            weights = basis @ self._slope(values[at[0]], basis)
+            if np.linalg.cond(weights) < 1.0 / DEFECTIVE:
+                change = basis @ self._dynamic(values[at[:1]])[0] @ basis.T
+                d_values[:, at] = np.sort_complex(-np.linalg.eigvals(np.linalg.solve(weights, change)))
+            reasons.append(
+                f"eigenvalues {_numbers(group)} of the damped machine coincide: their shapes have no derivative"
+            )
+        together = {k for group in groups for k in group}
+        for k in (k for k in range(values.size) if k not in together):
+            weight = complex(shapes[k] @ self._slope(values[k], shapes[k]))
+            if abs(weight) < DEFECTIVE * (abs(values[k]) + self.omega[0]):
+                reasons.append(
+                    f"eigenvalue {k + 1} of the damped machine is critically damped: it has no derivative"
+                )
+                continue
+            shapes[k] = _turned(shapes[k] / np.sqrt(weight))
+            d_values[:, k], d_shapes[:, k] = self._simple(values[k], shapes[k])
+        return values, d_values, shapes, d_shapes
+
+    def _slope(self, value: complex, shape: Complex) -> Complex:
+        """(2 lambda M + C) x for shapes x (..., n), as columns."""
+        return np.asarray(2.0 * value * shape.T + self.damping @ shape.T)
+
+    def _simple(self, value: complex, x: Complex) -> tuple[Complex, Complex]:
+        """Derivatives (p,) of a simple eigenvalue and (p, n) of its shape."""
+        n, slope = x.size, self._slope(value, x)
+        change = self._dynamic(np.array([value]))[0] @ x  # (p, n)
+        d_value = -change @ x
+        bordered = np.zeros((n + 1, n + 1), dtype=np.complex128)
+        bordered[:n, :n] = np.diag(value**2 + self.omega**2) + value * self.damping
+        bordered[:n, n] = bordered[n, :n] = slope
+        turned = 2.0 * d_value[:, None, None] * np.eye(n) + 2.0 * value * self.d_mass + self.d_damping
+        right = np.empty((len(d_value), n + 1), dtype=np.complex128)
+        right[:, :n] = -change - d_value[:, None] * slope
+        right[:, n] = -0.5 * ((turned @ x) @ x)
+        return d_value, np.asarray(np.linalg.solve(bordered, right.T).T[:, :n], dtype=np.complex128)
+
+    def _eigenpairs(self) -> tuple[Complex, Complex]:
+        """Eigenvalues (m,), ascending by size, without conjugates, and their shapes (m, n) in the modes."""
+        n, omega = self.omega.size, np.diag(self.omega)
+        matrix = np.block([[np.zeros((n, n)), omega], [-omega, -self.damping]])
+        values, vectors = np.linalg.eig(matrix)
+        kept = values.imag >= 0.0
+        order = np.argsort(np.abs(values[kept]), kind="stable")
+        values = np.asarray(values[kept][order], dtype=np.complex128)
+        # The upper half is omega y.
+        shapes = (vectors[:n, kept][:, order] / self.omega[:, None]).T
+        return values, np.ascontiguousarray(
+            shapes / np.linalg.norm(shapes, axis=1)[:, None], dtype=np.complex128
+        )
+
+
+def _numbers(group: Sequence[int]) -> str:
+    """Numbers of modes, from 1."""
+    return ", ".join(str(k + 1) for k in group)
+
+
+def _turned(shape: Complex) -> Complex:
+    """The shape or its negative, so that its largest entry has a positive real part."""
+    return shape if shape[np.argmax(np.abs(shape))].real > 0.0 else -shape
+
+
+def _groups(values: Array | Complex) -> Iterator[tuple[int, ...]]:
+    """Indices of values that are one to rounding, in groups of two or more."""
+    left = list(range(values.size))
+    while left:
+        k = left.pop(0)
+        near = [j for j in left if abs(values[j] - values[k]) <= REPEATED * abs(values[k])]
+        left = [j for j in left if j not in near]
+        if near:
+            yield (k, *near)

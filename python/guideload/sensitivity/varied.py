@@ -1,0 +1,80 @@
+"""A machine some of whose numbers vary: its linear equations at rest for any values, with exact derivatives."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from guideload._core import VariedScene
+from guideload.base.errors import ArgumentError
+from guideload.machine.machine import DOFS, Machine
+from guideload.motion.motion import Motion
+from guideload.parameters.parameters import Parameters
+from guideload.sensitivity.columns import Column, To, columns_of
+from guideload.sensitivity.linearised import Linearised
+
+__all__ = ["Column", "VariedMachine"]
+NO_MOTION = Motion.along_x([0.0, 1.0], [0.0, 0.0])
+
+
+class VariedMachine:
+    """A machine whose numbers at some paths vary.
+
+    machine  with straight rails, on a rigid base, without payloads that come and go; riders stand at their positions
+    columns  the values that vary
+    """
+
+    def __init__(self, machine: Machine, to: To, motion: Motion = NO_MOTION) -> None:
+        """to: paths as in a study, such as "carriages.*.stiffness_y": a column for each number that they name; or a
+        mapping from names to paths: a column for each name, whose numbers vary together. The paths motion.scale and
+        motion.force_scale need the motion. Raises ArgumentError, SceneError.
+        """
+        machine.require_no_payloads("a sensitivity")
+        if not machine.has_straight_rails:
+            raise ArgumentError(
+                "rails: derivatives are for straight rails, as their profile moves the feet of the links; leave "
+                "straightness out, or compare runs of simulate"
+            )
+        self.machine = machine
+        parameters = Parameters(machine, motion)
+        self.columns: tuple[Column, ...] = columns_of(parameters, to)
+        body, table = machine.body, machine.link_table()
+        riders = [rider.at(rider.position) for rider in machine.riders]
+        self._scene = VariedScene(
+            mass=body.mass,
+            center_of_mass=body.center_of_mass,
+            inertia=body.inertia,
+            inertia_about_reference=body.inertia_about == "L",
+            gravity=machine.gravity,
+            free=machine.free,
+            points=table.points,
+            directions=table.directions,
+            laws=table.laws,
+            damping=table.damping,
+            damping_in_contact=table.damping_in_contact,
+            offsets=machine.offsets,
+            base_compliance=None if machine.base is None else machine.base.compliance,
+            payloads=[(one.mass, one.center_of_mass, one.inertia, False, []) for one in riders],
+            groups=machine.links_of_carriages,
+            centers=machine.carriage_places,
+            changes=parameters.changes((column.form, column.paths) for column in self.columns),
+            columns=len(self.columns),
+        )
+
+    @property
+    def values(self) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        """The values of the machine as it is, (columns,) in SI units."""
+        return np.array([column.value for column in self.columns])
+
+    def at(self, values: ArrayLike | None = None) -> Linearised:
+        """The machine at rest with these values (columns,), by default its own.
+
+        Raises SceneError for values that no machine can have or whose machine does not hold its body, and ArgumentError
+        where there is no derivative: a link at a kink of its law, a body that is loose in its clearance, an elastic
+        base.
+        """
+        given = self.values if values is None else np.ascontiguousarray(values, dtype=np.float64)
+        if given.shape != (len(self.columns),) or not np.isfinite(given).all():
+            raise ArgumentError(f"values: expected {len(self.columns)} finite numbers, got {values!r:.80}")
+        free = np.array([DOFS.index(dof) for dof in self.machine.free])
+        return Linearised.of(self.columns, free, self._scene.at(given))

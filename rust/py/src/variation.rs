@@ -1,0 +1,236 @@
+//! Scenes whose numbers vary, and their derivatives.
+
+use std::sync::Arc;
+
+use guideload::batch::{Base, Change, Group, NominalBody, Payload, Plan, Target};
+use guideload::sensitivity::{SystemDerivative, VariedSystem};
+use guideload::{Free, LawParameter, Link, Part};
+use nalgebra::Matrix6;
+use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::convert::{self, Array2, CoreError, List, matrix3, numbers, zeros};
+use crate::law::PyLaw;
+use crate::links::{group_links, links};
+use crate::scene::{PyScene, table};
+
+/// The third part of a target: an axis or a name.
+#[derive(FromPyObject)]
+pub enum Place {
+    Index(usize),
+    Name(String),
+}
+
+/// Mass, centre of mass and inertia of a payload, whether the inertia is about L, and the first sample and the one after the last of each
+/// stay.
+pub type PayloadArguments = (f64, [f64; 3], [[f64; 3]; 3], bool, List<(usize, usize)>);
+
+/// A target, a constant, and columns with their factors.
+pub type ChangeArguments = ((String, usize, Place), f64, List<(usize, f64)>);
+
+/// The base of changes, with the data that it borrows.
+pub struct OwnedBase {
+    pub body: NominalBody,
+    pub gravity: [f64; 3],
+    pub free: Free,
+    pub base_compliance: Option<Matrix6<f64>>,
+    pub links: Vec<Link>,
+    pub groups: Vec<Group>,
+    pub payloads: Vec<Payload>,
+}
+
+impl OwnedBase {
+    pub fn base(&self) -> Base<'_> {
+        let NominalBody { mass, center_of_mass, inertia, inertia_about_reference } = self.body;
+        Base {
+            mass,
+            center_of_mass,
+            inertia,
+            inertia_about_reference,
+            links: &self.links,
+            gravity: self.gravity.into(),
+            free: self.free,
+            base_compliance: self.base_compliance,
+            groups: &self.groups,
+            payloads: &self.payloads,
+        }
+    }
+}
+
+pub fn body(
+    mass: f64,
+    center: [f64; 3],
+    inertia: [[f64; 3]; 3],
+    inertia_about_reference: bool,
+) -> NominalBody {
+    let (center_of_mass, inertia) = (center.into(), matrix3(inertia));
+    NominalBody { mass, center_of_mass, inertia, inertia_about_reference }
+}
+
+pub fn payload((mass, center, inertia, inertia_about_reference, stays): PayloadArguments) -> Payload {
+    let body = body(mass, center, inertia, inertia_about_reference);
+    Payload { body, stays: stays.0.into_iter().map(|(from, to)| from..to).collect() }
+}
+
+pub fn change(((name, index, place), constant, terms): ChangeArguments) -> PyResult<Change> {
+    let unknown = || PyValueError::new_err(format!("changes: there is no target ({name:?}, {index}, …)"));
+    let target = match (name.as_str(), place) {
+        ("mass", _) => Target::Mass,
+        ("center_of_mass", _) => Target::CenterOfMass(index),
+        ("inertia", Place::Index(column)) => Target::Inertia(index, column),
+        ("gravity", _) => Target::Gravity(index),
+        ("point", Place::Index(axis)) => Target::Point { link: index, axis },
+        ("damping", _) => Target::Damping(index),
+        ("offset", _) => Target::Offset(index),
+        ("law", Place::Name(parameter)) => {
+            Target::Law { link: index, parameter: LawParameter::from_name(&parameter).ok_or_else(unknown)? }
+        }
+        ("center", Place::Index(axis)) => Target::Center { group: index, axis },
+        ("payload_mass", _) => Target::PayloadMass(index),
+        ("payload_center_of_mass", Place::Index(axis)) => {
+            Target::PayloadCenterOfMass { payload: index, axis }
+        }
+        ("acceleration", _) => Target::Acceleration,
+        ("wrench", _) => Target::Wrench,
+        _ => return Err(unknown()),
+    };
+    Ok(Change { target, constant, terms: terms.0 })
+}
+
+/// A scene whose numbers vary. It carries all its payloads.
+#[pyclass(name = "VariedScene", module = "guideload._core", frozen)]
+pub struct PyVariedScene {
+    base: OwnedBase,
+    plan: Plan,
+    columns: usize,
+}
+
+#[pymethods]
+impl PyVariedScene {
+    #[new]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, changes, columns, offsets=None, base_compliance=None, payloads=None))]
+    #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
+    fn new(
+        mass: f64,
+        center_of_mass: [f64; 3],
+        inertia: [[f64; 3]; 3],
+        inertia_about_reference: bool,
+        gravity: [f64; 3],
+        free: List<String>,
+        points: PyReadonlyArray2<'_, f64>,
+        directions: PyReadonlyArray2<'_, f64>,
+        laws: List<PyRef<'_, PyLaw>>,
+        damping: PyReadonlyArray1<'_, f64>,
+        damping_in_contact: PyReadonlyArray1<'_, bool>,
+        groups: List<PyReadonlyArray1<'_, i64>>,
+        centers: PyReadonlyArray2<'_, f64>,
+        changes: List<ChangeArguments>,
+        columns: usize,
+        offsets: Option<PyReadonlyArray1<'_, f64>>,
+        base_compliance: Option<[[f64; 6]; 6]>,
+        payloads: Option<List<PayloadArguments>>,
+    ) -> PyResult<Self> {
+        let links = links(&points, &directions, &laws.0, &damping, &damping_in_contact, offsets.as_ref())?;
+        let groups = group_links(links.len(), &groups.0, &centers)?;
+        let base = OwnedBase {
+            body: body(mass, center_of_mass, inertia, inertia_about_reference),
+            gravity,
+            free: convert::free(&free.0)?,
+            base_compliance: base_compliance.map(convert::matrix6),
+            links,
+            groups: groups
+                .into_iter()
+                .map(|(links, center, axes)| Group { axes, ..Group::new(links, center) })
+                .collect(),
+            payloads: payloads.into_iter().flat_map(|payloads| payloads.0).map(payload).collect(),
+        };
+        let changes = changes.0.into_iter().map(change).collect::<PyResult<Vec<_>>>()?;
+        let plan = Plan::new(&base.base(), &changes).map_err(CoreError::from)?;
+        if plan.columns() > columns {
+            let got = plan.columns();
+            return Err(PyValueError::new_err(format!(
+                "changes: expected at most {columns} columns, got {got}"
+            )));
+        }
+        Ok(Self { base, plan, columns })
+    }
+
+    /// The system with these values, one for each column.
+    fn at(&self, values: PyReadonlyArray1<'_, f64>) -> PyResult<PyVariedSystem> {
+        let values = numbers(&values, "values")?;
+        if values.len() != self.columns {
+            let (expected, got) = (self.columns, values.len());
+            return Err(PyValueError::new_err(format!("values: expected {expected}, got {got}")));
+        }
+        let carried: Vec<usize> = (0..self.base.payloads.len()).collect();
+        let varied = VariedSystem::new(&self.base.base(), &self.plan, &values, &carried);
+        Ok(PyVariedSystem { varied: varied.map_err(CoreError::from)?, groups: self.base.groups.clone() })
+    }
+}
+
+/// A system and its derivatives by each column of values.
+#[pyclass(name = "VariedSystem", module = "guideload._core", frozen)]
+pub struct PyVariedSystem {
+    varied: VariedSystem,
+    groups: Vec<Group>,
+}
+
+#[pymethods]
+impl PyVariedSystem {
+    /// The scene of this system.
+    fn scene(&self) -> PyScene {
+        PyScene(Arc::new(self.varied.system.clone()), Vec::new())
+    }
+
+    /// Derivatives of mass, damping and stiffness matrix, each (columns, 6, 6), and of the weight (columns, 6).
+    fn matrices<'py>(&self, py: Python<'py>) -> PyResult<([Bound<'py, PyArray3<f64>>; 3], Array2<'py>)> {
+        let derivatives = &self.varied.derivatives;
+        let cube = |pick: fn(&SystemDerivative) -> &Matrix6<f64>| {
+            // Symmetric, so that the order of rows and columns does not matter.
+            let flat: Vec<f64> = derivatives.iter().flat_map(|by| pick(by).iter().copied()).collect();
+            flat.into_pyarray(py).reshape([derivatives.len(), 6, 6])
+        };
+        let all = [cube(|by| &by.mass)?, cube(|by| &by.damping)?, cube(|by| &by.stiffness)?];
+        Ok((all, table(py, derivatives.iter().map(|by| <[f64; 6]>::from(by.weight)))?))
+    }
+
+    /// Derivative of the static position of L (columns, 6).
+    fn static_position<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
+        table(py, self.varied.derivatives.iter().map(|by| <[f64; 6]>::from(by.static_position)))
+    }
+
+    /// Derivative of the static load of each link (columns, links).
+    fn static_link_loads<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
+        let (columns, links) = (self.varied.derivatives.len(), self.varied.system.links().len());
+        let out = zeros(py, &[columns, links])?;
+        {
+            let mut rows = out.readwrite();
+            for (entry, to) in rows.as_slice_mut()?.iter_mut().enumerate() {
+                *to = self.varied.static_link_load(entry / links, entry % links);
+            }
+        }
+        Ok(out)
+    }
+
+    /// Static load of each group (groups, 6), and its derivative (columns, groups, 6).
+    fn static_group_loads<'py>(&self, py: Python<'py>) -> PyResult<(Array2<'py>, Bound<'py, PyArray3<f64>>)> {
+        let (columns, groups) = (self.varied.derivatives.len(), self.groups.len());
+        let loads = |of: &(usize, &Group)| self.varied.group_load(of.0, of.1, Part::Total).at_rest();
+        let at_rest = table(py, self.groups.iter().enumerate().map(|of| loads(&of)))?;
+        let out = zeros(py, &[columns, groups, 6])?;
+        {
+            let mut rows = out.readwrite();
+            for (entry, to) in rows.as_slice_mut()?.as_chunks_mut::<6>().0.iter_mut().enumerate() {
+                let (column, group) = (entry / groups, entry % groups);
+                *to = self.varied.static_group_load(column, group, &self.groups[group]);
+            }
+        }
+        Ok((at_rest, out))
+    }
+
+    /// Indices of the links without contact at rest, which enter the modes with their nominal stiffness.
+    fn out_of_contact(&self) -> Vec<usize> {
+        self.varied.out_of_contact().collect()
+    }
+}
