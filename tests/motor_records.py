@@ -35,7 +35,11 @@ def axis(**others: object) -> Machine:
     damping = {"damping_y": 1e4, "damping_z": 1e4}
     keys = {
         "rails": [{"name": "1", "position": [0.0, 0.0]}],
-        "body": {"mass": MASS, "center_of_mass": [0.0, 0.15, 0.02], "inertia": np.diag([2.0, 4.0, 4.0]).tolist()},
+        "body": {
+            "mass": MASS,
+            "center_of_mass": [0.0, 0.15, 0.02],
+            "inertia": np.diag([2.0, 4.0, 4.0]).tolist(),
+        },
         "carriages": [{"name": n, "x": x, **carriage, **damping} for n, x in (("a", -0.1), ("b", 0.1))],
         "friction": {"seal": SEAL, "viscous": VISCOUS},
     }

@@ -31,6 +31,7 @@ def test_independent_errors_are_not_inflated() -> None:
 
 def test_directions_without_information_do_not_count() -> None:
     rng = np.random.default_rng(2)
-    slopes = rng.standard_normal((20_000, 1)) * [[1.0, 1.0, 0.0]]  # only the sum of the first two, and never the third
+    slopes = rng.standard_normal((20_000, 1)) * [[1.0, 1.0, 0.0]]  # the sum of two, never the third
     scores = 2.0 * slopes * rng.standard_normal((20_000, 1))
-    assert inflation(slopes.T @ slopes, long_run_covariance(scores)) == pytest.approx(4.0, rel=0.25)  # 3 standard errors
+    # 3 standard errors of the estimated covariance.
+    assert inflation(slopes.T @ slopes, long_run_covariance(scores)) == pytest.approx(4.0, rel=0.25)

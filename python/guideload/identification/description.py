@@ -17,6 +17,7 @@ from guideload.base.errors import ConfigError, ValueRefused
 from guideload.base.toml import located, read_toml
 from guideload.identification.modal_test import MeasuredMode, ModalTest
 from guideload.identification.places import Place, place_of
+from guideload.identification.record_tables import MotorForceTable, SensorLogTable
 from guideload.identification.unknowns import UnknownTable
 from guideload.machine.machine import Machine
 from guideload.study.description.refusals import problem_at
@@ -90,7 +91,7 @@ class ModalTestTable(ConfigModel):
             raise ValueRefused("each number once", numbers)
         return modes
 
-    def measured(self, machine: Machine) -> ModalTest:
+    def measured(self, machine: Machine, folder: Path) -> ModalTest:
         """The data for the fit. Raises ValueRefused."""
         places = tuple(_places(self.places, machine))
         for i, mode in enumerate(self.modes):
@@ -123,22 +124,26 @@ class IdentifyFile(ConfigModel):
         min_length=1, description="one [[unknown]] table for each parameter, or group of them"
     )
     modal_tests: tuple[ModalTestTable, ...] = Field(default=(), description="one [[modal_tests]] table each")
+    motor_forces: tuple[MotorForceTable, ...] = Field(
+        default=(), description="one [[motor_forces]] table each"
+    )
+    sensor_logs: tuple[SensorLogTable, ...] = Field(default=(), description="one [[sensor_logs]] table each")
 
-    KINDS: ClassVar[tuple[str, ...]] = ("modal_tests",)
+    KINDS: ClassVar[tuple[str, ...]] = ("modal_tests", "motor_forces", "sensor_logs")
 
     @property
     def files(self) -> tuple[str, ...]:
         """Names of the files that it names."""
         return tuple(name for name in (self.machine, self.trace) if name is not None)
 
-    def data(self, machine: Machine) -> list[Measured]:
-        """The measured data of all kinds. Raises ConfigError."""
+    def data(self, machine: Machine, folder: Path) -> list[Measured]:
+        """The measured data of all kinds, in files of `folder`. Raises ConfigError, ArgumentError and TraceError."""
         found: list[Measured] = []
         problems = []
         for kind in self.KINDS:
             for i, table in enumerate(getattr(self, kind)):
                 try:
-                    found.append(table.measured(machine))
+                    found.append(table.measured(machine, folder))
                 except ValueRefused as refused:
                     problems.append(problem_at((kind, i), refused))
         if problems:
@@ -157,7 +162,7 @@ def read_identify(file: str | PathLike[str]) -> tuple[IdentifyFile, Machine, lis
                 refused = ValueRefused("a file that exists", name, f"there is no {folder / name}")
                 raise ConfigError([problem_at((key,), refused)])
         machine = Machine.from_toml(folder / described.machine)
-        return described, machine, described.data(machine)
+        return described, machine, described.data(machine, folder)
     except ConfigError as error:
         if error.file is not None:  # the machine's own file
             raise

@@ -55,7 +55,7 @@ def interval(fit: Fit, index: int, sigma: float, degrees: float, widening: float
     before = 1.0 / float(objective.weights[index])
     if sigma > TOLD * before:  # unless the profile is far steeper than the covariance says
         least = TOLD * quantile * before
-        if not all(_Root(fit, index, side)(least) > quantile for side in (-1.0, 1.0)):
+        if not all(_Root(fit, index, side, widening)(least) > quantile for side in (-1.0, 1.0)):
             low, high = np.clip(ends, *bounds).tolist()
             return Interval(low, high, sigma / before, False, degrees)
     profile = False

@@ -1,9 +1,9 @@
 """Exact histories of a linear machine under a motion, and their derivatives by its unknown values.
 
-The state x = (q, q') of the free dofs obeys x' = A x + B u. With A = S diag(lambda) S^-1, every history is a sum of the
-responses r of y' = lambda y + u to the inputs u, and every derivative one of r and s = dr/dlambda: a change dA mixes two
-modes i and j by (r_i - r_j)/(lambda_i - lambda_j), and one mode with itself by s_i. Between stamps u is linear, for
-which r and s are exact, at any instant.
+The state x = (q, q') of the free dofs obeys x' = A x + B u. With A = S diag(lambda) S^-1, every history is a sum of
+the responses r of y' = lambda y + u to the inputs u, and every derivative one of r and s = dr/dlambda: a change dA
+mixes two modes i and j by (r_i - r_j)/(lambda_i - lambda_j), and one mode with itself by s_i. Between stamps u is
+linear, for which r and s are exact, at any instant.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from scipy.signal import lfilter
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
-from guideload.identification.model import Linearised
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.sensitivity.linearised import Linearised
 from guideload.simulation.start import start_of
 
 Complex = NDArray[np.complex128]
@@ -137,9 +137,13 @@ class LinearHistories:
         pushed = np.hstack([-rest.mass[free, :3], np.eye(6)[free]]) @ inputs.places
         self.of_state = -inverse @ np.hstack([rest.stiffness[square], rest.damping[square]])  # q'' from x
         self.of_input = inverse @ pushed
-        d_mass = rest.d_mass[(slice(None), *square)]
-        changed = np.concatenate([rest.d_stiffness[(slice(None), *square)], rest.d_damping[(slice(None), *square)]], 2)
-        by_pushed = np.concatenate([-rest.d_mass[:, free, :3], np.zeros((len(d_mass), self.n, 6))], 2) @ inputs.places
+        d_mass, d_damping, d_stiffness = (
+            each[:, free[:, None], free] for each in (rest.d_mass, rest.d_damping, rest.d_stiffness)
+        )
+        changed = np.concatenate([d_stiffness, d_damping], 2)
+        by_pushed = (
+            np.concatenate([-rest.d_mass[:, free, :3], np.zeros((len(d_mass), self.n, 6))], 2) @ inputs.places
+        )
         self.by_of_state = -inverse @ (changed + d_mass @ self.of_state)
         self.by_of_input = inverse @ (by_pushed - d_mass @ self.of_input)
 
@@ -149,8 +153,9 @@ class LinearHistories:
         """The displacement row @ q of L (0), its velocity (1) or acceleration (2), from the place at rest."""
         part = np.asarray(row)[self.rest.free]
         if derivative == 2:
-            tied = (part @ one for one in (self.of_state, self.of_input, self.by_of_state, self.by_of_input))
-            return Output(*tied)
+            return Output(
+                part @ self.of_state, part @ self.of_input, part @ self.by_of_state, part @ self.by_of_input
+            )
         p, m = len(self.by_of_state), self.inputs.values.shape[1]
         of_state = np.zeros(2 * self.n)
         of_state[derivative * self.n : (derivative + 1) * self.n] = part
@@ -176,7 +181,9 @@ class LinearHistories:
 
     def history(self, output: Output, at: Instants) -> History:
         """The history of a quantity at some instants."""
-        low = np.concatenate([output.of_state[self.n :] @ self.of_state, output.of_state[self.n :] @ self.of_input])
+        low = np.concatenate(
+            [output.of_state[self.n :] @ self.of_state, output.of_state[self.n :] @ self.of_input]
+        )
         rate_of_state, rate_of_input = low[: 2 * self.n], low[2 * self.n :]
         rate_of_state[self.n :] += output.of_state[: self.n]
         both = self._from_state(np.array([output.of_state, rate_of_state]), at)
@@ -187,7 +194,7 @@ class LinearHistories:
         return History(values, by, slope)
 
     def at(self, time: Array | None = None) -> Instants:
-        """The responses of all modes at some instants (n,) [s], inside those of the inputs; by default at their stamps."""
+        """The responses of all modes at instants (n,) [s], inside those of the inputs; by default at their stamps."""
         inputs, values = self.inputs, self._modes[0][self._kept]
         u = np.tile(inputs.values.T, (values.size, 1))  # rows: each input of each mode
         modes = np.repeat(values, inputs.values.shape[1])

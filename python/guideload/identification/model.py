@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from guideload.base.arrays import Array
+from guideload.identification.linear_histories import Inputs, LinearHistories
 from guideload.identification.unknowns import Unknown
 from guideload.machine.machine import Machine
 from guideload.sensitivity.linearised import Linearised
 from guideload.sensitivity.modes import ModeDerivatives
 from guideload.sensitivity.varied import VariedMachine
-
-if TYPE_CHECKING:
-    from guideload.identification.linear_histories import Inputs, LinearHistories
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +43,6 @@ class ModelAt:
 
     def histories(self, inputs: Inputs) -> LinearHistories:
         """Its histories under a motion, with derivatives by the values; data with the same inputs share them."""
-        from guideload.identification.linear_histories import LinearHistories
-
         if id(inputs) not in self._histories:
             self._histories[id(inputs)] = LinearHistories(self.rest, inputs)
         return self._histories[id(inputs)]

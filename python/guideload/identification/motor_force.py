@@ -93,9 +93,10 @@ class MotorForce:
         windows = Windows.of(time, usable, window or span / WINDOWS, name)
         first = FIRST_LEVEL * float(values[windows.samples].std())
         known = level is not None
+        level = level or first or 1.0
         return cls(
-            name, inputs, velocity, time, values, windows, level or first or 1.0, known, friction, machine, torque, delayed
-        )  # fmt: skip
+            name, inputs, velocity, time, values, windows, level, known, friction, machine, torque, delayed
+        )
 
     # ---- as the fit sees it
 
@@ -103,16 +104,20 @@ class MotorForce:
     def own(self) -> tuple[OwnUnknown, ...]:
         unit = "N m" if self.torque else "N"
         spread = float(self.values[self.windows.samples].std()) or 1.0
-        friction = self.machine.friction
         force = spread / (abs(self._lever) if self.torque else 1.0)
         scales = {"seal": force / len(self.machine.carriages), "viscous": force / abs(self.velocity).max()}
         found = [
             OwnUnknown(
-                f"friction.{key} in {self.name}", FRICTION[key],
-                0.0 if friction is None else getattr(friction, key), np.inf, scales[key], (0.0, np.inf), f"friction.{key}",
+                f"friction.{key} in {self.name}",
+                FRICTION[key],
+                self._known(key),
+                np.inf,
+                scales[key],
+                (0.0, np.inf),
+                f"friction.{key}",
             )
             for key in self.friction
-        ]  # fmt: skip
+        ]
         found.append(OwnUnknown(f"offset of {self.name}", unit, 0.0, np.inf, spread))
         if self.delayed:
             bounds = (-LONGEST_DELAY, LONGEST_DELAY)
@@ -173,7 +178,9 @@ class MotorForce:
         gain, inertia = self._as_measured(force, velocity)
         by_own = [self.windows.mean(gain * unknown), np.ones((1, self.windows.first.size))]
         if self.delayed:
-            viscous = dict(zip(self.friction, own[:k].tolist(), strict=True)).get("viscous", self._known("viscous"))
+            viscous = dict(zip(self.friction, own[:k].tolist(), strict=True)).get(
+                "viscous", self._known("viscous")
+            )
             rate = gain * (reaction.slope + viscous * acceleration) + inertia * jerk
             by_own.append(-self.windows.mean(rate)[None])
         predicted = self.windows.mean(gain * force + inertia * acceleration) + own[k]
@@ -210,11 +217,13 @@ def _require_supported(machine: Machine, motion: Motion, torque: bool) -> None:
     """Raise ArgumentError for a machine whose drive force is more than this kind of data knows."""
     require_held_x(machine)
     if motion.velocity is None:
-        raise ArgumentError("identify: motor force needs the velocity of the cart, which this motion does not have")
+        raise ArgumentError(
+            "identify: motor force needs the velocity of the cart, which this motion does not have"
+        )
     if machine.friction is not None and machine.friction.coefficient:
         raise ArgumentError(
-            "friction.coefficient: the force of the motor cannot tell it from friction.seal unless the loads change much; "
-            "leave it out of the machine that is identified, so that seal holds all dry friction"
+            "friction.coefficient: the force of the motor cannot tell it from friction.seal unless the loads change "
+            "much; leave it out of the machine that is identified, so that seal holds all dry friction"
         )
     if machine.drive is not None and machine.drive.push_direction is not None:
         raise ArgumentError(
@@ -222,4 +231,6 @@ def _require_supported(machine: Machine, motion: Motion, torque: bool) -> None:
             "helix_angle and push_direction"
         )
     if torque and (machine.drive is None or machine.drive.linear_motor):
-        raise ArgumentError("identify: a torque of the motor needs a [drive] that turns it into a force; give a force")
+        raise ArgumentError(
+            "identify: a torque of the motor needs a [drive] that turns it into a force; give a force"
+        )

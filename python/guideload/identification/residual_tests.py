@@ -46,8 +46,8 @@ def residual_tests(fit: Fit) -> tuple[ResidualTest, ...]:
             doubts += _series(values)
         elif alike := _likeness(values):
             doubts.append(
-                f"neighbouring differences are alike (correlation {alike:.2f}): the model lacks something, such as a law "
-                "of friction or of a link; the intervals are widened for it"
+                f"neighbouring differences are alike (correlation {alike:.2f}): the model lacks something, such as a "
+                "law of friction or of a link; the intervals are widened for it"
             )
         doubts += [
             f"the {labels[here[k]]} is {abs(values[k]):.1f} standard deviations off"

@@ -1,9 +1,9 @@
 """Logs of sensors on the body under a measured motion: accelerometers, and sensors of velocity or displacement.
 
-A channel shows gain (row @ q + motion of the cart) + offset at its point and in its direction, later or earlier than the
-trace by a delay that all channels of the log share. The offset holds gravity and the zero of the amplifier, the gain its
-sensitivity, the delay the distance of the clocks of two loggers. The start of the delay is where the log and the
-prediction of the machine file correlate best.
+A channel shows gain (row @ q + motion of the cart) + offset at its point and in its direction, later or earlier than
+the trace by a delay that all channels of the log share. The offset holds gravity and the zero of the amplifier, the
+gain its sensitivity, the delay the distance of the clocks of two loggers. The delay is sought from where the log and
+the prediction of the machine file correlate best.
 """
 
 from __future__ import annotations
@@ -100,9 +100,9 @@ class SensorLog:
     ) -> SensorLog:
         """A log of channels (n, k) beside the trace of a motion.
 
-        one_clock: whether log and trace have the same stamps, so that there is no delay. window: s; by default a tenth of
-        the period of the highest mode. Raises ArgumentError for a machine that is not linear, TraceError for a log that
-        does not resemble the motion.
+        one_clock: whether log and trace have the same stamps, so that there is no delay. window: s; by default a tenth
+        of the period of the highest mode. Raises ArgumentError for a machine that is not linear, TraceError for a log
+        that does not resemble the motion.
         """
         inputs = Inputs.of(machine, motion)
         frequency = Modes.of(machine).frequency
@@ -120,7 +120,9 @@ class SensorLog:
         spreads = values[windows.samples].std(axis=0)
         for channel, spread in zip(channels, spreads, strict=True):
             if not spread > 0.0:
-                raise TraceError(f"{name}: {channel.name}: expected a sensor that moves, got the same value everywhere")
+                raise TraceError(
+                    f"{name}: {channel.name}: expected a sensor that moves, got the same value everywhere"
+                )
         given = zip(channels, spreads.tolist(), strict=True)
         levels = np.array([FIRST_LEVEL * spread if one.level is None else one.level for one, spread in given])
         return cls(name, inputs, tuple(channels), time, values, windows, levels, delay, reach)
@@ -192,11 +194,15 @@ class SensorLog:
         return self._predicted(model, own)[0]
 
     def _predicted(self, model: ModelAt, own: Array) -> tuple[Array, Array, Array]:
-        """Means over the windows (k, m), and their derivatives (p, k, m) by the unknowns and (q, k, m) by the own ones."""
+        """Means over the windows (k, m), and their derivatives (p, k, m) by unknowns and (q, k, m) own ones."""
         k, m = len(self.channels), self.windows.first.size
         histories = model.histories(self.inputs)
         at = histories.at(self.time[self.windows.samples] - (own[-1] if self.reach else 0.0))
-        predicted, by_unknowns, by_own = np.empty((k, m)), np.empty((model.z.size, k, m)), np.zeros((own.size, k, m))
+        predicted, by_unknowns, by_own = (
+            np.empty((k, m)),
+            np.empty((model.z.size, k, m)),
+            np.zeros((own.size, k, m)),
+        )
         scaled = self._scaled
         for i, channel in enumerate(self.channels):
             history = histories.history(channel.shown(histories), at)

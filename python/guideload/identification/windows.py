@@ -52,4 +52,3 @@ class Windows:
     def mean(self, values: Array) -> Array:
         """Means (..., m) over the windows of values (..., n) at the used samples."""
         return np.asarray(np.add.reduceat(values, self.first, axis=-1) / self.counts)
-
