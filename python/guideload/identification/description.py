@@ -12,9 +12,12 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, PlainValidator, StrictStr, field_validator
 
-from guideload.base.config import ConfigModel, number
+from guideload.base.config import ConfigModel, in_range, number
 from guideload.base.errors import ConfigError, ValueRefused
+from guideload.base.ranges import DEFLECTION, FORCE
 from guideload.base.toml import located, read_toml
+from guideload.identification.deflections import Deflection, Deflections
+from guideload.identification.frequency_responses import FrequencyResponses, curves_of
 from guideload.identification.modal_test import MeasuredMode, ModalTest
 from guideload.identification.places import Place, place_of
 from guideload.identification.record_tables import MotorForceTable, SensorLogTable
@@ -112,6 +115,80 @@ class ModalTestTable(ConfigModel):
         return ModalTest(self.name, tuple(modes), places, stated, known, self.frequencies == "damped")
 
 
+class FrequencyResponsesTable(ConfigModel):
+    """Measured frequency responses of a file: a table as `guideload response --csv` writes it, or UFF58."""
+
+    name: StrictStr = Field(default="frequency responses", min_length=1, description="a title for reports")
+    file: FileName = Field(
+        description='columns "frequency [Hz]", "tool y re [m/N]", "tool y im [m/N]" (or m/s/N, m/s^2/N); or a .uff file'
+    )
+    force: StrictStr | None = Field(
+        default=None, description='where the force acts, e.g. "frame y"; a .uff file has it'
+    )
+    nodes: dict[str, StrictStr] = Field(
+        default={}, description='points by the numbers of nodes in a .uff file, e.g. { 12 = "tool" }'
+    )
+    low: Frequency | None = Field(default=None, description='lowest frequency that is used, e.g. "10 Hz"')
+    high: Frequency | None = Field(default=None, description='highest frequency that is used, e.g. "200 Hz"')
+    noise: Share | None = Field(
+        default=None,
+        description='standard deviation of real and imaginary part over the size, e.g. "3 %"; estimated if left out',
+    )
+    floor: Share = Field(
+        default=0.005, description="noise everywhere, relative to the largest value of a curve"
+    )
+    calibration: Share | None = Field(
+        default=None,
+        description='standard deviation of a factor on all values, from hammer and sensors, e.g. "2 %"',
+    )
+
+    TYPICAL: ClassVar[float] = 0.05
+
+    def measured(self, machine: Machine, folder: Path) -> FrequencyResponses:
+        """The data for the fit. Raises ValueRefused, TraceError."""
+        low, high = self.low or 0.0, self.high or np.inf
+        curves = curves_of(folder / self.file, machine, self.force, self.nodes, low, high)
+        level, known = self.noise or self.TYPICAL, self.noise is not None
+        return FrequencyResponses(self.name, curves, level, self.floor, known, self.calibration or 0.0)
+
+
+class DeflectionTable(ConfigModel):
+    """A displacement under a known force."""
+
+    force_at: StrictStr = Field(description='where the force acts, e.g. "frame y"')
+    force: Annotated[float, in_range(FORCE, nonzero=True)] = Field(description='e.g. "500 N"')
+    at: StrictStr = Field(description='where the displacement is measured, e.g. "tool y"')
+    moved: Annotated[float, in_range(DEFLECTION)] = Field(
+        description='e.g. "4.2 um", from the place without the force'
+    )
+
+
+class DeflectionsTable(ConfigModel):
+    """Static deflections under known forces, of a machine with linear carriages and links."""
+
+    name: StrictStr = Field(default="static deflections", min_length=1, description="a title for reports")
+    noise: Annotated[float, in_range(DEFLECTION, above=0.0)] | None = Field(
+        default=None, description='standard deviation of a displacement, e.g. "0.3 um"; estimated if left out'
+    )
+    values: tuple[DeflectionTable, ...] = Field(min_length=1, description="one table for each displacement")
+
+    TYPICAL: ClassVar[float] = 0.05  # of the largest displacement
+
+    def measured(self, machine: Machine, folder: Path) -> Deflections:
+        """The data for the fit. Raises ValueRefused."""
+        if machine.model_level != "linear":
+            way_out = "a modal test or frequency responses are for small motions about rest"
+            raise ValueRefused("a machine with linear carriages and links", machine.model_level, way_out)
+        values = tuple(
+            Deflection(place_of(one.force_at, machine), one.force, place_of(one.at, machine), one.moved)
+            for one in self.values
+        )
+        typical = self.TYPICAL * max(abs(one.moved) for one in values)
+        if self.noise is None and typical == 0.0:
+            raise ValueRefused("a displacement other than 0, or the noise", 0.0)
+        return Deflections(self.name, values, self.noise or typical, self.noise is not None)
+
+
 class IdentifyFile(ConfigModel):
     """An identify file. Raises ConfigError with all problems at once."""
 
@@ -124,20 +201,38 @@ class IdentifyFile(ConfigModel):
         min_length=1, description="one [[unknown]] table for each parameter, or group of them"
     )
     modal_tests: tuple[ModalTestTable, ...] = Field(default=(), description="one [[modal_tests]] table each")
+    frequency_responses: tuple[FrequencyResponsesTable, ...] = Field(
+        default=(), description="one [[frequency_responses]] table for each file"
+    )
+    deflections: tuple[DeflectionsTable, ...] = Field(
+        default=(), description="one [[deflections]] table each"
+    )
     motor_forces: tuple[MotorForceTable, ...] = Field(
         default=(), description="one [[motor_forces]] table each"
     )
     sensor_logs: tuple[SensorLogTable, ...] = Field(default=(), description="one [[sensor_logs]] table each")
 
-    KINDS: ClassVar[tuple[str, ...]] = ("modal_tests", "motor_forces", "sensor_logs")
+    KINDS: ClassVar[tuple[str, ...]] = (
+        "modal_tests",
+        "frequency_responses",
+        "deflections",
+        "motor_forces",
+        "sensor_logs",
+    )
 
     @property
     def files(self) -> tuple[str, ...]:
         """Names of the files that it names."""
-        return tuple(name for name in (self.machine, self.trace) if name is not None)
+        files = [self.machine, self.trace, *(table.file for table in self.frequency_responses)]
+        for record in (*self.motor_forces, *self.sensor_logs):
+            files += [record.trace, record.file]
+        return tuple(dict.fromkeys(name for name in files if name is not None))
 
     def data(self, machine: Machine, folder: Path) -> list[Measured]:
-        """The measured data of all kinds, in files of `folder`. Raises ConfigError, ArgumentError and TraceError."""
+        """The measured data of all kinds; names of files are relative to the folder.
+
+        Raises ConfigError, ArgumentError and TraceError.
+        """
         found: list[Measured] = []
         problems = []
         for kind in self.KINDS:

@@ -10,10 +10,11 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.identification.linear_histories import Inputs, LinearHistories
+from guideload.identification.places import Place
 from guideload.identification.unknowns import Unknown
 from guideload.machine.machine import Machine
 from guideload.sensitivity.linearised import Linearised
-from guideload.sensitivity.modes import ModeDerivatives
+from guideload.sensitivity.modes import Complex, ModeDerivatives
 from guideload.sensitivity.varied import VariedMachine
 
 
@@ -46,6 +47,17 @@ class ModelAt:
         if id(inputs) not in self._histories:
             self._histories[id(inputs)] = LinearHistories(self.rest, inputs)
         return self._histories[id(inputs)]
+
+    def response(self, frequency: Array, force: Place) -> tuple[Complex, Complex]:
+        """Amplitudes (n, 6) of L per newton at frequencies (n,) [Hz], and derivatives (n, p, 6) by the values."""
+        key = force.name, frequency.tobytes()
+        if key not in self._responses:
+            self._responses[key] = self.rest.response(frequency, force.at.tolist(), force.direction.tolist())
+        return self._responses[key]
+
+    @cached_property
+    def _responses(self) -> dict[tuple[str, bytes], tuple[Complex, Complex]]:
+        return {}
 
     def by_z(self, derivative: Array) -> Array:
         """Derivatives (p, ...) by the values as derivatives by z."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,13 +18,19 @@ from guideload.machine.response import AXES
 class Place:
     """A point of the machine and a direction.
 
-    name  "tool y"
-    row   (6,) its displacement along the direction is row @ q, for q = (u, phi) of L [m, rad]; a force F along the
-          direction acts on q as row F
+    name       "tool y"
+    at         (3,) m from L
+    direction  (3,) unit vector
     """
 
     name: str
-    row: Array
+    at: Array
+    direction: Array
+
+    @cached_property
+    def row(self) -> Array:
+        """(6,) the displacement along the direction is row @ q, for q = (u, phi) of L; a force F acts on q as F row."""
+        return np.concatenate([self.direction, np.cross(self.at, self.direction)])
 
 
 def place_of(text: str, machine: Machine) -> Place:
@@ -38,5 +45,4 @@ def place_of(text: str, machine: Machine) -> Place:
         )
         raise ValueRefused('a point and an axis, as "tool y"', text, f"the points of the machine are {known}")
     direction = np.array(AXES[axis.lstrip("+-")]) * (-1.0 if axis.startswith("-") else 1.0)
-    row = np.concatenate([direction, np.cross(points[name.strip()].at, direction)])
-    return Place(f"{name.strip()} {axis}", row)
+    return Place(f"{name.strip()} {axis}", np.array(points[name.strip()].at), direction)

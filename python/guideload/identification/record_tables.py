@@ -19,7 +19,7 @@ from guideload.identification.sensor_log import UNIT, Channel, Kind, SensorLog
 from guideload.machine.machine import Machine
 from guideload.study.description.options import TraceOptions
 from guideload.study.description.varied_parameter import NumberOrText
-from guideload.traces.channels import read_channels
+from guideload.traces.channels import Channels, read_channels
 
 Text = Annotated[StrictStr, Field(min_length=1)]
 Seconds = Annotated[float, PlainValidator(partial(number, unit="s", above=0.0, within=TIME))]
@@ -33,6 +33,9 @@ class RecordTable(ConfigModel):
 
     trace: Text = Field(description=f'{MOTION}"trace.csv"')
     reading: TraceOptions = Field(default=TraceOptions(), description="how the trace is read, as in a study")
+    file: Text | None = Field(
+        default=None, description='table with the record, e.g. "log.csv"; by default that of the trace'
+    )
     time: Text | None = Field(default=None, description="column of the record's time stamps; else detected")
     rate: NumberOrText | None = Field(
         default=None, description="samples per second of the record, in place of a time column"
@@ -41,17 +44,15 @@ class RecordTable(ConfigModel):
         default=None, description="length of the windows over which both sides are averaged; else chosen"
     )
 
-    def stamped(self, file: Path, columns: dict[str, str | None]) -> tuple[np.ndarray, np.ndarray]:
-        """Stamps (n,) and values (n, k) of columns of the record, in these units. Raises TraceError."""
-        channels = read_channels(file, columns, time=self.time, rate=self.rate)
-        return channels.time, channels.values
+    def stamped(self, folder: Path, columns: dict[str, str | None]) -> Channels:
+        """Columns of the record, in these units, with their stamps. Raises TraceError."""
+        return read_channels(folder / (self.file or self.trace), columns, time=self.time, rate=self.rate)
 
 
 class MotorForceTable(RecordTable):
     """Force of the drive on the cart or torque of the motor, recorded with the motion: mass and friction."""
 
     name: Text = Field(default="motor force", description="a title for reports")
-    file: Text | None = Field(default=None, description="table with the record; by default that of the trace")
     column: Text = Field(description='column of force, torque, current or voltage, e.g. "u_V"')
     quantity: Literal["force", "torque"] = Field(
         default="force", description='"force" on the cart, or "torque" of the motor; needs [drive]'
@@ -87,13 +88,12 @@ class MotorForceTable(RecordTable):
         unit, within = ("N", FORCE) if self.quantity == "force" else ("N m", MOMENT)
         scale = 1.0 if self.per_unit is None else quantity(self.per_unit, unit)
         level = None if self.noise is None else number(self.noise, unit, above=0.0, within=within)
-        file = folder / (self.file or self.trace)
-        time, values = self.stamped(file, {self.column: unit if self.per_unit is None else None})
+        record = self.stamped(folder, {self.column: unit if self.per_unit is None else None})
         return MotorForce.of(
             machine,
             self.reading.motion(folder / self.trace, machine),
-            time,
-            scale * values[:, 0],
+            record.time,
+            scale * record.values[:, 0],
             name=self.name,
             torque=self.quantity == "torque",
             friction=self.friction,
@@ -131,7 +131,6 @@ class SensorLogTable(RecordTable):
     """A log of accelerometers or other sensors on the body."""
 
     name: Text = Field(default="sensor log", description="a title for reports")
-    file: Text = Field(description='table of the log, e.g. "accelerometers.csv"')
     one_clock: StrictBool = Field(
         default=False,
         description="true: the stamps of log and trace are of one clock, so that there is no delay",

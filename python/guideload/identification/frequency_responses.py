@@ -1,0 +1,212 @@
+"""Measured frequency response functions: motion of places per newton at another place, over the frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError, ValueRefused
+from guideload.base.number_text import joined
+from guideload.base.units import factor
+from guideload.identification.measured import Noise, OwnUnknown, Residuals
+from guideload.identification.model import ModelAt
+from guideload.identification.places import Place, place_of
+from guideload.machine.machine import Machine
+from guideload.study.description.tables import name_and_unit, numbers_of
+from guideload.traces.format.sources import load_table
+
+Complex = NDArray[np.complex128]
+# Unit of a response, by the number of derivatives of the displacement by time.
+UNITS = ("m/N", "m/s/N", "m/s^2/N")
+UFF_RESPONSES = {8: 0, 11: 1, 12: 2}  # ordinate types of UFF58: displacement, velocity, acceleration
+UFF_AXES = {1: "x", 2: "y", 3: "z"}
+FREQUENCY_RESPONSE = 4  # function type of UFF58
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """One measured response.
+
+    force, place  where the force acts, and where and along what the response is measured
+    derivatives   of the displacement by time: 0 displacement, 1 velocity, 2 acceleration
+    frequency     (n,) Hz
+    value         (n,) complex, per N in SI; convention exp(i 2 pi f t)
+    """
+
+    force: Place
+    place: Place
+    derivatives: int
+    frequency: Array
+    value: Complex
+
+    @property
+    def name(self) -> str:
+        return f"{self.place.name} by a force at {self.force.name}"
+
+    def computed(self, model: ModelAt) -> tuple[Complex, Complex]:
+        """The response (n,) of the machine, and its derivatives (n, p) by the values."""
+        q, by = model.response(self.frequency, self.force)
+        turn = (2j * np.pi * self.frequency) ** self.derivatives
+        return turn * (q @ self.place.row), turn[:, None] * (by @ self.place.row)
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencyResponses:
+    """Measured frequency responses.
+
+    level        standard deviation of real and imaginary part, relative to the size of the response
+    floor        the same of noise that is everywhere, relative to the largest response of a curve
+    known        whether the level is known, or a start only
+    calibration  standard deviation of a factor on all values, from the calibration of hammer and sensors; 0: none
+    """
+
+    name: str
+    curves: tuple[Curve, ...]
+    level: float
+    floor: float
+    known: bool
+    calibration: float = 0.0
+
+    instants: ClassVar[None] = None
+
+    @property
+    def own(self) -> tuple[OwnUnknown, ...]:
+        if self.calibration == 0.0:
+            return ()
+        return (OwnUnknown(f"calibration of {self.name}", "1", 1.0, self.calibration, self.calibration),)
+
+    @property
+    def noise(self) -> tuple[Noise, ...]:
+        return (Noise(f"curves of {self.name}", self.known),)
+
+    @cached_property
+    def noise_of(self) -> NDArray[np.intp]:
+        return np.zeros(2 * sum(curve.frequency.size for curve in self.curves), dtype=np.intp)
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        return tuple(
+            f"{part} of {curve.name} at {hertz:.4g} Hz"
+            for curve in self.curves
+            for part in ("real part", "imaginary part")
+            for hertz in curve.frequency.tolist()
+        )
+
+    @cached_property
+    def _scales(self) -> list[Array]:
+        """Standard deviation of each value of each curve."""
+        sizes = [abs(curve.value) for curve in self.curves]
+        return [np.hypot(self.level * size, self.floor * size.max()) for size in sizes]
+
+    def residuals(self, model: ModelAt, own: Array) -> Residuals:
+        values, slopes, scales = [], [], []
+        gain = float(own[0]) if own.size else 1.0
+        for curve, scale in zip(self.curves, self._scales, strict=True):
+            found, by = curve.computed(model)
+            rest = (gain * found - curve.value) / scale
+            by, own_by = gain * by / scale[:, None], found / scale
+            values += [rest.real, rest.imag]
+            slopes += [by.real, by.imag]
+            scales += [own_by.real, own_by.imag]
+        by_own = np.concatenate(scales)[:, None] if own.size else np.zeros((self.noise_of.size, 0))
+        by_values = np.concatenate(slopes)
+        return Residuals(np.concatenate(values), by_values * model.slopes, by_own)
+
+    def settled(self, model: ModelAt, own: Array) -> FrequencyResponses:
+        return self
+
+
+# ---- files
+
+
+def curves_of(
+    file: Path, machine: Machine, force: str | None, nodes: dict[str, str], low: float, high: float
+) -> tuple[Curve, ...]:
+    """The responses in a file, from `low` to `high` [Hz]. Raises ValueRefused, TraceError."""
+    is_uff = file.suffix.lower() in (".uff", ".unv", ".uf")
+    read = list(_of_uff(file, machine, nodes) if is_uff else _of_table(file, machine, force))
+    curves = []
+    for curve in read:
+        inside = (curve.frequency >= low) & (curve.frequency <= high) & (curve.frequency > 0.0)
+        if inside.any():
+            curves.append(
+                Curve(
+                    curve.force, curve.place, curve.derivatives, curve.frequency[inside], curve.value[inside]
+                )
+            )
+    if not curves:
+        raise ValueRefused("frequency responses in the wanted range", file.name, "it has none there")
+    return tuple(curves)
+
+
+def _of_table(file: Path, machine: Machine, force: str | None) -> Iterator[Curve]:
+    """Curves of a table with columns "frequency [Hz]", "tool y re [m/N]" and "tool y im [m/N]"."""
+    if force is None:
+        raise ValueRefused("the place of the force", None, 'add force = "tool y"')
+    hit, table = place_of(force, machine), load_table(file)
+    names = {name_and_unit(header)[0]: header for header in table.names}
+    if "frequency" not in names:
+        raise ValueRefused('a column "frequency [Hz]"', table.names[:4], f"{table.source} lacks it")
+    frequency = numbers_of(table, names["frequency"], "Hz")[0]
+    places = [name[:-3] for name in names if name.endswith(" re") and f"{name[:-3]} im" in names]
+    if not places:
+        words = 'columns such as "tool y re [m/N]" and "tool y im [m/N]"'
+        raise ValueRefused(words, table.names[:4], "as `guideload response --csv` writes them")
+    for place in places:
+        header = names[f"{place} re"]
+        derivatives = _derivatives(name_and_unit(header)[1], header)
+        re, im = (numbers_of(table, names[f"{place} {part}"], UNITS[derivatives])[0] for part in ("re", "im"))
+        yield Curve(hit, place_of(place, machine), derivatives, frequency, re + 1j * im)
+
+
+def _derivatives(unit: str, header: str) -> int:
+    """The kind of a response by its unit: m/N 0, m/s/N 1, m/s^2/N or 1/kg 2."""
+    for derivatives, known in enumerate(UNITS):
+        try:
+            factor(unit or UNITS[0], known)
+        except ValueRefused:
+            continue
+        return derivatives
+    raise ValueRefused(f"a response in {joined(UNITS)}", header)
+
+
+def _of_uff(file: Path, machine: Machine, nodes: dict[str, str]) -> Iterator[Curve]:
+    """Curves of a universal file; nodes: names of points by the number of the node, where they differ."""
+    try:
+        import pyuff
+    except ImportError:
+        raise ArgumentError(
+            f"{file}: universal files are read by the package pyuff: pip install 'guideload[uff]', or export a CSV file"
+        ) from None
+    if not file.is_file():
+        raise ValueRefused("a file that exists", file.name)
+    for one in _sets(pyuff.UFF(str(file))):
+        if one.get("type") != 58 or one.get("func_type") != FREQUENCY_RESPONSE:
+            continue
+        kind = int(one.get("ordinate_spec_data_type", 0))
+        if kind not in UFF_RESPONSES:
+            raise ValueRefused("responses in displacement, velocity or acceleration", f"ordinate type {kind}")
+        hit, place = (_uff_place(one, which, machine, nodes) for which in ("ref", "rsp"))
+        value = np.asarray(one["data"], dtype=np.complex128)
+        yield Curve(hit, place, UFF_RESPONSES[kind], np.asarray(one["x"], dtype=np.float64), value)
+
+
+def _sets(file: Any) -> Sequence[dict[str, Any]]:
+    found = file.read_sets()
+    return found if isinstance(found, list) else [found]
+
+
+def _uff_place(one: dict[str, Any], which: str, machine: Machine, nodes: dict[str, str]) -> Place:
+    node, direction = str(int(one[f"{which}_node"])), int(one[f"{which}_dir"])
+    if abs(direction) not in UFF_AXES:
+        raise ValueRefused("directions 1 to 3, x to z", direction, f"of node {node}")
+    return place_of(
+        f"{nodes.get(node, node)} {'-' if direction < 0 else ''}{UFF_AXES[abs(direction)]}", machine
+    )

@@ -1,0 +1,160 @@
+"""Frequency responses and static deflections: exact derivatives, files, and the machine that made the data."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import guideload, refused
+from hammer_tests import unknown, with_corners
+from reference import cart, preloaded
+
+from guideload import Machine, frequency_response
+from guideload.identification.deflections import Deflection, Deflections
+from guideload.identification.fit import fit
+from guideload.identification.frequency_responses import Curve, FrequencyResponses, curves_of
+from guideload.identification.model import Model
+from guideload.identification.places import place_of
+from guideload.identification.unknowns import UnknownTable
+
+HERTZ = np.linspace(10.0, 200.0, 60)
+HEIGHTS = ["y", "y", "z"]
+TRUTH = np.array([0.2, -0.1, 0.3, -0.3, 0.15, -0.4])
+TABLES = (
+    UnknownTable(path="carriages.*.stiffness_y", each="carriage"),
+    UnknownTable(path="carriages.*.stiffness_z"),
+    UnknownTable(path=("carriages.*.damping_y", "carriages.*.damping_z"), name="damping"),
+)
+
+
+def model_of(machine: Machine) -> Model:
+    machine = with_corners(machine)
+    return Model(machine, unknown(machine, *TABLES))
+
+
+def responses(
+    model: Model, rng: np.random.Generator, noise: float, calibration: float = 0.0
+) -> FrequencyResponses:
+    """Accelerations at three places by forces at two, of the machine at TRUTH, with noise and a gain of 1.03."""
+    curves = []
+    for force in ("p0 y", "p4 z"):
+        for place in ("p1 y", "p3 y", "p2 z"):
+            empty = np.zeros(HERTZ.size, dtype=np.complex128)
+            curve = Curve(place_of(force, model.machine), place_of(place, model.machine), 2, HERTZ, empty)
+            value = curve.computed(model.at(TRUTH))[0] * (1.03 if calibration else 1.0)
+            value = value + noise * abs(value) * (rng.standard_normal((2, HERTZ.size)).T @ [1.0, 1.0j])
+            curves.append(Curve(curve.force, curve.place, 2, HERTZ, value))
+    return FrequencyResponses("responses", tuple(curves), noise or 0.01, 1e-6, True, calibration)
+
+
+@pytest.mark.parametrize("machine", [cart(), preloaded()], ids=["linear", "preloaded"])
+def test_responses_are_those_of_the_machine(machine: Machine) -> None:
+    """As `frequency_response` gives them, also of preloaded carriages linearised at rest."""
+    model = model_of(machine)
+    found = frequency_response(model.machine, HERTZ, force_at="p0", direction="y")
+    curve = Curve(place_of("p0 y", model.machine), place_of("p3 -z", model.machine), 0, HERTZ, np.zeros(60))
+    assert curve.computed(model.at(np.zeros(6)))[0] == pytest.approx(-found.displacement[:, 3, 2], rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["responses", "deflections"])
+def test_derivatives(kind: str) -> None:
+    """Against central differences, whose error here is below 1e-7 of the largest."""
+    model = model_of(cart())
+    place = [place_of(f"p{i} {axis}", model.machine) for i, axis in enumerate(HEIGHTS)]
+    still = Deflections("static", tuple(Deflection(place[0], 500.0, one, 1e-6) for one in place), 1e-7, True)
+    data = still if kind == "deflections" else responses(model, np.random.default_rng(0), 0.05, 0.02)
+    here, step, own = 0.7 * TRUTH, 1e-5, np.array([1.01])[: len(data.own)]
+    ends = [[data.residuals(model.at(here + s * step * e), own).values for s in (1, -1)] for e in np.eye(6)]
+    slopes = np.array([(up - down) / (2.0 * step) for up, down in ends]).T
+    found = data.residuals(model.at(here), own)
+    assert found.by_unknowns == pytest.approx(slopes, abs=1e-7 * abs(slopes).max())
+    if own.size:
+        moved = data.residuals(model.at(here), own + 1e-3).values - found.values
+        assert found.by_own[:, 0] == pytest.approx(moved / 1e-3, abs=1e-9 * abs(moved).max() / 1e-3)
+
+
+@pytest.mark.parametrize("calibration", [0.0, 0.05])
+def test_the_machine_is_found_again(calibration: float) -> None:
+    """Also if the gain of the sensors is 3 % off and unknown."""
+    model = model_of(cart())
+    data = responses(model, np.random.default_rng(1), 0.02, calibration)
+    found = fit(model, [data], starts=4)
+    slopes = np.vstack([found.jacobian, np.diag(found.objective.weights)])
+    sigma = np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)))
+    assert np.all(abs(found.minimum.x[:6] - TRUTH) < 4.0 * sigma[:6]) and sigma[:6].max() < 0.03
+    if calibration:
+        assert found.objective.own_of(found.minimum.x)[0] == pytest.approx([1.03], abs=4 * 0.05 * sigma[6])
+
+
+def test_a_table_of_guideload_response_is_read_back(tmp_path: Path) -> None:
+    model = model_of(cart())
+    points = "".join(
+        f'[[points]]\nname = "{one.name}"\nat = {list(one.at)}\n' for one in model.machine.points
+    )
+    text = (Path(__file__).parents[1] / "data" / "cart.toml").read_text(encoding="utf-8")
+    (tmp_path / "machine.toml").write_text(f"{text}\n{points}", encoding="utf-8")
+    table = [
+        "response",
+        tmp_path / "machine.toml",
+        "--force-at",
+        "p0",
+        "--direction",
+        "y",
+        "--csv",
+        tmp_path / "h.csv",
+    ]
+    guideload(*table)
+    unknown_table = '[[unknown]]\npath = "carriages.*.stiffness_y"\n'
+    data = '[[frequency_responses]]\nfile = "h.csv"\nforce = "p0 y"\nnoise = "1 %"\n'
+    (tmp_path / "identify.toml").write_text(
+        f'machine = "machine.toml"\n{unknown_table}{data}', encoding="utf-8"
+    )
+    shown = guideload("identify", tmp_path / "identify.toml").stdout
+    assert "carriages.*.stiffness_y 120 120 120 120" in " ".join(shown.split())
+    (tmp_path / "wrong.toml").write_text(
+        f'machine = "machine.toml"\n{unknown_table}{data}'.replace('"p0 y"', '"p0 q"'), encoding="utf-8"
+    )
+    assert "frequency_responses[0]: expected a point and an axis" in refused(
+        "identify", tmp_path / "wrong.toml"
+    )
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # pyuff leaves its file open
+def test_universal_files_hold_the_same_curves(tmp_path: Path) -> None:
+    pyuff = pytest.importorskip("pyuff")
+    model = model_of(cart())
+    data = responses(model, np.random.default_rng(1), 0.02)
+    nodes = {str(10 + i): f"p{i}" for i in range(5)}
+    node_of = {name: int(node) for node, name in nodes.items()}
+    for curve in data.curves:
+        (hit, hit_axis), (place, axis) = (one.name.split() for one in (curve.force, curve.place))
+        pyuff.UFF(str(tmp_path / "h.uff")).write_sets(
+            pyuff.prepare_58(
+                binary=1, func_type=4, id1="h", rsp_node=node_of[place], rsp_dir="xyz".index(axis) + 1,
+                ref_node=node_of[hit], ref_dir="xyz".index(hit_axis) + 1, data=curve.value, x=curve.frequency,
+                ordinate_spec_data_type=12, orddenom_spec_data_type=13, abscissa_spec_data_type=18,
+            ),
+            mode="add",
+        )  # fmt: skip
+    read = curves_of(tmp_path / "h.uff", model.machine, None, nodes, 50.0, 100.0)
+    for curve, other in zip(data.curves, read, strict=True):
+        inside = (HERTZ >= 50.0) & (HERTZ <= 100.0)
+        assert (other.name, other.derivatives) == (curve.name, 2)
+        assert other.frequency == pytest.approx(HERTZ[inside]) and other.value == pytest.approx(
+            curve.value[inside]
+        )
+
+
+def test_deflections_tell_the_sum_of_stiffnesses_that_carry_a_central_force() -> None:
+    """A force through the middle of equal springs: u = F/(sum of k), whatever else is measured there."""
+    machine = with_corners(cart())
+    model = Model(machine, unknown(machine, UnknownTable(path="carriages.*.stiffness_z")))
+    at = place_of("p0 z", machine)
+    computed = Deflections("", (Deflection(at, 1e3, at, 0.0),), 1e-7, True).computed(
+        model.at(np.array([-0.5]))
+    )[0]
+    data = Deflections(
+        "static", (Deflection(at, 1e3, at, float(computed[0])),), 1e-3 * float(computed[0]), True
+    )
+    assert fit(model, [data]).minimum.x == pytest.approx([-0.5], abs=1e-3)
