@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from guideload import Machine, Motion
 from guideload.base.arrays import Array
-from guideload.identification.linear_histories import Inputs
-from guideload.identification.model import Model
+from guideload.identification.linear_histories import Inputs, LinearHistories
 from guideload.identification.motor_force import X
 from guideload.identification.sensor_log import Channel
+from guideload.sensitivity.varied import VariedMachine
 
 MASS, SEAL, VISCOUS, OFFSET = 95.0, 10.0, 200.0, -3.0
 
@@ -46,16 +48,20 @@ def axis(**others: object) -> Machine:
     return Machine(**{**keys, **others})
 
 
-def force_of(model: Model, z: Array, motion: Motion, time: Array) -> Array:
-    """(n,) N that moves the axis at these times, for coordinates z of its unknowns, without offset."""
-    histories = model.at(z).histories(Inputs.of(model.machine, motion))
+def histories_of(machine: Machine, motion: Motion) -> LinearHistories:
+    return LinearHistories(VariedMachine(machine, ["body.mass"]).at(), Inputs.of(machine, motion))
+
+
+def force_of(machine: Machine, motion: Motion, time: Array) -> Array:
+    """(n,) N that moves the axis at these times, without offset."""
+    histories = histories_of(machine, motion)
     velocity = np.interp(time, motion.time, motion.velocity[:, 0])
     friction = 2.0 * SEAL * np.sign(velocity) + VISCOUS * velocity
     return histories.history(histories.reaction(X), histories.at(time)).values + friction
 
 
-def shown_by(model: Model, z: Array, motion: Motion, channels: list[Channel], time: Array) -> Array:
+def shown_by(machine: Machine, motion: Motion, channels: Sequence[Channel], time: Array) -> Array:
     """(n, k) what sensors show at these times."""
-    histories = model.at(z).histories(Inputs.of(model.machine, motion))
+    histories = histories_of(machine, motion)
     at = histories.at(time)
     return np.array([histories.history(one.shown(histories), at).values for one in channels]).T

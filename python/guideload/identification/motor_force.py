@@ -181,7 +181,9 @@ class MotorForce:
             viscous = dict(zip(self.friction, own[:k].tolist(), strict=True)).get(
                 "viscous", self._known("viscous")
             )
-            rate = gain * (reaction.slope + viscous * acceleration) + inertia * jerk
+            steps = np.searchsorted(self.inputs.time, instants, "right").clip(1, self.velocity.size - 1)
+            faster = np.diff(self.velocity)[steps - 1] / self.inputs.step
+            rate = gain * (reaction.slope + viscous * faster) + inertia * jerk
             by_own.append(-self.windows.mean(rate)[None])
         predicted = self.windows.mean(gain * force + inertia * acceleration) + own[k]
         return predicted, model.by_z(self.windows.mean(gain * reaction.by)), np.vstack(by_own)

@@ -143,14 +143,14 @@ class SensorLogTable(RecordTable):
         units: dict[str, str | None] = {one.column: UNIT[one.kind] for one in self.channels}
         if len(units) < len(channels):
             raise ValueRefused("each column once", [one.column for one in self.channels])
-        time, values = self.stamped(folder / self.file, units)
+        record = self.stamped(folder, units)
         motion = self.reading.motion(folder / self.trace, machine)
         return SensorLog.of(
             machine,
             motion,
             channels,
-            time,
-            values,
+            record.time,
+            record.values,
             name=self.name,
             one_clock=self.one_clock,
             window=self.window,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 
 import numpy as np
 
@@ -145,7 +146,7 @@ def identify(
     sigma, degrees = np.sqrt(np.diag(spread)), degrees_of_freedom(found, spread)
     widening = sigma / np.sqrt(np.diag(curvature(found)))
     each = zip(sigma.tolist(), degrees.tolist(), widening.tolist(), strict=True)
-    intervals = tuple(interval(found, i, *one) for i, one in enumerate(each))
+    intervals = tuple(interval(found, i, *one) for i, one in enumerate(islice(each, len(unknowns))))
     groups = undetermined(unknowns, found.minimum.x, information(found), spread)
     return Identification(machine, unknowns, found, spread, intervals, groups, residual_tests(found))
 

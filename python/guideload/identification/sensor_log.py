@@ -21,12 +21,13 @@ from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
 from guideload.identification.linear_histories import Inputs, LinearHistories, Output
 from guideload.identification.measured import Noise, OwnUnknown, Residuals
-from guideload.identification.model import Model, ModelAt
+from guideload.identification.model import ModelAt
 from guideload.identification.places import Place
 from guideload.identification.windows import Windows
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.motion import Motion
+from guideload.sensitivity.varied import VariedMachine
 
 Kind = Literal["acceleration", "velocity", "displacement"]
 DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -109,8 +110,7 @@ class SensorLog:
         window = window or 1.0 / (PER_PERIOD * float(frequency.max()))
         delay, reach = 0.0, 0.0 if one_clock else 0.5 / float(frequency.min())
         if reach:
-            model = Model(machine, ()).at(np.zeros(0))
-            histories = model.histories(inputs)
+            histories = LinearHistories(VariedMachine(machine, ["body.mass"]).at(), inputs)
             at = histories.at()
             expected = [histories.history(one.shown(histories), at).values for one in channels]
             delay = _best_delay(name, inputs, np.array(expected).T, time, values)

@@ -32,7 +32,7 @@ class Windows:
     @classmethod
     def of(cls, time: Array, usable: NDArray[np.bool_], length: float, source: str) -> Windows:
         """Windows of `length` seconds without any sample (n,) that is not usable. Raises TraceError if few are left."""
-        number = np.floor((time - time[0]) / max(length, np.finfo(float).tiny)).astype(np.int64)
+        number = np.floor((time - time[0]) / length) if length else np.arange(time.size)
         _, window = np.unique(number, return_inverse=True)
         whole = np.bincount(window, ~usable) == 0
         samples = np.flatnonzero(whole[window])
