@@ -106,7 +106,7 @@ def test_a_table_of_guideload_response_is_read_back(tmp_path: Path) -> None:
     ]
     guideload(*table)
     unknown_table = '[[unknown]]\npath = "carriages.*.stiffness_y"\n'
-    data = '[[frequency_responses]]\nfile = "h.csv"\nforce = "p0 y"\nnoise = "1 %"\n'
+    data = '[[frequency_responses]]\nfile = "h.csv"\nforce = "p0 y"\nnoise = "1 %"\nlow = "20 Hz"\nhigh = "50 Hz"\n'
     (tmp_path / "identify.toml").write_text(
         f'machine = "machine.toml"\n{unknown_table}{data}', encoding="utf-8"
     )

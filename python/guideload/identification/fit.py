@@ -23,6 +23,7 @@ SETTLED = 1e-3  # relative change of a noise level that ends the rounds
 STATED_VALUES = 3.0  # values that a stated but not known level of noise is worth
 APART = 0.2  # standard deviations by which different minima differ at least
 NEAR = 100.0  # excess of the sum of squares above which the exact place of a minimum does not matter
+ALIKE = 1.0  # standard deviations between the ends of coarse searches that go on to one minimum
 AS_GOOD = (
     4.0  # excess of the sum of squares, two standard deviations: such a minimum explains the data as well
 )
@@ -140,21 +141,21 @@ def _starts(objective: Objective, count: int) -> Array:
 def _minima(objective: Objective, starts: Sequence[tuple[Array, int]], messages: list[str]) -> list[Minimum]:
     """The different minima that searches from these starts reach, the best first; each start with its weight."""
     coarse = [(objective.search(start, tolerance=COARSE), weight) for start, weight in starts]
-    distinct = _distinct(objective, coarse)
+    distinct = _distinct(objective, coarse, ALIKE)
     near = distinct[0][0].squares + NEAR
     fine = [(objective.search(end.x) if end.squares < near else end, weight) for end, weight in distinct]
-    distinct = _distinct(objective, fine)
+    distinct = _distinct(objective, fine, APART)
     if not distinct[0][0].converged:
         messages.append("the search had not converged: the numbers are not those of the best fit")
     return [Minimum(end.x, end.squares, count) for end, count in distinct]
 
 
-def _distinct(objective: Objective, ends: Sequence[tuple[End, int]]) -> list[tuple[End, int]]:
-    """The ends that differ, the best first, each with the weight of all that are like it."""
+def _distinct(objective: Objective, ends: Sequence[tuple[End, int]], apart: float) -> list[tuple[End, int]]:
+    """The ends that are `apart` [standard deviations], the best first, each with the weight of all that are alike."""
     distinct: list[tuple[End, int]] = []
     for end, weight in sorted(ends, key=lambda one: one[0].squares):
         slopes = np.vstack([objective.of_data(end.x)[1], np.diag(objective.weights)])
-        like = [i for i, (one, _) in enumerate(distinct) if np.linalg.norm(slopes @ (end.x - one.x)) < APART]
+        like = [i for i, (one, _) in enumerate(distinct) if np.linalg.norm(slopes @ (end.x - one.x)) < apart]
         if like:
             distinct[like[0]] = distinct[like[0]][0], distinct[like[0]][1] + weight
         else:

@@ -54,7 +54,8 @@ class Curve:
         """The response (n,) of the machine, and its derivatives (n, p) by the values."""
         q, by = model.response(self.frequency, self.force)
         turn = (2j * np.pi * self.frequency) ** self.derivatives
-        return turn * (q @ self.place.row), turn[:, None] * (by @ self.place.row)
+        along, by_along = (np.einsum("...k,k", motion, self.place.row) for motion in (q, by))
+        return turn * along, turn[:, None] * by_along
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from guideload.identification.unknowns import Unknown
 
 FINE = 1e-10  # relative change of the sum of squares and of the coordinates at which a search ends
 COARSE = 1e-4  # the same of a search that only finds which minimum a start leads to
+FEW_STEPS = 25  # of such a search
 MOST_STEPS = 100
 FAR = 1e6  # residual of an impossible machine: far beyond any noise
 
@@ -107,6 +108,6 @@ class Objective:
             ftol=tolerance,
             xtol=tolerance,
             gtol=tolerance,
-            max_nfev=MOST_STEPS,
+            max_nfev=MOST_STEPS if tolerance < COARSE else FEW_STEPS,
         )
         return End(placed(found.x).copy(), 2.0 * float(found.cost), bool(found.status > 0))

@@ -1,0 +1,141 @@
+"""Coverage of the 95 % intervals of an identification: share of seeds in which they hold the true value.
+
+    python tests/benchmarks/identification.py [--seeds 200] [NAME ...]
+
+Each case draws a machine, makes measurements of it with noise, and identifies it. A number counts where the data tell
+it. Expected: 93 to 97 %. The last columns: share of numbers that were told, and processor time of one identification.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests"))
+
+from hammer_tests import hammer_test, unknown, with_corners  # noqa: E402
+from reference import cart, preloaded  # noqa: E402
+
+from guideload import Machine  # noqa: E402
+from guideload.identification.deflections import Deflection, Deflections  # noqa: E402
+from guideload.identification.frequency_responses import Curve, FrequencyResponses  # noqa: E402
+from guideload.identification.measured import Measured  # noqa: E402
+from guideload.identification.model import Model  # noqa: E402
+from guideload.identification.places import place_of  # noqa: E402
+from guideload.identification.result import identify  # noqa: E402
+from guideload.identification.unknowns import UnknownTable  # noqa: E402
+
+SCATTER = 0.3  # of the logarithm of the true values about the machine file's
+DAMPING = UnknownTable(path=("carriages.*.damping_y", "carriages.*.damping_z"), name="damping")
+BY_CARRIAGE = (
+    UnknownTable(path="carriages.*.stiffness_y", each="carriage"),
+    UnknownTable(path="carriages.*.stiffness_z", each="carriage"),
+    DAMPING,
+)
+BY_AXIS = (
+    UnknownTable(path="carriages.*.stiffness_y"),
+    UnknownTable(path="carriages.*.stiffness_z"),
+    DAMPING,
+)
+PRELOADED = (
+    UnknownTable(path="carriages.*.preload", name="preload"),
+    UnknownTable(path="carriages.*.stiffness_y"),
+    UnknownTable(path="carriages.*.stiffness_z"),
+    DAMPING,
+)
+
+Maker = Callable[[Model, np.ndarray, np.random.Generator], Measured]
+
+
+def modal(
+    model: Model, truth: np.ndarray, rng: np.random.Generator, *, shapes: bool = True, known: bool = True
+) -> Measured:
+    levels = (0.01, 0.05, 0.02)
+    noise = levels if known else (0.005, 0.1, 0.03)
+    return hammer_test(model, truth, rng, shapes=shapes, noise=noise, levels=levels, known=known)
+
+
+def responses(model: Model, truth: np.ndarray, rng: np.random.Generator, *, known: bool = True) -> Measured:
+    hertz, level, curves = np.linspace(10.0, 200.0, 40), 0.05, []
+    for force in ("p0 y", "p4 z"):
+        for place in ("p1 y", "p3 y", "p2 z"):
+            empty = np.zeros(hertz.size, dtype=np.complex128)
+            curve = Curve(place_of(force, model.machine), place_of(place, model.machine), 2, hertz, empty)
+            value = curve.computed(model.at(truth))[0]
+            noise = rng.standard_normal((hertz.size, 2)) @ [1.0, 1.0j]
+            curves.append(Curve(curve.force, curve.place, 2, hertz, value * (1.0 + level * noise)))
+    return FrequencyResponses("responses", tuple(curves), level if known else 0.02, 1e-6, known)
+
+
+def deflections(model: Model, truth: np.ndarray, rng: np.random.Generator) -> Measured:
+    pairs = [
+        (a, b) for a in ("p0 y", "p3 y", "p2 z") for b in ("p0 y", "p1 y", "p2 y", "p3 y", "p2 z", "p3 z")
+    ]
+    values = [Deflection(place_of(a, model.machine), 1e3, place_of(b, model.machine), 0.0) for a, b in pairs]
+    still = Deflections("static", tuple(values), 1e-7, True)
+    moved = still.computed(model.at(truth))[0]
+    level = 0.02 * float(abs(moved).max())
+    noisy = moved + level * rng.standard_normal(moved.size)
+    made = [
+        Deflection(one.force_at, one.force, one.at, float(x)) for one, x in zip(values, noisy, strict=True)
+    ]
+    return Deflections("static", tuple(made), level, True)
+
+
+CASES: dict[str, tuple[Machine, tuple[UnknownTable, ...], Maker]] = {
+    "modal test, shapes": (cart(), BY_CARRIAGE, modal),
+    "modal test, noise estimated": (cart(), BY_CARRIAGE, lambda *a: modal(*a, known=False)),
+    "modal test, frequencies only": (cart(), BY_AXIS, lambda *a: modal(*a, shapes=False)),
+    "modal test, preloaded": (preloaded(), PRELOADED, modal),
+    "frequency responses": (cart(), BY_CARRIAGE, responses),
+    "frequency responses, noise estimated": (cart(), BY_CARRIAGE, lambda *a: responses(*a, known=False)),
+    "static deflections": (cart(), BY_CARRIAGE[:2], deflections),
+}
+
+
+def coverage(name: str, seeds: int) -> str:
+    """A row of the table: share of intervals that hold the truth, number of intervals, share told, seconds of one."""
+    machine, tables, make = CASES[name]
+    machine = with_corners(machine)
+    unknowns = unknown(machine, *tables)
+    inside, told, seconds = [], [], []
+    for seed in range(seeds):
+        rng = np.random.default_rng(seed)
+        truth = SCATTER * rng.standard_normal(len(unknowns))
+        data = make(Model(machine, unknowns), truth, rng)
+        started = time.process_time()
+        found = identify(machine, tables, [data])
+        seconds.append(time.process_time() - started)
+        for reach, z in zip(found.intervals, truth, strict=True):
+            told.append(reach.is_told)
+            if reach.is_told:
+                inside.append(reach.low <= z <= reach.high)
+    share = f"{100 * np.mean(inside):.1f}" if inside else "-"
+    return (
+        f"| {name} | {share} % | {len(inside)} | {100 * np.mean(told):.0f} % | {np.median(seconds):.2f} s |"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--seeds", type=int, default=200)
+    parser.add_argument("names", nargs="*", help=f"cases: {', '.join(CASES)}")
+    asked = parser.parse_args()
+    print("| case | true value inside | intervals | told | time of one |\n|---|---|---|---|---|")
+    for name in asked.names or CASES:
+        print(coverage(name, asked.seeds), flush=True)
+
+
+if __name__ == "__main__":
+    main()
