@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from guideload.identification.modal_test import ModalTest
+from guideload.identification.motor_force import MotorForce
 from guideload.identification.names import short, usual_unit
+from guideload.identification.sensor_log import SensorLog
+from guideload.plots.identification_records import RECORD_PICTURES, records
 from guideload.plots.saving import save_each
 from guideload.plots.style import (
     CARRIAGE_COLORS,
@@ -164,6 +168,10 @@ def _differences(ax: Axes, test: ModalTest, found: Identification, kind: int) ->
     ax.set_title(("Frequencies", "Damping ratios")[kind])
 
 
+def _record(found: Identification, data: MotorForce | SensorLog) -> Axes:
+    return records(found, data)[0]
+
+
 def save_identification(found: Identification, folder: str | Path) -> list[Path]:
     """Save every picture of an identification as PNG in a folder; returns their paths. Raises PictureError."""
     drawings: dict[str, Callable[[], Axes]] = {
@@ -172,4 +180,8 @@ def save_identification(found: Identification, folder: str | Path) -> list[Path]
     }
     if any(isinstance(one, ModalTest) for one in found.data):
         drawings["modal_tests.png"] = lambda: modal_test(found)[0]
+    in_time = [one for one in found.data if isinstance(one, MotorForce | SensorLog)]
+    drawings |= {
+        name: partial(_record, found, one) for name, one in zip(RECORD_PICTURES, in_time, strict=False)
+    }
     return save_each(drawings, Path(folder))

@@ -11,6 +11,7 @@ from guideload.identification.modal_test import ModalTest
 from guideload.identification.names import short, usual_unit
 from guideload.identification.result import Estimate, Identification
 from guideload.reports.elements import heading, new_table, remark, section, to_text
+from guideload.reports.identification_records import records
 
 DEFINITION = (
     "From, to: interval with a probability of 95 %. Narrowed: spread of the number before the data over that after "
@@ -40,6 +41,7 @@ def identification_report(found: Identification, encoding: str = "utf-8") -> str
     for each in found.data:
         if isinstance(each, ModalTest):
             parts += [*section(f"Modes: {each.name}"), _modes(each, found), *remark(*_without(each, found))]
+    parts += records(found)
     parts += [*section("Differences"), _differences(found), *remark(DIFFERENCES)]
     doubts = [f"{test.name}: {doubt}." for test in found.residuals for doubt in test.doubts]
     return to_text([*parts, *remark(*doubts, _search(found))], encoding=encoding)
@@ -121,9 +123,11 @@ def _without(test: ModalTest, found: Identification) -> list[str]:
 
 def _differences(found: Identification) -> Table:
     table = new_table("measured", "values", "rms", "noise")
-    for test in found.residuals:
-        noise = "known" if test.factor is None else f"x {test.factor:.2g}"
-        table.add_row(Text(test.name), f"{test.count}", f"{test.rms:.2f}", noise)
+    in_time = [each.instants is not None for each in found.data for _ in each.noise]
+    for test, is_record in zip(found.residuals, in_time, strict=True):
+        noise = "known" if test.factor is None else "estimated" if is_record else f"x {test.factor:.2g}"
+        rms = "" if noise == "estimated" else f"{test.rms:.2f}"
+        table.add_row(Text(test.name), f"{test.count}", rms, noise)
     return table
 
 
