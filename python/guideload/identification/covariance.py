@@ -6,7 +6,7 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.identification.fit import Fit
-from guideload.identification.serial_errors import long_run_covariance, sums_of_scores
+from guideload.identification.serial_errors import long_run_root, sums_of_scores
 
 
 def covariance(fit: Fit) -> Array:
@@ -19,15 +19,15 @@ def covariance(fit: Fit) -> Array:
     objective = fit.objective
     if all(each.instants is None for each in objective.data):
         return inverse
-    spread = np.diag(objective.weights**2)
+    rows = [np.diag(objective.weights)]
     for i, each in enumerate(objective.data):
         here = objective.set_of == i
         values, slopes = fit.residuals[here], fit.jacobian[here]
-        if each.instants is None:
-            spread += slopes.T @ slopes
-        else:
-            spread += long_run_covariance(sums_of_scores(values, slopes, each.instants))
-    return np.asarray(inverse @ spread @ inverse)
+        rows.append(
+            slopes if each.instants is None else long_run_root(sums_of_scores(values, slopes, each.instants))
+        )
+    spread = np.vstack(rows) @ inverse
+    return np.asarray(spread.T @ spread)
 
 
 def curvature(fit: Fit) -> Array:

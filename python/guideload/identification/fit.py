@@ -14,7 +14,7 @@ from guideload.base.number_text import counted
 from guideload.identification.measured import Measured, Noise
 from guideload.identification.model import Model
 from guideload.identification.objective import COARSE, FAR, End, Objective
-from guideload.identification.serial_errors import inflation, long_run_covariance, sums_of_scores
+from guideload.identification.serial_errors import inflation, long_run_root, sums_of_scores
 
 STARTS = 8
 REACH = 1.5  # spreads around the expected values within which the other starts are taken
@@ -190,6 +190,6 @@ def _noise(objective: Objective, x: Array, noise: Sequence[Noise]) -> Array:
         if each.instants is not None:
             here = objective.set_of == i
             of_set, by = values[here] * scale[here], slopes[here] * scale[here, None]
-            raised = inflation(by.T @ by, long_run_covariance(sums_of_scores(of_set, by, each.instants)))
+            raised = inflation(by.T @ by, long_run_root(sums_of_scores(of_set, by, each.instants)))
             factors[np.unique(objective.noise_of[here])] *= np.sqrt(max(1.0, raised))
     return factors
