@@ -20,7 +20,7 @@ def moves(seconds: float = 6.0, step: float = 1e-3, seed: int = 0) -> Motion:
     """There and back with accelerations up to 3 m/s2 that change every 50 ms, from rest, with its velocity."""
     rng = np.random.default_rng(seed)
     corners = np.arange(0.0, seconds + 0.05, 0.05)
-    jolts = rng.uniform(-1.0, 1.0, corners.size) + 2.0 * np.sin(2.0 * np.pi * corners / 1.5)
+    jolts = rng.uniform(-1.0, 1.0, corners.size) + 2.0 * np.cos(2.0 * np.pi * corners / 1.5)
     jolts[0] = 0.0
     time = np.arange(round(seconds / step) + 1) * step
     acceleration = np.interp(time, corners, jolts)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
@@ -16,7 +16,18 @@ from guideload.cli.terminal import output_encoding, print_text, status
 
 if TYPE_CHECKING:
     from guideload.identification.description import IdentifyFile
+    from guideload.identification.measured import Measured
+    from guideload.identification.next_measurement import Candidate
     from guideload.identification.result import Identification
+    from guideload.machine.machine import Machine
+
+
+class Answer(NamedTuple):
+    """What the command found: the identification, ranked candidates, and the text of the report."""
+
+    found: Identification
+    candidates: tuple[Candidate, ...]
+    text: str
 
 
 @click.command()
@@ -31,39 +42,52 @@ def identify(identify_file: Path, output: Path | None, no_pictures: bool, overwr
     the identified values, a study file with their uncertainty, report, numbers and pictures.
     """
     from guideload.identification.description import read_identify
-    from guideload.identification.result import identify as identified
-    from guideload.reports.identification import identification_report
 
     with status("reading"):
         described, machine, data = read_identify(identify_file)
     if output is None:
-        with status("searching"):
-            found = identified(machine, described.unknown, data)
-        print_text(identification_report(found, encoding=output_encoding()))
+        print_text(_report(identify_file, described, machine, data).text)
         return
-    failure = None
-    inputs = tuple(identify_file.parent / name for name in described.files) + (identify_file,)
+    inputs = (identify_file, *(identify_file.parent / name for name in described.files))
     with atomic_output(output, {"": set(IDENTIFICATION)}, overwrite, inputs) as folder:
-        with status("searching"):
-            found = identified(machine, described.unknown, data)
+        answer = _report(identify_file, described, machine, data)
         with write_errors(output):
-            failure = _write(found, described, identify_file.parent, folder, output, not no_pictures)
-    print_text(identification_report(found, encoding=output_encoding()))
+            failure = _write(answer, described, identify_file.parent, folder, output, not no_pictures)
+    print_text(answer.text)
     print_text(f"Wrote {output}.")
     exit_if(failure)
 
 
+def _report(file: Path, described: IdentifyFile, machine: Machine, data: list[Measured]) -> Answer:
+    """The identification and its report, with comparison of models and ranking of candidates if the file has some."""
+    from guideload.identification.cross_validation import compare
+    from guideload.identification.description import candidates_of, identified_alternatives
+    from guideload.identification.next_measurement import ranked
+    from guideload.identification.result import identify as identified
+    from guideload.reports.identification import identification_report
+
+    with status("searching"):
+        found = identified(machine, described.unknown, data)
+        levels = compare(identified_alternatives(described, file, found)) if described.alternatives else ()
+        figure = None if described.figure is None else {described.figure: 1.0}
+        candidates = ranked(found, candidates_of(described, file, found), figure)
+    words = described.figure or "all unknowns (geometric mean)"
+    return Answer(
+        found, candidates, identification_report(found, levels, candidates, words, output_encoding())
+    )
+
+
 def _write(
-    found: Identification, described: IdentifyFile, source: Path, folder: Path, output: Path, pictures: bool
+    answer: Answer, described: IdentifyFile, source: Path, folder: Path, output: Path, pictures: bool
 ) -> PictureError | None:
     """Write all files into the draft folder; output: the folder that it becomes."""
     from guideload.identification.json_file import json_text
     from guideload.identification.machine_file import machine_text
     from guideload.identification.study_file import study_text
-    from guideload.reports.identification import identification_report
 
+    found = answer.found
     texts = {
-        "report.txt": identification_report(found),
+        "report.txt": answer.text,
         "identification.json": json_text(found),
         "machine.toml": machine_text(found, source / described.machine, output),
     }
@@ -78,6 +102,6 @@ def _write(
         with status("drawing the pictures"):
             from guideload import plots
 
-            failure = picture_failure(lambda: plots.save_identification(found, folder))
+            failure = picture_failure(lambda: plots.save_identification(found, folder, answer.candidates))
     write_manifest(folder)
     return failure

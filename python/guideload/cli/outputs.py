@@ -29,7 +29,14 @@ LIFE_PICTURES = ("life.png", "static_safety.png", "failure.png")  # of a study w
 RECORD_PICTURES = tuple(
     f"record_{number}.png" for number in range(1, 10)
 )  # as in plots/identification_records.py
-IDENTIFICATION_PICTURES = ("numbers.png", "correlation.png", "modal_tests.png", *RECORD_PICTURES)
+IDENTIFICATION_PICTURES = (
+    "numbers.png",
+    "correlation.png",
+    "modal_tests.png",
+    "frequency_responses.png",
+    "next_measurements.png",
+    *RECORD_PICTURES,
+)
 IDENTIFICATION = (
     "machine.toml",
     "study.toml",

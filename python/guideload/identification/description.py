@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Sequence
-from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar
 
-import numpy as np
-from pydantic import Field, PlainValidator, StrictStr, field_validator
+from pydantic import Field, StrictStr
 
-from guideload.base.config import ConfigModel, in_range, number
-from guideload.base.errors import ConfigError, ValueRefused
-from guideload.base.ranges import DEFLECTION, FORCE
+from guideload.base.config import ConfigModel
+from guideload.base.errors import ConfigError, KeyPath, ValueRefused
 from guideload.base.toml import located, read_toml
-from guideload.identification.deflections import Deflection, Deflections
-from guideload.identification.frequency_responses import FrequencyResponses, curves_of
-from guideload.identification.modal_test import MeasuredMode, ModalTest
-from guideload.identification.places import Place, place_of
 from guideload.identification.record_tables import MotorForceTable, SensorLogTable
+from guideload.identification.result import Identification, identify
+from guideload.identification.tables import (
+    CandidateTable,
+    DeflectionsTable,
+    FileName,
+    FrequencyResponsesTable,
+    ModalTestTable,
+)
 from guideload.identification.unknowns import UnknownTable
 from guideload.machine.machine import Machine
 from guideload.study.description.refusals import problem_at
@@ -28,165 +27,18 @@ from guideload.study.description.refusals import problem_at
 if TYPE_CHECKING:
     from guideload.identification.measured import Measured
 
-FileName = Annotated[StrictStr, Field(min_length=1)]
 
+class AlternativeTable(ConfigModel):
+    """Another model of the same machine and data, for a comparison."""
 
-def _share(value: object, unit: str, above: float) -> float:
-    """A plain number, or text in percent."""
-    if isinstance(value, str) and (match := re.fullmatch(r"\s*(-?\d+\.?\d*|\.\d+)\s*%\s*", value)):
-        value = float(match[1]) / 100.0
-    return number(value, unit, above=above)
-
-
-Share = Annotated[float, PlainValidator(partial(_share, unit="1", above=0.0))]
-Frequency = Annotated[float, PlainValidator(partial(number, unit="Hz", above=0.0))]
-
-
-class ModeTable(ConfigModel):
-    """A measured mode."""
-
-    frequency: Frequency = Field(description='natural frequency, e.g. "34.9 Hz"')
-    damping: Share | None = Field(default=None, description='damping ratio, e.g. "2.4 %"')
-    shape: tuple[float, ...] | None = Field(
+    name: StrictStr = Field(min_length=1, description='a title, e.g. "all carriages alike"')
+    machine: FileName | None = Field(
         default=None,
-        description="real components at the places of the test, in any scale; in phase or against it",
+        description="another machine file, as with preload or structure in series; by default the same",
     )
-    number: Annotated[int, Field(strict=True, ge=1)] | None = Field(
-        default=None,
-        description="of the computed mode that it is, from 1 by ascending frequency; by default the one that fits best",
+    unknown: tuple[UnknownTable, ...] = Field(
+        default=(), description="its own [[alternatives.unknown]] tables; by default those of the file"
     )
-
-
-class ModalTestTable(ConfigModel):
-    """A modal test, as with a hammer: natural frequencies, damping ratios and mode shapes from a modal analysis."""
-
-    name: StrictStr = Field(default="hammer test", min_length=1, description="a title for reports")
-    places: tuple[StrictStr, ...] = Field(
-        default=(),
-        description='places of the shapes: points of the machine with an axis, e.g. ["tool y", "tool -z"]',
-    )
-    frequencies: Literal["natural", "damped"] = Field(
-        default="natural",
-        description='"natural": of the undamped vibration, as modal analysis gives; "damped": of the free vibration',
-    )
-    frequency_noise: Share | None = Field(
-        default=None,
-        description='standard deviation relative to the frequency, e.g. "1 %"; estimated if left out',
-    )
-    damping_noise: Share | None = Field(
-        default=None,
-        description='standard deviation relative to the ratio, e.g. "10 %"; estimated if left out',
-    )
-    shape_noise: Share | None = Field(
-        default=None,
-        description='standard deviation relative to the largest component, e.g. "5 %"; estimated if left out',
-    )
-    modes: tuple[ModeTable, ...] = Field(min_length=1, description="one table for each measured mode")
-
-    # Levels where none is stated; they count as three values.
-    TYPICAL: ClassVar[tuple[float, float, float]] = (0.01, 0.2, 0.05)
-
-    @field_validator("modes")
-    @classmethod
-    def _numbered_once(cls, modes: tuple[ModeTable, ...]) -> tuple[ModeTable, ...]:
-        numbers = [mode.number for mode in modes if mode.number is not None]
-        if len(set(numbers)) < len(numbers):
-            raise ValueRefused("each number once", numbers)
-        return modes
-
-    def measured(self, machine: Machine, folder: Path) -> ModalTest:
-        """The data for the fit. Raises ValueRefused."""
-        places = tuple(_places(self.places, machine))
-        for i, mode in enumerate(self.modes):
-            if mode.shape is None:
-                continue
-            if len(mode.shape) != len(places) or len(places) < 2 or not any(mode.shape):
-                expected = (
-                    f"{len(places)} components, as many as places" if len(places) > 1 else "at least 2 places"
-                )
-                raise ValueRefused(f"{expected}, not all 0", list(mode.shape), f"of modes[{i}]")
-        frequency, damping, shape = self.frequency_noise, self.damping_noise, self.shape_noise
-        stated = frequency or self.TYPICAL[0], damping or self.TYPICAL[1], shape or self.TYPICAL[2]
-        modes = [
-            MeasuredMode(m.frequency, m.damping, None if m.shape is None else np.array(m.shape), m.number)
-            for m in self.modes
-        ]
-        known = frequency is not None, damping is not None, shape is not None
-        return ModalTest(self.name, tuple(modes), places, stated, known, self.frequencies == "damped")
-
-
-class FrequencyResponsesTable(ConfigModel):
-    """Measured frequency responses of a file: a table as `guideload response --csv` writes it, or UFF58."""
-
-    name: StrictStr = Field(default="frequency responses", min_length=1, description="a title for reports")
-    file: FileName = Field(
-        description='columns "frequency [Hz]", "tool y re [m/N]", "tool y im [m/N]" (or m/s/N, m/s^2/N); or a .uff file'
-    )
-    force: StrictStr | None = Field(
-        default=None, description='where the force acts, e.g. "frame y"; a .uff file has it'
-    )
-    nodes: dict[str, StrictStr] = Field(
-        default={}, description='points by the numbers of nodes in a .uff file, e.g. { 12 = "tool" }'
-    )
-    low: Frequency | None = Field(default=None, description='lowest frequency that is used, e.g. "10 Hz"')
-    high: Frequency | None = Field(default=None, description='highest frequency that is used, e.g. "200 Hz"')
-    noise: Share | None = Field(
-        default=None,
-        description='standard deviation of real and imaginary part over the size, e.g. "3 %"; estimated if left out',
-    )
-    floor: Share = Field(
-        default=0.005, description="noise everywhere, relative to the largest value of a curve"
-    )
-    calibration: Share | None = Field(
-        default=None,
-        description='standard deviation of a factor on all values, from hammer and sensors, e.g. "2 %"',
-    )
-
-    TYPICAL: ClassVar[float] = 0.05
-
-    def measured(self, machine: Machine, folder: Path) -> FrequencyResponses:
-        """The data for the fit. Raises ValueRefused, TraceError."""
-        low, high = self.low or 0.0, self.high or np.inf
-        curves = curves_of(folder / self.file, machine, self.force, self.nodes, low, high)
-        level, known = self.noise or self.TYPICAL, self.noise is not None
-        return FrequencyResponses(self.name, curves, level, self.floor, known, self.calibration or 0.0)
-
-
-class DeflectionTable(ConfigModel):
-    """A displacement under a known force."""
-
-    force_at: StrictStr = Field(description='where the force acts, e.g. "frame y"')
-    force: Annotated[float, in_range(FORCE, nonzero=True)] = Field(description='e.g. "500 N"')
-    at: StrictStr = Field(description='where the displacement is measured, e.g. "tool y"')
-    moved: Annotated[float, in_range(DEFLECTION)] = Field(
-        description='e.g. "4.2 um", from the place without the force'
-    )
-
-
-class DeflectionsTable(ConfigModel):
-    """Static deflections under known forces, of a machine with linear carriages and links."""
-
-    name: StrictStr = Field(default="static deflections", min_length=1, description="a title for reports")
-    noise: Annotated[float, in_range(DEFLECTION, above=0.0)] | None = Field(
-        default=None, description='standard deviation of a displacement, e.g. "0.3 um"; estimated if left out'
-    )
-    values: tuple[DeflectionTable, ...] = Field(min_length=1, description="one table for each displacement")
-
-    TYPICAL: ClassVar[float] = 0.05  # of the largest displacement
-
-    def measured(self, machine: Machine, folder: Path) -> Deflections:
-        """The data for the fit. Raises ValueRefused."""
-        if machine.model_level != "linear":
-            way_out = "a modal test or frequency responses are for small motions about rest"
-            raise ValueRefused("a machine with linear carriages and links", machine.model_level, way_out)
-        values = tuple(
-            Deflection(place_of(one.force_at, machine), one.force, place_of(one.at, machine), one.moved)
-            for one in self.values
-        )
-        typical = self.TYPICAL * max(abs(one.moved) for one in values)
-        if self.noise is None and typical == 0.0:
-            raise ValueRefused("a displacement other than 0, or the noise", 0.0)
-        return Deflections(self.name, values, self.noise or typical, self.noise is not None)
 
 
 class IdentifyFile(ConfigModel):
@@ -212,6 +64,21 @@ class IdentifyFile(ConfigModel):
     )
     sensor_logs: tuple[SensorLogTable, ...] = Field(default=(), description="one [[sensor_logs]] table each")
 
+    alternatives: tuple[AlternativeTable, ...] = Field(
+        default=(),
+        description="one [[alternatives]] table for each model that is compared with the one above",
+    )
+
+    candidates: tuple[CandidateTable, ...] = Field(
+        default=(),
+        description="one [[candidates]] table for each group of measurements that could be made next",
+    )
+
+    figure: StrictStr | None = Field(
+        default=None,
+        description="name of the unknown whose interval matters most, for the ranking of candidates; by default all",
+    )
+
     KINDS: ClassVar[tuple[str, ...]] = (
         "modal_tests",
         "frequency_responses",
@@ -223,7 +90,8 @@ class IdentifyFile(ConfigModel):
     @property
     def files(self) -> tuple[str, ...]:
         """Names of the files that it names."""
-        files = [self.machine, self.trace, *(table.file for table in self.frequency_responses)]
+        files = [self.machine, self.trace, *(one.machine for one in self.alternatives)]
+        files += [table.file for table in self.frequency_responses]
         for record in (*self.motor_forces, *self.sensor_logs):
             files += [record.trace, record.file]
         return tuple(dict.fromkeys(name for name in files if name is not None))
@@ -252,10 +120,12 @@ def read_identify(file: str | PathLike[str]) -> tuple[IdentifyFile, Machine, lis
     folder = Path(file).parent
     try:
         described = IdentifyFile(**values)
-        for key, name in (("machine", described.machine), ("trace", described.trace)):
+        files: dict[KeyPath, str | None] = {("machine",): described.machine, ("trace",): described.trace}
+        files |= {("alternatives", i, "machine"): one.machine for i, one in enumerate(described.alternatives)}
+        for key, name in files.items():
             if name is not None and not (folder / name).is_file():
                 refused = ValueRefused("a file that exists", name, f"there is no {folder / name}")
-                raise ConfigError([problem_at((key,), refused)])
+                raise ConfigError([problem_at(key, refused)])
         machine = Machine.from_toml(folder / described.machine)
         return described, machine, described.data(machine, folder)
     except ConfigError as error:
@@ -264,6 +134,29 @@ def read_identify(file: str | PathLike[str]) -> tuple[IdentifyFile, Machine, lis
         raise located(error, str(file), places) from None
 
 
-def _places(texts: Sequence[str], machine: Machine) -> Iterator[Place]:
-    for text in texts:
-        yield place_of(text, machine)
+def identified_alternatives(
+    described: IdentifyFile, file: str | PathLike[str], found: Identification
+) -> dict[str, Identification]:
+    """The model of the file, as found, and its alternatives, each fitted to the same data."""
+    models, folder = {"as above": found}, Path(file).parent
+    for one in described.alternatives:
+        machine = found.nominal if one.machine is None else Machine.from_toml(folder / one.machine)
+        models[one.name] = identify(
+            machine, one.unknown or described.unknown, described.data(machine, folder)
+        )
+    return models
+
+
+def candidates_of(
+    described: IdentifyFile, file: str | PathLike[str], found: Identification
+) -> list[Measured]:
+    """The measurements that could be made next. Raises ConfigError naming file and key."""
+    measurements: list[Measured] = []
+    for i, table in enumerate(described.candidates):
+        try:
+            measurements += table.measurements(found.model)
+        except ValueRefused as refused:
+            raise located(
+                ConfigError([problem_at(("candidates", i), refused)]), str(file), read_toml(file)[1]
+            ) from None
+    return measurements

@@ -17,6 +17,7 @@ from guideload.identification.objective import COARSE, FAR, End, Objective
 from guideload.identification.serial_errors import inflation, long_run_root, sums_of_scores
 
 STARTS = 8
+MORE = 4  # times as many for a nonlinear machine: its stiffness jumps where a contact opens, which stops a search
 REACH = 1.5  # spreads around the expected values within which the other starts are taken
 ROUNDS = 20  # of noise levels, and of pairing
 SETTLED = 1e-3  # relative change of a noise level that ends the rounds
@@ -77,12 +78,15 @@ def fit(model: Model, data: Sequence[Measured], starts: int = STARTS) -> Fit:
     """
     if not data:
         raise ArgumentError("identify: expected measured data, got none")
+    starts *= 1 if model.machine.model_level == "linear" else MORE
     expected = model.at(np.array([one.expected for one in model.unknowns]))
     data = [each.settled(expected, np.array([one.expected for one in each.own])) for each in data]
     messages: list[str] = []
+    objective = Objective(model, data, np.ones(sum(len(each.noise) for each in data)))
+    begin = [(start, 1) for start in _starts(objective, starts)]
     for _ in range(ROUNDS):
         messages.clear()
-        objective, minima = _searched(model, data, starts, messages)
+        objective, minima = _searched(model, data, begin, messages)
         x = minima[0].x
         owns = objective.own_of(x)
         settled = [
@@ -90,9 +94,9 @@ def fit(model: Model, data: Sequence[Measured], starts: int = STARTS) -> Fit:
         ]
         if all(new is old for new, old in zip(settled, data, strict=True)):
             break
-        data = settled
+        data, begin = settled, [(one.x, one.starts) for one in minima]
     else:
-        messages.append(f"the pairs of modes had not settled after {ROUNDS} rounds")
+        messages.append(f"the data as they are used had not settled after {ROUNDS} rounds")
     values, slopes = objective.of_data(x)
     others = tuple(one for one in minima[1:] if one.squares < minima[0].squares + AS_GOOD)
     if others:
@@ -108,12 +112,15 @@ def fit(model: Model, data: Sequence[Measured], starts: int = STARTS) -> Fit:
 
 
 def _searched(
-    model: Model, data: Sequence[Measured], starts: int, messages: list[str]
+    model: Model, data: Sequence[Measured], starts: Sequence[tuple[Array, int]], messages: list[str]
 ) -> tuple[Objective, list[Minimum]]:
-    """All minima that were found, the best first, with noise levels that agree with the best one."""
+    """All minima that were found, the best first, with noise levels that agree with the best one.
+
+    starts: of the searches, each with its weight.
+    """
     noise = [one for each in data for one in each.noise]
     objective = Objective(model, data, np.ones(len(noise)))
-    minima = _minima(objective, [(start, 1) for start in _starts(objective, starts)], messages)
+    minima = _minima(objective, starts, messages)
     if all(one.known for one in noise) and all(each.instants is None for each in data):
         return objective, minima
     for _ in range(ROUNDS):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
@@ -27,6 +27,8 @@ Complex = NDArray[np.complex128]
 UNITS = ("m/N", "m/s/N", "m/s^2/N")
 UFF_RESPONSES = {8: 0, 11: 1, 12: 2}  # ordinate types of UFF58: displacement, velocity, acceleration
 UFF_AXES = {1: "x", 2: "y", 3: "z"}
+NEAR = 0.3  # relative distance of computed and measured curves within which the computed ones give the noise
+SAME = 0.02  # relative change of the sizes that ends the rounds
 FREQUENCY_RESPONSE = 4  # function type of UFF58
 
 
@@ -66,6 +68,7 @@ class FrequencyResponses:
     floor        the same of noise that is everywhere, relative to the largest response of a curve
     known        whether the level is known, or a start only
     calibration  standard deviation of a factor on all values, from the calibration of hammer and sensors; 0: none
+    sizes        of the responses, to which the noise is relative, for each curve; without: those measured
     """
 
     name: str
@@ -74,6 +77,7 @@ class FrequencyResponses:
     floor: float
     known: bool
     calibration: float = 0.0
+    sizes: tuple[Array, ...] = ()
 
     instants: ClassVar[None] = None
 
@@ -103,7 +107,7 @@ class FrequencyResponses:
     @cached_property
     def _scales(self) -> list[Array]:
         """Standard deviation of each value of each curve."""
-        sizes = [abs(curve.value) for curve in self.curves]
+        sizes = self.sizes or [abs(curve.value) for curve in self.curves]
         return [np.hypot(self.level * size, self.floor * size.max()) for size in sizes]
 
     def residuals(self, model: ModelAt, own: Array) -> Residuals:
@@ -121,7 +125,18 @@ class FrequencyResponses:
         return Residuals(np.concatenate(values), by_values * model.slopes, by_own)
 
     def settled(self, model: ModelAt, own: Array) -> FrequencyResponses:
-        return self
+        """With the noise of the computed responses, once they are near: of measured ones the small weigh too much."""
+        gain = float(own[0]) if own.size else 1.0
+        found = [gain * curve.computed(model)[0] for curve in self.curves]
+        near = [_distance(one, curve.value) for one, curve in zip(found, self.curves, strict=True)]
+        sizes = tuple(np.asarray(abs(one), dtype=np.float64) for one in found)
+        same = self.sizes and max(_distance(*pair) for pair in zip(sizes, self.sizes, strict=True)) < SAME
+        return self if max(near) > NEAR or same else replace(self, sizes=sizes)
+
+
+def _distance(one: Array | Complex, other: Array | Complex) -> float:
+    """Size of the difference of two responses over that of the second."""
+    return float(np.linalg.norm(one - other) / np.linalg.norm(other))
 
 
 # ---- files

@@ -43,6 +43,11 @@ class Interval:
         return self.narrowed <= TOLD
 
 
+def quantile(degrees: float) -> float:
+    """Standard deviations to either side that hold 95 % of a t distribution."""
+    return float(student.ppf(0.5 + 0.5 * LEVEL, degrees))
+
+
 def interval(fit: Fit, index: int, sigma: float, degrees: float, widening: float = 1.0) -> Interval:
     """The interval of a coordinate whose standard deviation is sigma.
 

@@ -12,7 +12,9 @@ from typing import NamedTuple
 from guideload.base.errors import KeyPath, RunError, ValueRefused
 from guideload.base.toml import Place, read_toml
 from guideload.base.units import factor
+from guideload.identification.intervals import NORMAL_QUANTILE
 from guideload.identification.machine_values import AXES, CROSS, KINDS
+from guideload.identification.measured import OwnUnknown
 from guideload.identification.names import usual_unit
 from guideload.identification.result import Estimate, Identification
 from guideload.parameters.parameters import Parameter
@@ -41,6 +43,9 @@ def machine_text(found: Identification, source: Path, folder: Path) -> str:
     edits = [*_of_files(places, text, source, folder)]
     for parameter, value, estimate in found.identified:
         edits += _of_value(found, parameter, value, estimate, places, text)
+    for own, value, sigma in found.own_values:
+        if own.key:
+            edits.append(_of_key(own, value, sigma, places, text, found))
     for edit in sorted(edits, reverse=True):
         text = _with_comment(text[: edit.first] + edit.text + text[edit.last :], edit)
     return text
@@ -79,6 +84,29 @@ def _of_value(
             raise RunError(
                 f"{parameter.path}: the machine file has no place for the identified value; {way_out}"
             )
+
+
+def _of_key(
+    own: OwnUnknown,
+    value: float,
+    sigma: float,
+    places: dict[KeyPath, Place],
+    text: str,
+    found: Identification,
+) -> _Edit:
+    """The change that sets a key such as "friction.coefficient", which a table of the file must have."""
+    path = tuple(own.key.split("."))
+    written = _in_unit_of("", value, own.unit)
+    reach = f"95 % interval {value - NORMAL_QUANTILE * sigma:.4g} to {value + NORMAL_QUANTILE * sigma:.4g} {own.unit}"
+    comment = f"{reach}, from {', '.join(each.name for each in found.data)}"
+    if (place := places.get(path)) is not None and place.text:
+        return _Edit(
+            place.first, place.last, _in_unit_of(text[place.first : place.last], value, own.unit), comment
+        )
+    if (header := places.get(path[:-1])) is not None and text[header.first] == "[":
+        return _Edit(header.last, header.last, f"\n{path[-1]} = {written}", comment)
+    table = ".".join(path[:-1])
+    raise RunError(f"{own.key}: the machine file has no table [{table}] for the identified value: add one")
 
 
 def _key_path(found: Identification, parameter: Parameter) -> KeyPath:

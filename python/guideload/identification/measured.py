@@ -37,6 +37,10 @@ class OwnUnknown:
     key: str = ""
 
 
+# Spread before the data of an own unknown of which nothing is known, in largest measured values: far beyond any.
+WIDE = 100.0
+
+
 @dataclass(frozen=True)
 class Noise:
     """The noise of one group of measured values.

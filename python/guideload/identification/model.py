@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError
 from guideload.identification.linear_histories import Inputs, LinearHistories
 from guideload.identification.places import Place
 from guideload.identification.unknowns import Unknown
@@ -16,6 +17,8 @@ from guideload.machine.machine import Machine
 from guideload.sensitivity.linearised import Linearised
 from guideload.sensitivity.modes import Complex, ModeDerivatives
 from guideload.sensitivity.varied import VariedMachine
+
+BESIDE = (0.0, 1e-9, 1e-7, 1e-5)  # relative changes of all values that are tried where there is no derivative
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,9 +76,18 @@ class Model:
         self._last: ModelAt | None = None
 
     def at(self, z: Array) -> ModelAt:
-        """The machine at z (p,). Raises SceneError for an impossible one."""
+        """The machine at z (p,). Raises SceneError for an impossible one, ArgumentError for one without derivatives."""
         if self._last is None or not np.array_equal(self._last.z, z):
             values = np.array([one.value(c) for one, c in zip(self.unknowns, z.tolist(), strict=True)])
             slopes = np.array([one.slope(c) for one, c in zip(self.unknowns, z.tolist(), strict=True)])
-            self._last = ModelAt(self.machine, z.copy(), slopes, self._varied.at(values))
+            self._last = ModelAt(self.machine, z.copy(), slopes, self._linearised(values))
         return self._last
+
+    def _linearised(self, values: Array) -> Linearised:
+        """The machine linearised at rest, or a machine beside it if a link rests just at a kink of its law."""
+        for beside in BESIDE:
+            try:
+                return self._varied.at(values * (1.0 + beside))
+            except ArgumentError:
+                pass
+        return self._varied.at(values)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.identification.linear_histories import Inputs
-from guideload.identification.measured import Noise, OwnUnknown, Residuals
+from guideload.identification.measured import WIDE, Noise, OwnUnknown, Residuals
 from guideload.identification.model import ModelAt
 from guideload.identification.windows import Windows
 from guideload.machine.machine import DOFS, Machine
@@ -102,26 +102,20 @@ class MotorForce:
 
     @cached_property
     def own(self) -> tuple[OwnUnknown, ...]:
-        unit = "N m" if self.torque else "N"
-        spread = float(self.values[self.windows.samples].std()) or 1.0
-        force = spread / (abs(self._lever) if self.torque else 1.0)
+        largest = float(abs(self.values[self.windows.samples]).max()) or 1.0
+        force = largest / (abs(self._lever) if self.torque else 1.0)
         scales = {"seal": force / len(self.machine.carriages), "viscous": force / abs(self.velocity).max()}
-        found = [
-            OwnUnknown(
-                f"friction.{key} in {self.name}",
-                FRICTION[key],
-                self._known(key),
-                np.inf,
-                scales[key],
-                (0.0, np.inf),
-                f"friction.{key}",
-            )
-            for key in self.friction
-        ]
-        found.append(OwnUnknown(f"offset of {self.name}", unit, 0.0, np.inf, spread))
+        found = []
+        for key in self.friction:
+            name, expected, scale = f"friction.{key}", self._known(key), scales[key]
+            bounds = (0.0, np.inf)
+            title = f"{name} in {self.name}"
+            found.append(OwnUnknown(title, FRICTION[key], expected, WIDE * scale, scale, bounds, name))
+        unit = "N m" if self.torque else "N"
+        found.append(OwnUnknown(f"offset of {self.name}", unit, 0.0, WIDE * largest, largest))
         if self.delayed:
             bounds = (-LONGEST_DELAY, LONGEST_DELAY)
-            found.append(OwnUnknown(f"delay of {self.name}", "s", 0.0, np.inf, 1e-3, bounds))
+            found.append(OwnUnknown(f"delay of {self.name}", "s", 0.0, LONGEST_DELAY, 1e-3, bounds))
         return tuple(found)
 
     @property

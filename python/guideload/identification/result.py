@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
 
@@ -18,9 +18,9 @@ from guideload.identification.covariance import (
 )
 from guideload.identification.directions import Undetermined, undetermined
 from guideload.identification.fit import STARTS, Fit, fit
-from guideload.identification.intervals import Interval, interval
+from guideload.identification.intervals import Interval, interval, quantile
 from guideload.identification.machine_values import machine_with
-from guideload.identification.measured import Measured
+from guideload.identification.measured import Measured, OwnUnknown
 from guideload.identification.model import Model, ModelAt
 from guideload.identification.residual_tests import ResidualTest, residual_tests
 from guideload.identification.unknowns import Unknown, UnknownTable, unknowns_of
@@ -112,6 +112,19 @@ class Identification:
         return machine_with(self.nominal, ((parameter, value) for parameter, value, _ in self.identified))
 
     @property
+    def own_values(self) -> tuple[tuple[OwnUnknown, float, float], ...]:
+        """The own unknowns of all data with their most probable values and standard deviations, SI."""
+        objective, p = self.fit.objective, len(self.unknowns)
+        own = [one for each in self.data for one in each.own]
+        values = (self.fit.minimum.x * objective.units)[p:].tolist()
+        sigmas = (np.sqrt(np.diag(self.covariance)) * objective.units)[p:].tolist()
+        return tuple(zip(own, values, sigmas, strict=True))
+
+    def own_of(self, data: Measured) -> Array:
+        """The own unknowns of a data set, in SI."""
+        return self.fit.objective.own_of(self.fit.minimum.x)[self.data.index(data)]
+
+    @property
     def model(self) -> ModelAt:
         """The machine with the most probable values, as the data see it."""
         objective = self.fit.objective
@@ -147,8 +160,20 @@ def identify(
     widening = sigma / np.sqrt(np.diag(curvature(found)))
     each = zip(sigma.tolist(), degrees.tolist(), widening.tolist(), strict=True)
     intervals = tuple(interval(found, i, *one) for i, one in enumerate(islice(each, len(unknowns))))
+    intervals = tuple(_with_others(found, i, float(sigma[i]), one) for i, one in enumerate(intervals))
     groups = undetermined(unknowns, found.minimum.x, information(found), spread)
     return Identification(machine, unknowns, found, spread, intervals, groups, residual_tests(found))
+
+
+def _with_others(fit: Fit, index: int, sigma: float, one: Interval) -> Interval:
+    """The interval with those around the other minima that explain the data as well."""
+    if not fit.others:
+        return one
+    half = quantile(one.degrees) * sigma
+    centers = [float(other.x[index]) for other in fit.others]
+    low, high = min(one.low, min(centers) - half), max(one.high, max(centers) + half)
+    narrowed = one.narrowed * (high - low) / (one.high - one.low) if one.high > one.low else one.narrowed
+    return replace(one, low=low, high=high, narrowed=narrowed)
 
 
 def _parameters(machine: Machine) -> Parameters:

@@ -20,7 +20,7 @@ from scipy.signal import correlate, correlation_lags
 from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
 from guideload.identification.linear_histories import Inputs, LinearHistories, Output
-from guideload.identification.measured import Noise, OwnUnknown, Residuals
+from guideload.identification.measured import WIDE, Noise, OwnUnknown, Residuals
 from guideload.identification.model import ModelAt
 from guideload.identification.places import Place
 from guideload.identification.windows import Windows
@@ -131,9 +131,9 @@ class SensorLog:
 
     @cached_property
     def own(self) -> tuple[OwnUnknown, ...]:
-        sizes = self.values[self.windows.samples].std(axis=0)
+        sizes = abs(self.values[self.windows.samples]).max(axis=0)
         found = [
-            OwnUnknown(f"offset of {one.name} in {self.name}", UNIT[one.kind], 0.0, np.inf, size)
+            OwnUnknown(f"offset of {one.name} in {self.name}", UNIT[one.kind], 0.0, WIDE * size, size)
             for one, size in zip(self.channels, sizes.tolist(), strict=True)
         ]
         found += [
@@ -143,7 +143,7 @@ class SensorLog:
         if self.reach:
             bounds = self.delay - self.reach, self.delay + self.reach
             name = f"delay of {self.name}"
-            found.append(OwnUnknown(name, "s", self.delay, np.inf, 0.1 * self.reach, bounds))
+            found.append(OwnUnknown(name, "s", self.delay, WIDE * self.reach, 0.1 * self.reach, bounds))
         return tuple(found)
 
     @property

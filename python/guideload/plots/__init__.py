@@ -31,7 +31,9 @@ if TYPE_CHECKING:
     from guideload.plots.identification import (
         correlation,
         identified_numbers,
+        measured_responses,
         modal_test,
+        next_measurements,
         save_identification,
     )
     from guideload.plots.study import band, distributions, exceedance, save_study
@@ -46,7 +48,9 @@ _LAZY = {
     "exceedance": "study",
     "failure": "study_life",
     "identified_numbers": "identification",
+    "measured_responses": "identification",
     "modal_test": "identification",
+    "next_measurements": "identification",
     "save_identification": "identification",
     "save_study": "study",
     "scatter": "drivers",
@@ -67,8 +71,10 @@ __all__ = [
     "load_density",
     "load_y",
     "load_z",
+    "measured_responses",
     "modal_test",
     "modes",
+    "next_measurements",
     "moments",
     "motor_speed",
     "paper_figures",

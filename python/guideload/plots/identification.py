@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.identification.frequency_responses import UNITS, FrequencyResponses
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.motor_force import MotorForce
 from guideload.identification.names import short, usual_unit
@@ -27,13 +28,16 @@ from guideload.plots.style import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from matplotlib.axes import Axes
 
+    from guideload.identification.next_measurement import Candidate
     from guideload.identification.result import Identification
 
 MEASURED, COMPUTED = INK, CARRIAGE_COLORS[0]
+MOST_CANDIDATES = 20
+MOST_CURVES = 12  # of frequency responses that are drawn
 MOST_MODES = 6  # whose shapes are drawn
 WRITTEN = 12  # unknowns up to which the correlations are written as numbers
 
@@ -172,16 +176,70 @@ def _record(found: Identification, data: MotorForce | SensorLog) -> Axes:
     return records(found, data)[0]
 
 
-def save_identification(found: Identification, folder: str | Path) -> list[Path]:
-    """Save every picture of an identification as PNG in a folder; returns their paths. Raises PictureError."""
+def measured_responses(found: Identification, data: FrequencyResponses | None = None) -> list[Axes]:
+    """Measured against computed frequency responses: the size of each curve over the frequency.
+
+    data: by default the first of the identification. Returns the axes, one for each of the first curves.
+    """
+    data = data or next(one for one in found.data if isinstance(one, FrequencyResponses))
+    curves = data.curves[:MOST_CURVES]
+    gain = found.own_of(data)[0] if data.own else 1.0
+    with look():
+        figure = new_figure(10.0, 0.8 + 2.6 * ((len(curves) + 1) // 2))
+        axes: list[Axes] = []
+        for i, curve in enumerate(curves):
+            ax = figure.add_subplot((len(curves) + 1) // 2, 2, i + 1, sharex=axes[0] if axes else None)
+            axes.append(ax)
+            computed = gain * abs(curve.computed(found.model)[0])
+            ax.plot(curve.frequency, abs(curve.value), ".", color=GREY, markersize=4.0, label="measured")
+            ax.plot(curve.frequency, computed, color=COMPUTED, label="computed")
+            ax.set(yscale="log", ylabel=f"[{UNITS[curve.derivatives]}]")
+            ax.set_title(curve.name, parse_math=False, fontsize=9.5)
+            if i >= len(curves) - 2:
+                ax.set_xlabel("frequency [Hz]")
+        legend_above(axes[0], 2)
+        figure.suptitle(f"{found.nominal.name}: {data.name}", parse_math=False)
+    return axes
+
+
+def next_measurements(candidates: Sequence[Candidate], ax: Axes | None = None) -> Axes:
+    """What each candidate for the next measurement leaves of the interval of the figure that matters, best first."""
+    shown = candidates[:MOST_CANDIDATES]
+    with look():
+        ax = axes_or_new(ax, 8.5, 1.4 + 0.3 * len(shown))
+        shares = [100.0 * one.deviation for one in shown]
+        ax.barh(range(len(shown)), shares, 0.6, color=COMPUTED)
+        for i, share in enumerate(shares):
+            ax.text(share + 1.0, i, f"{share:.3g} %", va="center", fontsize=8.5)
+        ax.set_yticks(range(len(shown)), [plain(one.name) for one in shown])
+        ax.set_xlim(0.0, 112.0)
+        ax.axvline(100.0, color=GREY, linewidth=1.0, linestyle=":")
+        ax.invert_yaxis()
+        ax.grid(axis="y", visible=False)
+        ax.set_xlabel("interval after the measurement [% of the one now]")
+        ax.set_title("What to measure next")
+    return ax
+
+
+def save_identification(
+    found: Identification, folder: str | Path, candidates: Sequence[Candidate] = ()
+) -> list[Path]:
+    """Save every picture of an identification as PNG in a folder; returns their paths. Raises PictureError.
+
+    candidates: for the next measurement, ranked.
+    """
     drawings: dict[str, Callable[[], Axes]] = {
         "numbers.png": lambda: identified_numbers(found),
         "correlation.png": lambda: correlation(found),
     }
     if any(isinstance(one, ModalTest) for one in found.data):
         drawings["modal_tests.png"] = lambda: modal_test(found)[0]
+    if any(isinstance(one, FrequencyResponses) for one in found.data):
+        drawings["frequency_responses.png"] = lambda: measured_responses(found)[0]
     in_time = [one for one in found.data if isinstance(one, MotorForce | SensorLog)]
     drawings |= {
         name: partial(_record, found, one) for name, one in zip(RECORD_PICTURES, in_time, strict=False)
     }
+    if candidates:
+        drawings["next_measurements.png"] = lambda: next_measurements(candidates)
     return save_each(drawings, Path(folder))

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from guideload.base.number_text import counted, joined, percent
+from guideload.identification.cross_validation import Level
+from guideload.identification.deflections import Deflections
 from guideload.identification.modal_test import ModalTest
-from guideload.identification.names import short, usual_unit
+from guideload.identification.names import short, together, usual_unit
+from guideload.identification.next_measurement import Candidate
 from guideload.identification.result import Estimate, Identification
 from guideload.reports.elements import heading, new_table, remark, section, to_text
 from guideload.reports.identification_records import records
@@ -24,8 +29,29 @@ DIFFERENCES = (
 )
 
 
-def identification_report(found: Identification, encoding: str = "utf-8") -> str:
-    """The whole report."""
+MOST_CANDIDATES = 12
+NEXT = (
+    "Interval: that of {figure} after the measurement, over the one now. Tells: unknowns that it would tell and that "
+    "are not told now."
+)
+LEVELS = (
+    "Score: logarithm of the probability of measured values that were left out of the fit, in turns; larger is better. "
+    "Behind: what the best model has more, with its standard deviation. Take the simplest one that is not certainly "
+    "worse: it is marked."
+)
+
+
+def identification_report(
+    found: Identification,
+    levels: Sequence[Level] = (),
+    candidates: Sequence[Candidate] = (),
+    figure: str = "",
+    encoding: str = "utf-8",
+) -> str:
+    """The whole report.
+
+    levels: of models compared with this one. candidates: for the next measurement, ranked by `figure`, in words.
+    """
     parts: list[RenderableType] = [
         *heading(found.nominal),
         *remark(_answer(found)),
@@ -41,8 +67,18 @@ def identification_report(found: Identification, encoding: str = "utf-8") -> str
     for each in found.data:
         if isinstance(each, ModalTest):
             parts += [*section(f"Modes: {each.name}"), _modes(each, found), *remark(*_without(each, found))]
+        if isinstance(each, Deflections):
+            parts += [*section(f"Displacements: {each.name}"), _displacements(each, found)]
     parts += records(found)
     parts += [*section("Differences"), _differences(found), *remark(DIFFERENCES)]
+    if levels:
+        parts += [*section("Which model"), _levels(levels), *remark(LEVELS)]
+    if candidates:
+        parts += [
+            *section("What to measure next"),
+            _candidates(candidates),
+            *remark(NEXT.format(figure=figure)),
+        ]
     doubts = [f"{test.name}: {doubt}." for test in found.residuals for doubt in test.doubts]
     return to_text([*parts, *remark(*doubts, _search(found))], encoding=encoding)
 
@@ -121,6 +157,17 @@ def _without(test: ModalTest, found: Identification) -> list[str]:
     ]
 
 
+def _displacements(data: Deflections, found: Identification) -> Table:
+    table = new_table(
+        "displacement", "force\nN", "measured\num", "computed\num", "differ\num", texts=("force at",)
+    )
+    computed = data.computed(found.model)[0]
+    for one, value in zip(data.values, computed.tolist(), strict=True):
+        moved = f"{1e6 * one.moved:.4g}", f"{1e6 * value:.4g}", f"{1e6 * (one.moved - value):+.2g}"
+        table.add_row(Text(one.at.name), f"{one.force:.4g}", *moved, Text(one.force_at.name))
+    return table
+
+
 def _differences(found: Identification) -> Table:
     table = new_table("measured", "values", "rms", "noise")
     in_time = [each.instants is not None for each in found.data for _ in each.noise]
@@ -128,6 +175,25 @@ def _differences(found: Identification) -> Table:
         noise = "known" if test.factor is None else "estimated" if is_record else f"x {test.factor:.2g}"
         rms = "" if noise == "estimated" else f"{test.rms:.2f}"
         table.add_row(Text(test.name), f"{test.count}", rms, noise)
+    return table
+
+
+def _levels(levels: Sequence[Level]) -> Table:
+    table = new_table("model", "unknowns", "score", "behind", "+-", texts=("",))
+    for one in levels:
+        behind = f"{one.behind:.1f}", f"{one.uncertainty:.1f}"
+        table.add_row(
+            Text(one.name), f"{one.unknowns}", f"{one.score:.1f}", *behind, "take it" if one.is_best else ""
+        )
+    return table
+
+
+def _candidates(candidates: Sequence[Candidate]) -> Table:
+    table = new_table("measurement", "interval\n%", texts=("tells",))
+    for one in candidates[:MOST_CANDIDATES]:
+        table.add_row(
+            Text(one.name), f"{100.0 * one.deviation:.3g}", Text(together(one.told)) if one.told else ""
+        )
     return table
 
 

@@ -1,0 +1,79 @@
+"""Comparison of models of a machine by what each predicts of data that it has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError
+from guideload.identification.covariance import curvature
+from guideload.identification.result import Identification
+
+BLOCKS = 10  # of each data set; each is left out once
+CERTAIN = 2.0  # standard deviations from which on a difference counts
+OVERWHELMING = 10.0  # difference of scores that counts in any case: odds of 20 000 to 1
+
+
+@dataclass(frozen=True)
+class Level:
+    """A model in a comparison.
+
+    name         its title
+    unknowns     the number of its unknowns
+    score        logarithm of the probability density of the left-out data, summed; larger is better
+    behind       score of the best model less its own
+    uncertainty  standard deviation of that difference
+    is_best      whether it is the simplest one that is not certainly worse than the best
+    """
+
+    name: str
+    unknowns: int
+    score: float
+    behind: float
+    uncertainty: float
+    is_best: bool
+
+
+def compare(candidates: Mapping[str, Identification]) -> tuple[Level, ...]:
+    """The models, fitted to the same data, the best first. Raises ArgumentError if they do not use the same values."""
+    scores = {name: _scores(one) for name, one in candidates.items()}
+    sizes = {name: one.fit.residuals.size for name, one in candidates.items()}
+    if len(set(sizes.values())) > 1:
+        counts = ", ".join(f"{name} {size}" for name, size in sizes.items())
+        raise ArgumentError(
+            f"alternatives: expected models that explain the same values, got {counts} values: one leaves out a "
+            "measured mode that another has; remove this mode from the file"
+        )
+    best = max(scores, key=lambda name: float(scores[name].sum()))
+    levels = []
+    for name, one in candidates.items():
+        difference = scores[best] - scores[name]
+        behind, deviation = float(difference.sum()), float(np.std(difference) * np.sqrt(difference.size))
+        levels.append((name, len(one.unknowns), float(scores[name].sum()), behind, deviation))
+    close = [row for row in levels if row[3] <= min(CERTAIN * row[4], OVERWHELMING)]
+    simplest = min(close, key=lambda row: (row[1], row[3]))[0]
+    ranked = sorted(levels, key=lambda row: row[3])
+    return tuple(Level(*row, is_best=row[0] == simplest) for row in ranked)
+
+
+def _scores(found: Identification) -> Array:
+    """(blocks,) log density of each block of values, given all others.
+
+    Linearised at the best fit, so that nothing is fitted again: leaving out a block b gives its values the residuals
+    (1 - H_bb)^-1 r_b and the covariance (1 - H_bb)^-1, where H = J (J'J + W^2)^-1 J'.
+    """
+    fit, objective = found.fit, found.fit.objective
+    hat = fit.jacobian @ curvature(fit)
+    scores = []
+    for data in range(len(objective.data)):
+        rows = np.flatnonzero(objective.set_of == data)
+        for block in np.array_split(rows, min(BLOCKS, rows.size)):
+            left = np.eye(block.size) - hat[block] @ fit.jacobian[block].T
+            r = fit.residuals[block]
+            level = np.log(objective.factors[objective.noise_of[block]]).sum()
+            density = -0.5 * r @ np.linalg.solve(left, r) + 0.5 * np.linalg.slogdet(left)[1]
+            scores.append(density - level - 0.5 * block.size * np.log(2.0 * np.pi))
+    return np.array(scores)
