@@ -39,6 +39,7 @@ from guideload import (
     stability,
 )
 from guideload.cli.main import main
+from guideload.identification import Identification, identify_file
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
@@ -65,6 +66,11 @@ def machine() -> Machine:
 @cache
 def motion() -> Motion:
     return motion_from_trace(read_trace(EXAMPLES / "manipulator.csv"), machine().drive)
+
+
+@cache
+def identified() -> Identification:
+    return identify_file(EXAMPLES / "identify.toml")
 
 
 @cache
@@ -176,6 +182,16 @@ def first(count: int) -> Callable[[list[str]], list[str]]:
     return lambda paragraphs: paragraphs[:count]
 
 
+def between(begin: str, end: str) -> Callable[[list[str]], list[str]]:
+    """The paragraphs from the one that begins with these words to the one before that which begins with those."""
+
+    def chosen(paragraphs: list[str]) -> list[str]:
+        at = [next(i for i, one in enumerate(paragraphs) if one.startswith(words)) for words in (begin, end)]
+        return paragraphs[at[0] : at[1]]
+
+    return chosen
+
+
 def answer_and_table(paragraphs: list[str]) -> list[str]:
     """The first paragraph of a report and its first table."""
     return [paragraphs[0], next(paragraph for paragraph in paragraphs if "───" in paragraph)]
@@ -198,6 +214,17 @@ def printed(*arguments: str, choose: Callable[[list[str]], list[str]] = lambda a
     return f"```text\n{text}\n```"
 
 
+@cache
+def identification_report() -> str:
+    return printed("identify", "identify.toml").removeprefix("```text\n").removesuffix("\n```")
+
+
+def identification(choose: Callable[[list[str]], list[str]]) -> str:
+    """Some paragraphs of the report of the packaged identify file."""
+    text = "\n\n".join(choose(identification_report().split("\n\n")))
+    return f"```text\n{text}\n```"
+
+
 RUN = ("run", "manipulator.toml", "manipulator.csv", "-o", "out", "--no-pictures")
 BLOCKS: dict[str, Callable[[], str]] = {
     "peaks": peaks,
@@ -211,6 +238,9 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "encoder": lambda: printed(
         "encoder", "manipulator.csv", "--machine", "manipulator.toml", choose=first(6)
     ),
+    "identify": lambda: identification(first(4)),
+    "identify-worth": lambda: identification(between("What these", "Differences")),
+    "identify-next": lambda: identification(between("Which model", "Of 8")),
 }
 
 
@@ -306,6 +336,8 @@ PICTURES: dict[str, Callable[[], Path]] = {
     "stability": lambda: plots.save(plots.stability(stability(machine()))[0], IMAGES / "stability.png"),
     "validation": validation,
     "wavy-rails": wavy_rails,
+    "identified": lambda: plots.save(plots.identified_numbers(identified()), IMAGES / "identified.png"),
+    "modal-test": lambda: plots.save(plots.modal_test(identified())[0], IMAGES / "modal-test.png"),
 }
 
 

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from guideload.duty import DutyCycle as DutyCycle
     from guideload.duty import LoadCase as LoadCase
     from guideload.duty import duty_cycle as duty_cycle
+    from guideload.identification import Identification as Identification
+    from guideload.identification import identify as identify
     from guideload.life import Life as Life
     from guideload.life import life_of as life_of
     from guideload.machine import Body as Body
@@ -78,6 +80,7 @@ _HOMES = {
     ),
     "catalogue": ("Catalogue", "LifeConditions", "Product", "Rating"),
     "duty": ("DutyCycle", "LoadCase", "duty_cycle"),
+    "identification": ("Identification", "identify"),
     "life": ("Life", "life_of"),
     "machine": (
         "Body",

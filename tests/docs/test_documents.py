@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 
 from guideload import Machine, Moves, Study
 from guideload.cli.main import main
+from guideload.identification.description import IdentifyFile
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -129,7 +130,9 @@ def accept(text: str) -> None:
             law_of(row)
         return
     values = tomllib.loads(text)
-    if "moves" in values:
+    if "unknown" in values:
+        assert IdentifyFile(**values).unknown
+    elif "moves" in values:
         assert Moves(**values).motion().exact
     elif "vary" in values or "limits" in values:
         Path("study.toml").write_text(text, encoding="utf-8")

@@ -25,6 +25,8 @@ FILES = {
     "study.toml": "study",
     "catalogue.toml": "catalogue",
     "moves.toml": "motion",
+    "gantry.toml": "machine",
+    "identify.toml": "identify",
 }
 
 

@@ -108,10 +108,11 @@ def test_the_study_draws_what_the_data_left_uncertain(folder: Path) -> None:
             ("carriages.*.stiffness_z", "carriages.*.stiffness_y"),
             "unknown[1].path: expected one entry for each value",
         ),
+        (("[[unknown]]", 'figure = "damping"\n[[unknown]]'), "expected no figure without [[candidates]]"),
         (('machine = "machine.toml"', 'machine = "none.toml"'), "machine: expected a file that exists"),
     ],
 )
 def test_a_wrong_file_is_refused_with_its_key(folder: Path, change: tuple[str, str], words: str) -> None:
     text = (folder / "identify.toml").read_text(encoding="utf-8")
-    (folder / "wrong.toml").write_text(text.replace(*change), encoding="utf-8")
+    (folder / "wrong.toml").write_text(text.replace(*change, 1), encoding="utf-8")
     assert words in refused("identify", folder / "wrong.toml")

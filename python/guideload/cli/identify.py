@@ -96,7 +96,7 @@ def _write(
         texts["study.toml"] = study_text(found, "machine.toml", trace)
     folder.mkdir(exist_ok=True)
     for name, text in texts.items():
-        (folder / name).write_text(text, encoding="utf-8")
+        (folder / name).write_bytes(text.encode())
     failure = None
     if pictures:
         with status("drawing the pictures"):

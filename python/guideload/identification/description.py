@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from pydantic import Field, StrictStr
+from pydantic import Field, StrictStr, model_validator
 
 from guideload.base.config import ConfigModel
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused
@@ -87,6 +87,12 @@ class IdentifyFile(ConfigModel):
         "sensor_logs",
     )
 
+    @model_validator(mode="after")
+    def _figure_of_candidates(self) -> IdentifyFile:
+        if self.figure is not None and not self.candidates:
+            raise ValueRefused("no figure without [[candidates]]", self.figure)
+        return self
+
     @property
     def files(self) -> tuple[str, ...]:
         """Names of the files that it names."""
@@ -132,6 +138,12 @@ def read_identify(file: str | PathLike[str]) -> tuple[IdentifyFile, Machine, lis
         if error.file is not None:  # the machine's own file
             raise
         raise located(error, str(file), places) from None
+
+
+def identify_file(file: str | PathLike[str]) -> Identification:
+    """The numbers of the machine of an identify file. Raises ConfigError, TraceError, SceneError, ArgumentError."""
+    described, machine, data = read_identify(file)
+    return identify(machine, described.unknown, data)
 
 
 def identified_alternatives(

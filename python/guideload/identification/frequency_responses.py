@@ -142,12 +142,16 @@ def _distance(one: Array | Complex, other: Array | Complex) -> float:
 # ---- files
 
 
+def is_universal(file: str | Path) -> bool:
+    """Whether the name of a file is that of a universal file."""
+    return Path(file).suffix.lower() in (".uff", ".unv", ".uf")
+
+
 def curves_of(
     file: Path, machine: Machine, force: str | None, nodes: dict[str, str], low: float, high: float
 ) -> tuple[Curve, ...]:
     """The responses in a file, from `low` to `high` [Hz]. Raises ValueRefused, TraceError."""
-    is_uff = file.suffix.lower() in (".uff", ".unv", ".uf")
-    read = list(_of_uff(file, machine, nodes) if is_uff else _of_table(file, machine, force))
+    read = list(_of_uff(file, machine, nodes) if is_universal(file) else _of_table(file, machine, force))
     curves = []
     for curve in read:
         inside = (curve.frequency >= low) & (curve.frequency <= high) & (curve.frequency > 0.0)

@@ -48,7 +48,7 @@ def machine_text(found: Identification, source: Path, folder: Path) -> str:
             edits.append(_of_key(own, value, sigma, places, text, found))
     for edit in sorted(edits, reverse=True):
         text = _with_comment(text[: edit.first] + edit.text + text[edit.last :], edit)
-    return text
+    return text.replace("\r\n", "\n").replace("\n", "\r\n") if "\r\n" in text else text
 
 
 def _with_comment(text: str, edit: _Edit) -> str:

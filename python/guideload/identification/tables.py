@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, PlainValidator, StrictStr, field_validator
+from pydantic import Field, PlainValidator, StrictStr, field_validator, model_validator
 
 from guideload.base.config import ConfigModel, in_range, number
 from guideload.base.errors import ValueRefused
+from guideload.base.number_text import joined
 from guideload.base.ranges import DEFLECTION, FORCE
 from guideload.identification.deflections import Deflection, Deflections
-from guideload.identification.frequency_responses import Curve, FrequencyResponses, curves_of
+from guideload.identification.frequency_responses import Curve, FrequencyResponses, curves_of, is_universal
 from guideload.identification.modal_test import MeasuredMode, ModalTest
 from guideload.identification.places import Place, place_of
 from guideload.machine.machine import Machine
@@ -94,6 +95,10 @@ class ModalTestTable(ConfigModel):
     def measured(self, machine: Machine, folder: Path) -> ModalTest:
         """The data for the fit. Raises ValueRefused."""
         places = tuple(_places(self.places, machine))
+        if places and all(mode.shape is None for mode in self.modes):
+            raise ValueRefused(
+                "a mode with a shape at these places", list(self.places), "or leave places out"
+            )
         for i, mode in enumerate(self.modes):
             if mode.shape is None:
                 continue
@@ -144,6 +149,10 @@ class FrequencyResponsesTable(ConfigModel):
     def measured(self, machine: Machine, folder: Path) -> FrequencyResponses:
         """The data for the fit. Raises ValueRefused, TraceError."""
         low, high = self.low or 0.0, self.high or np.inf
+        if is_universal(self.file) and self.force is not None:
+            raise ValueRefused("no force beside a universal file, which has it", self.force)
+        if not is_universal(self.file) and self.nodes:
+            raise ValueRefused("no nodes beside a table, whose headers name points", self.nodes)
         curves = curves_of(folder / self.file, machine, self.force, self.nodes, low, high)
         level, known = self.noise or self.TYPICAL, self.noise is not None
         return FrequencyResponses(self.name, curves, level, self.floor, known, self.calibration or 0.0)
@@ -207,6 +216,18 @@ class CandidateTable(ConfigModel):
     accuracy: Annotated[float, in_range(DEFLECTION, above=0.0)] = Field(
         default=1e-6, description="standard deviation of the displacement of a deflection"
     )
+
+    OF_KIND: ClassVar[dict[str, set[str]]] = {
+        "frequency response": {"low", "high", "noise"},
+        "deflection": {"load", "accuracy"},
+    }
+
+    @model_validator(mode="after")
+    def _keys_of_its_kind(self) -> CandidateTable:
+        for kind, keys in self.OF_KIND.items():
+            if kind != self.kind and (strange := keys & self.model_fields_set):
+                raise ValueRefused(f"no {joined(sorted(strange))} beside kind {self.kind}", self.kind)
+        return self
 
     COUNT: ClassVar[int] = 60  # frequencies of a response
 
