@@ -35,6 +35,7 @@ UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 PER_PERIOD = 10.0  # windows in a period of the highest mode, whose vibration a mean over one lowers by 1.6 %
 FIRST_LEVEL = 0.1  # of a channel's standard deviation: where the search for its noise starts
 ALIKE = 0.1  # least correlation of log and prediction at the best delay: noise alone has less in a record of some moves
+LIKEST = 1.0 - 1e-9  # correlation that rounding may exceed
 LEAST_OVERLAP = 0.5  # of the log, or of the trace if it is shorter, that the clocks have in common
 
 
@@ -220,23 +221,26 @@ class SensorLog:
 
 
 def _best_delay(name: str, inputs: Inputs, expected: Array, time: Array, values: Array) -> float:
-    """The delay [s] at which the channels (n, k) correlate best with what is expected of them (time, k).
+    """The delay [s] at which the channels (n, k) are most likely, given what is expected of them (time, k).
 
-    Raises TraceError if they hardly do.
+    With correlations c, the likelihood of a lag has the logarithm -n/2 sum ln(1 - c^2): a channel that hardly depends
+    on unknown numbers decides. Raises TraceError if log and expectation hardly correlate.
     """
     step = max(inputs.step, float(np.median(np.diff(time))))
     here = np.arange(inputs.time[0], inputs.time[-1], step)
     there = np.arange(time[0], time[-1], step)
     lags = correlation_lags(there.size, here.size)
-    sums = np.zeros(lags.size)
+    sums, likelihood = np.zeros(lags.size), np.zeros(lags.size)
     for predicted, measured in zip(expected.T, values.T, strict=True):
         first, second = np.interp(here, inputs.time, predicted), np.interp(there, time, measured)
         first, second = first - first.mean(), second - second.mean()
         size = np.linalg.norm(first) * np.linalg.norm(second)
-        sums += correlate(second, first, method="fft") / size if size > 0.0 else 0.0
+        alike = correlate(second, first, method="fft") / size if size > 0.0 else np.zeros(lags.size)
+        sums += alike
+        likelihood -= np.log1p(-(np.clip(alike, 0.0, LIKEST) ** 2))
     overlap = correlate(np.ones(there.size), np.ones(here.size), method="fft")
     allowed = overlap >= LEAST_OVERLAP * min(there.size, here.size)
-    best = int(np.argmax(np.where(allowed, sums, -np.inf)))
+    best = int(np.argmax(np.where(allowed, likelihood, -np.inf)))
     if sums[best] < ALIKE * len(expected.T):
         raise TraceError(
             f"{name}: the log resembles the expected motion at no delay (best correlation "
