@@ -32,7 +32,7 @@ PYTHON = (
     "html_report",
     "cli",
 )
-TRACES = ("options", "format", "content", "quality", "forces", "reading", "inspection")
+TRACES = ("options", "format", "content", "quality", "channels", "forces", "reading", "inspection")
 STUDY = ("sampling", "description", "storage", "results", "histories", "tasks", "execution", "rare")
 
 Imports = dict[str, set[str]]

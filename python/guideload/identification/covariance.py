@@ -6,10 +6,32 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.identification.fit import Fit
+from guideload.identification.serial_errors import long_run_root, sums_of_scores
 
 
 def covariance(fit: Fit) -> Array:
-    """(p + q, p + q) of the coordinates after the data: (J'J + W^2)^-1, W^2 from what was known before."""
+    """(p + q, p + q) of the coordinates after the data.
+
+    H^-1 with H = J'J + W^2, W^2 from what was known before; with records in time H^-1 B H^-1, where B has the long-run
+    covariance of their scores in place of their part of J'J.
+    """
+    inverse = curvature(fit)
+    objective = fit.objective
+    if all(each.instants is None for each in objective.data):
+        return inverse
+    rows = [np.diag(objective.weights)]
+    for i, each in enumerate(objective.data):
+        here = objective.set_of == i
+        values, slopes = fit.residuals[here], fit.jacobian[here]
+        rows.append(
+            slopes if each.instants is None else long_run_root(sums_of_scores(values, slopes, each.instants))
+        )
+    spread = np.vstack(rows) @ inverse
+    return np.asarray(spread.T @ spread)
+
+
+def curvature(fit: Fit) -> Array:
+    """(p + q, p + q) inverse of H, half the second derivative of the sum of squares: the covariance without records."""
     triangle = np.linalg.qr(np.vstack([fit.jacobian, np.diag(fit.objective.weights)]), mode="r")
     inverse = np.linalg.inv(triangle)
     return np.asarray(inverse @ inverse.T)

@@ -9,6 +9,7 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
+from guideload.identification.covariance import curvature
 from guideload.identification.result import Identification
 
 BLOCKS = 10  # of each data set; each is left out once
@@ -65,7 +66,7 @@ def _scores(found: Identification) -> Array:
     (1 - H_bb)^-1 r_b and the covariance (1 - H_bb)^-1, where H = J (J'J + W^2)^-1 J'.
     """
     fit, objective = found.fit, found.fit.objective
-    hat = fit.jacobian @ found.covariance
+    hat = fit.jacobian @ curvature(fit)
     scores = []
     for data in range(len(objective.data)):
         rows = np.flatnonzero(objective.set_of == data)

@@ -11,6 +11,7 @@ from pydantic import Field, StrictStr, model_validator
 from guideload.base.config import ConfigModel
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused
 from guideload.base.toml import located, read_toml
+from guideload.identification.record_tables import MotorForceTable, SensorLogTable
 from guideload.identification.result import Identification, identify
 from guideload.identification.tables import (
     CandidateTable,
@@ -58,6 +59,10 @@ class IdentifyFile(ConfigModel):
     deflections: tuple[DeflectionsTable, ...] = Field(
         default=(), description="one [[deflections]] table each"
     )
+    motor_forces: tuple[MotorForceTable, ...] = Field(
+        default=(), description="one [[motor_forces]] table each"
+    )
+    sensor_logs: tuple[SensorLogTable, ...] = Field(default=(), description="one [[sensor_logs]] table each")
 
     alternatives: tuple[AlternativeTable, ...] = Field(
         default=(),
@@ -74,7 +79,13 @@ class IdentifyFile(ConfigModel):
         description="name of the unknown whose interval matters most, for the ranking of candidates; by default all",
     )
 
-    KINDS: ClassVar[tuple[str, ...]] = ("modal_tests", "frequency_responses", "deflections")
+    KINDS: ClassVar[tuple[str, ...]] = (
+        "modal_tests",
+        "frequency_responses",
+        "deflections",
+        "motor_forces",
+        "sensor_logs",
+    )
 
     @model_validator(mode="after")
     def _figure_of_candidates(self) -> IdentifyFile:
@@ -85,12 +96,17 @@ class IdentifyFile(ConfigModel):
     @property
     def files(self) -> tuple[str, ...]:
         """Names of the files that it names."""
-        files = [table.file for table in self.frequency_responses]
-        others = [one.machine for one in self.alternatives]
-        return tuple(name for name in (self.machine, self.trace, *others, *files) if name is not None)
+        files = [self.machine, self.trace, *(one.machine for one in self.alternatives)]
+        files += [table.file for table in self.frequency_responses]
+        for record in (*self.motor_forces, *self.sensor_logs):
+            files += [record.trace, record.file]
+        return tuple(dict.fromkeys(name for name in files if name is not None))
 
     def data(self, machine: Machine, folder: Path) -> list[Measured]:
-        """The measured data of all kinds; names of files are relative to the folder. Raises ConfigError, TraceError."""
+        """The measured data of all kinds; names of files are relative to the folder.
+
+        Raises ConfigError, ArgumentError and TraceError.
+        """
         found: list[Measured] = []
         problems = []
         for kind in self.KINDS:

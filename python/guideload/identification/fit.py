@@ -14,6 +14,7 @@ from guideload.base.number_text import counted
 from guideload.identification.measured import Measured, Noise
 from guideload.identification.model import Model
 from guideload.identification.objective import COARSE, FAR, End, Objective
+from guideload.identification.serial_errors import inflation, long_run_root, sums_of_scores
 
 STARTS = 8
 MORE = 4  # times as many for a nonlinear machine: its stiffness jumps where a contact opens, which stops a search
@@ -120,8 +121,7 @@ def _searched(
     noise = [one for each in data for one in each.noise]
     objective = Objective(model, data, np.ones(len(noise)))
     minima = _minima(objective, starts, messages)
-    estimated = [i for i, one in enumerate(noise) if not one.known]
-    if not estimated:
+    if all(one.known for one in noise) and all(each.instants is None for each in data):
         return objective, minima
     for _ in range(ROUNDS):
         factors = _noise(objective, minima[0].x, noise)
@@ -182,11 +182,21 @@ def _noise(objective: Objective, x: Array, noise: Sequence[Noise]) -> Array:
     """(groups,) factors on the stated noise that agree with the residuals.
 
     A stated level that is not known counts as much as `STATED_VALUES` values, so that few residuals that happen to be
-    small do not make all intervals small.
+    small do not make all intervals small. The level of a record in time is raised as much as its serial errors raise
+    the variance of what it tells, so that it has the right weight beside other data.
     """
     values, free = objective.of_data(x)[0], _free_values(objective, x)
     squares = np.bincount(
         objective.noise_of, (objective.factors[objective.noise_of] * values) ** 2, minlength=free.size
     )
     estimated = np.sqrt((STATED_VALUES + squares) / (STATED_VALUES + free))
-    return np.where([one.known for one in noise], 1.0, estimated)
+    factors = np.where([one.known for one in noise], 1.0, estimated)
+    slopes = objective.of_data(x)[1]
+    scale = objective.factors[objective.noise_of] / factors[objective.noise_of]
+    for i, each in enumerate(objective.data):
+        if each.instants is not None:
+            here = objective.set_of == i
+            of_set, by = values[here] * scale[here], slopes[here] * scale[here, None]
+            raised = inflation(by.T @ by, long_run_root(sums_of_scores(of_set, by, each.instants)))
+            factors[np.unique(objective.noise_of[here])] *= np.sqrt(max(1.0, raised))
+    return factors

@@ -48,8 +48,11 @@ def quantile(degrees: float) -> float:
     return float(student.ppf(0.5 + 0.5 * LEVEL, degrees))
 
 
-def interval(fit: Fit, index: int, sigma: float, degrees: float) -> Interval:
-    """The interval of a coordinate whose standard deviation is sigma."""
+def interval(fit: Fit, index: int, sigma: float, degrees: float, widening: float = 1.0) -> Interval:
+    """The interval of a coordinate whose standard deviation is sigma.
+
+    widening: sigma over that of independent errors, by which serial errors of records widen the profile as well.
+    """
     best, objective = float(fit.minimum.x[index]), fit.objective
     quantile = float(student.ppf(0.5 + 0.5 * LEVEL, degrees))
     ends = [best - quantile * sigma, best + quantile * sigma]
@@ -57,12 +60,12 @@ def interval(fit: Fit, index: int, sigma: float, degrees: float) -> Interval:
     before = 1.0 / float(objective.weights[index])
     if sigma > TOLD * before:  # unless the profile is far steeper than the covariance says
         least = TOLD * quantile * before
-        if not all(_Root(fit, index, side)(least) > quantile for side in (-1.0, 1.0)):
+        if not all(_Root(fit, index, side, widening)(least) > quantile for side in (-1.0, 1.0)):
             low, high = np.clip(ends, *bounds).tolist()
             return Interval(low, high, sigma / before, False, degrees)
     profile = False
     for i, side in enumerate((-1.0, 1.0)):
-        root = _Root(fit, index, side)
+        root = _Root(fit, index, side, widening)
         reach = abs(float(np.clip(ends[i], *bounds)) - best)
         if reach == 0.0 or abs(root(reach) * sigma / reach - 1.0) <= CURVED:
             continue
@@ -83,10 +86,13 @@ def _crossing(root: _Root, quantile: float, furthest: float, sigma: float) -> fl
 
 
 class _Root:
-    """Square root of the increase of the sum of squares when a coordinate is held at a distance from the best fit."""
+    """Square root of the increase of the sum of squares when a coordinate is held at a distance from the best fit.
 
-    def __init__(self, fit: Fit, index: int, side: float) -> None:
-        self.fit, self.index, self.side = fit, index, side
+    Divided by what serial errors widen.
+    """
+
+    def __init__(self, fit: Fit, index: int, side: float, widening: float) -> None:
+        self.fit, self.index, self.side, self.widening = fit, index, side, widening
         self.known: dict[float, tuple[float, Array]] = {0.0: (0.0, fit.minimum.x)}
 
     def __call__(self, distance: float) -> float:
@@ -95,5 +101,6 @@ class _Root:
             start = self.known[near][1].copy()
             start[self.index] = self.fit.minimum.x[self.index] + self.side * distance
             end = self.fit.objective.search(start, held=[self.index], tolerance=COARSE)
-            self.known[distance] = float(np.sqrt(max(end.squares - self.fit.minimum.squares, 0.0))), end.x
+            root = float(np.sqrt(max(end.squares - self.fit.minimum.squares, 0.0)))
+            self.known[distance] = root / self.widening, end.x
         return self.known[distance][0]

@@ -6,6 +6,7 @@ import json
 from dataclasses import asdict
 
 from guideload.identification.modal_test import ModalTest
+from guideload.identification.own_estimates import own_estimates
 from guideload.identification.result import Identification
 
 
@@ -22,6 +23,17 @@ def json_text(found: Identification) -> str:
         "machine": found.nominal.name,
         "estimates": estimates,
         "correlation": found.correlation.tolist(),
+        "own_numbers": [
+            {
+                "name": one.unknown.name,
+                "unit": one.unknown.unit,
+                "value": one.value,
+                "low": one.low,
+                "high": one.high,
+            }
+            for data in found.data
+            for one in own_estimates(found, data)
+        ],
         "undetermined": [asdict(one) for one in found.undetermined],
         "modes": {test.name: [asdict(pair) for pair in test.pairs(found.model)] for test in modal_tests},
         "differences": [asdict(one) for one in found.residuals],

@@ -37,6 +37,10 @@ class OwnUnknown:
     key: str = ""
 
 
+# Spread before the data of an own unknown of which nothing is known, in largest measured values: far beyond any.
+WIDE = 100.0
+
+
 @dataclass(frozen=True)
 class Noise:
     """The noise of one group of measured values.
@@ -88,7 +92,10 @@ class Measured(Protocol):
 
     @property
     def instants(self) -> NDArray[np.intp] | None:
-        """(m,) index of the instant of each value of a record in time; None if the noise of all is independent."""
+        """(m,) number of the instant of each value of a record in time, whose errors may be alike for many instants.
+
+        None for values with independent errors.
+        """
 
     def residuals(self, model: ModelAt, own: Array) -> Residuals:
         """The residuals at one machine and own unknowns (q,)."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
+from guideload.identification.linear_histories import Inputs, LinearHistories
 from guideload.identification.places import Place
 from guideload.identification.unknowns import Unknown
 from guideload.machine.machine import Machine
@@ -39,6 +40,16 @@ class ModelAt:
     def modes(self) -> ModeDerivatives:
         """Its modes, with derivatives by the values."""
         return self.rest.modes()
+
+    @cached_property
+    def _histories(self) -> dict[int, LinearHistories]:
+        return {}
+
+    def histories(self, inputs: Inputs) -> LinearHistories:
+        """Its histories under a motion, with derivatives by the values; data with the same inputs share them."""
+        if id(inputs) not in self._histories:
+            self._histories[id(inputs)] = LinearHistories(self.rest, inputs)
+        return self._histories[id(inputs)]
 
     def response(self, frequency: Array, force: Place) -> tuple[Complex, Complex]:
         """Amplitudes (n, 6) of L per newton at frequencies (n,) [Hz], and derivatives (n, p, 6) by the values."""

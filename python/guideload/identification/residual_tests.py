@@ -36,12 +36,19 @@ class ResidualTest:
 def residual_tests(fit: Fit) -> tuple[ResidualTest, ...]:
     """A test of each group of values."""
     labels = [label for each in fit.objective.data for label in each.labels]
+    in_time = [each.instants is not None for each in fit.objective.data for _ in each.noise]
     tests = []
     for i, noise in enumerate(fit.noise):
         here = np.flatnonzero(fit.objective.noise_of == i)
         values, factor = fit.residuals[here], float(fit.objective.factors[i])
-        doubts = _size(values, float(fit.free_values[i])) if noise.known else []
-        doubts += _series(values)
+        doubts = _size(factor * values, float(fit.free_values[i])) if noise.known else []
+        if not in_time[i]:
+            doubts += _series(values)
+        elif alike := _likeness(values):
+            doubts.append(
+                f"neighbouring differences are alike (correlation {alike:.2f}): the model lacks something, such as a "
+                "law of friction or of a link; the intervals are widened for it"
+            )
         doubts += [
             f"the {labels[here[k]]} is {abs(values[k]):.1f} standard deviations off"
             for k in np.flatnonzero(abs(values) > OUTLIER).tolist()[:3]
@@ -71,8 +78,7 @@ def _series(values: Array) -> list[str]:
     if n < FEWEST or not values.any():
         return []
     doubts = []
-    likeness = float(values[1:] @ values[:-1] / (values @ values))
-    if norm.sf(abs(likeness) * np.sqrt(n)) < 0.5 * RARE and likeness > 0.0:
+    if likeness := _likeness(values):
         doubts.append(
             f"neighbouring differences are alike (correlation {likeness:.2f}): they are not noise alone, the model "
             "lacks something, and the intervals are too narrow"
@@ -82,3 +88,9 @@ def _series(values: Array) -> list[str]:
     if 2.0 * norm.sf(abs(trend)) < RARE:
         doubts.append("the differences have a trend from the first value to the last")
     return doubts
+
+
+def _likeness(values: Array) -> float:
+    """Correlation of neighbours; 0 if it may be chance."""
+    likeness = float(values[1:] @ values[:-1]) / max(float(values @ values), np.finfo(float).tiny)
+    return likeness if norm.sf(likeness * np.sqrt(values.size)) < 0.5 * RARE else 0.0

@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import islice
 
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.identification.covariance import covariance, degrees_of_freedom, information
+from guideload.identification.covariance import (
+    covariance,
+    curvature,
+    degrees_of_freedom,
+    information,
+)
 from guideload.identification.directions import Undetermined, undetermined
 from guideload.identification.fit import STARTS, Fit, fit
 from guideload.identification.intervals import Interval, interval, quantile
@@ -151,7 +157,9 @@ def identify(
     found = fit(Model(machine, unknowns), data, starts)
     spread = covariance(found)
     sigma, degrees = np.sqrt(np.diag(spread)), degrees_of_freedom(found, spread)
-    intervals = tuple(interval(found, i, float(sigma[i]), float(degrees[i])) for i in range(len(unknowns)))
+    widening = sigma / np.sqrt(np.diag(curvature(found)))
+    each = zip(sigma.tolist(), degrees.tolist(), widening.tolist(), strict=True)
+    intervals = tuple(interval(found, i, *one) for i, one in enumerate(islice(each, len(unknowns))))
     intervals = tuple(_with_others(found, i, float(sigma[i]), one) for i, one in enumerate(intervals))
     groups = undetermined(unknowns, found.minimum.x, information(found), spread)
     return Identification(machine, unknowns, found, spread, intervals, groups, residual_tests(found))

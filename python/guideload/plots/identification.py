@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,10 @@ import numpy as np
 
 from guideload.identification.frequency_responses import UNITS, FrequencyResponses
 from guideload.identification.modal_test import ModalTest
+from guideload.identification.motor_force import MotorForce
 from guideload.identification.names import short, usual_unit
+from guideload.identification.sensor_log import SensorLog
+from guideload.plots.identification_records import RECORD_PICTURES, records
 from guideload.plots.saving import save_each
 from guideload.plots.style import (
     CARRIAGE_COLORS,
@@ -168,6 +172,10 @@ def _differences(ax: Axes, test: ModalTest, found: Identification, kind: int) ->
     ax.set_title(("Frequencies", "Damping ratios")[kind])
 
 
+def _record(found: Identification, data: MotorForce | SensorLog) -> Axes:
+    return records(found, data)[0]
+
+
 def measured_responses(found: Identification, data: FrequencyResponses | None = None) -> list[Axes]:
     """Measured against computed frequency responses: the size of each curve over the frequency.
 
@@ -228,6 +236,10 @@ def save_identification(
         drawings["modal_tests.png"] = lambda: modal_test(found)[0]
     if any(isinstance(one, FrequencyResponses) for one in found.data):
         drawings["frequency_responses.png"] = lambda: measured_responses(found)[0]
+    in_time = [one for one in found.data if isinstance(one, MotorForce | SensorLog)]
+    drawings |= {
+        name: partial(_record, found, one) for name, one in zip(RECORD_PICTURES, in_time, strict=False)
+    }
     if candidates:
         drawings["next_measurements.png"] = lambda: next_measurements(candidates)
     return save_each(drawings, Path(folder))

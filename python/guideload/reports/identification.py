@@ -16,6 +16,7 @@ from guideload.identification.names import short, together, usual_unit
 from guideload.identification.next_measurement import Candidate
 from guideload.identification.result import Estimate, Identification
 from guideload.reports.elements import heading, new_table, remark, section, to_text
+from guideload.reports.identification_records import records
 
 DEFINITION = (
     "From, to: interval with a probability of 95 %. Narrowed: spread of the number before the data over that after "
@@ -68,6 +69,7 @@ def identification_report(
             parts += [*section(f"Modes: {each.name}"), _modes(each, found), *remark(*_without(each, found))]
         if isinstance(each, Deflections):
             parts += [*section(f"Displacements: {each.name}"), _displacements(each, found)]
+    parts += records(found)
     parts += [*section("Differences"), _differences(found), *remark(DIFFERENCES)]
     if levels:
         parts += [*section("Which model"), _levels(levels), *remark(LEVELS)]
@@ -168,9 +170,11 @@ def _displacements(data: Deflections, found: Identification) -> Table:
 
 def _differences(found: Identification) -> Table:
     table = new_table("measured", "values", "rms", "noise")
-    for test in found.residuals:
-        noise = "known" if test.factor is None else f"x {test.factor:.2g}"
-        table.add_row(Text(test.name), f"{test.count}", f"{test.rms:.2f}", noise)
+    in_time = [each.instants is not None for each in found.data for _ in each.noise]
+    for test, is_record in zip(found.residuals, in_time, strict=True):
+        noise = "known" if test.factor is None else "estimated" if is_record else f"x {test.factor:.2g}"
+        rms = "" if noise == "estimated" else f"{test.rms:.2f}"
+        table.add_row(Text(test.name), f"{test.count}", rms, noise)
     return table
 
 

@@ -7,16 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.base.arrays import Array, errors_name
+from guideload.base.arrays import errors_name
 from guideload.base.errors import TraceError, ValueRefused
 from guideload.base.units import factor
 from guideload.motion.forces import Forces
-from guideload.traces.content.columns import option_in_si, time_column_of
-from guideload.traces.content.stamps import stamps_of
+from guideload.traces.channels import FROM_FIRST, numbers_of, stamps_of_columns
 from guideload.traces.format.headers import Header
 from guideload.traces.format.sources import load_table
 from guideload.traces.format.table import Table, listed
-from guideload.traces.options import ReadingOptions
 
 if TYPE_CHECKING:
     from guideload.traces.format.sources import TableLike
@@ -24,7 +22,6 @@ if TYPE_CHECKING:
 COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 NAME = re.compile(r"(f|force|kraft|m|moment|t|torque)([xyz])")
 SUFFIX = re.compile(r"(.*?)_(m?N|kN|Nm|N_m|kNm)")  # units at the end of a name without brackets: Fx_N, Mz_Nm
-FROM_FIRST = "from the first"  # in the note on stamps that count from the first one
 
 
 def read_forces(
@@ -47,14 +44,10 @@ def read_forces(
     data = load_table(table)
     with errors_name(data.source):
         columns = _columns(data)
-        stamps, note = _stamps(data, columns, time, rate, date_order)
+        stamps, note = stamps_of_columns(data, columns, "the forces", time, rate, date_order)
         load = np.zeros((stamps.size, 6))
         for name, (component, scale) in columns.items():
-            values = data.values(name)
-            data.require_size(name, values)
-            if (bad := np.flatnonzero(~np.isfinite(values))).size:
-                raise data.no_number(name, bad, "fill the cells, or cut the rows")
-            load[:, component] = values * scale
+            load[:, component] = scale * numbers_of(data, name)
     named = ", ".join(columns)
     notes = f"forces from the columns {named}", note
     return Forces(stamps, load[:, :3], load[:, 3:], data.source, notes, FROM_FIRST in note)
@@ -96,39 +89,3 @@ def _header(table: Table, name: str) -> Header:
     if suffix and name not in table.units:
         return Header.of(suffix[1], suffix[2].replace("_", " "))
     return table.header(name)
-
-
-def _stamps(
-    table: Table,
-    columns: dict[str, tuple[int, float]],
-    time: str | None,
-    rate: float | str | None,
-    date_order: str | None,
-) -> tuple[Array, str]:
-    """Stamps [s] of the forces, and a note on them."""
-    given = ReadingOptions(time=time, rate=rate, date_order=date_order)
-    column = time_column_of(table, given)
-    if column is None and rate is None and table.clocks:
-        clocks = {table.clocks[name] for name in columns}
-        if len(clocks) > 1:
-            raise TraceError(
-                f"{table.source}: expected the forces on one clock, got {listed(sorted(clocks))}"
-            )
-        column = clocks.pop()
-    size = len(table.numbers)
-    if column is None:
-        hertz = table.rate if rate is None else option_in_si(table, "rate", rate, "Hz", ">")
-        assert hertz is not None
-        stamps, note = np.arange(size) / hertz, f"time of the forces from the rate {hertz:g} Hz, {FROM_FIRST}"
-    else:
-        hertz = None if rate is None else option_in_si(table, "rate", rate, "Hz", ">")
-        stamps, note = stamps_of(table, column, hertz, date_order)
-        note = note.replace("time from", "time of the forces from", 1)
-        note += f", {FROM_FIRST}" if hertz is not None and FROM_FIRST not in note else ""
-        if (bad := np.flatnonzero(~np.isfinite(stamps))).size:
-            raise table.no_number(column, bad, "fill the cells, or cut the rows")
-    if (back := np.flatnonzero(np.diff(stamps) < 0.0) + 1).size:
-        raise TraceError(
-            f"{table.source}: the time of the forces goes back in {table.rows(back)}; sort or cut them"
-        )
-    return stamps, note

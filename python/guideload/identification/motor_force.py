@@ -1,0 +1,232 @@
+"""Force or torque of the motor under a measured motion: moving mass, friction and offset.
+
+The drive pushes the cart with its reaction along x and overcomes the friction, so that
+
+    force = reaction(mass, stiffnesses; acceleration) + sign(v) n seal + viscous v,
+
+measured with a constant offset (weight of a cable, a tilted rail, zero of the amplifier) and, if asked for, a delay.
+The acceleration is the mean of the trace's posterior. The error of a posterior mean is independent of the mean itself
+(Berkson's kind), so it does not pull the mass towards zero, as differentiated samples would; it is part of the
+residuals and thereby of every interval.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError
+from guideload.identification.linear_histories import Inputs
+from guideload.identification.measured import WIDE, Noise, OwnUnknown, Residuals
+from guideload.identification.model import ModelAt
+from guideload.identification.windows import Windows
+from guideload.machine.machine import DOFS, Machine
+from guideload.motion.motion import Motion
+from guideload.simulation.drive_force import require_held_x
+
+WINDOWS = 5000  # of a record by default: means over 5 ms in a record of 25 s
+SLOW = 0.01  # of the largest speed: below it friction may stick, which the law of the machine does not say
+FIRST_LEVEL = 0.01  # of the force's standard deviation: where the search for its noise starts
+LONGEST_DELAY = 0.05  # s, of a current loop or of a filter in the drive
+FRICTION = {"seal": "N", "viscous": "N s/m"}
+X = DOFS.index("x")
+
+
+@dataclass(frozen=True, eq=False)
+class MotorForce:
+    """A measured force [N] of the drive on the cart, or a torque [N m] of the motor.
+
+    inputs    the motion; velocity (time,) m/s of the cart at its stamps
+    time      (n,) s, stamps of the measured values (n,); windows: those that are compared
+    level     standard deviation of the noise of one value; known: whether it is right
+    friction  keys of [friction] that are unknown
+    machine   the machine, with the values of the keys that are known
+    delayed   whether the delay of the measured values is unknown
+    """
+
+    name: str
+    inputs: Inputs
+    velocity: Array
+    time: Array
+    values: Array
+    windows: Windows
+    level: float
+    known: bool
+    friction: tuple[str, ...]
+    machine: Machine
+    torque: bool = False
+    delayed: bool = False
+
+    @classmethod
+    def of(
+        cls,
+        machine: Machine,
+        motion: Motion,
+        time: Array,
+        values: Array,
+        *,
+        name: str = "motor force",
+        torque: bool = False,
+        friction: tuple[str, ...] = ("seal", "viscous"),
+        delayed: bool = False,
+        level: float | None = None,
+        window: float | None = None,
+        part: tuple[float, float] = (-np.inf, np.inf),
+    ) -> MotorForce:
+        """A measured force of a motion.
+
+        level: None if unknown. window: s; by default a 5000th of the record. part: s, first and last instant used.
+        Raises ArgumentError for a machine whose drive force depends on more, TraceError for a record too short.
+        """
+        _require_supported(machine, motion, torque)
+        inputs = Inputs.of(machine, motion)
+        assert motion.velocity is not None
+        velocity = np.interp(inputs.time, motion.time, motion.velocity[:, 0])
+        low, high = max(part[0], motion.time[0]), min(part[1], motion.time[-1])
+        usable = (time >= low) & (time <= high)
+        usable &= abs(np.interp(time, inputs.time, velocity)) > SLOW * abs(velocity).max()
+        span = float(np.ptp(time[usable])) if usable.any() else 0.0
+        windows = Windows.of(time, usable, window or span / WINDOWS, name)
+        first = FIRST_LEVEL * float(values[windows.samples].std())
+        known = level is not None
+        level = level or first or 1.0
+        return cls(
+            name, inputs, velocity, time, values, windows, level, known, friction, machine, torque, delayed
+        )
+
+    # ---- as the fit sees it
+
+    @cached_property
+    def own(self) -> tuple[OwnUnknown, ...]:
+        largest = float(abs(self.values[self.windows.samples]).max()) or 1.0
+        force = largest / (abs(self._lever) if self.torque else 1.0)
+        scales = {"seal": force / len(self.machine.carriages), "viscous": force / abs(self.velocity).max()}
+        found = []
+        for key in self.friction:
+            name, expected, scale = f"friction.{key}", self._known(key), scales[key]
+            bounds = (0.0, np.inf)
+            title = f"{name} in {self.name}"
+            found.append(OwnUnknown(title, FRICTION[key], expected, WIDE * scale, scale, bounds, name))
+        unit = "N m" if self.torque else "N"
+        found.append(OwnUnknown(f"offset of {self.name}", unit, 0.0, WIDE * largest, largest))
+        if self.delayed:
+            bounds = (-LONGEST_DELAY, LONGEST_DELAY)
+            found.append(OwnUnknown(f"delay of {self.name}", "s", 0.0, LONGEST_DELAY, 1e-3, bounds))
+        return tuple(found)
+
+    @property
+    def noise(self) -> tuple[Noise, ...]:
+        return (Noise(self.name, self.known),)
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        return (self.name,) * self.windows.first.size
+
+    @cached_property
+    def noise_of(self) -> NDArray[np.intp]:
+        return np.zeros(self.windows.first.size, dtype=np.intp)
+
+    @cached_property
+    def instants(self) -> NDArray[np.intp]:
+        return np.arange(self.windows.first.size)
+
+    @cached_property
+    def window_time(self) -> Array:
+        """(m,) s, middle of each window."""
+        return self.windows.mean(self.time[self.windows.samples])
+
+    @cached_property
+    def measured(self) -> Array:
+        """(m,) measured values, means over the windows."""
+        return self.windows.mean(self.values[self.windows.samples])
+
+    def residuals(self, model: ModelAt, own: Array) -> Residuals:
+        predicted, by_unknowns, by_own = self._predicted(model, own)
+        scale = np.sqrt(self.windows.counts) / self.level
+        values = (predicted - self.measured) * scale
+        return Residuals(values, (by_unknowns * scale).T, (by_own * scale).T)
+
+    def settled(self, model: ModelAt, own: Array) -> MotorForce:
+        return self
+
+    def predicted(self, model: ModelAt, own: Array) -> Array:
+        """(m,) what the machine predicts for the measured values."""
+        return self._predicted(model, own)[0]
+
+    # ---- the prediction
+
+    def _predicted(self, model: ModelAt, own: Array) -> tuple[Array, Array, Array]:
+        """Means over the windows (m,), and their derivatives (p, m) by the unknowns and (q, m) by the own ones."""
+        histories, k = model.histories(self.inputs), len(self.friction)
+        instants = self.time[self.windows.samples] - (own[k + 1] if self.delayed else 0.0)
+        at, velocity = histories.at(instants), np.interp(instants, self.inputs.time, self.velocity)
+        reaction = histories.history(histories.reaction(X), at)
+        acceleration, jerk = self.inputs.places[0] @ at.u, self.inputs.places[0] @ at.u_slope
+        of_friction = self._friction_per_unit(velocity)
+        unknown = np.array([of_friction[key] for key in self.friction]).reshape(-1, velocity.size)
+        force = reaction.values + own[:k] @ unknown + self._known_friction(of_friction)
+        gain, inertia = self._as_measured(force, velocity)
+        by_own = [self.windows.mean(gain * unknown), np.ones((1, self.windows.first.size))]
+        if self.delayed:
+            viscous = dict(zip(self.friction, own[:k].tolist(), strict=True)).get(
+                "viscous", self._known("viscous")
+            )
+            steps = np.searchsorted(self.inputs.time, instants, "right").clip(1, self.velocity.size - 1)
+            faster = np.diff(self.velocity)[steps - 1] / self.inputs.step
+            rate = gain * (reaction.slope + viscous * faster) + inertia * jerk
+            by_own.append(-self.windows.mean(rate)[None])
+        predicted = self.windows.mean(gain * force + inertia * acceleration) + own[k]
+        return predicted, model.by_z(self.windows.mean(gain * reaction.by)), np.vstack(by_own)
+
+    def _as_measured(self, force: Array, velocity: Array) -> tuple[Array | float, float]:
+        """The measured quantity per force on the cart (n,), and per acceleration of the cart."""
+        if not self.torque:
+            return 1.0, 0.0
+        drive = self.machine.drive
+        assert drive is not None
+        power = force * velocity
+        loss = np.where(power > 0.0, 1.0 / drive.efficiency, np.where(power < 0.0, drive.efficiency, 1.0))
+        return self._lever * loss, drive.motor_inertia / self._lever
+
+    @property
+    def _lever(self) -> float:
+        assert self.machine.drive is not None
+        return self.machine.drive.speed_per_motor_speed
+
+    def _friction_per_unit(self, velocity: Array) -> dict[str, Array]:
+        """Force (n,) per unit of each key of [friction]."""
+        return {"seal": len(self.machine.carriages) * np.sign(velocity), "viscous": velocity}
+
+    def _known(self, key: str) -> float:
+        friction = self.machine.friction
+        return 0.0 if friction is None else float(getattr(friction, key))
+
+    def _known_friction(self, per_unit: dict[str, Array]) -> Array | float:
+        return sum((self._known(key) * per_unit[key] for key in FRICTION if key not in self.friction), 0.0)
+
+
+def _require_supported(machine: Machine, motion: Motion, torque: bool) -> None:
+    """Raise ArgumentError for a machine whose drive force is more than this kind of data knows."""
+    require_held_x(machine)
+    if motion.velocity is None:
+        raise ArgumentError(
+            "identify: motor force needs the velocity of the cart, which this motion does not have"
+        )
+    if machine.friction is not None and machine.friction.coefficient:
+        raise ArgumentError(
+            "friction.coefficient: the force of the motor cannot tell it from friction.seal unless the loads change "
+            "much; leave it out of the machine that is identified, so that seal holds all dry friction"
+        )
+    if machine.drive is not None and machine.drive.push_direction is not None:
+        raise ArgumentError(
+            "drive.pressure_angle: identify does not know the push of a rack on the body; leave out pressure_angle, "
+            "helix_angle and push_direction"
+        )
+    if torque and (machine.drive is None or machine.drive.linear_motor):
+        raise ArgumentError(
+            "identify: a torque of the motor needs a [drive] that turns it into a force; give a force"
+        )

@@ -1,0 +1,249 @@
+"""Logs of sensors on the body under a measured motion: accelerometers, and sensors of velocity or displacement.
+
+A channel shows gain (row @ q + motion of the cart) + offset at its point and in its direction, later or earlier than
+the trace by a delay that all channels of the log share. The offset holds gravity and the zero of the amplifier, the
+gain its sensitivity, the delay the distance of the clocks of two loggers. The delay is sought from where the log and
+the prediction of the machine file correlate best.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import correlate, correlation_lags
+
+from guideload.base.arrays import Array
+from guideload.base.errors import TraceError
+from guideload.identification.linear_histories import Inputs, LinearHistories, Output
+from guideload.identification.measured import WIDE, Noise, OwnUnknown, Residuals
+from guideload.identification.model import ModelAt
+from guideload.identification.places import Place
+from guideload.identification.windows import Windows
+from guideload.machine.machine import Machine
+from guideload.machine.modes import Modes
+from guideload.motion.motion import Motion
+from guideload.sensitivity.varied import VariedMachine
+
+Kind = Literal["acceleration", "velocity", "displacement"]
+DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
+UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+PER_PERIOD = 10.0  # windows in a period of the highest mode, whose vibration a mean over one lowers by 1.6 %
+FIRST_LEVEL = 0.1  # of a channel's standard deviation: where the search for its noise starts
+ALIKE = 0.1  # least correlation of log and prediction at the best delay: noise alone has less in a record of some moves
+LIKEST = 1.0 - 1e-9  # correlation that rounding may exceed
+LEAST_OVERLAP = 0.5  # of the log, or of the trace if it is shorter, that the clocks have in common
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One sensor.
+
+    place     point and direction
+    kind      what it measures; an acceleration is absolute, others are from the carriages' guides
+    level     standard deviation of its noise [`UNIT`]; None if unknown
+    gain_spread  relative standard deviation of its gain; 0 if the gain is known
+    """
+
+    place: Place
+    kind: Kind = "acceleration"
+    level: float | None = None
+    gain_spread: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """ "acceleration of tool y" """
+        return f"{self.kind} of {self.place.name}"
+
+    def shown(self, histories: LinearHistories) -> Output:
+        """What it shows without offset, gain and delay."""
+        output = histories.along(self.place.row, DERIVATIVE[self.kind])
+        if self.kind != "acceleration":
+            return output
+        of_cart = self.place.row[:3] @ histories.inputs.places[:3]
+        return replace(output, of_input=output.of_input + of_cart)
+
+
+@dataclass(frozen=True, eq=False)
+class SensorLog:
+    """Channels (n, k) with common stamps (n,) [s].
+
+    levels      (k,) standard deviation of the noise of one value
+    delay       s, stamp of the log minus that of the trace, where the search starts
+    reach       s, how far it may go; 0 if both have one clock
+    """
+
+    name: str
+    inputs: Inputs
+    channels: tuple[Channel, ...]
+    time: Array
+    values: Array
+    windows: Windows
+    levels: Array
+    delay: float
+    reach: float
+
+    @classmethod
+    def of(
+        cls,
+        machine: Machine,
+        motion: Motion,
+        channels: Sequence[Channel],
+        time: Array,
+        values: Array,
+        *,
+        name: str = "sensor log",
+        one_clock: bool = False,
+        window: float | None = None,
+    ) -> SensorLog:
+        """A log of channels (n, k) beside the trace of a motion.
+
+        one_clock: whether log and trace have the same stamps, so that there is no delay. window: s; by default a tenth
+        of the period of the highest mode. Raises ArgumentError for a machine that is not linear, TraceError for a log
+        that does not resemble the motion.
+        """
+        inputs = Inputs.of(machine, motion)
+        frequency = Modes.of(machine).frequency
+        window = window or 1.0 / (PER_PERIOD * float(frequency.max()))
+        delay, reach = 0.0, 0.0 if one_clock else 0.5 / float(frequency.min())
+        if reach:
+            histories = LinearHistories(VariedMachine(machine, ["body.mass"]).at(), inputs)
+            at = histories.at()
+            expected = [histories.history(one.shown(histories), at).values for one in channels]
+            delay = _best_delay(name, inputs, np.array(expected).T, time, values)
+        place = time - delay
+        usable = (place >= inputs.time[0] + reach) & (place <= inputs.time[-1] - reach)
+        windows = Windows.of(time, usable, window, name)
+        spreads = values[windows.samples].std(axis=0)
+        for channel, spread in zip(channels, spreads, strict=True):
+            if not spread > 0.0:
+                raise TraceError(
+                    f"{name}: {channel.name}: expected a sensor that moves, got the same value everywhere"
+                )
+        given = zip(channels, spreads.tolist(), strict=True)
+        levels = np.array([FIRST_LEVEL * spread if one.level is None else one.level for one, spread in given])
+        return cls(name, inputs, tuple(channels), time, values, windows, levels, delay, reach)
+
+    # ---- as the fit sees it
+
+    @cached_property
+    def own(self) -> tuple[OwnUnknown, ...]:
+        sizes = abs(self.values[self.windows.samples]).max(axis=0)
+        found = [
+            OwnUnknown(f"offset of {one.name} in {self.name}", UNIT[one.kind], 0.0, WIDE * size, size)
+            for one, size in zip(self.channels, sizes.tolist(), strict=True)
+        ]
+        found += [
+            OwnUnknown(f"gain of {one.name} in {self.name}", "1", 1.0, one.gain_spread, one.gain_spread)
+            for one in self._scaled
+        ]
+        if self.reach:
+            bounds = self.delay - self.reach, self.delay + self.reach
+            name = f"delay of {self.name}"
+            found.append(OwnUnknown(name, "s", self.delay, WIDE * self.reach, 0.1 * self.reach, bounds))
+        return tuple(found)
+
+    @property
+    def _scaled(self) -> list[Channel]:
+        return [one for one in self.channels if one.gain_spread]
+
+    @property
+    def noise(self) -> tuple[Noise, ...]:
+        return tuple(Noise(f"{one.name} in {self.name}", one.level is not None) for one in self.channels)
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        return tuple(one.name for one in self.channels for _ in self.windows.first)
+
+    @cached_property
+    def noise_of(self) -> NDArray[np.intp]:
+        return np.repeat(np.arange(len(self.channels)), self.windows.first.size)
+
+    @cached_property
+    def instants(self) -> NDArray[np.intp]:
+        return np.tile(np.arange(self.windows.first.size), len(self.channels))
+
+    @cached_property
+    def window_time(self) -> Array:
+        """(m,) s, middle of each window."""
+        return self.windows.mean(self.time[self.windows.samples])
+
+    @cached_property
+    def measured(self) -> Array:
+        """(k, m) measured values, means over the windows."""
+        return self.windows.mean(self.values[self.windows.samples].T)
+
+    def residuals(self, model: ModelAt, own: Array) -> Residuals:
+        predicted, by_unknowns, by_own = self._predicted(model, own)
+        scale = np.sqrt(self.windows.counts) / self.levels[:, None]
+        p, q = len(by_unknowns), len(by_own)
+        return Residuals(
+            ((predicted - self.measured) * scale).ravel(),
+            (by_unknowns * scale).reshape(p, -1).T,
+            (by_own * scale).reshape(q, -1).T,
+        )
+
+    def settled(self, model: ModelAt, own: Array) -> SensorLog:
+        return self
+
+    def predicted(self, model: ModelAt, own: Array) -> Array:
+        """(k, m) what the machine predicts for the measured values."""
+        return self._predicted(model, own)[0]
+
+    def _predicted(self, model: ModelAt, own: Array) -> tuple[Array, Array, Array]:
+        """Means over the windows (k, m), and their derivatives (p, k, m) by unknowns and (q, k, m) own ones."""
+        k, m = len(self.channels), self.windows.first.size
+        histories = model.histories(self.inputs)
+        at = histories.at(self.time[self.windows.samples] - (own[-1] if self.reach else 0.0))
+        predicted, by_unknowns, by_own = (
+            np.empty((k, m)),
+            np.empty((model.z.size, k, m)),
+            np.zeros((own.size, k, m)),
+        )
+        scaled = self._scaled
+        for i, channel in enumerate(self.channels):
+            history = histories.history(channel.shown(histories), at)
+            plain, by_values, by_time = map(self.windows.mean, (history.values, history.by, history.slope))
+            place = k + scaled.index(channel) if channel in scaled else None
+            gain = 1.0 if place is None else own[place]
+            predicted[i] = gain * plain + own[i]
+            by_unknowns[:, i] = gain * model.by_z(by_values)
+            by_own[i, i] = 1.0
+            if place is not None:
+                by_own[place, i] = plain
+            if self.reach:
+                by_own[-1, i] = -gain * by_time
+        return predicted, by_unknowns, by_own
+
+
+def _best_delay(name: str, inputs: Inputs, expected: Array, time: Array, values: Array) -> float:
+    """The delay [s] at which the channels (n, k) are most likely, given what is expected of them (time, k).
+
+    With correlations c, the likelihood of a lag has the logarithm -n/2 sum ln(1 - c^2): a channel that hardly depends
+    on unknown numbers decides. Raises TraceError if log and expectation hardly correlate.
+    """
+    step = max(inputs.step, float(np.median(np.diff(time))))
+    here = np.arange(inputs.time[0], inputs.time[-1], step)
+    there = np.arange(time[0], time[-1], step)
+    lags = correlation_lags(there.size, here.size)
+    sums, likelihood = np.zeros(lags.size), np.zeros(lags.size)
+    for predicted, measured in zip(expected.T, values.T, strict=True):
+        first, second = np.interp(here, inputs.time, predicted), np.interp(there, time, measured)
+        first, second = first - first.mean(), second - second.mean()
+        size = np.linalg.norm(first) * np.linalg.norm(second)
+        alike = correlate(second, first, method="fft") / size if size > 0.0 else np.zeros(lags.size)
+        sums += alike
+        likelihood -= np.log1p(-(np.clip(alike, 0.0, LIKEST) ** 2))
+    overlap = correlate(np.ones(there.size), np.ones(here.size), method="fft")
+    allowed = overlap >= LEAST_OVERLAP * min(there.size, here.size)
+    best = int(np.argmax(np.where(allowed, likelihood, -np.inf)))
+    if sums[best] < ALIKE * len(expected.T):
+        raise TraceError(
+            f"{name}: the log resembles the expected motion at no delay (best correlation "
+            f"{sums[best] / len(expected.T):.2f}): is it of the same moves, and are points and directions right?"
+        )
+    return float(there[0] - here[0] + lags[best] * step)

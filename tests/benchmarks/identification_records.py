@@ -1,0 +1,152 @@
+"""Coverage of the 95 % intervals of an identification from records in time: motor force and accelerometers.
+
+    python tests/benchmarks/identification_records.py [--seeds 200] [NAME ...]
+
+As tests/benchmarks/identification.py: each seed draws a machine, a motion and noise. "measured trace": the motion is
+estimated from encoder counts; "correlated": the force has an unmodelled part that changes over 0.1 s, as of friction.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+from scipy.signal import lfilter
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests"))
+
+from hammer_tests import unknown  # noqa: E402
+from motor_records import OFFSET, SEAL, VISCOUS, axis, moves  # noqa: E402
+
+from guideload import Machine, Motion, PointOfInterest  # noqa: E402
+from guideload.identification.linear_histories import Inputs  # noqa: E402
+from guideload.identification.measured import Measured  # noqa: E402
+from guideload.identification.model import Model, ModelAt  # noqa: E402
+from guideload.identification.motor_force import MotorForce, X  # noqa: E402
+from guideload.identification.own_estimates import own_estimates  # noqa: E402
+from guideload.identification.places import place_of  # noqa: E402
+from guideload.identification.result import identify  # noqa: E402
+from guideload.identification.sensor_log import Channel, SensorLog  # noqa: E402
+from guideload.identification.unknowns import UnknownTable  # noqa: E402
+from guideload.smoothing import smooth  # noqa: E402
+
+SCATTER = 0.2  # of the logarithm of the true values about the machine file's
+QUANTUM = 1e-6  # m, of the encoder
+DELAY = 4.2  # s, between the clocks of two loggers
+MEMORY = 0.99  # of a disturbance from one millisecond to the next: 0.1 s
+MASS = (UnknownTable(path="body.mass"),)
+STIFFNESS = (
+    UnknownTable(path="carriages.*.stiffness_y"),
+    UnknownTable(path="carriages.*.stiffness_z"),
+    UnknownTable(path=("carriages.*.damping_y", "carriages.*.damping_z"), name="damping"),
+)
+Truths = dict[str, float]  # by the name of an own unknown
+
+
+def soft() -> Machine:
+    """The axis on soft carriages: modes from 13 to 60 Hz."""
+    machine = axis(points=[PointOfInterest(name="tool", at=(0.05, 0.4, 0.1))])
+    values = {"stiffness_y": 1e7, "stiffness_z": 8e6, "damping_y": 1e3, "damping_z": 1e3}
+    return machine.model_copy(
+        update={"carriages": tuple(one.model_copy(update=values) for one in machine.carriages)}
+    )
+
+
+def seen(motion: Motion) -> Motion:
+    """The motion as estimated from the counts of an encoder."""
+    velocity = motion.velocity[:, 0]
+    position = np.concatenate([[0.0], np.cumsum(np.diff(motion.time) * 0.5 * (velocity[1:] + velocity[:-1]))])
+    found = smooth(motion.time, QUANTUM * np.round(position / QUANTUM), "position", quantum=QUANTUM)
+    return Motion.along_x(
+        motion.time, found.acceleration, velocity=found.velocity, uncertainty=found.uncertainty, recorded=True
+    )
+
+
+def motor_force(
+    true: ModelAt,
+    motion: Motion,
+    rng: np.random.Generator,
+    *,
+    measured: bool = False,
+    correlated: bool = False,
+) -> tuple[Measured, Truths]:
+    histories = true.histories(Inputs.of(true.machine, motion))
+    velocity = motion.velocity[:, 0]
+    force = histories.history(histories.reaction(X), histories.at()).values + OFFSET
+    force += 2.0 * SEAL * np.sign(velocity) + VISCOUS * velocity + 2.0 * rng.standard_normal(force.size)
+    if correlated:
+        white = rng.standard_normal(force.size + 1000)
+        force += 3.0 * np.sqrt(1.0 - MEMORY**2) * lfilter([1.0], [1.0, -MEMORY], white)[1000:]
+    data = MotorForce.of(true.machine, seen(motion) if measured else motion, motion.time, force)
+    truths = {"friction.seal in motor force": SEAL, "friction.viscous in motor force": VISCOUS}
+    return data, truths | {"offset of motor force": OFFSET}
+
+
+def accelerometers(
+    true: ModelAt, motion: Motion, rng: np.random.Generator, *, measured: bool = False
+) -> tuple[Measured, Truths]:
+    histories = true.histories(Inputs.of(true.machine, motion))
+    channels = [Channel(place_of(f"tool {i}", true.machine), gain_spread=0.02 * (i == "y")) for i in "xyz"]
+    time = np.arange(0.2, motion.time[-1] - 0.2, 1.0 / 900.0)
+    at = histories.at(time)
+    shown = np.array([histories.history(one.shown(histories), at).values for one in channels]).T
+    shown = shown + 0.1 * shown.std(axis=0) * rng.standard_normal(shown.shape)
+    motion = seen(motion) if measured else motion
+    data = SensorLog.of(true.machine, motion, channels, time + DELAY, shown)
+    return data, {"delay of sensor log": DELAY}
+
+
+Maker = Callable[[ModelAt, Motion, np.random.Generator], tuple[Measured, Truths]]
+# Machine, unknowns, seconds of the record, and how it is made.
+CASES: dict[str, tuple[Machine, tuple[UnknownTable, ...], float, Maker]] = {
+    "motor force": (axis(), MASS, 3.0, motor_force),
+    "motor force, correlated": (axis(), MASS, 12.0, lambda *a: motor_force(*a, correlated=True)),
+    "motor force, measured trace": (axis(), MASS, 3.0, lambda *a: motor_force(*a, measured=True)),
+    "accelerometers": (soft(), STIFFNESS, 3.0, accelerometers),
+    "accelerometers, measured trace": (soft(), STIFFNESS, 3.0, lambda *a: accelerometers(*a, measured=True)),
+}
+
+
+def coverage(name: str, seeds: int) -> str:
+    """A row of the table: share of intervals that hold the truth, of the machine and of the data, and their numbers."""
+    machine, tables, length, make = CASES[name]
+    unknowns = unknown(machine, *tables)
+    inside: list[bool] = []
+    own: list[bool] = []
+    seconds = []
+    for seed in range(seeds):
+        rng = np.random.default_rng(seed)
+        truth = SCATTER * rng.standard_normal(len(unknowns))
+        data, truths = make(Model(machine, unknowns).at(truth), moves(length, seed=seed), rng)
+        started = time.process_time()
+        found = identify(machine, tables, [data])
+        seconds.append(time.process_time() - started)
+        inside += [reach.low <= z <= reach.high for reach, z in zip(found.intervals, truth, strict=True)]
+        estimates = {one.unknown.name: one for one in own_estimates(found, found.data[0])}
+        own += [estimates[key].low <= value <= estimates[key].high for key, value in truths.items()]
+    of_machine, of_data = (f"{100 * np.mean(one):.1f} % of {len(one)}" for one in (inside, own))
+    return f"| {name} | {of_machine} | {of_data} | {np.median(seconds):.2f} s |"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--seeds", type=int, default=200)
+    parser.add_argument("names", nargs="*", help=f"cases: {', '.join(CASES)}")
+    asked = parser.parse_args()
+    print("| case | numbers of the machine | friction, offset, delay | time of one |\n|---|---|---|---|")
+    for name in asked.names or CASES:
+        print(coverage(name, asked.seeds), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,107 @@
+"""`guideload identify` with records in time: files of a trace, of a motor and of accelerometers in; numbers out."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import guideload, refused
+from motor_records import MASS, OFFSET, axis, force_of, moves, shown_by
+
+from guideload import PointOfInterest
+from guideload.base.arrays import Array
+from guideload.identification.places import place_of
+from guideload.identification.sensor_log import Channel
+
+MACHINE = """
+rails = [{ name = "1", position = [0, 0] }]
+[body]
+mass = "80 kg"
+center_of_mass = ["0 mm", "150 mm", "20 mm"]
+inertia = [[2, 0, 0], [0, 4, 0], [0, 0, 4]]
+[friction]
+seal = "5 N"
+viscous = "100 N s/m"
+[[points]]
+name = "tool"
+at = ["50 mm", "400 mm", "100 mm"]
+"""
+CARRIAGE = """
+[[carriages]]
+name = "{}"
+rail = "1"
+x = "{} mm"
+length = "100 mm"
+width = "60 mm"
+stiffness_y = "100 N/um"
+stiffness_z = "80 N/um"
+damping_y = "10 kN s/m"
+damping_z = "10 kN s/m"
+"""
+IDENTIFY = """
+machine = "machine.toml"
+[[unknown]]
+path = "body.mass"
+[[motor_forces]]
+trace = "trace.csv"
+column = "current [A]"
+per_unit = "25 N"
+[[sensor_logs]]
+name = "accelerometer"
+trace = "trace.csv"
+reading = { column = "x [m]" }
+file = "log.csv"
+channels = [{ column = "ay [m/s^2]", place = "tool y", gain_spread = 0.02 }]
+"""
+
+
+def written(file: Path, header: str, *columns: Array) -> None:
+    np.savetxt(file, np.column_stack(columns), fmt="%.9g", delimiter=",", header=header, comments="")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The files of an axis of 95 kg, whose machine file says 80 kg, and what the command wrote."""
+    folder, rng = tmp_path_factory.mktemp("records"), np.random.default_rng(0)
+    text = MACHINE + CARRIAGE.format("a", -100) + CARRIAGE.format("b", 100)
+    (folder / "machine.toml").write_text(text, encoding="utf-8")
+    (folder / "identify.toml").write_text(IDENTIFY, encoding="utf-8")
+    motion, true = moves(2.4, 2e-3), axis(points=[PointOfInterest(name="tool", at=(0.05, 0.4, 0.1))])
+    position = np.concatenate([[0.0], np.cumsum(np.diff(motion.time) * motion.velocity[1:, 0])])
+    current = (
+        force_of(true, motion, motion.time) + OFFSET + 2.0 * rng.standard_normal(motion.time.size)
+    ) / 25.0
+    counts = 1e-6 * np.round(position / 1e-6)
+    written(folder / "trace.csv", "t [s],x [m],current [A]", motion.time, counts, current)
+    time = np.arange(0.2, 2.2, 2e-3)
+    shown = shown_by(true, motion, [Channel(place_of("tool y", true))], time)[:, 0]
+    shown = shown + 0.1 * shown.std() * rng.standard_normal(time.size)
+    written(folder / "log.csv", "t [s],ay [m/s^2]", time + 7.5, shown)
+    guideload("identify", folder / "identify.toml", "-o", folder / "out")
+    return folder
+
+
+def test_mass_friction_and_delay_are_found(folder: Path) -> None:
+    found = json.loads((folder / "out" / "identification.json").read_text(encoding="utf-8"))
+    mass = found["estimates"][0]
+    assert mass["value"] == pytest.approx(MASS, rel=0.003) and mass["high"] - mass["low"] < 0.01 * MASS
+    own = {one["name"]: one for one in found["own_numbers"]}
+    assert own["friction.seal in motor force"]["value"] == pytest.approx(10.0, rel=0.1)
+    assert own["delay of accelerometer"]["value"] == pytest.approx(7.5, abs=2e-3)
+    words = " ".join((folder / "out" / "report.txt").read_text(encoding="utf-8").split())
+    assert "Sensors: accelerometer" in words and "the model explains 99" in words
+    assert (folder / "out" / "record_2.png").is_file()
+
+
+def test_wrong_tables_name_their_place(folder: Path) -> None:
+    for before, after, words in (
+        ('"current [A]"', '"voltage"', "no column 'voltage'; there are t [s], x [m], current [A]"),
+        ('"tool y"', '"spindle y"', "sensor_logs[0]: expected a point and an axis"),
+        ('per_unit = "25 N"', 'per_unit = "25 V"', "motor_forces[0]"),
+        ('per_unit = "25 N"', "", "column current [A]"),
+        ('file = "log.csv"', 'file = "logs.csv"', "logs.csv"),
+    ):
+        (folder / "wrong.toml").write_text(IDENTIFY.replace(before, after), encoding="utf-8")
+        assert words in refused("identify", folder / "wrong.toml")

@@ -1,0 +1,114 @@
+"""Motor force: exact derivatives, known values found again, and the published mass of a measured axis."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from hammer_tests import unknown
+from motor_records import MASS, OFFSET, SEAL, VISCOUS, axis, force_of, moves
+
+from guideload import Machine, Motion, motion_from_trace, read_trace
+from guideload.base.errors import ArgumentError, TraceError
+from guideload.identification.model import Model
+from guideload.identification.motor_force import MotorForce
+from guideload.identification.result import identify
+from guideload.identification.unknowns import UnknownTable
+from guideload.smoothing import smooth
+
+MASS_OF = (UnknownTable(path="body.mass"),)
+NOMINAL = {"friction": {"seal": 7.0, "viscous": 150.0}}
+DRIVE = {"screw_lead": 0.02, "efficiency": 0.9, "motor_inertia": 1e-4}
+
+
+@pytest.fixture(scope="module")
+def motion() -> Motion:
+    return moves(3.0)
+
+
+def test_derivatives_are_exact(motion: Motion) -> None:
+    """Against central differences, for a torque with losses and an unknown delay."""
+    machine = axis(drive=DRIVE)
+    model = Model(machine, unknown(machine, *MASS_OF, UnknownTable(path="carriages.*.stiffness_y")))
+    time = motion.time[50:-50] + 0.0003
+    data = MotorForce.of(machine, motion, time, np.sin(time), torque=True, delayed=True)
+    z, own, step = np.array([0.1, -0.2]), np.array([9.0, 180.0, 0.2, 0.002]), 1e-6
+    found = data.residuals(model.at(z), own)
+
+    def slopes(at: object, size: int, units: np.ndarray) -> np.ndarray:
+        ends = [[at(side * step * unit) for side in (1, -1)] for unit in np.eye(size) * units]
+        return np.array(
+            [(up - down) / (2.0 * step * unit) for (up, down), unit in zip(ends, units, strict=True)]
+        ).T
+
+    by_z = slopes(lambda change: data.residuals(model.at(z + change), own).values, 2, np.ones(2))
+    units = np.array([10.0, 100.0, 1.0, 1e-2])
+    by_own = slopes(lambda change: data.residuals(model.at(z), own + change).values, 4, units)
+    assert found.by_unknowns == pytest.approx(by_z, abs=1e-6 * abs(by_z).max())
+    for one, numeric in zip(found.by_own.T, by_own.T, strict=True):
+        assert one == pytest.approx(numeric, abs=1e-4 * abs(numeric).max())
+
+
+def test_exact_force_gives_mass_friction_offset_and_delay(motion: Motion) -> None:
+    true, nominal = axis(), axis(body={**axis().body.model_dump(), "mass": 120.0}, **NOMINAL)
+    delay = 0.0021
+    time = motion.time[20:-20]
+    force = force_of(true, motion, time - delay) + OFFSET
+    data = MotorForce.of(nominal, motion, time, force, delayed=True)
+    found = identify(nominal, MASS_OF, [data], starts=1)
+    assert found.estimates[0].value == pytest.approx(MASS, rel=1e-6)
+    own = found.fit.objective.own_of(found.fit.minimum.x)[0]
+    assert own == pytest.approx([SEAL, VISCOUS, OFFSET, delay], rel=1e-5)
+
+
+def test_samples_of_a_coarse_encoder_do_not_pull_the_mass(motion: Motion) -> None:
+    """A quantum of 20 um at 1 kHz: differentiated twice it would be 14 m/s2 of noise on 3 m/s2 of motion."""
+    machine, rng = axis(**NOMINAL), np.random.default_rng(3)
+    position = np.concatenate([[0.0], np.cumsum(np.diff(motion.time) * motion.velocity[1:, 0])])
+    seen = smooth(motion.time, 2e-5 * np.round(position / 2e-5), "position", quantum=2e-5)
+    measured = Motion.along_x(
+        motion.time, seen.acceleration, velocity=seen.velocity, uncertainty=seen.uncertainty, recorded=True
+    )
+    force = force_of(axis(), motion, motion.time) + OFFSET
+    force += 5.0 * rng.standard_normal(force.size)
+    one = identify(
+        machine, MASS_OF, [MotorForce.of(machine, measured, motion.time, force)], starts=1
+    ).estimates[0]
+    assert one.low < MASS < one.high and one.value == pytest.approx(MASS, rel=0.01)
+
+
+def test_what_the_drive_force_cannot_tell_is_refused(motion: Motion) -> None:
+    time = motion.time
+    for machine, words in (
+        (axis(friction={"coefficient": 0.003}), "friction.coefficient.*leave it out"),
+        (axis(free=["x", "y", "z", "rx", "ry", "rz"]), "hold x"),
+    ):
+        with pytest.raises(ArgumentError, match=words):
+            MotorForce.of(machine, motion, time, np.sin(time))
+    with pytest.raises(ArgumentError, match="drive.*give a force"):
+        MotorForce.of(axis(), motion, time, np.sin(time), torque=True)
+    with pytest.raises(TraceError, match="does not overlap"):
+        MotorForce.of(axis(), motion, time + 100.0, np.sin(time))
+
+
+@cache
+def emps(file: Path) -> tuple[Machine, Motion, np.ndarray, np.ndarray]:
+    """A measured ball screw axis with 40 kg too much in the machine file, its motion, stamps and force."""
+    table, motion = pd.read_csv(file), motion_from_trace(read_trace(file))
+    body = {"mass": 135.0, "center_of_mass": [0.0, 0.0, 0.0], "inertia": np.eye(3).tolist()}
+    return axis(body=body, **NOMINAL), motion, motion.time, 35.15065 * table["u_V"].to_numpy()
+
+
+@pytest.mark.parametrize(
+    "part", [(-np.inf, np.inf), (0.0, 12.45), (12.45, np.inf)], ids=["all", "first", "second"]
+)
+def test_mass_of_emps(shared_data: Path, part: tuple[float, float]) -> None:
+    """The published 95.11 kg within 0.5 % and inside the interval, in the whole record and in each half alone."""
+    machine, motion, time, force = emps(shared_data / "emps_bangbang_1kHz.csv")
+    found = identify(machine, MASS_OF, [MotorForce.of(machine, motion, time, force, part=part)], starts=1)
+    one = found.estimates[0]
+    assert one.value == pytest.approx(95.11, rel=0.005)
+    assert one.low < 95.11 < one.high and one.high - one.low < 2.0

@@ -1,0 +1,67 @@
+"""Made records in time of machines whose parameters are known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from guideload import Machine, Motion
+from guideload.base.arrays import Array
+from guideload.identification.linear_histories import Inputs, LinearHistories
+from guideload.identification.motor_force import X
+from guideload.identification.sensor_log import Channel
+from guideload.sensitivity.varied import VariedMachine
+
+MASS, SEAL, VISCOUS, OFFSET = 95.0, 10.0, 200.0, -3.0
+
+
+def moves(seconds: float = 6.0, step: float = 1e-3, seed: int = 0) -> Motion:
+    """There and back with accelerations up to 3 m/s2 that change every 50 ms, from rest, with its velocity."""
+    rng = np.random.default_rng(seed)
+    corners = np.arange(0.0, seconds + 0.05, 0.05)
+    jolts = rng.uniform(-1.0, 1.0, corners.size) + 2.0 * np.cos(2.0 * np.pi * corners / 1.5)
+    jolts[0] = 0.0
+    time = np.arange(round(seconds / step) + 1) * step
+    acceleration = np.interp(time, corners, jolts)
+    velocity = np.concatenate([[0.0], np.cumsum(0.5 * step * (acceleration[1:] + acceleration[:-1]))])
+    drift = np.polyval(np.polyfit(time, velocity, 1), time)
+    acceleration = acceleration - np.gradient(drift, time)
+    velocity = np.concatenate([[0.0], np.cumsum(0.5 * step * (acceleration[1:] + acceleration[:-1]))])
+    return Motion.along_x(time, acceleration, velocity=velocity)
+
+
+def axis(**others: object) -> Machine:
+    """A slide of 95 kg on two carriages, its centre of mass above them, with friction."""
+    carriage = {"rail": "1", "length": 0.1, "width": 0.06, "stiffness_y": 1e8, "stiffness_z": 8e7}
+    damping = {"damping_y": 1e4, "damping_z": 1e4}
+    keys = {
+        "rails": [{"name": "1", "position": [0.0, 0.0]}],
+        "body": {
+            "mass": MASS,
+            "center_of_mass": [0.0, 0.15, 0.02],
+            "inertia": np.diag([2.0, 4.0, 4.0]).tolist(),
+        },
+        "carriages": [{"name": n, "x": x, **carriage, **damping} for n, x in (("a", -0.1), ("b", 0.1))],
+        "friction": {"seal": SEAL, "viscous": VISCOUS},
+    }
+    return Machine(**{**keys, **others})
+
+
+def histories_of(machine: Machine, motion: Motion) -> LinearHistories:
+    return LinearHistories(VariedMachine(machine, ["body.mass"]).at(), Inputs.of(machine, motion))
+
+
+def force_of(machine: Machine, motion: Motion, time: Array) -> Array:
+    """(n,) N that moves the axis at these times, without offset."""
+    histories = histories_of(machine, motion)
+    velocity = np.interp(time, motion.time, motion.velocity[:, 0])
+    friction = 2.0 * SEAL * np.sign(velocity) + VISCOUS * velocity
+    return histories.history(histories.reaction(X), histories.at(time)).values + friction
+
+
+def shown_by(machine: Machine, motion: Motion, channels: Sequence[Channel], time: Array) -> Array:
+    """(n, k) what sensors show at these times."""
+    histories = histories_of(machine, motion)
+    at = histories.at(time)
+    return np.array([histories.history(one.shown(histories), at).values for one in channels]).T
