@@ -5,7 +5,7 @@ use core::num::NonZeroU32;
 use crate::prepared::{FRACTION, InputSettings};
 use crate::real::Real;
 
-/// Periods by which a stamp may lie before the last one and be called early; farther back, the clock was set to another value.
+/// Periods by which a stamp may lie before the last one and be called early; farther back, the clock was set back.
 const EARLIEST: u32 = 16;
 
 /// The grid follows the stamps by 1/2^6 of their deviation.
@@ -51,7 +51,7 @@ pub struct Counters {
     pub counter_set: u64,
     /// Restarts, the first start among them.
     pub restarts: u64,
-    /// Periods of which the loads are unknown, as too many samples were missing or wrong.
+    /// Periods of which the loads are unknown, as too many samples were missing or wrong; one for a clock that was set back.
     pub lost: u64,
 }
 
@@ -170,6 +170,9 @@ impl<T: Real, const N: usize> Input<T, N> {
         if periods == 0 || back <= ticks.get().saturating_mul(EARLIEST) {
             counters.early += 1;
             return Sample::Early;
+        }
+        if elapsed > u32::MAX / 2 {
+            return self.lose(counters, stamp, count, 1); // the clock was set back: how long ago is unknown
         }
         let seen = core::mem::replace(&mut self.last_seen, count);
         let room = (N as u32).saturating_sub(taps.saturating_add(self.pending));

@@ -1,5 +1,7 @@
 //! Damaged samples: each kind is detected, counted, and bridged within a bound or answered with a restart.
 
+use core::ops::ControlFlow;
+
 use guideload::EquivalentLoad;
 use guideload_monitor::{Counters, Exponent, Sample};
 
@@ -220,4 +222,40 @@ fn no_samples_make_a_load_that_is_not_finite() {
         monitor.push(&prepared, stamp, count);
         assert!(monitor.loads().iter().flatten().all(|load| load.is_finite()));
     }
+}
+
+#[test]
+fn many_samples_in_one_call_give_the_same_bits() {
+    let mut samples = clean(3000);
+    samples.drain(1200..1204);
+    let (_, one_by_one, taken) = pushed(&samples);
+    let (prepared, mut many) = (prepared(), TestMonitor::<f64>::NEW);
+    let mut found = Vec::new();
+    let all = many.push_many(&prepared, samples.iter().copied(), |_, sample| {
+        found.push(sample);
+        ControlFlow::Continue(())
+    });
+    assert!(all.is_continue());
+    assert_eq!(found, taken);
+    assert_eq!(many.totals(), one_by_one.totals());
+    assert_eq!(many.loads(), one_by_one.loads());
+
+    let mut first = TestMonitor::<f64>::NEW;
+    let ended = first.push_many(&prepared, samples.iter().copied(), |_, _| ControlFlow::Break(()));
+    assert!(ended.is_break());
+    assert_eq!(first.period(), 0);
+}
+
+#[test]
+fn a_clock_that_is_set_back_costs_one_period_and_a_restart() {
+    let mut samples = clean(3000);
+    for (k, sample) in samples[1500..].iter_mut().enumerate() {
+        sample.0 = 1000 * k as u32; // as after a start of the controller
+    }
+    let (_, monitor, taken) = pushed(&samples);
+    assert_eq!(taken[1500], Sample::Restarted);
+    assert!(taken[1501..].iter().all(|sample| *sample == Sample::Used));
+    let counters = monitor.totals().counters;
+    assert_eq!((counters.restarts, counters.lost), (2, 1));
+    assert!(monitor.period() < 3000);
 }
