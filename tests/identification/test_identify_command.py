@@ -55,25 +55,29 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_stiffnesses_within_3_percent_and_the_pair_that_cannot_be_told_apart(folder: Path) -> None:
-    """Springs along z at one x act alike, wherever they are across: only their sum can be told."""
+def test_stiffnesses_within_3_percent_and_the_pair_that_cannot_be_separated(folder: Path) -> None:
+    """Springs along z at one x act alike, wherever they are across: only their sum can be identified."""
     found = json.loads((folder / "out" / "identification.json").read_text(encoding="utf-8"))
-    told = {one["name"]: one["value"] for one in found["estimates"] if one["is_told"]}
-    errors = [told[f"carriages[{name}].stiffness_y"] for name in ("1a", "1b", "2a", "2b")] / TRUE_Y - 1.0
+    identified = {one["name"]: one["value"] for one in found["estimates"] if one["is_identified"]}
+    errors = [
+        identified[f"carriages[{name}].stiffness_y"] for name in ("1a", "1b", "2a", "2b")
+    ] / TRUE_Y - 1.0
     assert np.sqrt(np.mean(errors**2)) < 0.03
-    assert len(told) == 5
+    assert len(identified) == 5
     words = [one["words"] for one in found["undetermined"]]
     assert words[0].startswith("stiffness_z of carriages 1a and 2a: only their sum, ")
     assert float(words[0].split()[-5]) == pytest.approx(240 * np.exp(-0.3), rel=0.03)
     shown = (folder / "shown.txt").read_text(encoding="utf-8")
-    assert words[1] in " ".join(shown.split()) and "not told" in shown
+    assert words[1] in " ".join(shown.split()) and "5 of 9 numbers identified" in shown
 
 
 def test_the_machine_file_keeps_its_text_and_has_the_values(folder: Path) -> None:
     before = (folder / "machine.toml").read_text(encoding="utf-8").splitlines()
     after = (folder / "out" / "machine.toml").read_text(encoding="utf-8").splitlines()
     changed = [new for old, new in zip(before, after, strict=True) if old != new]
-    assert len(changed) == 16 and all("from hammer test" in row or "NOT told by" in row for row in changed)
+    assert len(changed) == 16 and all(
+        "from hammer test" in row or "NOT identified by" in row for row in changed
+    )
     machine = Machine.from_toml(folder / "out" / "machine.toml")
     found = json.loads((folder / "out" / "identification.json").read_text(encoding="utf-8"))
     value = next(one["value"] for one in found["estimates"] if one["name"] == "damping")

@@ -68,7 +68,7 @@ def test_the_file_gives_the_identified_machine(tmp_path: Path) -> None:
     (tmp_path / "after.toml").write_text(text, encoding="utf-8", newline="")
     after = Machine.from_toml(tmp_path / "after.toml")
     assert "# weighed\r\n" in text and text.count("\r\n") == text.count("\n")
-    assert text.count("from test") == 6 and text.count("NOT told by test") == 3
+    assert text.count("from test") == 6 and text.count("NOT identified by test") == 3
     for one, other in zip(after.carriages, found.machine.carriages, strict=True):
         assert one.stiffness_y == pytest.approx(other.stiffness_y, rel=1e-5)
         assert one.stiffness_z == pytest.approx(other.stiffness_z, rel=1e-5)

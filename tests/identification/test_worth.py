@@ -1,4 +1,4 @@
-"""What an identification is worth: coverage, numbers that cannot be told, residuals, models, what to measure next."""
+"""What an identification is worth: coverage, numbers without a value, residuals, models, what to measure next."""
 
 from __future__ import annotations
 
@@ -62,10 +62,10 @@ def test_without_information_there_is_no_number() -> None:
     """At rest neither mass nor damping shows; stiffness does."""
     tables = (ALONG_Z, UnknownTable(path="body.mass"), UnknownTable(path="carriages.*.damping_z"))
     found = identify(MACHINE, tables, [still(TRUTH, 0.01)], starts=2)
-    assert [one.is_told for one in found.estimates] == [True, False, False]
+    assert [one.is_identified for one in found.estimates] == [True, False, False]
     assert [one.words for one in found.undetermined] == [
-        "body.mass: these data tell nothing of it",
-        "carriages.*.damping_z: these data tell nothing of it",
+        "body.mass: these data say nothing about it",
+        "carriages.*.damping_z: these data say nothing about it",
     ]
     assert found.estimates[1].narrowed == pytest.approx(1.0, abs=1e-6)
 
@@ -80,7 +80,7 @@ def test_noise_that_is_stated_wrong_is_noticed(noise: float, stated: float, word
 
 
 def test_estimated_noise_is_that_of_the_data() -> None:
-    """40 values tell their noise to 12 %; what is stated counts as three values more."""
+    """40 values determine their noise to 12 %; what is stated counts as three values more."""
     data = still(TRUTH, 0.02, pairs=PAIRS * 4)
     found = identify(MACHINE, TABLES, [replace(data, level=0.5 * data.level, known=False)], starts=1)
     assert found.residuals[0].factor == pytest.approx(2.0, rel=0.3)
@@ -127,10 +127,10 @@ def test_a_measurement_narrows_as_the_ranking_said() -> None:
     assert candidate.deviation == pytest.approx(narrowed, rel=0.02) and candidate.deviation < 0.5
 
 
-def test_the_ranking_says_what_would_be_told() -> None:
+def test_the_ranking_says_what_would_be_identified() -> None:
     before = identify(MACHINE, TABLES, [still(TRUTH, 0.02, pairs=PAIRS[:3])], starts=1)
     (candidate,) = ranked(before, [still(TRUTH, 0.01, pairs=[("p1 z", "p3 z")])])
-    assert not before.estimates[2].is_told and candidate.told == (before.unknowns[2].name,)
+    assert not before.estimates[2].is_identified and candidate.identified == (before.unknowns[2].name,)
 
 
 def test_the_gantry_has_the_yaw_mode_of_the_paper() -> None:
@@ -145,11 +145,11 @@ def test_the_gantry_has_the_yaw_mode_of_the_paper() -> None:
 
 def test_the_packaged_hammer_test_gives_the_gantry_that_made_it() -> None:
     found = identify_file(EXAMPLES / "identify.toml")
-    told = {one.name: one for one in found.estimates if one.is_told}
+    identified = {one.name: one for one in found.estimates if one.is_identified}
     truth = {"carriages[1].stiffness_y": 26e6, "carriages[2].stiffness_y": 23e6}
     for name, value in truth.items():
-        assert told[name].low < value < told[name].high
-        assert told[name].value == pytest.approx(value, rel=0.03)
+        assert identified[name].low < value < identified[name].high
+        assert identified[name].value == pytest.approx(value, rel=0.03)
     assert [one.words.partition(", ")[0] for one in found.undetermined] == [
         "stiffness_z of carriages 1 and 2: only their sum",
         "stiffness of links joint 1 and joint 2: only their sum",

@@ -1,4 +1,4 @@
-"""Directions among the unknowns that the data cannot tell, in words such as "k_y of rails 1 and 2: only their sum"."""
+"""Directions among the unknowns that the data cannot determine, in words such as "k_y of 1 and 2: only their sum"."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from guideload.identification.intervals import NORMAL_QUANTILE
 from guideload.identification.names import together, usual_unit
 from guideload.identification.unknowns import Unknown
 
-TELLING = 3.0  # information that halves what was uncertain before; below it the data do not tell a direction
+LEAST_INFORMATION = 3.0  # of a determined direction: it halves what was uncertain before
 LINKED = 0.1  # share of an undetermined direction from which on unknowns belong together
 SUM = "only their sum"
 EQUAL = 0.1  # relative difference of coefficients that are called equal
@@ -20,10 +20,10 @@ EQUAL = 0.1  # relative difference of coefficients that are called equal
 
 @dataclass(frozen=True)
 class Undetermined:
-    """Unknowns of which the data tell fewer combinations than there are.
+    """Unknowns of which the data determine fewer combinations than there are.
 
     names         of the unknowns
-    combinations  how many the data tell
+    combinations  how many the data determine
     words         in words
     """
 
@@ -35,20 +35,20 @@ class Undetermined:
 def undetermined(
     unknowns: Sequence[Unknown], z: Array, information: Array, covariance: Array
 ) -> tuple[Undetermined, ...]:
-    """The groups of unknowns that the data do not tell apart; information, covariance: see the file of that name."""
+    """The groups of unknowns that the data do not separate; information, covariance: see the file of that name."""
     sizes, vectors = np.linalg.eigh(information)
-    weak = vectors[:, sizes < TELLING]
+    weak = vectors[:, sizes < LEAST_INFORMATION]
     shares = weak @ weak.T
     found = []
     for group in _connected(abs(shares) > LINKED):
         if shares[group, group].max() <= LINKED:
             continue
         inside = np.linalg.eigvalsh(shares[np.ix_(group, group)])
-        told = len(group) - int((inside > 0.5).sum())
-        words = _words(unknowns, z, group, told, shares)
+        determined = len(group) - int((inside > 0.5).sum())
+        words = _words(unknowns, z, group, determined, shares)
         if words.endswith(SUM):
             words += _sum(unknowns, z, group, covariance)
-        found.append(Undetermined(tuple(unknowns[i].name for i in group), told, words))
+        found.append(Undetermined(tuple(unknowns[i].name for i in group), determined, words))
     return tuple(found)
 
 
@@ -60,12 +60,12 @@ def _connected(linked: Array) -> list[list[int]]:
     return [np.flatnonzero(label == i).tolist() for i in range(label.max() + 1)]
 
 
-def _words(unknowns: Sequence[Unknown], z: Array, group: list[int], told: int, shares: Array) -> str:
+def _words(unknowns: Sequence[Unknown], z: Array, group: list[int], determined: int, shares: Array) -> str:
     names = together([unknowns[i].name for i in group])
-    if told == 0:
-        return f"{names}: these data tell nothing of {'it' if len(group) == 1 else 'them'}"
-    if told > 1:
-        return f"{names}: only {told} combinations of these {len(group)} numbers"
+    if determined == 0:
+        return f"{names}: these data say nothing about {'it' if len(group) == 1 else 'them'}"
+    if determined > 1:
+        return f"{names}: only {determined} combinations of these {len(group)} numbers"
     block = np.eye(len(group)) - shares[np.ix_(group, group)]
     along = np.linalg.eigh(block)[1][:, -1] / [unknowns[i].spread for i in group]  # of the coordinates z
     by_value = along / [unknowns[i].slope(z[i]) for i in group]

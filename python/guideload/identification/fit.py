@@ -183,7 +183,7 @@ def _noise(objective: Objective, x: Array, noise: Sequence[Noise]) -> Array:
 
     A stated level that is not known counts as much as `STATED_VALUES` values, so that few residuals that happen to be
     small do not make all intervals small. The level of a record in time is raised as much as its serial errors raise
-    the variance of what it tells, so that it has the right weight beside other data.
+    the variance of what it determines, so that it has the right weight beside other data.
     """
     values, free = objective.of_data(x)[0], _free_values(objective, x)
     squares = np.bincount(

@@ -17,7 +17,7 @@ NORMAL_QUANTILE = (
     1.959964  # standard deviations of a normal distribution to either side that have this probability
 )
 CURVED = 0.15  # relative difference of the profile from a parabola's width above which the profile gives the interval
-TOLD = 0.5  # spread after the data over the one before, above which the data do not tell a number
+IDENTIFIED = 0.5  # spread after the data over the one before, above which the data do not determine a number
 FURTHEST = 4.0  # of the linear half-widths at which the search for the end of a profile interval ends
 
 
@@ -26,7 +26,7 @@ class Interval:
     """The interval of one coordinate with a probability of 95 %.
 
     low, high  its ends; the coordinate may reach its bounds
-    narrowed   spread after the data over the one before: 1 if they tell nothing of it
+    narrowed   spread after the data over the one before: 1 if they say nothing about it
     profile    whether it is from the likelihood profile, because the one from the covariance is not good
     degrees    of freedom of its t distribution; inf where all noise is known
     """
@@ -38,9 +38,9 @@ class Interval:
     degrees: float
 
     @property
-    def is_told(self) -> bool:
-        """Whether the data tell this coordinate: its spread is at most half of the one before."""
-        return self.narrowed <= TOLD
+    def is_identified(self) -> bool:
+        """Whether the data determine this coordinate: its spread is at most half of the one before."""
+        return self.narrowed <= IDENTIFIED
 
 
 def quantile(degrees: float) -> float:
@@ -58,8 +58,8 @@ def interval(fit: Fit, index: int, sigma: float, degrees: float, widening: float
     ends = [best - quantile * sigma, best + quantile * sigma]
     bounds = objective.bounds[:, index]
     before = 1.0 / float(objective.weights[index])
-    if sigma > TOLD * before:  # unless the profile is far steeper than the covariance says
-        least = TOLD * quantile * before
+    if sigma > IDENTIFIED * before:  # unless the profile is far steeper than the covariance says
+        least = IDENTIFIED * quantile * before
         if not all(_Root(fit, index, side, widening)(least) > quantile for side in (-1.0, 1.0)):
             low, high = np.clip(ends, *bounds).tolist()
             return Interval(low, high, sigma / before, False, degrees)

@@ -11,12 +11,12 @@ from guideload.identification.result import Identification
 
 
 def json_text(found: Identification) -> str:
-    """Estimates, their correlation, and what the report says; a number that the data do not tell is null."""
+    """Estimates, their correlation, and what the report says; a number that the data do not determine is null."""
     modal_tests = [each for each in found.data if isinstance(each, ModalTest)]
     estimates = []
     for one in found.estimates:
         values = asdict(one)
-        if not one.is_told:
+        if not one.is_identified:
             values |= {"value": None, "low": None, "high": None}
         estimates.append(values)
     content = {

@@ -19,7 +19,7 @@ from guideload.identification.names import usual_unit
 from guideload.identification.result import Estimate, Identification
 from guideload.parameters.parameters import Parameter
 
-DIGITS = 6  # of a value: more than any measurement tells
+DIGITS = 6  # of a value: more than any measurement has
 ROUNDING = 1e-5  # relative difference that these digits may make
 FILES = ("straightness_file",)  # keys of rails with names of files, relative to the machine file
 
@@ -140,9 +140,9 @@ def _in_unit_of(written: str, value: float, unit: str) -> str:
 def _comment(estimate: Estimate, found: Identification) -> str:
     """Interval and source of an identified value."""
     source = ", ".join(each.name for each in found.data)
-    if not estimate.is_told:
+    if not estimate.is_identified:
         words = next((one.words for one in found.undetermined if estimate.name in one.names), "")
-        return f"NOT told by {source}" + (f": {words}" if words else "")
+        return f"NOT identified by {source}" + (f": {words}" if words else "")
     unit, scale = usual_unit(estimate.unit)
     low, high = f"{scale * estimate.low:.4g}", f"{scale * estimate.high:.4g}"
     if estimate.unit == "1":

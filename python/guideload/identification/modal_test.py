@@ -20,7 +20,7 @@ from guideload.identification.places import Place
 
 # The smallest MAC of a pair: below it the shapes have less than half of their motion in common.
 LEAST_MAC = 0.6
-LEAST_PLACES = 3  # of a shape whose MAC tells something: with one place it is always 1
+LEAST_PLACES = 3  # of a shape whose MAC means something: with one place it is always 1
 LOST = 1e3  # residual of a measured mode that no computed one is left for: far beyond any noise
 LEAST_DAMPING = 1e-12  # below it a ratio is rounding
 SMALLEST_SHARE = 1e-9  # of shapes at right angles

@@ -218,8 +218,8 @@ def _require_supported(machine: Machine, motion: Motion, torque: bool) -> None:
         )
     if machine.friction is not None and machine.friction.coefficient:
         raise ArgumentError(
-            "friction.coefficient: the force of the motor cannot tell it from friction.seal unless the loads change "
-            "much; leave it out of the machine that is identified, so that seal holds all dry friction"
+            "friction.coefficient: the force of the motor cannot separate it from friction.seal unless the loads "
+            "change much; leave it out of the machine that is identified, so that seal holds all dry friction"
         )
     if machine.drive is not None and machine.drive.push_direction is not None:
         raise ArgumentError(

@@ -1,6 +1,6 @@
 """What to measure next: which further measurement shrinks the interval of the figure that matters most.
 
-Nothing is measured for it: at the most probable machine the derivatives of what a measurement would show tell how much
+Nothing is measured for it: at the most probable machine the derivatives of what a measurement would show give how much
 it would say.
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
-from guideload.identification.intervals import TOLD
+from guideload.identification.intervals import IDENTIFIED
 from guideload.identification.measured import Measured
 from guideload.identification.result import Identification
 
@@ -23,13 +23,13 @@ class Candidate:
     """A measurement in a ranking.
 
     name       of the measurement
-    deviation  standard deviation of the figure after it, over the one now: 1 if it tells nothing new
-    told       unknowns that the data would tell then and do not tell now
+    deviation  standard deviation of the figure after it, over the one now: 1 if it adds nothing
+    identified unknowns that the data would determine then and do not determine now
     """
 
     name: str
     deviation: float
-    told: tuple[str, ...]
+    identified: tuple[str, ...]
 
 
 def ranked(
@@ -57,14 +57,14 @@ def ranked(
             share = float(np.exp(0.5 * (np.linalg.slogdet(after)[1] - np.linalg.slogdet(now)[1]) / p))
         else:
             share = float(np.sqrt((gradient @ after @ gradient) / (gradient @ now @ gradient)))
-        told = tuple(
+        identified = tuple(
             unknown.name
             for unknown, was, new in zip(
                 found.unknowns, found.intervals, np.sqrt(np.diag(after)), strict=True
             )
-            if not was.is_told and new / unknown.spread <= TOLD
+            if not was.is_identified and new / unknown.spread <= IDENTIFIED
         )
-        rows.append(Candidate(one.name, share, told))
+        rows.append(Candidate(one.name, share, identified))
     return tuple(sorted(rows, key=lambda row: row.deviation))
 
 

@@ -1,4 +1,4 @@
-"""The result of an identification: values of the unknowns, their uncertainty, and what the data cannot tell."""
+"""The result of an identification: values of the unknowns, their uncertainty, and what the data cannot determine."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Estimate:
     name       its name in the description; unit: of value and ends, SI
     value      the most probable one
     low, high  interval with a probability of 95 %
-    is_told    whether the data tell it: they at least halve the spread before
+    is_identified  whether the data determine it: they at least halve the spread before
     narrowed   spread after the data over the one before
     profile    whether the interval is from the likelihood profile
     """
@@ -46,7 +46,7 @@ class Estimate:
     value: float
     low: float
     high: float
-    is_told: bool
+    is_identified: bool
     narrowed: float
     profile: bool
 
@@ -60,7 +60,7 @@ class Identification:
     fit           the best fit
     covariance    (p + q, p + q) of the coordinates: logarithms of positive parameters, own unknowns of the data
     intervals     of the p unknowns of the machine
-    undetermined  groups of unknowns that the data do not tell apart
+    undetermined  groups of unknowns that the data do not separate
     residuals     tests of the residuals
     """
 
@@ -82,7 +82,7 @@ class Identification:
                 one.value(z),
                 one.value(reach.low),
                 one.value(reach.high),
-                reach.is_told,
+                reach.is_identified,
                 reach.narrowed,
                 reach.profile,
             )

@@ -1,4 +1,4 @@
-"""Errors of records in time: neighbouring ones are alike, so a record tells less than its number of values suggests.
+"""Errors of records in time: neighbouring ones are alike, so a record is worth less than its number of values.
 
 Least squares stays unbiased under such errors, but its covariance is then H^-1 S H^-1 with the long-run covariance S of
 the scores (residual times derivative), in place of H^-1 ("sandwich"). S is estimated by equally weighted cosines
@@ -19,7 +19,7 @@ COSINES = 0.4  # times n^(2/3): as recommended in the paper, for values at least
 WORST = 17.0 / 3.0  # correlation time of e_k = 0.7 e_{k-1} + white; other records count as fewer values
 FEWEST = 4  # cosines: fewer make intervals of Student's t very wide
 LEAST_LEFT = (
-    0.25  # share of independent errors that a fit has not taken up; below, the record is too short to tell
+    0.25  # share of independent errors that a fit has not taken up; below, the record is too short to judge
 )
 WINDOW = 5.0  # correlation times: a sum over more has more noise than it gains
 LEVEL = 0.975  # one-sided, of a 95 % interval

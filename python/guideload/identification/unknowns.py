@@ -25,7 +25,7 @@ FURTHEST = (
 
 
 class UnknownTable(ParameterPaths):
-    """Parameters that the measured data are to tell, with what is known of them before."""
+    """Parameters that the measured data are to determine, with what is known of them before."""
 
     expected: NumberOrText | None = optional("most likely value before the data; by default the machine's")
     spread: NumberOrText | None = Field(

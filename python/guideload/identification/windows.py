@@ -1,7 +1,7 @@
 """Windows of a record: measured and predicted values are compared as means over short windows.
 
 A mean over a window is the same operation on both sides, so it does not bias what is identified; it leaves out
-frequencies that tell little and brings a record of 100 000 samples down to some thousand values.
+frequencies that say little and brings a record of 100 000 samples down to some thousand values.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
 
-FEWEST = 20  # windows: fewer tell nothing about the errors of a record
+FEWEST = 20  # windows: fewer say nothing about the errors of a record
 
 
 @dataclass(frozen=True, eq=False)

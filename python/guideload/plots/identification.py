@@ -45,7 +45,7 @@ WRITTEN = 12  # unknowns up to which the correlations are written as numbers
 def identified_numbers(found: Identification, ax: Axes | None = None) -> Axes:
     """Identified numbers with their 95 % intervals, in percent of the machine file's value.
 
-    Grey: before the data. A number that the data do not tell has no dot.
+    Grey: before the data. A number that the data do not determine has no dot.
     """
     count = len(found.unknowns)
     with look():
@@ -54,26 +54,30 @@ def identified_numbers(found: Identification, ax: Axes | None = None) -> Axes:
             scale = 100.0 / unknown.start if unknown.start else 1.0
             before = [unknown.value(unknown.expected + side * 1.96 * unknown.spread) for side in (-1, 1)]
             ax.plot(scale * np.array(before), [i, i], color=PALE, linewidth=9.0, solid_capstyle="butt")
-            if one.is_told:
+            if one.is_identified:
                 ax.plot([scale * one.low, scale * one.high], [i, i], color=COMPUTED, linewidth=3.0)
                 ax.plot(scale * one.value, i, "o", color=COMPUTED, markersize=5.0)
             unit, factor = usual_unit(one.unit)
             unit = "" if one.unit == "1" else f" {unit}"
-            words = f"{factor * one.low:.4g} to {factor * one.high:.4g}{unit}" if one.is_told else "not told"
+            words = (
+                f"{factor * one.low:.4g} to {factor * one.high:.4g}{unit}"
+                if one.is_identified
+                else "not identified"
+            )
             ax.text(
                 1.01,
                 i,
                 words,
                 transform=ax.get_yaxis_transform(),
                 va="center",
-                color=INK if one.is_told else GREY,
+                color=INK if one.is_identified else GREY,
             )
         ax.set_yticks(range(count), [plain(short(one.name)) for one in found.estimates])
-        ends = [v for one in found.estimates if one.is_told for v in (one.low, one.high)]
+        ends = [v for one in found.estimates if one.is_identified for v in (one.low, one.high)]
         shown = [
             100.0 * v / u.start
             for one, u in zip(found.estimates, found.unknowns, strict=True)
-            if one.is_told and u.start
+            if one.is_identified and u.start
             for v in (one.low, one.high)
         ]
         if ends and shown:
@@ -87,7 +91,7 @@ def identified_numbers(found: Identification, ax: Axes | None = None) -> Axes:
 
 
 def correlation(found: Identification, ax: Axes | None = None) -> Axes:
-    """Correlation of the identified numbers: what the data tell only together is dark."""
+    """Correlation of the identified numbers: what the data determine only together is dark."""
     names = [plain(short(one.name)) for one in found.estimates]
     count = len(names)
     with look():

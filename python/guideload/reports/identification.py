@@ -1,4 +1,4 @@
-"""The report of an identification: values with intervals, what the data cannot tell, measured against computed."""
+"""The report of an identification: values with intervals, what the data cannot determine, measured against computed."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from guideload.reports.identification_records import records
 
 DEFINITION = (
     "From, to: interval with a probability of 95 %. Narrowed: spread of the number before the data over that after "
-    "them; below 2 the data do not tell it. p: the interval is from the likelihood profile, because the fit is not "
-    "linear enough there."
+    "them; below 2 the number is not identified. p: the interval is from the likelihood profile, because the fit is "
+    "not linear enough there."
 )
 DIFFERENCES = (
     "Differences are measured minus computed values, in standard deviations of the noise as stated; about 1 if model "
@@ -31,13 +31,13 @@ DIFFERENCES = (
 
 MOST_CANDIDATES = 12
 NEXT = (
-    "Interval: that of {figure} after the measurement, over the one now. Tells: unknowns that it would tell and that "
-    "are not told now."
+    "Interval: that of {figure} after the measurement, over the one now. Identifies: unknowns that it would "
+    "identify and that are not identified now."
 )
 LEVELS = (
     "Score: logarithm of the probability of measured values that were left out of the fit, in turns; larger is better. "
-    "Behind: what the best model has more, with its standard deviation. Take the simplest one that is not certainly "
-    "worse: it is marked."
+    "Below best: difference from the best score, with its standard deviation. The recommended model is the simplest "
+    "one that is not certainly worse."
 )
 
 
@@ -61,7 +61,7 @@ def identification_report(
     ]
     if found.undetermined:
         parts += [
-            *section("What these data cannot tell"),
+            *section("What these data cannot determine"),
             *remark(*(f"{one.words}." for one in found.undetermined)),
         ]
     for each in found.data:
@@ -84,12 +84,13 @@ def identification_report(
 
 
 def _answer(found: Identification) -> str:
-    told = [one for one in found.estimates if one.is_told]
+    identified = [one for one in found.estimates if one.is_identified]
     source = joined(each.name for each in found.data)
     doubts = sum(len(test.doubts) for test in found.residuals) + len(found.messages)
-    words = f"{source[:1].upper()}{source[1:]}: {len(told)} of {counted(len(found.estimates), 'number')} told"
-    if told:
-        worst = max(told, key=_relative)
+    total = counted(len(found.estimates), "number")
+    words = f"{source[:1].upper()}{source[1:]}: {len(identified)} of {total} identified"
+    if identified:
+        worst = max(identified, key=_relative)
         words += f", the least certain one, {worst.name}, within {percent(_relative(worst))}"
     unsure = f"{counted(doubts, 'doubt')}, see below." if doubts else "No doubts."
     return f"{words}. {unsure}"
@@ -101,23 +102,31 @@ def _relative(one: Estimate) -> float:
 
 def _estimates(found: Identification) -> Table:
     table = new_table(
-        "number", "machine\nfile", "now\n", "from\n", "to\n", "+-\n%", "narrowed\n", "", texts=("unit",)
+        "number",
+        "machine\nfile",
+        "identified\n",
+        "from\n",
+        "to\n",
+        "+-\n%",
+        "narrowed\n",
+        "",
+        texts=("unit",),
     )
     for one, unknown in zip(found.estimates, found.unknowns, strict=True):
         unit, scale = usual_unit(one.unit)
         before = f"{scale * unknown.start:.4g}"
-        if one.is_told:
+        if one.is_identified:
             numbers = [f"{scale * value:.4g}" for value in (one.value, one.low, one.high)]
             numbers.append(f"{100.0 * _relative(one):.2g}" if unknown.start else "")
         else:
-            numbers = ["not told", "", "", ""]
+            numbers = ["no", "", "", ""]
         narrowed = f"{1.0 / one.narrowed:.3g}"
         table.add_row(
             Text(short(one.name)),
             before,
             *numbers,
             narrowed,
-            "p" if one.profile and one.is_told else "",
+            "p" if one.profile and one.is_identified else "",
             unit,
         )
     return table
@@ -179,20 +188,26 @@ def _differences(found: Identification) -> Table:
 
 
 def _levels(levels: Sequence[Level]) -> Table:
-    table = new_table("model", "unknowns", "score", "behind", "+-", texts=("",))
+    table = new_table("model", "unknowns", "score", "below best", "+-", texts=("",))
     for one in levels:
         behind = f"{one.behind:.1f}", f"{one.uncertainty:.1f}"
         table.add_row(
-            Text(one.name), f"{one.unknowns}", f"{one.score:.1f}", *behind, "take it" if one.is_best else ""
+            Text(one.name),
+            f"{one.unknowns}",
+            f"{one.score:.1f}",
+            *behind,
+            "recommended" if one.is_best else "",
         )
     return table
 
 
 def _candidates(candidates: Sequence[Candidate]) -> Table:
-    table = new_table("measurement", "interval\n%", texts=("tells",))
+    table = new_table("measurement", "interval\n%", texts=("identifies",))
     for one in candidates[:MOST_CANDIDATES]:
         table.add_row(
-            Text(one.name), f"{100.0 * one.deviation:.3g}", Text(together(one.told)) if one.told else ""
+            Text(one.name),
+            f"{100.0 * one.deviation:.3g}",
+            Text(together(one.identified)) if one.identified else "",
         )
     return table
 
