@@ -49,7 +49,10 @@ SLIGHT = {"mass": 1e-9, "inertia": (1e-9 * np.eye(3)).tolist()}
         pytest.param({"damping": np.full(16, 1e200)}, "rk45", id="damping 1e200"),
         pytest.param({"damping": np.full(16, 1e200)}, "exact", id="damping 1e200, exact"),
         pytest.param({"damping": np.full(16, 1e30)}, "implicit", id="damping 1e30"),
-        *(pytest.param(SLIGHT, method, id=f"mass 1e-9 kg, {method}") for method in ("exact", "implicit", "rk45")),
+        *(
+            pytest.param(SLIGHT, method, id=f"mass 1e-9 kg, {method}")
+            for method in ("exact", "implicit", "rk45")
+        ),
     ],
 )
 def test_extreme_values_end(changes: dict[str, Any], method: Any) -> None:
