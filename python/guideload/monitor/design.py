@@ -23,7 +23,9 @@ from guideload.simulation.simulation import simulate
 
 ORDERS = (3, 5)
 TIME_CONSTANTS = (1.0, 1.5, 2.0, 2.2, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 11.0, 15.0)  # samples
-PHASES = tuple(k / 10.0 for k in range(10))  # counts by which the encoder is shifted, so that it rounds otherwise
+PHASES = tuple(
+    k / 10.0 for k in range(10)
+)  # counts by which the encoder is shifted, so that it rounds otherwise
 
 
 @dataclass(frozen=True, eq=False)

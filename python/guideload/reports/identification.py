@@ -104,7 +104,7 @@ def _estimates(found: Identification) -> Table:
     table = new_table(
         "number",
         "machine\nfile",
-        "identified\n",
+        "value\n",
         "from\n",
         "to\n",
         "+-\n%",
@@ -119,7 +119,7 @@ def _estimates(found: Identification) -> Table:
             numbers = [f"{scale * value:.4g}" for value in (one.value, one.low, one.high)]
             numbers.append(f"{100.0 * _relative(one):.2g}" if unknown.start else "")
         else:
-            numbers = ["no", "", "", ""]
+            numbers = ["none", "", "", ""]
         narrowed = f"{1.0 / one.narrowed:.3g}"
         table.add_row(
             Text(short(one.name)),
