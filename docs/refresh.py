@@ -280,10 +280,6 @@ BLOCKS: dict[str, Callable[[], str]] = {
 # ---- pictures
 
 
-def exceedance() -> Path:
-    return plots.save(plots.exceedance(study()), IMAGES / "exceedance.png")
-
-
 def encoder() -> Path:
     inspection = Inspection.of(read_trace(EXAMPLES / "manipulator.csv"), machine())
     return plots.save(plots.encoder(inspection)[0], IMAGES / "encoder.png")
@@ -305,11 +301,8 @@ def validation() -> Path:
     for method, color in (("rk45", "C1"), ("implicit", "C2")):
         right.loglog(tolerances, errors(method, tolerances), "o-", color=color, label=method)
     right.loglog(tolerances, tolerances, color="0.75", label="error = rtol")
-    right.set(
-        xlabel="rtol",
-        ylabel="error of the loads, part of the largest",
-        title="Example: difference from exact",
-    )
+    right.set(xlabel="rtol", ylabel="error of the loads, part of the largest")
+    right.set_title("Example: difference from exact")
     right.legend(frameon=False)
     path = IMAGES / "validation.png"
     figure.savefig(path, dpi=130)
@@ -319,13 +312,8 @@ def validation() -> Path:
 def step_response() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Times [s], and deflection [µm] by the program and in closed form, of a mass that y alone lets move."""
     mass, stiffness, damping, step = 100.0, 4e8, 1e4, 2.0
-    link = {
-        "name": "spring",
-        "point": [0, 0, 0],
-        "direction": [0, 1, 0],
-        "stiffness": stiffness,
-        "damping": damping,
-    }
+    spring = {"name": "spring", "point": [0, 0, 0], "direction": [0, 1, 0]}
+    link = spring | {"stiffness": stiffness, "damping": damping}
     body = {"mass": mass, "center_of_mass": [0, 0, 0], "inertia": np.eye(3).tolist()}
     held = Machine(body=body, links=[link], free=["y"], gravity=[0, 0, 0])
     acceleration = np.zeros((4, 3))
@@ -364,7 +352,7 @@ PICTURES: dict[str, Callable[[], Path]] = {
     "modes": lambda: plots.save(plots.modes(machine(), result().modes)[0], IMAGES / "modes.png"),
     "spectrum": lambda: plots.save(plots.spectrum(result()), IMAGES / "spectrum.png"),
     "encoder": encoder,
-    "exceedance": exceedance,
+    "exceedance": lambda: plots.save(plots.exceedance(study()), IMAGES / "exceedance.png"),
     "drivers": lambda: plots.save(plots.tornado(study()), IMAGES / "drivers.png"),
     "stability": lambda: plots.save(plots.stability(stability(machine()))[0], IMAGES / "stability.png"),
     "validation": validation,
