@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,26 @@ class Row(NamedTuple):
     value: float | None
     sets: Targets
     need: str = ""
+
+
+def arguments_of(machine: Machine) -> dict[str, Any]:
+    """The arguments of `_core.Batch` and `_core.VariedScene` that describe the machine, to which the targets refer."""
+    body, table = machine.body, machine.link_table()
+    return {
+        "mass": body.mass,
+        "center_of_mass": body.center_of_mass,
+        "inertia": body.inertia,
+        "inertia_about_reference": body.inertia_about == "L",
+        "gravity": machine.gravity,
+        "free": machine.free,
+        "points": table.points,
+        "directions": table.directions,
+        "laws": table.laws,
+        "damping": table.damping,
+        "damping_in_contact": table.damping_in_contact,
+        "offsets": machine.offsets,
+        "base_compliance": None if machine.base is None else machine.base.compliance,
+    }
 
 
 def of_rail(machine: Machine, index: int) -> Iterator[Row]:

@@ -10,6 +10,7 @@ from guideload.base.errors import ArgumentError
 from guideload.machine.machine import DOFS, Machine
 from guideload.motion.motion import Motion
 from guideload.parameters.parameters import Parameters
+from guideload.parameters.parts import arguments_of
 from guideload.sensitivity.columns import Column, To, columns_of
 from guideload.sensitivity.linearised import Linearised
 from guideload.sensitivity.run import RunDerivatives
@@ -39,22 +40,9 @@ class VariedMachine:
         self.machine = machine
         parameters = Parameters(machine, motion)
         self.columns: tuple[Column, ...] = columns_of(parameters, to)
-        body, table = machine.body, machine.link_table()
         riders = [rider.at(rider.position) for rider in machine.riders]
         self._scene = VariedScene(
-            mass=body.mass,
-            center_of_mass=body.center_of_mass,
-            inertia=body.inertia,
-            inertia_about_reference=body.inertia_about == "L",
-            gravity=machine.gravity,
-            free=machine.free,
-            points=table.points,
-            directions=table.directions,
-            laws=table.laws,
-            damping=table.damping,
-            damping_in_contact=table.damping_in_contact,
-            offsets=machine.offsets,
-            base_compliance=None if machine.base is None else machine.base.compliance,
+            **arguments_of(machine),
             payloads=[(one.mass, one.center_of_mass, one.inertia, False, []) for one in riders],
             groups=machine.links_of_carriages,
             centers=machine.carriage_places,

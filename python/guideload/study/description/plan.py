@@ -18,6 +18,7 @@ from guideload.life.equivalent_load import PLAIN_SUM
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.parameters.parameters import Change
+from guideload.parameters.parts import arguments_of
 from guideload.simulation.payload_changes import with_changes
 from guideload.study.description.factors import Factor
 from guideload.study.description.metadata import StudyMetadata
@@ -116,21 +117,8 @@ class Plan:
         self, *, method: str | None = None, rtol: float | None = None, factor: float = 1.0, **keys: Any
     ) -> Batch:
         metadata, machine, motion = self.metadata, self.metadata.machine, self.motion
-        body, table = machine.body, machine.link_table()
         return Batch(
-            mass=body.mass,
-            center_of_mass=body.center_of_mass,
-            inertia=body.inertia,
-            inertia_about_reference=body.inertia_about == "L",
-            gravity=machine.gravity,
-            free=machine.free,
-            points=table.points,
-            directions=table.directions,
-            laws=table.laws,
-            damping=table.damping,
-            damping_in_contact=table.damping_in_contact,
-            offsets=machine.offsets,
-            base_compliance=None if machine.base is None else machine.base.compliance,
+            **arguments_of(machine),
             payloads=_payloads(machine, motion),
             time=motion.time,
             acceleration=factor * motion.acceleration,
