@@ -9,30 +9,26 @@ identified do not count. Expected: 93 to 97 %. The last columns: share of identi
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from hammer_tests import hammer_test, unknown, with_corners  # noqa: E402
-from reference import cart, preloaded  # noqa: E402
+from hammer_tests import hammer_test, unknown, with_corners
+from reference import cart, preloaded
 
-from guideload import Machine  # noqa: E402
-from guideload.identification.deflections import Deflection, Deflections  # noqa: E402
-from guideload.identification.frequency_responses import Curve, FrequencyResponses  # noqa: E402
-from guideload.identification.measured import Measured  # noqa: E402
-from guideload.identification.model import Model  # noqa: E402
-from guideload.identification.places import place_of  # noqa: E402
-from guideload.identification.result import identify  # noqa: E402
-from guideload.identification.unknowns import UnknownTable  # noqa: E402
+from guideload import Machine
+from guideload.identification.deflections import Deflection, Deflections
+from guideload.identification.frequency_responses import Curve, FrequencyResponses
+from guideload.identification.measured import Measured
+from guideload.identification.model import Model
+from guideload.identification.places import place_of
+from guideload.identification.result import identify
+from guideload.identification.unknowns import UnknownTable
 
 SCATTER = 0.3  # of the logarithm of the true values about the machine file's
 DAMPING = UnknownTable(path=("carriages.*.damping_y", "carriages.*.damping_z"), name="damping")

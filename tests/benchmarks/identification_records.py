@@ -9,34 +9,30 @@ estimated from encoder counts; "correlated": the force has an unmodelled part th
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import numpy as np
 from scipy.signal import lfilter
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from hammer_tests import unknown  # noqa: E402
-from motor_records import OFFSET, SEAL, VISCOUS, axis, moves  # noqa: E402
+from hammer_tests import unknown
+from motor_records import OFFSET, SEAL, VISCOUS, axis, moves
 
-from guideload import Machine, Motion, PointOfInterest  # noqa: E402
-from guideload.identification.linear_histories import Inputs  # noqa: E402
-from guideload.identification.measured import Measured  # noqa: E402
-from guideload.identification.model import Model, ModelAt  # noqa: E402
-from guideload.identification.motor_force import MotorForce, X  # noqa: E402
-from guideload.identification.own_estimates import own_estimates  # noqa: E402
-from guideload.identification.places import place_of  # noqa: E402
-from guideload.identification.result import identify  # noqa: E402
-from guideload.identification.sensor_log import Channel, SensorLog  # noqa: E402
-from guideload.identification.unknowns import UnknownTable  # noqa: E402
-from guideload.smoothing import smooth  # noqa: E402
+from guideload import Machine, Motion, PointOfInterest
+from guideload.identification.linear_histories import Inputs
+from guideload.identification.measured import Measured
+from guideload.identification.model import Model, ModelAt
+from guideload.identification.motor_force import MotorForce, X
+from guideload.identification.own_estimates import own_estimates
+from guideload.identification.places import place_of
+from guideload.identification.result import identify
+from guideload.identification.sensor_log import Channel, SensorLog
+from guideload.identification.unknowns import UnknownTable
+from guideload.smoothing import smooth
 
 SCATTER = 0.2  # of the logarithm of the true values about the machine file's
 QUANTUM = 1e-6  # m, of the encoder

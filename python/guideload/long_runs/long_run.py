@@ -87,7 +87,8 @@ class LongRun:
         self.criteria: tuple[Criteria, ...] = criteria_of(machine, machine.life) if rated else ()
         for one in self.criteria:
             require_rated_moments(machine, one)
-        self._method, self._rtol = method, rtol
+        self._method: str = method
+        self._rtol = rtol
         self._start: Start | Array = start
 
     def add(self, motion: Motion) -> None:
@@ -116,7 +117,7 @@ class LongRun:
             safeties.append(float(one.safety_under(peak)))
             times.append(float(motion.time[at]))
             distance = float(path.sum())
-        self._start, self._method = run.solution.end(), run.method  # type: ignore[assignment]
+        self._start, self._method = run.solution.end(), run.method
         new = motion.time.size - bool(self.blocks)
         self.blocks.append(
             Block(
