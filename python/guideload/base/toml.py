@@ -40,11 +40,11 @@ class Place:
 
 
 def read_toml(
-    file: str | PathLike[str], writer: str = "guideload init"
+    file: str | PathLike[str], source: str = "`guideload init` writes one"
 ) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
     """Values of a TOML file and their places. Raises ConfigError if the file cannot be read.
 
-    writer: the command that writes such a file, for the message if there is none.
+    source: where such a file comes from, for the message if there is none.
     """
 
     def refusal(expected: str, hint: str, row: int | None, written: str) -> ConfigError:
@@ -53,7 +53,7 @@ def read_toml(
     try:
         content = Path(file).read_bytes()
     except OSError as error:
-        expected = f"a readable file, `{writer}` writes one ({error.strerror})"
+        expected = f"a readable file, {source} ({error.strerror})"
         raise refusal(expected, "", None, "no file") from None
     try:
         text = content.decode("utf-8-sig")  # editors on Windows put the byte order mark before the text

@@ -21,7 +21,7 @@ class Catalogue(ConfigModel):
     @classmethod
     def from_toml(cls, file: str | PathLike[str]) -> Catalogue:
         """The catalogue of a TOML file. Raises ConfigError naming file, row, key and value."""
-        values, places = read_toml(file)
+        values, places = read_toml(file, "`guideload init --catalogue` writes one")
         try:
             return cls(**values)
         except ConfigError as error:

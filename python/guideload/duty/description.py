@@ -66,7 +66,7 @@ class DutyFile(ConfigModel):
 
 def read_duty(file: str | PathLike[str]) -> tuple[DutyFile, tuple[Machine, ...]]:
     """The description of a duty file and the machine of each case. Raises ConfigError naming file, row and key."""
-    values, places = read_toml(file)
+    values, places = read_toml(file, "`guideload schema duty` lists its keys")
     folder = Path(file).parent
     try:
         described = DutyFile(**values)

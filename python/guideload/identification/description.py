@@ -122,7 +122,7 @@ class IdentifyFile(ConfigModel):
 
 def read_identify(file: str | PathLike[str]) -> tuple[IdentifyFile, Machine, list[Measured]]:
     """The description, the nominal machine and the data. Raises ConfigError naming file, row and key."""
-    values, places = read_toml(file)
+    values, places = read_toml(file, "`guideload schema identify` lists its keys")
     folder = Path(file).parent
     try:
         described = IdentifyFile(**values)

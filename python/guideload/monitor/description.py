@@ -76,7 +76,7 @@ class MonitorFile(ConfigModel):
 
 def read_monitor_file(file: str | PathLike[str]) -> tuple[MonitorFile, Machine]:
     """The description of a monitor file, and its machine. Raises ConfigError naming file, row and key."""
-    values, places = read_toml(file, "guideload monitor build")
+    values, places = read_toml(file, "`guideload monitor build` writes one")
     try:
         described = MonitorFile(**values)
         machine_file = Path(file).parent / described.machine

@@ -101,7 +101,7 @@ class Moves(ConfigModel):
     @classmethod
     def from_toml(cls, file: str | PathLike[str]) -> Moves:
         """The moves of a motion file. Raises ConfigError naming file, row, key and value."""
-        values, places = read_toml(file, writer="guideload init --moves")
+        values, places = read_toml(file, source="`guideload init --moves` writes one")
         try:
             if "moves" not in values:
                 hint = "`guideload init --moves` writes a motion file"

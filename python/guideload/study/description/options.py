@@ -175,7 +175,7 @@ TOP_KEYS = StudyFile.model_fields.keys() - TABLES  # keys outside all tables
 
 def read_study(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
     """The values of a study file and their rows. Raises ConfigError if the file cannot be read."""
-    return read_toml(file, writer="guideload init --study")
+    return read_toml(file, source="`guideload init --study` writes one")
 
 
 def with_hint_on_place(error: ConfigError) -> ConfigError:
