@@ -92,6 +92,11 @@ def test_what_cannot_be_is_refused(options: tuple[str, ...], message: str, tmp_p
     assert message in watch(tmp_path, *options, code=2).stderr
 
 
+def test_a_refused_input_leaves_no_folder(tmp_path: Path) -> None:
+    watch(tmp_path, "--follow", tmp_path / "none.csv", "-o", tmp_path / "new", code=2)
+    assert not (tmp_path / "new").exists()
+
+
 def test_a_limit_needs_a_limit(tmp_path: Path) -> None:
     path = write_monitor(tmp_path)
     lines = [line for line in path.read_text().splitlines() if not line.startswith("load_limit")]

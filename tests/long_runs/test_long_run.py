@@ -233,3 +233,15 @@ def test_the_command_prints_the_answer_and_writes_the_table(tmp_path: Path) -> N
     again = CliRunner().invoke(main, [*arguments, "-o", str(tmp_path / "blocks.csv")])
     assert again.exit_code == 2
     assert "exists" in again.output
+
+
+def test_the_values_before_a_block_that_fails_are_not_lost(tmp_path: Path) -> None:
+    time, position = recorded()
+    time[2 * ROWS :] -= 3.0
+    file = written(tmp_path, **{"t [s]": time, "x [m]": np.round(position / 1e-6) * 1e-6})
+    machine, table = str(EXAMPLES / "manipulator.toml"), tmp_path / "blocks.csv"
+    options = ["--rows", str(ROWS), "--repair", "all", "-o", str(table)]
+    done = CliRunner().invoke(main, ["long-run", machine, str(file), *options])
+    assert done.exit_code == 2
+    assert "The next block failed" in done.stderr and "set back within rows" in done.stderr
+    assert pd.read_csv(table)["end_s"].iloc[-1] < time[2 * ROWS - 1]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from guideload.base.atomic import atomic_write
+from guideload.base.errors import GuideloadError
 from guideload.cli import options
 from guideload.cli.exit_codes import INTERRUPTED, InputError
 from guideload.cli.inputs import read_machine
@@ -53,7 +54,7 @@ def long_run(
     """Compute peaks and life over a record of any length, a block at a time.
 
     TRACE.PARQUET is read, smoothed and run in blocks, each of which starts where the one before ended; histories of the
-    loads are not kept. Ctrl-C ends it with the values so far.
+    loads are not stored. Ctrl-C, or a block that fails, ends it with the values so far.
     """
     from guideload.long_runs.blocks import ROWS, motion_blocks
     from guideload.long_runs.long_run import LongRun
@@ -63,22 +64,25 @@ def long_run(
     machine = read_machine(machine_file, free)
     run = LongRun(machine, method, rtol=rtol, start=start)
     given = {name: value for name, value in reading.items() if value is not None}
-    interrupted = False
+    ended: BaseException | None = None
     with status("running the blocks"):
         try:
             for block in motion_blocks(trace_file, machine.drive, rows=rows or ROWS, **given):
                 run.add(block)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, GuideloadError, MemoryError) as error:
             if not run.blocks:
                 raise
-            interrupted = True
+            ended = error
     print_text(long_run_report(run, encoding=output_encoding()))
     if output is not None:
         _write(run, output, overwrite)
         print_text(f"Wrote {output}.")
-    if interrupted:
-        click.echo(f"Interrupted: these values are of the record up to {run.blocks[-1].end:.3f} s.", err=True)
-        raise SystemExit(INTERRUPTED)
+    if ended is not None:
+        cause = "Interrupted" if isinstance(ended, KeyboardInterrupt) else "The next block failed"
+        click.echo(f"{cause}: these values are of the record up to {run.blocks[-1].end:.3f} s.", err=True)
+        if isinstance(ended, KeyboardInterrupt):
+            raise SystemExit(INTERRUPTED)
+        raise ended
 
 
 def _require_output(output: Path | None, overwrite: bool, *inputs: Path) -> None:

@@ -96,9 +96,9 @@ def watch(
         ends = stack.enter_context(asked_to_end())
         say = _Voice(ends if strict else None, seconds)
         command = None if on_limit is None else Command(on_limit, say)
-        store = None if output is None else stack.enter_context(_opened_store(output, monitor, record_only))
         source = _opened_input(follow, listen)
         stack.callback(source.close)
+        store = None if output is None else stack.enter_context(_opened_store(output, monitor, record_only))
         session = Session(
             monitor,
             source,
