@@ -19,10 +19,25 @@ from mpmath import MPContext
 from numpy.typing import NDArray
 
 from guideload import Body, Carriage, Link, Machine, Motion, Rail, motion_from_trace, read_trace
+from guideload._core import Batch, VariedScene
+from guideload.parameters.parts import arguments_of
 
 Array = NDArray[np.float64]
 Numbers = list[Any]  # of mpmath numbers
 
+# Arguments of `_core.Batch` beside those of its scene.
+OF_BATCH = (
+    "time",
+    "acceleration",
+    "wrench",
+    "speed",
+    "exponent",
+    "measures",
+    "method",
+    "rtol",
+    "rules",
+    "start",
+)
 DOFS = ("x", "y", "z", "rx", "ry", "rz")
 # Squaring and the imbalance of metres against metres per second cost up to ten digits of the 70; 50 are asked.
 DIGITS = 70
@@ -518,21 +533,10 @@ def _minus(a: Numbers, b: Numbers) -> Numbers:
     return [x - y for x, y in zip(a, b, strict=True)]
 
 
-def batch_arguments(machine: Machine) -> dict[str, Any]:
-    """The machine as arguments of `_core.Batch`."""
-    body, table = machine.body, machine.link_table()
-    return {
-        "mass": body.mass,
-        "center_of_mass": body.center_of_mass,
-        "inertia": body.inertia,
-        "inertia_about_reference": body.inertia_about == "L",
-        "gravity": machine.gravity,
-        "free": machine.free,
-        "points": table.points,
-        "directions": table.directions,
-        "laws": table.laws,
-        "damping": table.damping,
-        "damping_in_contact": table.damping_in_contact,
-        "groups": machine.links_of_carriages,
-        "centers": machine.carriage_places,
-    }
+def core_batch(machine: Machine | None = None, **arguments: Any) -> Batch:
+    """A batch of the core, of the carriages of a machine or of the scene that the arguments give."""
+    if machine is not None:
+        groups = {"groups": machine.links_of_carriages, "centers": machine.carriage_places}
+        arguments = arguments_of(machine) | groups | arguments
+    own = {name: arguments.pop(name) for name in OF_BATCH if name in arguments}
+    return Batch(VariedScene(**arguments), **own)

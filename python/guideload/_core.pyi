@@ -454,17 +454,13 @@ class Solution:
     def inputs(self) -> Array:
         """Excitation (time, 9): acceleration of L [m/s2], external force [N], external moment about L [N m]."""
 
-class Batch:
-    """A base scene, its motion, and the changes of both in each Monte Carlo sample; immutable.
+class VariedScene:
+    """A base scene, and the changes of its numbers by columns of values; immutable.
 
     mass to damping_in_contact: as in `Scene`; the base need not be supported. inertia_about_reference: whether the
-    inertia is about L and not about the centre of mass, also in samples that change mass or centre of mass. groups,
-    centers: as in `Scene.peaks`. time, acceleration, wrench: as in `Scene.solve`. speed: (n,) m/s, of the cart along x
-    at the stamps, with its sign, for the mean load. exponent: p of the mean load. method: as in `Scene.solve`, or auto:
-    exact if the laws of a sample allow it, else rk45, or implicit if rk45 would be unstable. rules: of each group, the
-    equivalent loads of ("load", group, "mean") and of ("load", group, "max"), as in `equivalent_load_integrals`; by
-    default |Fy| + |Fz|. start: of all samples, as in `Scene.solve`. payloads: masses that the body carries in their
-    stays, as in `peaks_of_stretches`; two stamps at one time at each change.
+    inertia is about L and not about the centre of mass, also where mass or centre of mass change. groups, centers: as
+    in `Scene.peaks`. payloads: masses that the body carries in their stays, as in `peaks_of_stretches`. columns: of
+    values, by default as many as the changes use.
 
     changes: (target, constant, [(column, factor), ...]) sets target = constant + sum(factor * value[column]); each
     target at most once. Targets: ("mass", 0, 0) kg, ("center_of_mass", axis, 0) m, ("inertia", i, j) kg m2,
@@ -474,16 +470,7 @@ class Batch:
     ("payload_center_of_mass", payload, axis) m, ("acceleration", 0, 0) and ("wrench", 0, 0): factors on the
     motion.
 
-    measures: (quantity, index, statistic) over the stamps of the motion. Quantities: Fx Fy Fz [N], Mx My Mz [N m]
-    (about the centre) and resultant (hypot(Fy, Fz)) [N] of the group with this index; drive (reaction along x [N];
-    nan if x is free), index 0. Statistics: min, time_of_min, max, time_of_max (first instant of equal values), rms
-    (weighted by time), start. Also ("load", group, "mean"): (int P^p |v| dt / int |v| dt)^(1/p) of the equivalent load
-    P, exact for loads linear in time, nan if the speed is unknown or always 0; ("load", group, "max"): its largest
-    value at the stamps, without the effect of a preload; and ("contact", group, "lost"): 1 if at any stamp a link of
-    the group has lost contact or has a row open, else 0.
-
-    Raises SceneError for an impossible base, TraceError for an invalid motion, and ArgumentError for changes and
-    measures that do not match the base.
+    Raises SceneError for an impossible base, and ArgumentError.
     """
 
     def __new__(
@@ -502,19 +489,51 @@ class Batch:
         damping_in_contact: NDArray[np.bool_],
         groups: Groups,
         centers: Array,
+        changes: Sequence[tuple[tuple[str, int, int | str], float, Sequence[tuple[int, float]]]],
+        columns: int | None = None,
+        offsets: Array | None = None,
+        base_compliance: Sequence[Sequence[float]] | None = None,
+        payloads: Sequence[PayloadOfBatch] | None = None,
+    ) -> VariedScene: ...
+    def at(self, values: Array) -> VariedSystem:
+        """The scene with values (columns,), which carries all payloads whatever their stays.
+
+        Raises SceneError, and ArgumentError where there are no derivatives.
+        """
+
+class Batch:
+    """A scene that varies from sample to sample of a study, and its motion; immutable.
+
+    time, acceleration, wrench: as in `Scene.solve`; where payloads of the scene change, two stamps at one time. speed:
+    (n,) m/s, of the cart along x at the stamps, with its sign, for the mean load. exponent: p of the mean load. method:
+    as in `Scene.solve`, or auto: exact if the laws of a sample allow it, else rk45, or implicit if rk45 would be
+    unstable. rules: of each group, the equivalent loads of ("load", group, "mean") and of ("load", group, "max"), as in
+    `equivalent_load_integrals`; by default |Fy| + |Fz|. start: of all samples, as in `Scene.solve`.
+
+    measures: (quantity, index, statistic) over the stamps of the motion. Quantities: Fx Fy Fz [N], Mx My Mz [N m]
+    (about the centre) and resultant (hypot(Fy, Fz)) [N] of the group with this index; drive (reaction along x [N];
+    nan if x is free), index 0. Statistics: min, time_of_min, max, time_of_max (first instant of equal values), rms
+    (weighted by time), start. Also ("load", group, "mean"): (int P^p |v| dt / int |v| dt)^(1/p) of the equivalent load
+    P, exact for loads linear in time, nan if the speed is unknown or always 0; ("load", group, "max"): its largest
+    value at the stamps, without the effect of a preload; and ("contact", group, "lost"): 1 if at any stamp a link of
+    the group has lost contact or has a row open, else 0.
+
+    Raises TraceError for an invalid motion, and ArgumentError for changes and measures that do not match the scene.
+    """
+
+    def __new__(
+        cls,
+        scene: VariedScene,
+        *,
         time: Array,
         acceleration: Array,
         wrench: Array | None,
         speed: Array | None,
         exponent: float,
-        changes: Sequence[tuple[tuple[str, int, int | str], float, Sequence[tuple[int, float]]]],
         measures: Sequence[tuple[str, int, str]],
         method: str,
         rtol: float,
         rules: Sequence[tuple[Rule, Rule]] | None = None,
-        offsets: Array | None = None,
-        base_compliance: Sequence[Sequence[float]] | None = None,
-        payloads: Sequence[PayloadOfBatch] | None = None,
         start: str = "rest",
     ) -> Batch: ...
     def run(self, values: Array, threads: int, width: str = "widest") -> tuple[Array, list[tuple[int, str]]]:
@@ -526,38 +545,6 @@ class Batch:
 
     def histories(self, values: Array) -> tuple[Array, list[tuple[int, str]]]:
         """Loads (n, time, groups, 6): force [N] and moment about the centre [N m]; (row, reason) of failed samples."""
-
-class VariedScene:
-    """A scene some of whose numbers vary, and that carries all its payloads; immutable.
-
-    mass to offsets, payloads (their stays do not matter), groups, centers, changes: as in `Batch`. columns: number of
-    columns of values. Raises SceneError and ArgumentError.
-    """
-
-    def __new__(
-        cls,
-        *,
-        mass: float,
-        center_of_mass: Vector,
-        inertia: Sequence[Sequence[float]],
-        inertia_about_reference: bool,
-        gravity: Vector,
-        free: Sequence[str],
-        points: Array,
-        directions: Array,
-        laws: Sequence[Law],
-        damping: Array,
-        damping_in_contact: NDArray[np.bool_],
-        groups: Groups,
-        centers: Array,
-        changes: Sequence[tuple[tuple[str, int, int | str], float, Sequence[tuple[int, float]]]],
-        columns: int,
-        offsets: Array | None = None,
-        base_compliance: Sequence[Sequence[float]] | None = None,
-        payloads: Sequence[PayloadOfBatch] | None = None,
-    ) -> VariedScene: ...
-    def at(self, values: Array) -> VariedSystem:
-        """The scene with values (columns,). Raises SceneError, and ArgumentError where there are no derivatives."""
 
 class VariedSystem:
     """A scene with given values, and its derivatives by each column of them."""

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from clock import on_cores, processor
-from reference import batch_arguments, cart, cart_clear, cycle, noisy, preloaded
+from reference import cart, cart_clear, core_batch, cycle, noisy, preloaded
 
 from guideload import Machine, Motion
 from guideload._core import Batch
@@ -101,8 +101,8 @@ def batch(machine: Machine, motion: Motion, exponent: float, measures: list[tupl
     speed = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(instants) * (along[1:] + along[:-1]))])
     speed[np.abs(speed) < AT_REST] = 0.0
     of = [carriage for carriage, links in enumerate(machine.links_of_carriages) for _ in links]
-    return Batch(
-        **batch_arguments(machine),
+    return core_batch(
+        machine,
         time=instants,
         acceleration=motion.acceleration,
         wrench=None,

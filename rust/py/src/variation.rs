@@ -17,19 +17,20 @@ use crate::varied_system::PyVariedSystem;
 
 /// The third part of a target: an axis or a name.
 #[derive(FromPyObject)]
-pub enum Place {
+enum Place {
     Index(usize),
     Name(String),
 }
 
 /// Mass, centre of mass and inertia of a payload, whether the inertia is about L, and the first sample and the one after the last of each
 /// stay.
-pub type PayloadArguments = (f64, [f64; 3], [[f64; 3]; 3], bool, List<(usize, usize)>);
+type PayloadArguments = (f64, [f64; 3], [[f64; 3]; 3], bool, List<(usize, usize)>);
 
 /// A target, a constant, and columns with their factors.
-pub type ChangeArguments = ((String, usize, Place), f64, List<(usize, f64)>);
+type ChangeArguments = ((String, usize, Place), f64, List<(usize, f64)>);
 
 /// The base of changes, with the data that it borrows.
+#[derive(Clone)]
 pub struct OwnedBase {
     pub body: NominalBody,
     pub gravity: [f64; 3],
@@ -58,7 +59,7 @@ impl OwnedBase {
     }
 }
 
-pub fn body(
+fn body(
     mass: f64,
     center: [f64; 3],
     inertia: [[f64; 3]; 3],
@@ -68,12 +69,12 @@ pub fn body(
     NominalBody { mass, center_of_mass, inertia, inertia_about_reference }
 }
 
-pub fn payload((mass, center, inertia, inertia_about_reference, stays): PayloadArguments) -> Payload {
+fn payload((mass, center, inertia, inertia_about_reference, stays): PayloadArguments) -> Payload {
     let body = body(mass, center, inertia, inertia_about_reference);
     Payload { body, stays: stays.0.into_iter().map(|(from, to)| from..to).collect() }
 }
 
-pub fn change(((name, index, place), constant, terms): ChangeArguments) -> PyResult<Change> {
+fn change(((name, index, place), constant, terms): ChangeArguments) -> PyResult<Change> {
     let unknown = || PyValueError::new_err(format!("changes: there is no target ({name:?}, {index}, …)"));
     let target = match (name.as_str(), place) {
         ("mass", _) => Target::Mass,
@@ -98,10 +99,11 @@ pub fn change(((name, index, place), constant, terms): ChangeArguments) -> PyRes
     Ok(Change { target, constant, terms: terms.0 })
 }
 
-/// A scene whose numbers vary. It carries all its payloads.
+/// A scene whose numbers vary.
 #[pyclass(name = "VariedScene", module = "guideload._core", frozen)]
 pub struct PyVariedScene {
-    base: OwnedBase,
+    pub base: OwnedBase,
+    pub changes: Vec<Change>,
     plan: Plan,
     columns: usize,
 }
@@ -109,7 +111,7 @@ pub struct PyVariedScene {
 #[pymethods]
 impl PyVariedScene {
     #[new]
-    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, changes, columns, offsets=None, base_compliance=None, payloads=None))]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, changes, columns=None, offsets=None, base_compliance=None, payloads=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         mass: f64,
@@ -126,7 +128,7 @@ impl PyVariedScene {
         groups: List<PyReadonlyArray1<'_, i64>>,
         centers: PyReadonlyArray2<'_, f64>,
         changes: List<ChangeArguments>,
-        columns: usize,
+        columns: Option<usize>,
         offsets: Option<PyReadonlyArray1<'_, f64>>,
         base_compliance: Option<[[f64; 6]; 6]>,
         payloads: Option<List<PayloadArguments>>,
@@ -147,16 +149,17 @@ impl PyVariedScene {
         };
         let changes = changes.0.into_iter().map(change).collect::<PyResult<Vec<_>>>()?;
         let plan = Plan::new(&base.base(), &changes).map_err(CoreError::from)?;
+        let columns = columns.unwrap_or(plan.columns());
         if plan.columns() > columns {
             let got = plan.columns();
             return Err(PyValueError::new_err(format!(
                 "changes: expected at most {columns} columns, got {got}"
             )));
         }
-        Ok(Self { base, plan, columns })
+        Ok(Self { base, changes, plan, columns })
     }
 
-    /// The system with these values, one for each column.
+    /// The system with these values, one for each column, which carries all payloads.
     fn at(&self, values: PyReadonlyArray1<'_, f64>) -> PyResult<PyVariedSystem> {
         let values = numbers(&values, "values")?;
         if values.len() != self.columns {

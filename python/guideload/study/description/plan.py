@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from guideload._core import Batch
+from guideload._core import Batch, VariedScene
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.life.equivalent_load import PLAIN_SUM
@@ -79,9 +79,7 @@ class Plan:
     @cached_property
     def _batch(self) -> Batch:
         return self._batch_with(
-            groups=self.metadata.machine.links_of_carriages,
-            centers=self.metadata.machine.carriage_places,
-            changes=self.changes,
+            self._scene(),
             measures=self.metadata.measures,
             rules=self._rules(),
         )
@@ -99,9 +97,11 @@ class Plan:
         """
         points = self.metadata.machine.link_table().points
         return self._batch_with(
-            groups=list(np.arange(len(points))[:, None]),
-            centers=points,
-            changes=[change for change in self.changes if change[0][0] != "center"],  # of carriages
+            self._scene(
+                groups=list(np.arange(len(points))[:, None]),
+                centers=points,
+                changes=[change for change in self.changes if change[0][0] != "center"],  # of carriages
+            ),
             measures=[
                 (load, i, end)
                 for i in range(len(points))
@@ -113,13 +113,29 @@ class Plan:
             factor=factor,
         )
 
+    def _scene(self, **other: Any) -> VariedScene:
+        """The machine, with `other` arguments in place of its groups, their centers or the changes."""
+        machine = self.metadata.machine
+        arguments: dict[str, Any] = {
+            "groups": machine.links_of_carriages,
+            "centers": machine.carriage_places,
+            "changes": self.changes,
+        }
+        payloads = _payloads(machine, self.motion)
+        return VariedScene(**arguments_of(machine), payloads=payloads, **arguments | other)
+
     def _batch_with(
-        self, *, method: str | None = None, rtol: float | None = None, factor: float = 1.0, **keys: Any
+        self,
+        scene: VariedScene,
+        *,
+        method: str | None = None,
+        rtol: float | None = None,
+        factor: float = 1.0,
+        **keys: Any,
     ) -> Batch:
-        metadata, machine, motion = self.metadata, self.metadata.machine, self.motion
+        metadata, motion = self.metadata, self.motion
         return Batch(
-            **arguments_of(machine),
-            payloads=_payloads(machine, motion),
+            scene,
             time=motion.time,
             acceleration=factor * motion.acceleration,
             wrench=None if motion.wrench is None else factor * motion.wrench,
