@@ -59,12 +59,7 @@ impl OwnedBase {
     }
 }
 
-fn body(
-    mass: f64,
-    center: [f64; 3],
-    inertia: [[f64; 3]; 3],
-    inertia_about_reference: bool,
-) -> NominalBody {
+fn body(mass: f64, center: [f64; 3], inertia: [[f64; 3]; 3], inertia_about_reference: bool) -> NominalBody {
     let (center_of_mass, inertia) = (center.into(), matrix3(inertia));
     NominalBody { mass, center_of_mass, inertia, inertia_about_reference }
 }
