@@ -15,7 +15,8 @@ force: of the whole force, and of its dynamic part. "exact" is held against lsim
 so these two show the same figures. Of peaks, the difference is that to the extremes of the history.
 
 Then `simulate` and `peak_loads` in turns on the cart, with clearance and with preload, and how the time of the second
-compares with that of the first, in time of the processor.
+compares with that of the first, in time of the processor; and the parts of `simulate`, beside the least that they can
+take: writing as many bytes as the histories have.
 
 Then fresh processes: `import guideload` (its names are imported when first used, so those that a script needs are
 timed too), and the whole of `guideload run --no-pictures` on 25 s of cart velocity at 1 kHz.
@@ -59,7 +60,7 @@ from reference import cart, cart_clear, cycle, noisy, preloaded
 
 from guideload import Machine, Motion, peak_loads, simulate
 from guideload.simulation.peaks import Peaks
-from guideload.simulation.simulation import Method
+from guideload.simulation.simulation import Method, prepared_run
 
 TURNS, CALLS = 15, 5
 SLOW, EVERY = 0.1, 5  # s, from which on a call is timed once, and in every fifth turn only
@@ -97,7 +98,7 @@ def main() -> None:
     clean, missing = jobs_of(machine, cycle())
     noise, _ = jobs_of(machine, noisy())
     measure([*clean.values(), *noise.values()])
-    ratios = peak_ratios()
+    ratios, parts = peak_ratios(), parts_of_runs()
     imports = {"import guideload": import_time("import guideload"), NAMES: import_time(NAMES)}
     whole, bare = run_time()
     print_details("clean", clean)
@@ -107,6 +108,8 @@ def main() -> None:
     print_markdown(clean, noise)
     for scene, ratio in ratios.items():
         print(f"- `peak_loads` over `simulate`, {scene}: {ratio:.2f}")
+    for scene, times in parts.items():
+        print(f"- `simulate`, {scene}: " + ", ".join(f"{what} {1e3 * t:.2f} ms" for what, t in times.items()))
     for statement, seconds in imports.items():
         print(f"- `{statement}`: {seconds:.3f} s")
     print(f"- `guideload run --no-pictures` on 25 s at 1 kHz: {whole:.2f} s (a bare Python: {bare:.2f} s)")
@@ -169,11 +172,35 @@ def measure(jobs: list[Job]) -> None:
     gc.enable()
 
 
+def scenes() -> dict[str, Machine]:
+    return {"linear": cart(), "5 um clearance": cart_clear(), "preloaded": preloaded()}
+
+
+def parts_of_runs() -> dict[str, dict[str, float]]:
+    """Seconds of the parts of `simulate` under the clean motion: medians, in time of the processor, in turns."""
+    motion, all_times = cycle(), {}
+    for scene, machine in scenes().items():
+        run = prepared_run(machine, motion, "auto", RTOL, None, None, "auto")
+        calls: dict[str, Callable[[], object]] = {
+            "whole": partial(histories, machine, motion, "auto"),
+            "states": partial(run.solution_under, motion.acceleration),
+            "loads from them": partial(run.carriage_loads, solution=run.solution),
+            "bytes": partial(np.ones, run.carriage_loads().shape),
+        }
+        times: dict[str, list[float]] = {what: [] for what in calls}
+        for _ in range(TURNS * CALLS):
+            for what, call in calls.items():
+                start = time.process_time()
+                call()
+                times[what].append(time.process_time() - start)
+        all_times[scene] = {what: statistics.median(those) for what, those in times.items()}
+    return all_times
+
+
 def peak_ratios() -> dict[str, float]:
     """Time of the extremes alone over that of the histories, medians in time of the processor."""
-    machines = {"linear": cart(), "5 um clearance": cart_clear(), "preloaded": preloaded()}
     ratios = {}
-    for scene, machine in machines.items():
+    for scene, machine in scenes().items():
         for title, motion in (("clean", cycle()), ("noisy", noisy())):
             both: dict[Callable[..., object], list[float]] = {histories: [], peaks: []}
             for _ in range(TURNS * CALLS):

@@ -190,6 +190,7 @@ def _by_stability(machine: Machine, motion: Motion, cause: str) -> tuple[str, st
 
     sample_step = median_step(motion.time)
     values = machine.scene.modes()[3]
+    values = values[values.imag >= 0.0]  # one of each pair
     passive = np.minimum(values.real, 0.0) + 1j * values.imag
     longest = float(longest_stable_steps(passive).min())
     why = f"{cause}; rk45 is stable up to steps of {1e3 * longest:.3g} ms"

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.polynomial.polynomial import polyroots, polyval
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike, NDArray
 
 from guideload.base.arrays import Array
@@ -43,28 +43,36 @@ def longest_stable_steps(eigenvalues: ArrayLike) -> Array:
     half plane no longer step is stable. Raises ValueError for a real part above zero.
     """
     values = np.atleast_1d(np.asarray(eigenvalues, dtype=np.complex128))
-    return np.array([_longest_stable_step(value) for value in values])
-
-
-def _longest_stable_step(value: complex) -> float:
-    size = abs(value)
-    if size == 0.0:
-        return np.inf
-    decay = -value.real / size  # -cos θ
-    if decay < -UNDAMPED:
+    longest, moving = np.full(values.shape, np.inf), values != 0.0
+    sizes = np.abs(values[moving])
+    decays = -values[moving].real / sizes  # -cos θ
+    if np.any(decays < -UNDAMPED):
+        value = values[moving][decays.argmin()]
         raise ValueError(f"expected an eigenvalue of a passive scene, real part <= 0, got {value:g} 1/s")
-    decay = 0.0 if decay <= UNDAMPED else decay
-    angle = np.pi - np.arccos(min(decay, 1.0))
-    terms = RK45 * np.exp(1j * angle * np.arange(RK45.size))
-    squared = np.convolve(terms, terms.conj()).real
+    decays = np.minimum(np.where(decays <= UNDAMPED, 0.0, decays), 1.0)
+    turned = np.exp(1j * np.multiply.outer(np.pi - np.arccos(decays), np.arange(RK45.size)))
+    squared = np.array([np.convolve(one, one.conj()).real for one in RK45 * turned]).reshape(sizes.size, -1)
     # Up to the order of the method these are the terms of exp(-2 decay ρ), here without the rounding of the sums.
-    for power in range(6):
-        squared[power] = squared[power - 1] * -2.0 * decay / power if power else 1.0
-    squared[0] = 0.0
-    lowest = int(np.flatnonzero(squared)[0])
-    roots = polyroots(squared[lowest:])
-    real = roots.real[(np.abs(roots.imag) <= 1e-9 * np.abs(roots)) & (roots.real > 0.0)]
-    return float(real.min()) / size
+    squared[:, 0] = 1.0
+    for power in range(1, 6):
+        squared[:, power] = squared[:, power - 1] * -2.0 * decays / power
+    found = np.empty(sizes.shape)
+    for undamped in (False, True):  # then the first five powers have no share
+        rows = (decays == 0.0) == undamped
+        found[rows] = _first_positive_zero(squared[rows, 6 if undamped else 1 :])
+    longest[moving] = found / sizes
+    return longest
+
+
+def _first_positive_zero(coefficients: Array) -> Array:
+    """The first positive zero of polynomials (m, n) in ascending powers: eigenvalues of their companion matrices."""
+    order = coefficients.shape[1] - 1
+    companions = np.zeros((len(coefficients), order, order))
+    companions[:, 1:, :-1] = np.eye(order - 1)
+    companions[:, :, -1] = -coefficients[:, :-1] / coefficients[:, -1:]
+    zeros = np.linalg.eigvals(companions[:, ::-1, ::-1])  # in this order they are more accurate
+    real = (np.abs(zeros.imag) <= 1e-9 * np.abs(zeros)) & (zeros.real > 0.0)
+    return np.asarray(np.min(zeros.real, axis=1, where=real, initial=np.inf))
 
 
 def error_per_period(method: MethodName, steps: float, damping_ratio: float = 0.0) -> tuple[float, float]:
