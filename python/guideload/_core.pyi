@@ -587,3 +587,18 @@ class VariedRun:
 
     def gradient(self, quantity: str, weights: Array, part: str = "total") -> Array:
         """Derivative of a figure (columns,), from its derivatives by a quantity (time, numbers of the quantity)."""
+
+    def at(self, time: Array) -> VariedInstants:
+        """The run at instants (n,) in ascending order, not only at its samples. Raises ArgumentError for others."""
+
+class VariedInstants:
+    """A run of a linear scene at n instants, and its derivatives by time and by each column of values."""
+
+    def inputs(self) -> tuple[Array, Array]:
+        """Accelerations of L's frame and external loads (n, 9), and their derivatives by time."""
+
+    def histories(self, quantity: str, along: Array, part: str = "total") -> tuple[Array, Array, Array]:
+        """Sums of the numbers of a quantity of `VariedRun` with factors `along` (k, numbers of the quantity).
+
+        Their values (n, k), and derivatives by time (n, k) and by the columns (columns, n, k).
+        """

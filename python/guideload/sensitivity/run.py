@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from guideload._core import Solution, VariedRun
@@ -9,6 +11,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.sensitivity.instants import Instants, name_in_core
 from guideload.sensitivity.linearised import Linearised
 from guideload.simulation.point_motion import moved
 from guideload.simulation.start import Start, start_of
@@ -23,7 +26,7 @@ class RunDerivatives:
     motion    with the factors motion.scale and motion.force_scale, where these vary
     solution  the histories themselves, as in `simulate`
 
-    Derivatives are (p, time, ...), at the samples of the motion.
+    Derivatives are (p, time, ...), at the samples of the motion; at other instants: `at`.
     """
 
     def __init__(self, machine: Machine, at_rest: Linearised, motion: Motion, start: Start) -> None:
@@ -32,11 +35,20 @@ class RunDerivatives:
         begin = start_of(self.machine, motion, start)
         inputs = np.ascontiguousarray(motion.acceleration), motion.wrench
         self._run: VariedRun = at_rest.system.run(motion.time, *inputs, start=begin)
-        motion_factor, force_factor = at_rest.system.factors
+        self._begin = begin
+
+    @cached_property
+    def solution(self) -> Solution:
+        motion, (motion_factor, force_factor) = self.motion, self.at_rest.system.factors
         wrench = None if motion.wrench is None else force_factor * motion.wrench
-        self.solution: Solution = at_rest.scene.solve(
-            motion.time, motion_factor * motion.acceleration, wrench, method=METHOD, rtol=RTOL, start=begin
+        acceleration = motion_factor * motion.acceleration
+        return self.at_rest.scene.solve(
+            motion.time, acceleration, wrench, method=METHOD, rtol=RTOL, start=self._begin
         )
+
+    def at(self, time: Array) -> Instants:
+        """The run at instants (n,) [s] in ascending order, between the samples of the motion too."""
+        return Instants(self._run.at(np.ascontiguousarray(time, dtype=np.float64)))
 
     def carriage_loads(self, part: str = "total") -> Array:
         """Of the loads (p, time, carriage, 6), force and moment about the carriage centre in its own axes."""
@@ -73,9 +85,8 @@ class RunDerivatives:
         weights: derivatives of the figure by the quantity, in the shape of its history without p. quantity:
         carriage_loads, link_loads, displacement, velocity, acceleration or reaction.
         """
-        names = {"carriage_loads": "group_loads", "displacement": "position"}
         flat = np.ascontiguousarray(weights, dtype=np.float64).reshape(self.motion.time.size, -1)
-        return self._run.gradient(names.get(quantity, quantity), flat, part)
+        return self._run.gradient(name_in_core(quantity), flat, part)
 
 
 def _require_plain(machine: Machine) -> None:

@@ -47,5 +47,5 @@ mod _core {
     #[pymodule_export]
     use super::variation::PyVariedScene;
     #[pymodule_export]
-    use super::varied_system::{PyVariedRun, PyVariedSystem};
+    use super::varied_system::{PyVariedInstants, PyVariedRun, PyVariedSystem};
 }

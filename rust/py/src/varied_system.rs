@@ -3,10 +3,14 @@
 use std::sync::{Arc, OnceLock};
 
 use guideload::batch::Group;
-use guideload::sensitivity::{History, Quantity, SystemDerivative, Tangents, VariedSystem};
+use guideload::sensitivity::{
+    History, Instants, Outputs, Quantity, SystemDerivative, Tangents, VariedSystem,
+};
 use guideload::{Part, RunError};
 use nalgebra::Matrix6;
-use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{
+    IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -128,29 +132,31 @@ impl PyVariedRun {
         quantity: &str,
         part: &str,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let quantity = self.quantity(quantity, part)?;
-        if self.tangents.get().is_none() {
-            let tangents = compute(py, |watch| {
-                Ok::<_, CoreError>(self.history.tangents(&self.varied, &self.samples.excitation()?, watch)?)
-            })??;
-            self.tangents.get_or_init(|| tangents);
-        }
+        let quantity = named(quantity, part)?;
+        let tangents = self.tangents(py)?;
         let width = quantity.width(&self.varied, &self.groups);
         let shape = [self.varied.derivatives.len(), self.history.states().len(), width];
         let out = zeros(py, &shape)?;
-        if let Some(tangents) = self.tangents.get() {
+        {
             let mut numbers = out.readwrite();
             let numbers = numbers.as_slice_mut()?;
             let finite = compute(py, |_| {
                 let (varied, excitation) = ((&*self.varied, &self.groups[..]), self.samples.excitation()?);
-                self.history.derivatives(tangents, varied, &excitation, quantity, numbers);
-                Ok::<_, CoreError>(numbers.iter().fold(true, |all, x| all & x.is_finite()))
+                Ok::<_, CoreError>(self.history.derivatives(tangents, varied, &excitation, quantity, numbers))
             })??;
-            if !finite {
-                return Err(CoreError::Run(RunError::OutOfRange).into());
-            }
+            require(finite)?;
         }
         Ok(out)
+    }
+
+    /// The run at instants (n,), in ascending order.
+    fn at(&self, py: Python<'_>, time: PyReadonlyArray1<'_, f64>) -> PyResult<PyVariedInstants> {
+        let (tangents, time) = (self.tangents(py)?, numbers(&time, "time")?);
+        let instants = compute(py, |watch| {
+            let excitation = self.samples.excitation()?;
+            Ok::<_, CoreError>(self.history.at(tangents, (&self.varied, &excitation), &time, watch)?)
+        })??;
+        Ok(PyVariedInstants { varied: Arc::clone(&self.varied), groups: self.groups.clone(), instants })
     }
 
     /// Derivative of a figure by each column (columns,), from its derivatives by a quantity (samples, width).
@@ -162,7 +168,7 @@ impl PyVariedRun {
         weights: PyReadonlyArray2<'_, f64>,
         part: &str,
     ) -> PyResult<Array1<'py>> {
-        let quantity = self.quantity(quantity, part)?;
+        let quantity = named(quantity, part)?;
         let weights = numbers(&weights, "weights")?;
         let expected = self.history.states().len() * quantity.width(&self.varied, &self.groups);
         if weights.len() != expected {
@@ -178,18 +184,84 @@ impl PyVariedRun {
 }
 
 impl PyVariedRun {
-    fn quantity(&self, name: &str, part: &str) -> PyResult<Quantity> {
-        let part = convert::part(part)?;
-        match name {
-            "link_loads" => Ok(Quantity::LinkLoads(part)),
-            "group_loads" => Ok(Quantity::GroupLoads(part)),
-            "position" => Ok(Quantity::Position),
-            "velocity" => Ok(Quantity::Velocity),
-            "acceleration" => Ok(Quantity::Acceleration),
-            "reaction" => Ok(Quantity::Reaction),
-            _ => Err(PyValueError::new_err(format!(
-                "quantity: expected link_loads, group_loads, position, velocity, acceleration or reaction, got {name:?}"
-            ))),
+    fn tangents(&self, py: Python<'_>) -> PyResult<&Tangents> {
+        if let Some(tangents) = self.tangents.get() {
+            return Ok(tangents);
         }
+        let tangents = compute(py, |watch| {
+            Ok::<_, CoreError>(self.history.tangents(&self.varied, &self.samples.excitation()?, watch)?)
+        })??;
+        Ok(self.tangents.get_or_init(|| tangents))
+    }
+}
+
+/// A run at some instants, with derivatives by time and by each column of values.
+#[pyclass(name = "VariedInstants", module = "guideload._core", frozen)]
+pub struct PyVariedInstants {
+    varied: Arc<VariedSystem>,
+    groups: Vec<Group>,
+    instants: Instants,
+}
+
+#[pymethods]
+impl PyVariedInstants {
+    /// Accelerations of L's frame and external loads (n, 9), and their derivatives by time.
+    fn inputs<'py>(&self, py: Python<'py>) -> PyResult<(Array2<'py>, Array2<'py>)> {
+        let [inputs, slopes] = self.instants.inputs();
+        Ok((table(py, inputs.iter().copied())?, table(py, slopes.iter().copied())?))
+    }
+
+    /// Sums of the numbers of a quantity with factors `along` (k, width): values (n, k), their derivatives by time (n, k) and by the columns
+    /// (columns, n, k).
+    #[pyo3(signature = (quantity, along, part="total"))]
+    fn histories<'py>(
+        &self,
+        py: Python<'py>,
+        quantity: &str,
+        along: PyReadonlyArray2<'_, f64>,
+        part: &str,
+    ) -> PyResult<(Array2<'py>, Array2<'py>, Bound<'py, PyArray3<f64>>)> {
+        let quantity = named(quantity, part)?;
+        let (sums, got) = (along.shape()[0], along.shape()[1]);
+        let along = numbers(&along, "along")?;
+        let width = quantity.width(&self.varied, &self.groups);
+        if got != width {
+            return Err(PyValueError::new_err(format!("along: expected rows of {width} numbers, got {got}")));
+        }
+        let count = self.instants.count();
+        let (values, slopes) = (zeros(py, &[count, sums])?, zeros(py, &[count, sums])?);
+        let derivatives = zeros(py, &[self.varied.derivatives.len(), count, sums])?;
+        {
+            let (mut values, mut slopes) = (values.readwrite(), slopes.readwrite());
+            let mut derivatives = derivatives.readwrite();
+            let out = Outputs {
+                values: values.as_slice_mut()?,
+                slopes: slopes.as_slice_mut()?,
+                derivatives: derivatives.as_slice_mut()?,
+            };
+            let of = (&*self.varied, &self.groups[..]);
+            require(compute(py, |_| self.instants.write(of, (quantity, &along), out))?)?;
+        }
+        Ok((values, slopes, derivatives))
+    }
+}
+
+fn require(finite: bool) -> PyResult<()> {
+    if finite { Ok(()) } else { Err(CoreError::Run(RunError::OutOfRange).into()) }
+}
+
+/// The quantity with this name, and the part of it if it is a load.
+fn named(name: &str, part: &str) -> PyResult<Quantity> {
+    let part = convert::part(part)?;
+    match name {
+        "link_loads" => Ok(Quantity::LinkLoads(part)),
+        "group_loads" => Ok(Quantity::GroupLoads(part)),
+        "position" => Ok(Quantity::Position),
+        "velocity" => Ok(Quantity::Velocity),
+        "acceleration" => Ok(Quantity::Acceleration),
+        "reaction" => Ok(Quantity::Reaction),
+        _ => Err(PyValueError::new_err(format!(
+            "quantity: expected link_loads, group_loads, position, velocity, acceleration or reaction, got {name:?}"
+        ))),
     }
 }

@@ -168,7 +168,7 @@ impl<'a> Excitation<'a> {
     }
 
     /// The last sample at or before `time` s, by binary search; the first one before all of them.
-    fn sample_before(&self, time: f64) -> usize {
+    pub(crate) fn sample_before(&self, time: f64) -> usize {
         let (mut low, mut high) = (0, self.count() - 1);
         while low < high {
             let middle = (low + high).div_ceil(2);

@@ -28,5 +28,7 @@ pub use method::{Method, Output, Summary};
 pub use named_method::NamedMethod;
 pub use radau::Radau;
 pub use rk45::Rk45;
+#[cfg(feature = "std")]
+pub(crate) use run::check_output;
 pub use run::{run, run_from};
 pub use start::Start;

@@ -177,7 +177,7 @@ impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
     }
 }
 
-fn check_output(output: Output, excitation: &Excitation) -> Result<(), RunError> {
+pub(crate) fn check_output(output: Output, excitation: &Excitation) -> Result<(), RunError> {
     let Output::Times(times) = output else { return Ok(()) };
     let last = excitation.time(excitation.count() - 1);
     let mut from = excitation.time(0);

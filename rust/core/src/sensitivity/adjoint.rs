@@ -5,7 +5,7 @@
 //! outer products.
 
 use super::equations::ModalDerivative;
-use super::tangents::{Interval, LinearRun, Recurring};
+use super::tangents::{Interval, LinearRun, Recurring, components};
 use crate::equations::PropagatorDerivative;
 use crate::numeric::float::add_scaled;
 use crate::numeric::simd::{Kernel, dispatch};
@@ -43,7 +43,8 @@ pub(super) fn through_states(
     (intervals, recurring): (&[Interval], &[Recurring]),
     by_state: &[State],
 ) -> Vec<f64> {
-    let (products, first) = dispatch(Backwards { run, intervals, recurring, by_state });
+    let components = &components(run.excitation)[..];
+    let (products, first) = dispatch(Backwards { run, intervals, recurring, components, by_state });
     let mut out: Vec<f64> = (0..columns.len())
         .map(|column| {
             products.iter().zip(recurring).map(|(products, of)| products.with(&of.derivatives[column])).sum()
@@ -62,6 +63,7 @@ struct Backwards<'a> {
     run: LinearRun<'a>,
     intervals: &'a [Interval],
     recurring: &'a [Recurring],
+    components: &'a [usize],
     by_state: &'a [State],
 }
 
@@ -70,8 +72,12 @@ impl Kernel for Backwards<'_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> Self::Output {
-        let Self { run, intervals, recurring, by_state } = self;
+        let Self { run, intervals, recurring, components, by_state } = self;
         let mut products = vec![Products::NONE; recurring.len()];
+        let mut transposed = Vec::with_capacity(recurring.len());
+        for of in recurring {
+            transposed.push(core::array::from_fn::<[f64; 12], 12, _>(|j| of.change.map(|column| column[j])));
+        }
         let mut adjoint = by_state[by_state.len() - 1];
         for (k, interval) in intervals.iter().enumerate().rev() {
             if let Interval::Propagator(index) = interval
@@ -81,24 +87,17 @@ impl Kernel for Backwards<'_> {
                 for (column, &factor) in to.state.iter_mut().zip(&run.states[k]) {
                     add_scaled(column, &adjoint, factor);
                 }
-                let inputs = to.start.iter_mut().zip(run.excitation.input(k));
-                for (column, factor) in inputs.chain(to.end.iter_mut().zip(run.excitation.input(k + 1))) {
-                    if factor != 0.0 {
-                        add_scaled(column, &adjoint, factor);
-                    }
+                for &component in components {
+                    add_scaled(&mut to.start[component], &adjoint, run.excitation.component(k, component));
+                    add_scaled(&mut to.end[component], &adjoint, run.excitation.component(k + 1, component));
                 }
                 add_scaled(&mut to.constant, &adjoint, 1.0);
-                let change = &recurring[*index].change;
-                let mut back = adjoint;
-                for (entry, column) in back.iter_mut().zip(change) {
-                    let mut sums = [0.0; 4];
-                    for i in (0..12).step_by(4) {
-                        for lane in 0..4 {
-                            sums[lane] += column[i + lane] * adjoint[i + lane];
-                        }
-                    }
-                    *entry += (sums[0] + sums[1]) + (sums[2] + sums[3]);
+                let (mut back, mut second) = (adjoint, [0.0; 12]);
+                for j in (0..12).step_by(2) {
+                    add_scaled(&mut back, &transposed[*index][j], adjoint[j]);
+                    add_scaled(&mut second, &transposed[*index][j + 1], adjoint[j + 1]);
                 }
+                add_scaled(&mut back, &second, 1.0);
                 adjoint = back;
             }
             add_scaled(&mut adjoint, &by_state[k], 1.0);

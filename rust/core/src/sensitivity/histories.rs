@@ -2,38 +2,16 @@
 
 use super::adjoint::through_states;
 use super::error::SensitivityError;
-use super::loads::{group_load, link_load};
-use super::motions::{acceleration_of, reaction_of};
+use super::rows::{Operands, Quantity, Row, WeightedSums, apply, state_weights};
 use super::system::VariedSystem;
-use super::tangents::{LinearRun, Prepared, tangent_states};
+use super::tangents::{LinearRun, Prepared, components, tangent_states};
 use crate::error::Stopped;
 use crate::excitation::Excitation;
 use crate::integrate::{Control, Exact, Output, Start, run_from};
-use crate::numeric::float::add_scaled;
-use crate::numeric::simd::{Kernel, LANES, dispatch};
 use crate::numeric::watch::{Watch, check_memory};
-use crate::output::{
-    Linear, Part, Watched, acceleration, link_load as own_link_load, position, reaction, velocity,
-};
-use crate::system::{ModelLevel, State};
+use crate::output::Watched;
+use crate::system::{Input, ModelLevel, State};
 use crate::variation::Group;
-
-/// What is computed from the states of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Quantity {
-    /// A part of the load of each link along its direction, N.
-    LinkLoads(Part),
-    /// A part of the load of each group about its centre, N and N m.
-    GroupLoads(Part),
-    /// Position of L in the carriage frame, sag included.
-    Position,
-    /// Its velocity.
-    Velocity,
-    /// Its acceleration.
-    Acceleration,
-    /// Reaction of the held degrees of freedom.
-    Reaction,
-}
 
 /// The states of a linear run at the samples of its excitation.
 #[derive(Debug, Clone)]
@@ -44,7 +22,7 @@ pub struct History {
 
 /// The derivatives of the states of a run by each column of values, (column, sample).
 #[derive(Debug, Clone)]
-pub struct Tangents(Vec<State>);
+pub struct Tangents(pub(super) Vec<State>);
 
 impl History {
     /// Runs a linear system. `excitation`: with the factors on the motion.
@@ -119,6 +97,9 @@ impl History {
         let (count, width) = (self.states.len(), quantity.width(varied, groups));
         assert_eq!(weights.len(), count * width, "a weight for every number");
         let columns = varied.derivatives.len();
+        if width == 0 {
+            return Ok(vec![0.0; columns]);
+        }
         let Some(prepared) = Prepared::backwards(varied, excitation) else {
             let tangents = self.tangents(varied, excitation, watch)?;
             let mut all = vec![0.0; columns * count * width];
@@ -126,30 +107,24 @@ impl History {
             let figure = |of: &[f64]| of.iter().zip(weights).map(|(by, weight)| by * weight).sum();
             return Ok(all.chunks_exact(usize::max(count * width, 1)).map(figure).collect());
         };
-        let rows: Vec<Vec<Row>> = (0..columns).map(|column| quantity.rows(varied, groups, column)).collect();
+        let rows: Vec<Vec<Row>> =
+            (0..columns).map(|column| quantity.rows(varied, groups, Some(column))).collect();
         let Some(own) = rows.first() else { return Ok(Vec::new()) };
-        let by_state = dispatch(StateWeights { rows: own, weights });
+        let by_state = state_weights(own, weights);
         let kinds = (&prepared.intervals[..], &prepared.recurring[..]);
         let mut out = through_states(self.run(varied, excitation), &prepared.columns, kinds, &by_state);
         // Directly, at fixed states: the weighted sums of states and inputs are those of every column.
-        for row in 0..width {
-            let (mut state, mut input, mut sum) = ([0.0; 12], [0.0; 9], 0.0);
-            for (k, weights) in weights.chunks_exact(width).enumerate().filter(|(_, w)| w[row] != 0.0) {
-                add_scaled(&mut state, &self.states[k], weights[row]);
-                add_scaled(&mut input, &excitation.input(k), weights[row]);
-                sum += weights[row];
-            }
-            for (out, rows) in out.iter_mut().zip(&rows) {
-                let Row { constant, by_state, by_input, .. } = &rows[row];
-                let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-                *out += constant * sum + dot(by_state, &state) + dot(by_input, &input);
-            }
+        let (inputs, components) = (inputs(excitation), &components(excitation)[..]);
+        let at = Operands { states: &self.states, tangents: &[], inputs: &inputs, components };
+        let sums = WeightedSums::new(at, weights, width);
+        for (out, rows) in out.iter_mut().zip(&rows) {
+            *out += sums.with(rows);
         }
         Ok(out)
     }
 
     /// Derivatives of a quantity by each column, (column, sample, width of the quantity), in the order of its links, groups or degrees of
-    /// freedom.
+    /// freedom. Returns whether all of them are finite.
     ///
     /// # Panics
     /// If the length of `out` is not that of the derivatives.
@@ -160,182 +135,23 @@ impl History {
         excitation: &Excitation,
         quantity: Quantity,
         out: &mut [f64],
-    ) {
+    ) -> bool {
         let count = self.states.len();
         let width = quantity.width(varied, groups);
         assert_eq!(out.len(), varied.derivatives.len() * count * width, "room for every derivative");
+        let (inputs, components) = (inputs(excitation), &components(excitation)[..]);
+        let (mut finite, states) = (true, &self.states[..]);
         for column in 0..varied.derivatives.len() {
-            let rows = quantity.rows(varied, groups, column);
+            let rows = quantity.rows(varied, groups, Some(column));
             let tangents = &tangents[column * count..(column + 1) * count];
             let out = &mut out[column * count * width..(column + 1) * count * width];
-            for (block, rows) in rows.chunks(LANES).enumerate() {
-                let rows = RowBlock::new(rows);
-                let states = &self.states;
-                dispatch(Rows { rows, states, tangents, excitation, from: block * LANES, width, out });
-            }
+            finite &= apply(&rows, Operands { states, tangents, inputs: &inputs, components }, out);
         }
+        finite
     }
 }
 
-impl Quantity {
-    /// Numbers per instant.
-    pub fn width(self, varied: &VariedSystem, groups: &[Group]) -> usize {
-        match self {
-            Self::LinkLoads(_) => varied.system.rows().len(),
-            Self::GroupLoads(_) => 6 * groups.len(),
-            _ => 6,
-        }
-    }
-
-    fn rows(self, varied: &VariedSystem, groups: &[Group], column: usize) -> Vec<Row> {
-        let system = &varied.system;
-        match self {
-            Self::LinkLoads(part) => (0..system.rows().len())
-                .flat_map(|link| {
-                    let own = own_link_load(system, link, part).linear;
-                    rows(&own, &link_load(varied, column, link, part))
-                })
-                .collect(),
-            Self::GroupLoads(part) => groups
-                .iter()
-                .enumerate()
-                .flat_map(|(index, group)| {
-                    let place = varied.place(column, index, group);
-                    let by = group_load(varied, column, group.links.iter().copied(), place, part);
-                    rows(&varied.group_load(index, group, part).linear, &by)
-                })
-                .collect(),
-            Self::Position => {
-                let mut by = Linear::NOTHING;
-                by.constant = varied.derivatives[column].static_position.into();
-                rows(&position(system).linear, &by)
-            }
-            Self::Velocity => rows(&velocity(system).linear, &Linear::NOTHING),
-            Self::Acceleration => rows(&acceleration(system).linear, &acceleration_of(varied, column)),
-            Self::Reaction => rows(&reaction(system).linear, &reaction_of(varied, column)),
-        }
-    }
-}
-
-/// The derivative of one number: `by_tangent · s' + by_state · s + by_input · u + constant`.
-#[derive(Clone, Copy)]
-struct Row {
-    constant: f64,
-    by_tangent: [f64; 12],
-    by_state: [f64; 12],
-    by_input: [f64; 9],
-}
-
-/// The rows of a quantity from itself and its derivative at a fixed state and input.
-fn rows<const ROWS: usize>(own: &Linear<ROWS>, by: &Linear<ROWS>) -> Vec<Row> {
-    let row = |row: usize| Row {
-        constant: by.constant[row],
-        by_tangent: own.by_state.map(|column| column[row]),
-        by_state: by.by_state.map(|column| column[row]),
-        by_input: by.by_input.map(|column| column[row]),
-    };
-    (0..ROWS).map(row).collect()
-}
-
-/// Derivatives of a figure by the state at each sample, through the rows of a quantity.
-struct StateWeights<'a> {
-    rows: &'a [Row],
-    weights: &'a [f64],
-}
-
-impl Kernel for StateWeights<'_> {
-    type Output = Vec<State>;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> Vec<State> {
-        let Self { rows, weights } = self;
-        let mut out = Vec::with_capacity(weights.len() / rows.len());
-        for weights in weights.chunks_exact(rows.len()) {
-            let mut sum = [0.0; 12];
-            for (row, &weight) in rows.iter().zip(weights) {
-                if weight != 0.0 {
-                    add_scaled(&mut sum, &row.by_tangent, weight);
-                }
-            }
-            out.push(sum);
-        }
-        out
-    }
-}
-
-/// Some rows side by side.
-struct RowBlock {
-    count: usize,
-    constant: [f64; LANES],
-    by_tangent: [[f64; LANES]; 12],
-    by_state: [[f64; LANES]; 12],
-    by_input: [[f64; LANES]; 9],
-    has_state: bool,
-    has_input: bool,
-}
-
-impl RowBlock {
-    fn new(rows: &[Row]) -> Self {
-        let mut block = Self {
-            count: rows.len(),
-            constant: [0.0; LANES],
-            by_tangent: [[0.0; LANES]; 12],
-            by_state: [[0.0; LANES]; 12],
-            by_input: [[0.0; LANES]; 9],
-            has_state: rows.iter().any(|row| row.by_state != [0.0; 12]),
-            has_input: rows.iter().any(|row| row.by_input != [0.0; 9]),
-        };
-        for (lane, row) in rows.iter().enumerate() {
-            block.constant[lane] = row.constant;
-            for j in 0..12 {
-                (block.by_tangent[j][lane], block.by_state[j][lane]) = (row.by_tangent[j], row.by_state[j]);
-            }
-            for j in 0..9 {
-                block.by_input[j][lane] = row.by_input[j];
-            }
-        }
-        block
-    }
-}
-
-/// Writes some rows at all instants to `out[instant * width + from..]`.
-struct Rows<'a> {
-    rows: RowBlock,
-    states: &'a [State],
-    tangents: &'a [State],
-    excitation: &'a Excitation<'a>,
-    from: usize,
-    width: usize,
-    out: &'a mut [f64],
-}
-
-impl Kernel for Rows<'_> {
-    type Output = ();
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) {
-        let Self { rows, states, tangents, excitation, from, width, out } = self;
-        for (k, (tangent, out)) in tangents.iter().zip(out.chunks_exact_mut(width)).enumerate() {
-            let (mut sum, mut second) = (rows.constant, [0.0; LANES]);
-            for j in 0..6 {
-                add_scaled(&mut sum, &rows.by_tangent[j], tangent[j]);
-                add_scaled(&mut second, &rows.by_tangent[6 + j], tangent[6 + j]);
-            }
-            if rows.has_state {
-                for j in 0..6 {
-                    add_scaled(&mut sum, &rows.by_state[j], states[k][j]);
-                    add_scaled(&mut second, &rows.by_state[6 + j], states[k][6 + j]);
-                }
-            }
-            if rows.has_input {
-                for (column, value) in rows.by_input.iter().zip(excitation.input(k)) {
-                    add_scaled(&mut sum, column, value);
-                }
-            }
-            for i in 0..LANES {
-                sum[i] += second[i];
-            }
-            out[from..from + rows.count].copy_from_slice(&sum[..rows.count]);
-        }
-    }
+/// The inputs at the samples.
+fn inputs(excitation: &Excitation) -> Vec<Input> {
+    (0..excitation.count()).map(|k| excitation.input(k)).collect()
 }

@@ -2,19 +2,24 @@
 //!
 //! A value enters the numbers of a scene linearly ([`Change`](crate::variation::Change)), so their derivatives are factors: nothing is
 //! differenced. `scene` (derivatives of mass matrix, weight and links by each column of values) → `system` (of the static position, the
-//! loads at rest and the stiffness in the modes) → `loads`, `motions` (of what is computed from a state) and `equations` (of those in the
-//! modes) → `tangents` (of the states of a linear run), `adjoint` (of one figure) → `histories` (of all that is computed from them).
+//! loads at rest and the stiffness in the modes) → `loads`, `motions`, `rows` (of what is computed from a state) and `equations` (of those in the
+//! modes) → `tangents` (of the states of a linear run), `adjoint` (of one figure) → `histories` (of all that is computed from them, at the
+//! samples), `instants` (between them).
 
 mod adjoint;
 mod equations;
 mod error;
 mod histories;
+mod instants;
 mod loads;
 mod motions;
+mod rows;
 mod scene;
 mod system;
 mod tangents;
 
 pub use error::SensitivityError;
-pub use histories::{History, Quantity, Tangents};
+pub use histories::{History, Tangents};
+pub use instants::{Instants, Outputs};
+pub use rows::Quantity;
 pub use system::{LinkDerivative, SystemDerivative, VariedSystem};

@@ -10,7 +10,7 @@ use crate::numeric::watch::Watch;
 use crate::system::{Force, Input, NO_FORCE, State};
 
 /// How often a length of interval must occur so that derivatives of its propagator are computed, which cost as much as some forty series.
-const MIN_OCCURRENCES: usize = 48;
+pub(super) const MIN_OCCURRENCES: usize = 48;
 
 /// What a run of a linear system depends on.
 #[derive(Debug, Clone, Copy)]
@@ -36,8 +36,34 @@ pub(super) enum Interval {
 
 /// A length of interval that recurs: E, and the derivatives of the propagator by each column.
 pub(super) struct Recurring {
+    /// s.
+    pub length: f64,
     pub change: [[f64; 12]; 12],
     pub derivatives: Vec<PropagatorDerivative>,
+}
+
+impl Recurring {
+    /// The tangent of a column at the end of the interval.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn step(
+        &self,
+        column: usize,
+        tangent: &State,
+        state: &State,
+        ends: [&Input; 2],
+        components: &[usize],
+    ) -> State {
+        let (mut sum, mut second) = (*tangent, [0.0; 12]);
+        self.derivatives[column].add_to(&mut sum, state, ends, components);
+        for j in (0..12).step_by(2) {
+            add_scaled(&mut sum, &self.change[j], tangent[j]);
+            add_scaled(&mut second, &self.change[j + 1], tangent[j + 1]);
+        }
+        for i in 0..12 {
+            sum[i] += second[i];
+        }
+        sum
+    }
 }
 
 /// The derivatives of a run that all its samples share.
@@ -48,7 +74,8 @@ pub(super) struct Prepared {
 }
 
 impl Prepared {
-    fn new(varied: &VariedSystem, (intervals, lengths): (Vec<Interval>, Vec<f64>)) -> Self {
+    /// For intervals, and the lengths that recur.
+    pub(super) fn new(varied: &VariedSystem, (intervals, lengths): (Vec<Interval>, Vec<f64>)) -> Self {
         let columns: Vec<ModalDerivative> =
             (0..varied.derivatives.len()).map(|column| ModalDerivative::new(varied, column)).collect();
         let recurring = lengths
@@ -60,12 +87,12 @@ impl Prepared {
 
     /// For the tangents of all columns.
     fn forwards(varied: &VariedSystem, excitation: &Excitation) -> Self {
-        Self::new(varied, intervals(excitation, MIN_OCCURRENCES))
+        Self::new(varied, intervals(lengths(excitation), MIN_OCCURRENCES))
     }
 
     /// For the adjoint state, if there are few enough lengths of interval.
     pub(super) fn backwards(varied: &VariedSystem, excitation: &Excitation) -> Option<Self> {
-        let intervals = intervals(excitation, 1);
+        let intervals = intervals(lengths(excitation), 1);
         (intervals.1.len() <= MOST_LENGTHS).then(|| Self::new(varied, intervals))
     }
 }
@@ -88,7 +115,7 @@ impl Kernel for Derivatives<'_> {
         for column in self.columns {
             derivatives.push(stages.derivative(&column.equations, system.influence(), &NO_FORCE));
         }
-        Recurring { change: *stages.change(), derivatives }
+        Recurring { length: self.length, change: *stages.change(), derivatives }
     }
 }
 
@@ -98,8 +125,7 @@ const MOST_LENGTHS: usize = 256;
 /// Writes the derivatives of the states by each column to `out`, (column, sample). Returns false if the watch stopped it.
 pub(super) fn tangent_states(run: LinearRun, watch: Watch, out: &mut [State]) -> bool {
     let prepared = &Prepared::forwards(run.varied, run.excitation);
-    let peak = run.excitation.peak();
-    let components: &[usize] = &(0..9).filter(|&component| peak[component] > 0.0).collect::<Vec<_>>();
+    let components = &components(run.excitation)[..];
     let mut tangents = vec![[0.0; 12]; prepared.columns.len()];
     if run.quasi_static {
         for (tangent, column) in tangents.iter_mut().zip(&prepared.columns) {
@@ -109,9 +135,19 @@ pub(super) fn tangent_states(run: LinearRun, watch: Watch, out: &mut [State]) ->
     dispatch(Tangents { run, prepared, components, tangents, watch, out })
 }
 
-/// How each interval is passed, and the lengths that occur so often that their propagators are computed.
-fn intervals(excitation: &Excitation, occurrences: usize) -> (Vec<Interval>, Vec<f64>) {
-    let all: Vec<f64> = (1..excitation.count()).map(|k| excitation.interval(k - 1)).collect();
+/// The components of the input that are not zero throughout.
+pub(super) fn components(excitation: &Excitation) -> Vec<usize> {
+    let peak = excitation.peak();
+    (0..9).filter(|&component| peak[component] > 0.0).collect()
+}
+
+fn lengths(excitation: &Excitation) -> impl Iterator<Item = f64> {
+    (1..excitation.count()).map(|k| excitation.interval(k - 1))
+}
+
+/// How intervals of these lengths are passed, and the lengths that occur so often that their propagators are computed.
+pub(super) fn intervals(lengths: impl Iterator<Item = f64>, occurrences: usize) -> (Vec<Interval>, Vec<f64>) {
+    let all: Vec<f64> = lengths.collect();
     let mut sorted = all.clone();
     sorted.sort_unstable_by(f64::total_cmp);
     let equal = sorted.chunk_by(|a, b| a == b);
@@ -175,22 +211,9 @@ impl Kernel for Tangents<'_> {
             for (column, tangent) in tangents.iter_mut().enumerate() {
                 for at in k..end {
                     if let Interval::Propagator(index) = intervals[at] {
-                        let Recurring { change, derivatives } = &recurring[index];
-                        let ends = [run.excitation.input(at), run.excitation.input(at + 1)];
-                        let (mut sum, mut second) = (*tangent, [0.0; 12]);
-                        derivatives[column].add_to(
-                            &mut sum,
-                            &run.states[at],
-                            [&ends[0], &ends[1]],
-                            components,
-                        );
-                        for j in (0..12).step_by(2) {
-                            add_scaled(&mut sum, &change[j], tangent[j]);
-                            add_scaled(&mut second, &change[j + 1], tangent[j + 1]);
-                        }
-                        for i in 0..12 {
-                            tangent[i] = sum[i] + second[i];
-                        }
+                        let ends = [&run.excitation.input(at), &run.excitation.input(at + 1)];
+                        let state = &run.states[at];
+                        *tangent = recurring[index].step(column, tangent, state, ends, components);
                     }
                     out[column * count + at + 1] = *tangent;
                 }
@@ -205,15 +228,15 @@ impl Kernel for Tangents<'_> {
 /// relative to the state.
 const TERMS: usize = 24;
 
-/// Passes an interval by power series of the state and its derivatives.
+/// Passes an interval by power series of the state and its derivatives. Returns the state at its end.
 #[cfg_attr(feature = "std", inline(always))]
-fn by_series(
+pub(super) fn by_series(
     varied: &VariedSystem,
     columns: &[ModalDerivative],
     series: &PowerSeries,
     (length, state, ends): (f64, &State, &[Input; 2]),
     tangents: &mut [State],
-) {
+) -> State {
     let system = &varied.system;
     let parts = series.parts(length);
     let tau = length / parts;
@@ -246,11 +269,12 @@ fn by_series(
         }
         part += 1.0;
     }
+    start
 }
 
 /// Modal force of an input.
 #[cfg_attr(feature = "std", inline(always))]
-fn modal(influence: &[Force; 9], input: &Input) -> Force {
+pub(super) fn modal(influence: &[Force; 9], input: &Input) -> Force {
     let mut force = NO_FORCE;
     for (column, &value) in influence.iter().zip(input) {
         add_scaled(&mut force, column, value);
