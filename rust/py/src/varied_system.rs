@@ -1,9 +1,9 @@
 //! A system and its derivatives by the values that vary.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use guideload::batch::Group;
-use guideload::sensitivity::{History, Quantity, SystemDerivative, Tangents, VariedSystem};
+use guideload::sensitivity::{History, Quantity, SystemDerivative, VariedSystem};
 use guideload::{Part, RunError};
 use nalgebra::Matrix6;
 use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
@@ -98,7 +98,7 @@ impl PyVariedSystem {
         let history = compute(py, |watch| {
             Ok::<_, CoreError>(History::new(&varied, &samples.excitation()?, start, watch)?)
         })??;
-        Ok(PyVariedRun { varied, groups: self.groups.clone(), samples, history, tangents: OnceLock::new() })
+        Ok(PyVariedRun { varied, groups: self.groups.clone(), samples, history })
     }
 
     /// Indices of the links without contact at rest, which enter the modes with their nominal stiffness.
@@ -115,7 +115,6 @@ pub struct PyVariedRun {
     /// With the factors on the motion.
     samples: Samples,
     history: History,
-    tangents: OnceLock<Tangents>,
 }
 
 #[pymethods]
@@ -129,16 +128,13 @@ impl PyVariedRun {
         part: &str,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let quantity = self.quantity(quantity, part)?;
-        if self.tangents.get().is_none() {
-            let tangents = compute(py, |watch| {
-                Ok::<_, CoreError>(self.history.tangents(&self.varied, &self.samples.excitation()?, watch)?)
-            })??;
-            self.tangents.get_or_init(|| tangents);
-        }
+        let tangents = compute(py, |watch| {
+            Ok::<_, CoreError>(self.history.tangents(&self.varied, &self.samples.excitation()?, watch)?)
+        })??;
         let width = quantity.width(&self.varied, &self.groups);
         let shape = [self.varied.derivatives.len(), self.history.states().len(), width];
         let out = zeros(py, &shape)?;
-        if let Some(tangents) = self.tangents.get() {
+        {
             let mut numbers = out.readwrite();
             let numbers = numbers.as_slice_mut()?;
             let finite = compute(py, |_| {

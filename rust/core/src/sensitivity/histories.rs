@@ -1,6 +1,10 @@
-//! Derivatives of the histories of a linear run: loads of links and groups, motion of L, reactions.
+//! Derivatives of the histories of a run: loads of links and groups, motion of L, reactions.
+
+use std::ops::Range;
+use std::sync::OnceLock;
 
 use super::adjoint::through_states;
+use super::contacts::{ContactChanges, Recorded};
 use super::error::SensitivityError;
 use super::loads::{group_load, link_load};
 use super::motions::{acceleration_of, reaction_of};
@@ -35,11 +39,14 @@ pub enum Quantity {
     Reaction,
 }
 
-/// The states of a linear run at the samples of its excitation.
+/// The states of a run at the samples of its excitation.
 #[derive(Debug, Clone)]
 pub struct History {
     states: Vec<State>,
+    contacts: Option<ContactChanges>,
     quasi_static: bool,
+    /// Once computed.
+    tangents: OnceLock<Tangents>,
 }
 
 /// The derivatives of the states of a run by each column of values, (column, sample).
@@ -47,10 +54,10 @@ pub struct History {
 pub struct Tangents(Vec<State>);
 
 impl History {
-    /// Runs a linear system. `excitation`: with the factors on the motion.
+    /// Runs a system. `excitation`: with the factors on the motion.
     ///
     /// # Errors
-    /// [`SensitivityError::Nonlinear`]; [`SensitivityError::Factor`] for a derivative by a factor on the motion that is zero; and those of a
+    /// [`SensitivityError::Preloaded`]; [`SensitivityError::AtSample`]; [`SensitivityError::Factor`] for a derivative by a factor on the motion that is zero; and those of a
     /// run.
     pub fn new(
         varied: &VariedSystem,
@@ -59,8 +66,8 @@ impl History {
         watch: Watch,
     ) -> Result<Self, SensitivityError> {
         let system = &varied.system;
-        if system.model_level() != ModelLevel::Linear {
-            return Err(SensitivityError::Nonlinear);
+        if system.model_level() == ModelLevel::SmoothNonlinear {
+            return Err(SensitivityError::Preloaded);
         }
         let by_zero = |kind: usize| {
             varied.factors[kind] == 0.0 && varied.derivatives.iter().any(|by| by.factors[kind] != 0.0)
@@ -68,10 +75,16 @@ impl History {
         if by_zero(0) || by_zero(1) {
             return Err(SensitivityError::Factor);
         }
-        let mut record = Watched { record: Vec::new(), watch };
+        let mut record = Watched { record: Recorded::default(), watch };
         let control = Control::Adaptive { rtol: 1e-6 };
         run_from(system, &Exact::<8>, control, start, excitation, Output::Samples, &mut record)?;
-        Ok(Self { states: record.record, quasi_static: start == Start::QuasiStatic })
+        let quasi_static = start == Start::QuasiStatic;
+        if system.model_level() == ModelLevel::Linear {
+            let (states, tangents) = (record.record.states, OnceLock::new());
+            return Ok(Self { states, contacts: None, quasi_static, tangents });
+        }
+        let (contacts, states) = ContactChanges::new(varied, excitation, record.record)?;
+        Ok(Self { states, contacts: Some(contacts), quasi_static, tangents: OnceLock::new() })
     }
 
     /// The states.
@@ -80,7 +93,8 @@ impl History {
     }
 
     fn run<'a>(&'a self, varied: &'a VariedSystem, excitation: &'a Excitation) -> LinearRun<'a> {
-        LinearRun { varied, excitation, states: &self.states, quasi_static: self.quasi_static }
+        let (states, contacts) = (&self.states[..], self.contacts.as_ref());
+        LinearRun { varied, excitation, states, contacts, quasi_static: self.quasi_static }
     }
 
     /// The derivatives of the states by each column.
@@ -92,14 +106,17 @@ impl History {
         varied: &VariedSystem,
         excitation: &Excitation,
         watch: Watch,
-    ) -> Result<Tangents, SensitivityError> {
+    ) -> Result<&Tangents, SensitivityError> {
+        if let Some(known) = self.tangents.get() {
+            return Ok(known);
+        }
         let count = varied.derivatives.len().saturating_mul(self.states.len());
         check_memory(count.saturating_mul(size_of::<State>()))?;
         let mut tangents = vec![[0.0; 12]; count];
         if !tangent_states(self.run(varied, excitation), watch, &mut tangents) {
             return Err(Stopped::Interrupted.into());
         }
-        Ok(Tangents(tangents))
+        Ok(self.tangents.get_or_init(|| Tangents(tangents)))
     }
 
     /// The derivative of a figure by each column, from its derivatives `weights` by a quantity at each sample, (sample, width).
@@ -119,10 +136,12 @@ impl History {
         let (count, width) = (self.states.len(), quantity.width(varied, groups));
         assert_eq!(weights.len(), count * width, "a weight for every number");
         let columns = varied.derivatives.len();
-        let Some(prepared) = Prepared::backwards(varied, excitation) else {
+        let linear = self.contacts.is_none();
+        let Some(prepared) = linear.then(|| Prepared::backwards(varied, excitation)).flatten() else {
             let tangents = self.tangents(varied, excitation, watch)?;
             let mut all = vec![0.0; columns * count * width];
-            self.derivatives(&tangents, (varied, groups), excitation, quantity, &mut all);
+            let of = |sample: usize| weights[sample * width..(sample + 1) * width].iter().any(|w| *w != 0.0);
+            self.derivatives_where(of, tangents, (varied, groups), excitation, quantity, &mut all);
             let figure = |of: &[f64]| of.iter().zip(weights).map(|(by, weight)| by * weight).sum();
             return Ok(all.chunks_exact(usize::max(count * width, 1)).map(figure).collect());
         };
@@ -155,6 +174,19 @@ impl History {
     /// If the length of `out` is not that of the derivatives.
     pub fn derivatives(
         &self,
+        tangents: &Tangents,
+        varied: (&VariedSystem, &[Group]),
+        excitation: &Excitation,
+        quantity: Quantity,
+        out: &mut [f64],
+    ) {
+        self.derivatives_where(|_| true, tangents, varied, excitation, quantity, out);
+    }
+
+    /// [`History::derivatives`] at some samples; the others are left as they are.
+    fn derivatives_where(
+        &self,
+        wanted: impl Fn(usize) -> bool,
         Tangents(tangents): &Tangents,
         (varied, groups): (&VariedSystem, &[Group]),
         excitation: &Excitation,
@@ -164,16 +196,39 @@ impl History {
         let count = self.states.len();
         let width = quantity.width(varied, groups);
         assert_eq!(out.len(), varied.derivatives.len() * count * width, "room for every derivative");
-        for column in 0..varied.derivatives.len() {
-            let rows = quantity.rows(varied, groups, column);
-            let tangents = &tangents[column * count..(column + 1) * count];
-            let out = &mut out[column * count * width..(column + 1) * count * width];
-            for (block, rows) in rows.chunks(LANES).enumerate() {
-                let rows = RowBlock::new(rows);
-                let states = &self.states;
-                dispatch(Rows { rows, states, tangents, excitation, from: block * LANES, width, out });
+        for (varied, samples) in self.pieces(varied, wanted) {
+            for column in 0..varied.derivatives.len() {
+                let rows = quantity.rows(varied, groups, column);
+                let tangents = &tangents[column * count..(column + 1) * count];
+                let out = &mut out[column * count * width..(column + 1) * count * width];
+                for (block, rows) in rows.chunks(LANES).enumerate() {
+                    let (rows, states, samples) = (RowBlock::new(rows), &self.states[..], &samples[..]);
+                    let from = block * LANES;
+                    dispatch(Rows { rows, samples, states, tangents, excitation, from, width, out });
+                }
             }
         }
+    }
+
+    /// The systems that hold during the run, and the samples at which they do, as far as these are wanted.
+    fn pieces<'a>(
+        &'a self,
+        varied: &'a VariedSystem,
+        wanted: impl Fn(usize) -> bool,
+    ) -> Vec<(&'a VariedSystem, Vec<Range<usize>>)> {
+        let mut out: Vec<(&VariedSystem, Vec<Range<usize>>)> = match &self.contacts {
+            None => vec![(varied, Vec::new())],
+            Some(contacts) => contacts.pieces.iter().map(|piece| (&piece.varied, Vec::new())).collect(),
+        };
+        for sample in (0..self.states.len()).filter(|&sample| wanted(sample)) {
+            let ranges = &mut out[self.contacts.as_ref().map_or(0, |of| of.at_samples[sample])].1;
+            match ranges.last_mut() {
+                Some(last) if last.end == sample => last.end += 1,
+                _ => ranges.push(sample..sample + 1),
+            }
+        }
+        out.retain(|(_, ranges)| !ranges.is_empty());
+        out
     }
 }
 
@@ -298,9 +353,10 @@ impl RowBlock {
     }
 }
 
-/// Writes some rows at all instants to `out[instant * width + from..]`.
+/// Writes some rows at these samples to `out[instant * width + from..]`.
 struct Rows<'a> {
     rows: RowBlock,
+    samples: &'a [Range<usize>],
     states: &'a [State],
     tangents: &'a [State],
     excitation: &'a Excitation<'a>,
@@ -314,8 +370,9 @@ impl Kernel for Rows<'_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
-        let Self { rows, states, tangents, excitation, from, width, out } = self;
-        for (k, (tangent, out)) in tangents.iter().zip(out.chunks_exact_mut(width)).enumerate() {
+        let Self { rows, samples, states, tangents, excitation, from, width, out } = self;
+        for k in samples.iter().flat_map(Clone::clone) {
+            let (tangent, out) = (&tangents[k], &mut out[k * width..(k + 1) * width]);
             let (mut sum, mut second) = (rows.constant, [0.0; LANES]);
             for j in 0..6 {
                 add_scaled(&mut sum, &rows.by_tangent[j], tangent[j]);

@@ -3,15 +3,17 @@
 //! A value enters the numbers of a scene linearly ([`Change`](crate::variation::Change)), so their derivatives are factors: nothing is
 //! differenced. `scene` (derivatives of mass matrix, weight and links by each column of values) → `system` (of the static position, the
 //! loads at rest and the stiffness in the modes) → `loads`, `motions` (of what is computed from a state) and `equations` (of those in the
-//! modes) → `tangents` (of the states of a linear run), `adjoint` (of one figure) → `histories` (of all that is computed from them).
+//! modes) → `tangents` (of the states of a linear run), `segments`, `contacts` (of a run with contact changes), `adjoint` (of one figure of a linear run) → `histories` (of all that is computed from them).
 
 mod adjoint;
+mod contacts;
 mod equations;
 mod error;
 mod histories;
 mod loads;
 mod motions;
 mod scene;
+mod segments;
 mod system;
 mod tangents;
 
