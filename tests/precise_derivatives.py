@@ -6,6 +6,7 @@ With 70 digits the difference loses 20 of them, and its error is 1e-40 of the th
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import Any
 
 import mpmath
@@ -16,6 +17,7 @@ from reference import DIGITS, precise
 
 from guideload import Machine, Motion
 
+Compute = Callable[[Machine, Motion], dict[str, Any]]
 STEP = mpmath.mpf(10) ** -20
 SIZE_OF_ZERO = 0.1  # of a value that is 0, in its SI unit
 PART = re.compile(r'(rails|carriages|links)\["?([^"]+?)"?\]\.(.+)')
@@ -48,7 +50,9 @@ def _with_key(part: Any, key: str, value: Any) -> Any:
         rows = [list(row) for row in old]
         rows[i][j] = rows[j][i] = value
         return _unchecked(part, key, rows)
-    if axes:
+    if hasattr(old, axes):
+        value = _unchecked(old, axes, value)
+    elif axes:
         value = _with(old, ("yz" if len(old) == 2 else "xyz").index(axes), value)
     return _unchecked(part, key, value)
 
@@ -57,12 +61,14 @@ def _with(values: Any, index: int, value: Any) -> list[Any]:
     return [value if i == index else old for i, old in enumerate(values)]
 
 
-def differences(machine: Machine, motion: Motion, path: str, value: float) -> dict[str, NDArray[np.float64]]:
-    """The derivative of every field of `reference.Reference` by the value at a path, rounded once to float64."""
+def differences(
+    machine: Machine, motion: Motion, path: str, value: float, compute: Compute = precise
+) -> dict[str, NDArray[np.float64]]:
+    """The derivative of every field that `compute` gives by the value at a path, rounded once to float64."""
     with mpmath.workdps(DIGITS):
         step = STEP * (abs(mpmath.mpf(value)) or SIZE_OF_ZERO)
         ends = [mpmath.mpf(value) + sign * step for sign in (1, -1)]
-        high, low = (precise(with_value(machine, path, end), motion) for end in ends)
+        high, low = (compute(with_value(machine, path, end), motion) for end in ends)
         found = {name: (_flat(high[name]) - _flat(low[name])) / (2 * step) for name in high if name != "time"}
         shapes = {name: np.array(values, dtype=object).shape for name, values in low.items()}
         return {name: np.array(of.astype(float)).reshape(shapes[name]) for name, of in found.items()}

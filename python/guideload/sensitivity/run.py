@@ -20,7 +20,7 @@ METHOD, RTOL = "exact", 1e-6  # the exact method does not use the tolerance
 
 
 class RunDerivatives:
-    """The run of a linear machine by the method exact, and its exact derivatives by p columns.
+    """The run of a machine by the method exact, and its exact derivatives by p columns.
 
     at_rest   the machine with the values of the columns, at rest
     motion    with the factors motion.scale and motion.force_scale, where these vary
@@ -80,7 +80,8 @@ class RunDerivatives:
         return moved(self.machine, of_reference)
 
     def gradient(self, weights: Array, quantity: str = "carriage_loads", part: str = "total") -> Array:
-        """Derivatives (p,) of one figure of a run, backwards in time: at the cost of some runs for any p.
+        """Derivatives (p,) of one figure of a run, backwards in time: at the cost of some runs for any p. Of
+        a machine with clearance, sides or curves it is summed over the derivatives of the histories.
 
         weights: derivatives of the figure by the quantity, in the shape of its history without p. quantity:
         carriage_loads, link_loads, displacement, velocity, acceleration or reaction.
@@ -96,8 +97,8 @@ def _require_plain(machine: Machine) -> None:
             "drive: the push of the rack depends on the force of the drive, which derivatives do not follow; leave "
             "pressure_angle and push_direction out, or vary the machine in a study"
         )
-    if machine.model_level != "linear":
+    if machine.model_level == "smooth nonlinear":
         raise ArgumentError(
-            f"carriages, links: derivatives of histories are for linear links, but {machine.name} is "
-            f"{machine.model_level}; take derivatives of static loads and modes (VariedMachine.at), or a study"
+            f"carriages, links: derivatives of histories are for links without preload, which {machine.name} "
+            "has; take derivatives of static loads and modes (VariedMachine.at), or a study"
         )

@@ -1,6 +1,6 @@
 //! A system and its derivatives by the values that vary.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use guideload::batch::Group;
 use guideload::sensitivity::{
@@ -102,7 +102,7 @@ impl PyVariedSystem {
         let history = compute(py, |watch| {
             Ok::<_, CoreError>(History::new(&varied, &samples.excitation()?, start, watch)?)
         })??;
-        Ok(PyVariedRun { varied, groups: self.groups.clone(), samples, history, tangents: OnceLock::new() })
+        Ok(PyVariedRun { varied, groups: self.groups.clone(), samples, history })
     }
 
     /// Indices of the links without contact at rest, which enter the modes with their nominal stiffness.
@@ -119,7 +119,6 @@ pub struct PyVariedRun {
     /// With the factors on the motion.
     samples: Samples,
     history: History,
-    tangents: OnceLock<Tangents>,
 }
 
 #[pymethods]
@@ -185,13 +184,9 @@ impl PyVariedRun {
 
 impl PyVariedRun {
     fn tangents(&self, py: Python<'_>) -> PyResult<&Tangents> {
-        if let Some(tangents) = self.tangents.get() {
-            return Ok(tangents);
-        }
-        let tangents = compute(py, |watch| {
+        Ok(compute(py, |watch| {
             Ok::<_, CoreError>(self.history.tangents(&self.varied, &self.samples.excitation()?, watch)?)
-        })??;
-        Ok(self.tangents.get_or_init(|| tangents))
+        })??)
     }
 }
 

@@ -122,6 +122,11 @@ impl<'a> Contacts<'a> {
         change
     }
 
+    /// Index of each nonlinear link in the system, and its present segment.
+    pub(crate) fn present(&self) -> &[(usize, u8)] {
+        self.segments.present()
+    }
+
     /// Switches to the equations after the change that ended the step, in `state`.
     #[inline(never)]
     pub(crate) fn cross(&mut self, state: &State) {

@@ -111,6 +111,11 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
         changes
     }
 
+    /// Index of each nonlinear link in the system, and its present segment.
+    pub(super) fn present(&self) -> &[(usize, u8)] {
+        self.links.as_slice()
+    }
+
     /// How much later than in `state` a link is where it counts as past its upper (`up`) or lower edge, s; none if it is there within half
     /// the tolerance of the edge, or does not move there.
     #[cfg_attr(feature = "std", inline(always))]
@@ -188,15 +193,8 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
                 equations.add(row, 0.0, 0.0, true);
                 continue;
             }
-            let (load_at_zero, stiffness) = row.link.law().segment(segment as usize);
-            // Exactly zero on the segment of rest, so that a body at rest stays at rest to the last bit.
-            let excess = if segment as usize == row.link.law().segment_of(row.rest) {
-                0.0
-            } else {
-                fma(stiffness, row.rest, load_at_zero) - row.load
-            };
-            // In its clearance a link has no stiffness.
-            equations.add(row, stiffness, excess, stiffness > 0.0 || !row.link.is_damped_in_contact());
+            let (stiffness, excess, damped) = row.on_segment(segment as usize);
+            equations.add(row, stiffness, excess, damped);
         }
         let equations = equations.with_key(key);
         Combination { equations, series: PowerSeries::new(&equations), growth_rate: growth_rate(&equations) }

@@ -101,6 +101,11 @@ impl<'a> SmoothContacts<'a> {
         self.change.map(|change| change.theta)
     }
 
+    /// Index of each nonlinear link in the system, and its present segment.
+    pub(crate) fn present(&self) -> &[(usize, u8)] {
+        self.segments.present()
+    }
+
     /// Work of all searches so far.
     pub(crate) fn searched(&self) -> usize {
         self.examined / EXAMINED_PER_WORK

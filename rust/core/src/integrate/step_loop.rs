@@ -165,6 +165,12 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             core::mem::swap(state, next);
             if change.is_some() {
                 self.equations.cross(state);
+                let since = if last { length } else { done + ramp.h };
+                self.recorder.record.contact_change(
+                    (interval.first, since),
+                    state,
+                    self.equations.segments(),
+                );
             }
             self.steps.at_edge = change.is_some() && !C::Equations::LINEAR;
             self.summary.steps += 1;

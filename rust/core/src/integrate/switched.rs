@@ -33,6 +33,9 @@ pub(super) trait SwitchedEquations {
     /// Switches to the equations after the change that ended the step, in `state`.
     fn cross(&mut self, state: &State);
 
+    /// Index of each nonlinear link in the system, and the segment of its law that it is on.
+    fn segments(&self) -> &[(usize, u8)];
+
     /// Number of changes so far.
     fn changes(&self) -> usize;
 
@@ -75,6 +78,10 @@ impl<E: Equations> SwitchedEquations for Unswitched<'_, E> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn cross(&mut self, _: &State) {}
+
+    fn segments(&self) -> &[(usize, u8)] {
+        &[]
+    }
 
     fn changes(&self) -> usize {
         0
@@ -119,6 +126,10 @@ impl SwitchedEquations for Contacts<'_> {
 
     fn cross(&mut self, state: &State) {
         Contacts::cross(self, state);
+    }
+
+    fn segments(&self) -> &[(usize, u8)] {
+        self.present()
     }
 
     fn changes(&self) -> usize {
@@ -172,6 +183,10 @@ impl<'a> SwitchedEquations for SmoothContacts<'a> {
 
     fn cross(&mut self, state: &State) {
         SmoothContacts::cross(self, state);
+    }
+
+    fn segments(&self) -> &[(usize, u8)] {
+        self.present()
     }
 
     fn changes(&self) -> usize {

@@ -106,6 +106,13 @@ impl Link {
         Ok(link)
     }
 
+    /// The link while it stays on a segment of its law, about the load there, with its damper if `damped`.
+    #[cfg(feature = "std")]
+    pub(crate) fn on_segment(&self, segment: usize, damped: bool) -> Self {
+        let damping = if damped { self.damping } else { 0.0 };
+        Self { law: self.law.slope_of(segment), damping, damping_in_contact: false, ..*self }
+    }
+
     /// The link with its foot moved by `offset` m along its direction, as by a mounting error of its rail: its deflection is
     /// `d · (u, φ) - offset`.
     ///

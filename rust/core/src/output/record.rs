@@ -26,6 +26,10 @@ pub trait Record {
     /// Called at each instant with time, state and excitation.
     fn instant(&mut self, time: f64, state: &State, input: &Input);
 
+    /// Called after a contact change, `since` s after sample `first`, with the state there, and the index of each nonlinear link with the
+    /// segment of its law that it is on from then on.
+    fn contact_change(&mut self, (_first, _since): (usize, f64), _state: &State, _segments: &[(usize, u8)]) {}
+
     /// Called after the last instant, also where a run ends with an error.
     fn end(&mut self) {}
 }
@@ -106,6 +110,10 @@ impl<R: Record> Record for Watched<'_, R> {
     #[cfg_attr(feature = "std", inline(always))]
     fn instant(&mut self, time: f64, state: &State, input: &Input) {
         self.record.instant(time, state, input);
+    }
+
+    fn contact_change(&mut self, at: (usize, f64), state: &State, segments: &[(usize, u8)]) {
+        self.record.contact_change(at, state, segments);
     }
 
     fn end(&mut self) {

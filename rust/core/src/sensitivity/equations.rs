@@ -41,13 +41,19 @@ impl ModalDerivative {
         }
         let mut matrix = [[0.0; 12]; 12];
         let own = system.modal_damping();
+        let (pull, constant) = varied.stiffness_and_constant();
         for j in 0..n {
-            let drag = mass * own.column(j);
+            let (pull, drag) = (mass * Vector6::from(pull[j]), mass * own.column(j));
             let frequency = system.frequencies()[j];
             for i in 0..n {
-                matrix[j][6 + i] = frequency * mass[(i, j)] - stiffness[j][i] / frequency;
+                matrix[j][6 + i] = pull[i] - stiffness[j][i] / frequency;
                 matrix[6 + j][6 + i] = drag[i] - damping[j][i];
             }
+        }
+        let resisted = mass * Vector6::from_column_slice(&constant[..6]);
+        let mut constant = varied.constant_derivative(column);
+        for i in 0..n {
+            constant[i] -= resisted[i];
         }
         let force = forces(varied, column);
         let mut influence = force;
@@ -57,7 +63,7 @@ impl ModalDerivative {
                 to[i] -= taken[i];
             }
         }
-        let equations = EquationsDerivative { matrix, influence, constant: NO_FORCE };
+        let equations = EquationsDerivative { matrix, influence, constant };
         Self { equations, stiffness, force }
     }
 

@@ -26,8 +26,17 @@ pub enum SensitivityError {
         /// Its deflection at rest, m.
         deflection: f64,
     },
-    /// Some links are not linear.
-    Nonlinear,
+    /// Some links are preloaded.
+    Preloaded,
+    /// Some links are not linear, whose derivatives are known at the samples alone.
+    BetweenSamples,
+    /// A contact changes just at a sample of the motion.
+    AtSample {
+        /// The link.
+        link: usize,
+        /// Time of the sample, s.
+        time: f64,
+    },
     /// A factor on the motion is zero, by which there is no relative derivative.
     Factor,
     /// The run failed.
@@ -83,7 +92,15 @@ impl fmt::Display for SensitivityError {
                 "links[{link}] rests at a deflection of {deflection:.6e} m, where its law has a kink and no derivative; change its clearance \
                  or the weight a little"
             ),
-            Self::Nonlinear => f.write_str("links: histories have derivatives where all links are linear"),
+            Self::Preloaded => f.write_str("links: histories have derivatives where no link is preloaded"),
+            Self::BetweenSamples => f.write_str(
+                "links: between the samples of the motion histories have derivatives where all links are linear; ask at the samples",
+            ),
+            Self::AtSample { link, time } => write!(
+                f,
+                "links[{link}] makes or loses contact just at the sample at {time:.9} s, where its load has another derivative to either \
+                 side; change its clearance or the time stamps a little"
+            ),
             Self::Factor => f.write_str(
                 "motion.scale: expected another value than 0, at which the derivative of the histories is taken",
             ),

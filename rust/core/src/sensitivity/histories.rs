@@ -1,6 +1,10 @@
-//! Derivatives of the histories of a linear run: loads of links and groups, motion of L, reactions.
+//! Derivatives of the histories of a run: loads of links and groups, motion of L, reactions.
+
+use std::ops::Range;
+use std::sync::OnceLock;
 
 use super::adjoint::through_states;
+use super::contacts::{ContactChanges, Recorded};
 use super::error::SensitivityError;
 use super::rows::{Operands, Quantity, Row, WeightedSums, apply, state_weights};
 use super::system::VariedSystem;
@@ -13,11 +17,14 @@ use crate::output::Watched;
 use crate::system::{Input, ModelLevel, State};
 use crate::variation::Group;
 
-/// The states of a linear run at the samples of its excitation.
+/// The states of a run at the samples of its excitation.
 #[derive(Debug, Clone)]
 pub struct History {
     states: Vec<State>,
+    pub(super) contacts: Option<ContactChanges>,
     quasi_static: bool,
+    /// Once computed.
+    tangents: OnceLock<Tangents>,
 }
 
 /// The derivatives of the states of a run by each column of values, (column, sample).
@@ -25,11 +32,11 @@ pub struct History {
 pub struct Tangents(pub(super) Vec<State>);
 
 impl History {
-    /// Runs a linear system. `excitation`: with the factors on the motion.
+    /// Runs a system. `excitation`: with the factors on the motion.
     ///
     /// # Errors
-    /// [`SensitivityError::Nonlinear`]; [`SensitivityError::Factor`] for a derivative by a factor on the motion that is zero; and those of a
-    /// run.
+    /// [`SensitivityError::Preloaded`]; [`SensitivityError::AtSample`]; [`SensitivityError::Factor`] for a derivative by a factor on the motion
+    /// that is zero; and those of a run.
     pub fn new(
         varied: &VariedSystem,
         excitation: &Excitation,
@@ -37,8 +44,8 @@ impl History {
         watch: Watch,
     ) -> Result<Self, SensitivityError> {
         let system = &varied.system;
-        if system.model_level() != ModelLevel::Linear {
-            return Err(SensitivityError::Nonlinear);
+        if system.model_level() == ModelLevel::SmoothNonlinear {
+            return Err(SensitivityError::Preloaded);
         }
         let by_zero = |kind: usize| {
             varied.factors[kind] == 0.0 && varied.derivatives.iter().any(|by| by.factors[kind] != 0.0)
@@ -46,10 +53,16 @@ impl History {
         if by_zero(0) || by_zero(1) {
             return Err(SensitivityError::Factor);
         }
-        let mut record = Watched { record: Vec::new(), watch };
+        let mut record = Watched { record: Recorded::default(), watch };
         let control = Control::Adaptive { rtol: 1e-6 };
         run_from(system, &Exact::<8>, control, start, excitation, Output::Samples, &mut record)?;
-        Ok(Self { states: record.record, quasi_static: start == Start::QuasiStatic })
+        let quasi_static = start == Start::QuasiStatic;
+        if system.model_level() == ModelLevel::Linear {
+            let (states, tangents) = (record.record.states, OnceLock::new());
+            return Ok(Self { states, contacts: None, quasi_static, tangents });
+        }
+        let (contacts, states) = ContactChanges::new(varied, excitation, record.record)?;
+        Ok(Self { states, contacts: Some(contacts), quasi_static, tangents: OnceLock::new() })
     }
 
     /// The states.
@@ -58,7 +71,8 @@ impl History {
     }
 
     fn run<'a>(&'a self, varied: &'a VariedSystem, excitation: &'a Excitation) -> LinearRun<'a> {
-        LinearRun { varied, excitation, states: &self.states, quasi_static: self.quasi_static }
+        let (states, contacts) = (&self.states[..], self.contacts.as_ref());
+        LinearRun { varied, excitation, states, contacts, quasi_static: self.quasi_static }
     }
 
     /// The derivatives of the states by each column.
@@ -70,14 +84,17 @@ impl History {
         varied: &VariedSystem,
         excitation: &Excitation,
         watch: Watch,
-    ) -> Result<Tangents, SensitivityError> {
+    ) -> Result<&Tangents, SensitivityError> {
+        if let Some(known) = self.tangents.get() {
+            return Ok(known);
+        }
         let count = varied.derivatives.len().saturating_mul(self.states.len());
         check_memory(count.saturating_mul(size_of::<State>()))?;
         let mut tangents = vec![[0.0; 12]; count];
         if !tangent_states(self.run(varied, excitation), watch, &mut tangents) {
             return Err(Stopped::Interrupted.into());
         }
-        Ok(Tangents(tangents))
+        Ok(self.tangents.get_or_init(|| Tangents(tangents)))
     }
 
     /// The derivative of a figure by each column, from its derivatives `weights` by a quantity at each sample, (sample, width).
@@ -100,10 +117,12 @@ impl History {
         if width == 0 {
             return Ok(vec![0.0; columns]);
         }
-        let Some(prepared) = Prepared::backwards(varied, excitation) else {
+        let linear = self.contacts.is_none();
+        let Some(prepared) = linear.then(|| Prepared::backwards(varied, excitation)).flatten() else {
             let tangents = self.tangents(varied, excitation, watch)?;
             let mut all = vec![0.0; columns * count * width];
-            self.derivatives(&tangents, (varied, groups), excitation, quantity, &mut all);
+            let of = |sample: usize| weights[sample * width..(sample + 1) * width].iter().any(|w| *w != 0.0);
+            self.derivatives_where(of, tangents, (varied, groups), excitation, quantity, &mut all);
             let figure = |of: &[f64]| of.iter().zip(weights).map(|(by, weight)| by * weight).sum();
             return Ok(all.chunks_exact(usize::max(count * width, 1)).map(figure).collect());
         };
@@ -130,6 +149,19 @@ impl History {
     /// If the length of `out` is not that of the derivatives.
     pub fn derivatives(
         &self,
+        tangents: &Tangents,
+        varied: (&VariedSystem, &[Group]),
+        excitation: &Excitation,
+        quantity: Quantity,
+        out: &mut [f64],
+    ) -> bool {
+        self.derivatives_where(|_| true, tangents, varied, excitation, quantity, out)
+    }
+
+    /// [`History::derivatives`] at some samples; the others are left as they are.
+    fn derivatives_where(
+        &self,
+        wanted: impl Fn(usize) -> bool,
         Tangents(tangents): &Tangents,
         (varied, groups): (&VariedSystem, &[Group]),
         excitation: &Excitation,
@@ -141,13 +173,37 @@ impl History {
         assert_eq!(out.len(), varied.derivatives.len() * count * width, "room for every derivative");
         let (inputs, components) = (inputs(excitation), &components(excitation)[..]);
         let (mut finite, states) = (true, &self.states[..]);
-        for column in 0..varied.derivatives.len() {
-            let rows = quantity.rows(varied, groups, Some(column));
-            let tangents = &tangents[column * count..(column + 1) * count];
-            let out = &mut out[column * count * width..(column + 1) * count * width];
-            finite &= apply(&rows, Operands { states, tangents, inputs: &inputs, components }, out);
+        for (varied, samples) in self.pieces(varied, wanted) {
+            for column in 0..varied.derivatives.len() {
+                let rows = quantity.rows(varied, groups, Some(column));
+                let tangents = &tangents[column * count..(column + 1) * count];
+                let out = &mut out[column * count * width..(column + 1) * count * width];
+                finite &=
+                    apply(&rows, Operands { states, tangents, inputs: &inputs, components }, &samples, out);
+            }
         }
         finite
+    }
+
+    /// The systems that hold during the run, and the samples at which they do, as far as these are wanted.
+    fn pieces<'a>(
+        &'a self,
+        varied: &'a VariedSystem,
+        wanted: impl Fn(usize) -> bool,
+    ) -> Vec<(&'a VariedSystem, Vec<Range<usize>>)> {
+        let mut out: Vec<(&VariedSystem, Vec<Range<usize>>)> = match &self.contacts {
+            None => vec![(varied, Vec::new())],
+            Some(contacts) => contacts.pieces.iter().map(|piece| (&piece.varied, Vec::new())).collect(),
+        };
+        for sample in (0..self.states.len()).filter(|&sample| wanted(sample)) {
+            let ranges = &mut out[self.contacts.as_ref().map_or(0, |of| of.at_samples[sample])].1;
+            match ranges.last_mut() {
+                Some(last) if last.end == sample => last.end += 1,
+                _ => ranges.push(sample..sample + 1),
+            }
+        }
+        out.retain(|(_, ranges)| !ranges.is_empty());
+        out
     }
 }
 

@@ -3,6 +3,8 @@
 //! A data logger has its own clock, so that its stamps lie anywhere between the samples of the motion. Between these the excitation is
 //! linear, so that a part of an interval is passed as exactly as a whole one.
 
+use std::slice;
+
 use super::equations::ModalDerivative;
 use super::error::SensitivityError;
 use super::histories::{History, Tangents};
@@ -43,7 +45,7 @@ impl History {
     /// The run at instants, in ascending order.
     ///
     /// # Errors
-    /// [`SensitivityError::Run`] for an instant that is not in order or not within the excitation, and [`SensitivityError::Stopped`].
+    /// [`SensitivityError::BetweenSamples`]; [`SensitivityError::Run`] for an instant that is not in order or not within the excitation, and [`SensitivityError::Stopped`].
     pub fn at(
         &self,
         Tangents(tangents): &Tangents,
@@ -51,12 +53,16 @@ impl History {
         times: &[f64],
         watch: Watch,
     ) -> Result<Instants, SensitivityError> {
+        if self.contacts.is_some() {
+            return Err(SensitivityError::BetweenSamples);
+        }
         check_output(Output::Times(times), excitation)?;
         let count = times.len().saturating_mul(varied.derivatives.len() + 4);
         check_memory(count.saturating_mul(size_of::<State>()))?;
         let places = places(excitation, times);
         let (samples, system) = (self.states(), &varied.system);
-        let prepared = &Prepared::new(varied, intervals(places.iter().map(|at| at.since), MIN_OCCURRENCES));
+        let prepared =
+            &Prepared::new(varied, intervals(places.iter().map(|at| (Some(0), at.since)), MIN_OCCURRENCES));
         let slopes: Vec<Input> = places.iter().map(|at| slope(excitation, at.sample)).collect();
         let at_start = places.iter().map(|at| excitation.input(at.sample));
         let inputs: Vec<Input> = at_start
@@ -153,7 +159,13 @@ impl Kernel for Parts<'_> {
                 Interval::Propagator(index) => propagators[index].apply(start, &ends[0], &ends[1]),
                 Interval::Series => {
                     let mut there: Vec<State> = before(tangents, columns, samples.len(), at.sample);
-                    let end = by_series(varied, columns, &series, (at.since, start, &ends), &mut there);
+                    let end = by_series(
+                        system,
+                        system.influence(),
+                        (columns, &series),
+                        (at.since, start, &ends),
+                        &mut there,
+                    );
                     for (column, tangent) in there.iter().enumerate() {
                         out[column * places.len() + i] = *tangent;
                     }
@@ -237,14 +249,17 @@ impl Instants {
             components: &self.components,
         };
         let mut own = combined(&quantity.rows(varied, groups, None), along, width);
-        let mut finite = apply(&own, at, out.values);
+        let all = 0..count;
+        let all = slice::from_ref(&all);
+        let mut finite = apply(&own, at, all, out.values);
         own.iter_mut().for_each(|row| row.constant = 0.0);
-        finite &= apply(&own, Operands { tangents: &self.rates, inputs: &self.slopes, ..at }, out.slopes);
+        finite &=
+            apply(&own, Operands { tangents: &self.rates, inputs: &self.slopes, ..at }, all, out.slopes);
         for column in 0..varied.derivatives.len() {
             let rows = combined(&quantity.rows(varied, groups, Some(column)), along, width);
             let tangents = &self.tangents[column * count..(column + 1) * count];
             let out = &mut out.derivatives[column * per_column..(column + 1) * per_column];
-            finite &= apply(&rows, Operands { tangents, ..at }, out);
+            finite &= apply(&rows, Operands { tangents, ..at }, all, out);
         }
         finite
     }

@@ -3,10 +3,11 @@
 //! A value enters the numbers of a scene linearly ([`Change`](crate::variation::Change)), so their derivatives are factors: nothing is
 //! differenced. `scene` (derivatives of mass matrix, weight and links by each column of values) → `system` (of the static position, the
 //! loads at rest and the stiffness in the modes) → `loads`, `motions`, `rows` (of what is computed from a state) and `equations` (of those in the
-//! modes) → `tangents` (of the states of a linear run), `adjoint` (of one figure) → `histories` (of all that is computed from them, at the
-//! samples), `instants` (between them).
+//! modes) → `tangents` (of the states of a run), `segments`, `contacts` (of a run with contact changes), `adjoint` (of one figure of a linear run) →
+//! `histories` (of all that is computed from them, at the samples), `instants` (between them).
 
 mod adjoint;
+mod contacts;
 mod equations;
 mod error;
 mod histories;
@@ -15,6 +16,7 @@ mod loads;
 mod motions;
 mod rows;
 mod scene;
+mod segments;
 mod system;
 mod tangents;
 

@@ -14,7 +14,7 @@ pub(super) fn acceleration_of(varied: &VariedSystem, column: usize) -> Linear<6>
     let shapes = varied.system.shapes();
     let spread = |modal: &[f64]| -> [f64; 6] { (shapes * Vector6::from_column_slice(&modal[..6])).into() };
     Linear {
-        constant: [0.0; 6],
+        constant: spread(&by.constant),
         by_state: by.matrix.map(|of| spread(&of[6..])),
         by_input: by.influence.map(|of| spread(&of)),
         by_input_at_all: true,
@@ -29,7 +29,9 @@ pub(super) fn reaction_of(varied: &VariedSystem, column: usize) -> Linear<6> {
     let mass = &system.matrices().mass;
     let links = 0..system.rows().len();
     let mut out = group_load(varied, column, links, ([Vector3::zeros(); 2], Axes::MACHINE), Part::Total);
-    add_product(&mut out, &by.mass, &acceleration(system).linear);
+    let (mut own, (_, force)) = (acceleration(system).linear, varied.stiffness_and_constant());
+    own.constant = (system.shapes() * Vector6::from_column_slice(&force[..6])).into();
+    add_product(&mut out, &by.mass, &own);
     add_product(&mut out, mass, &acceleration_of(varied, column));
     let rates = input_rates(varied, column);
     for row in 0..6 {

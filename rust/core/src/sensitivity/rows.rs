@@ -1,5 +1,7 @@
 //! What is computed from the states of a run, as rows: numbers that are linear in state, input and the derivative of the state.
 
+use std::ops::Range;
+
 use super::loads::{group_load, link_load};
 use super::motions::{acceleration_of, reaction_of};
 use super::system::VariedSystem;
@@ -118,10 +120,10 @@ pub(super) struct Operands<'a> {
     pub components: &'a [usize],
 }
 
-/// Writes rows at all instants to `out`, (instant, row). Returns whether all numbers are finite.
-pub(super) fn apply(rows: &[Row], at: Operands, out: &mut [f64]) -> bool {
+/// Writes rows at some instants to `out`, (instant, row). Returns whether all numbers are finite.
+pub(super) fn apply(rows: &[Row], at: Operands, instants: &[Range<usize>], out: &mut [f64]) -> bool {
     let blocks = rows.chunks(LANES).map(|rows| RowBlock::new(rows, at.components)).collect();
-    dispatch_wide(Apply { blocks, width: rows.len(), at, out })
+    dispatch_wide(Apply { blocks, width: rows.len(), at, instants, out })
 }
 
 /// Some rows side by side.
@@ -157,6 +159,7 @@ struct Apply<'a> {
     blocks: Vec<RowBlock>,
     width: usize,
     at: Operands<'a>,
+    instants: &'a [Range<usize>],
     out: &'a mut [f64],
 }
 
@@ -168,11 +171,13 @@ impl Kernel for Apply<'_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> bool {
-        let Self { blocks, width, at, out } = self;
+        let Self { blocks, width, at, instants, out } = self;
         // Zero, and NaN from the first number on that is not finite.
         let mut check = [0.0; LANES];
-        for first in (0..at.tangents.len()).step_by(CHUNK) {
-            let end = usize::min(first + CHUNK, at.tangents.len());
+        for (first, last) in
+            instants.iter().flat_map(|of| of.clone().step_by(CHUNK).map(|first| (first, of.end)))
+        {
+            let end = usize::min(first + CHUNK, last);
             for (place, block) in blocks.iter().enumerate() {
                 for k in first..end {
                     let (mut sum, mut second) = (block.constant, [0.0; LANES]);

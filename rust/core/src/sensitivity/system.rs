@@ -4,6 +4,8 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::error::SensitivityError;
 use super::scene::{LinkNumbers, SceneDerivative};
+use super::segments::OnSegments;
+use crate::model::LawDerivative;
 use crate::output::{Axes, Part, Wrench, group_load_along};
 use crate::system::{LinkRow, ModelLevel, NEGLIGIBLE, System};
 use crate::variation::{Base, Group, Instance, Plan};
@@ -19,6 +21,8 @@ pub struct VariedSystem {
     pub centers: Vec<Vector3<f64>>,
     /// Factors on the accelerations of the motion and on its external loads.
     pub factors: [f64; 2],
+    /// If it is the system that holds while all links stay on some segments of their laws.
+    pub(super) on_segments: Option<OnSegments>,
 }
 
 /// Derivatives of a system by one column of values.
@@ -57,6 +61,8 @@ pub struct LinkDerivative {
     pub rest: f64,
     /// Of its elastic load at rest.
     pub load: f64,
+    /// Of its law.
+    pub(super) law: LawDerivative,
 }
 
 impl VariedSystem {
@@ -88,7 +94,7 @@ impl VariedSystem {
         };
         let derivatives = (0..values.len()).map(derivative).collect::<Result<Vec<_>, _>>()?;
         let (centers, factors) = (instance.centers().to_vec(), instance.factors());
-        Ok(Self { derivatives, centers, factors, system })
+        Ok(Self { derivatives, centers, factors, system, on_segments: None })
     }
 
     /// Indices of the links without stiffness at rest, which enter the modes with their nominal stiffness.
@@ -144,8 +150,8 @@ impl SystemDerivative {
             let rest = turned.dot(&q) - of.offset;
             let load = law.force_derivative(row.rest, &of.law) + slope(row).0 * rest;
             force -= turned * row.load + row.link.row() * load;
-            let (point, damping) = (of.point, of.damping);
-            links.push(LinkDerivative { row: turned, point, stiffness: 0.0, damping, rest, load });
+            let (point, damping, law) = (of.point, of.damping, of.law);
+            links.push(LinkDerivative { row: turned, point, stiffness: 0.0, damping, rest, load, law });
         }
         let moved = displacement(system, &force);
         let (mut damping, mut stiffness) = (Matrix6::zeros(), Matrix6::zeros());

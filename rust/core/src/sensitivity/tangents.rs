@@ -1,5 +1,7 @@
-//! Derivatives of the states of a run of a linear system: those of all columns side by side, from sample to sample.
+//! Derivatives of the states of a run of a linear system, or of one with contact changes: those of all columns side by side, from sample to
+//! sample.
 
+use super::contacts::ContactChanges;
 use super::equations::ModalDerivative;
 use super::system::VariedSystem;
 use crate::equations::{Equations, EquationsDerivative, PowerSeries, PropagatorDerivative, PropagatorStages};
@@ -12,7 +14,7 @@ use crate::system::{Force, Input, NO_FORCE, State};
 /// How often a length of interval must occur so that derivatives of its propagator are computed, which cost as much as some forty series.
 pub(super) const MIN_OCCURRENCES: usize = 48;
 
-/// What a run of a linear system depends on.
+/// What a run depends on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LinearRun<'a> {
     pub varied: &'a VariedSystem,
@@ -20,6 +22,8 @@ pub(super) struct LinearRun<'a> {
     pub excitation: &'a Excitation<'a>,
     /// At the samples of the excitation.
     pub states: &'a [State],
+    /// If some links have laws with several segments.
+    pub contacts: Option<&'a ContactChanges>,
     /// Whether it starts in the quasi-static state of the first sample, instead of at rest.
     pub quasi_static: bool,
 }
@@ -75,13 +79,14 @@ pub(super) struct Prepared {
 
 impl Prepared {
     /// For intervals, and the lengths that recur.
-    pub(super) fn new(varied: &VariedSystem, (intervals, lengths): (Vec<Interval>, Vec<f64>)) -> Self {
+    pub(super) fn new(
+        varied: &VariedSystem,
+        (intervals, lengths): (Vec<Interval>, Vec<(usize, f64)>),
+    ) -> Self {
         let columns: Vec<ModalDerivative> =
             (0..varied.derivatives.len()).map(|column| ModalDerivative::new(varied, column)).collect();
-        let recurring = lengths
-            .iter()
-            .map(|&length| dispatch(Derivatives { varied, columns: &columns, length }))
-            .collect();
+        let of = |length| Derivatives { equations: &varied.system, varied, columns: &columns, length };
+        let recurring = lengths.iter().map(|&(_, length)| dispatch(of(length))).collect();
         Self { columns, intervals, recurring }
     }
 
@@ -95,25 +100,35 @@ impl Prepared {
         let intervals = intervals(lengths(excitation), 1);
         (intervals.1.len() <= MOST_LENGTHS).then(|| Self::new(varied, intervals))
     }
+
+    /// For the tangents of a run with contact changes.
+    fn with_contacts(contacts: &ContactChanges, excitation: &Excitation) -> Self {
+        let pieces = (1..excitation.count()).map(|k| contacts.of_interval(k - 1));
+        let lengths = pieces.zip(lengths(excitation)).map(|(piece, (_, length))| (piece, length));
+        let (intervals, lengths) = intervals(lengths, MIN_OCCURRENCES);
+        let recurring = lengths.iter().map(|&(piece, length)| contacts.pieces[piece].recurring(length));
+        Self { columns: Vec::new(), intervals, recurring: recurring.collect() }
+    }
 }
 
 /// The propagator of a length of interval, and its derivatives by all columns.
-struct Derivatives<'a> {
-    varied: &'a VariedSystem,
-    columns: &'a [ModalDerivative],
-    length: f64,
+pub(super) struct Derivatives<'a, E> {
+    pub equations: &'a E,
+    pub varied: &'a VariedSystem,
+    pub columns: &'a [ModalDerivative],
+    pub length: f64,
 }
 
-impl Kernel for Derivatives<'_> {
+impl<E: Equations> Kernel for Derivatives<'_, E> {
     type Output = Recurring;
 
     #[inline(always)]
     fn run(self) -> Recurring {
-        let system = &self.varied.system;
-        let stages = PropagatorStages::new(system, self.length);
+        let stages = PropagatorStages::new(self.equations, self.length);
+        let (influence, constant) = (self.varied.system.influence(), self.equations.constant());
         let mut derivatives = Vec::with_capacity(self.columns.len());
         for column in self.columns {
-            derivatives.push(stages.derivative(&column.equations, system.influence(), &NO_FORCE));
+            derivatives.push(stages.derivative(&column.equations, influence, constant));
         }
         Recurring { length: self.length, change: *stages.change(), derivatives }
     }
@@ -124,12 +139,22 @@ const MOST_LENGTHS: usize = 256;
 
 /// Writes the derivatives of the states by each column to `out`, (column, sample). Returns false if the watch stopped it.
 pub(super) fn tangent_states(run: LinearRun, watch: Watch, out: &mut [State]) -> bool {
-    let prepared = &Prepared::forwards(run.varied, run.excitation);
+    let prepared = &match run.contacts {
+        Some(contacts) => Prepared::with_contacts(contacts, run.excitation),
+        None => Prepared::forwards(run.varied, run.excitation),
+    };
     let components = &components(run.excitation)[..];
-    let mut tangents = vec![[0.0; 12]; prepared.columns.len()];
+    let mut tangents = vec![[0.0; 12]; run.varied.derivatives.len()];
     if run.quasi_static {
-        for (tangent, column) in tangents.iter_mut().zip(&prepared.columns) {
-            *tangent = column.quasi_static(run.varied, &run.states[0], &run.excitation.input(0));
+        for (column, tangent) in tangents.iter_mut().enumerate() {
+            *tangent = match run.contacts {
+                Some(contacts) => contacts.quasi_static(run, column),
+                None => prepared.columns[column].quasi_static(
+                    run.varied,
+                    &run.states[0],
+                    &run.excitation.input(0),
+                ),
+            };
         }
     }
     dispatch(Tangents { run, prepared, components, tangents, watch, out })
@@ -141,22 +166,30 @@ pub(super) fn components(excitation: &Excitation) -> Vec<usize> {
     (0..9).filter(|&component| peak[component] > 0.0).collect()
 }
 
-fn lengths(excitation: &Excitation) -> impl Iterator<Item = f64> {
-    (1..excitation.count()).map(|k| excitation.interval(k - 1))
+/// The intervals between the samples, under equations that hold throughout.
+fn lengths(excitation: &Excitation) -> impl Iterator<Item = (Option<usize>, f64)> {
+    (1..excitation.count()).map(|k| (Some(0), excitation.interval(k - 1)))
 }
 
-/// How intervals of these lengths are passed, and the lengths that occur so often that their propagators are computed.
-pub(super) fn intervals(lengths: impl Iterator<Item = f64>, occurrences: usize) -> (Vec<Interval>, Vec<f64>) {
-    let all: Vec<f64> = lengths.collect();
-    let mut sorted = all.clone();
-    sorted.sort_unstable_by(f64::total_cmp);
+/// How intervals are passed, and the equations and lengths that occur so often that their propagators are computed.
+///
+/// `all`: of each interval the equations by an index, if the same hold throughout, and its length.
+pub(super) fn intervals(
+    all: impl Iterator<Item = (Option<usize>, f64)>,
+    occurrences: usize,
+) -> (Vec<Interval>, Vec<(usize, f64)>) {
+    let all: Vec<_> = all.collect();
+    let order = |a: &(usize, f64), b: &(usize, f64)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));
+    let mut sorted: Vec<_> = all.iter().filter_map(|&(piece, length)| Some((piece?, length))).collect();
+    sorted.sort_unstable_by(order);
     let equal = sorted.chunk_by(|a, b| a == b);
-    let lengths: Vec<f64> =
-        equal.filter(|of| of[0] > 0.0 && of.len() >= occurrences).map(|of| of[0]).collect();
-    let kind = |length: &f64| match lengths.binary_search_by(|known| known.total_cmp(length)) {
-        Ok(index) => Interval::Propagator(index),
-        Err(_) if *length > 0.0 => Interval::Series,
-        Err(_) => Interval::Jump,
+    let lengths: Vec<_> =
+        equal.filter(|of| of[0].1 > 0.0 && of.len() >= occurrences).map(|of| of[0]).collect();
+    let known = |piece, length| lengths.binary_search_by(|known| order(known, &(piece, length))).ok();
+    let kind = |&(piece, length): &(Option<usize>, f64)| match piece.and_then(|piece| known(piece, length)) {
+        Some(index) => Interval::Propagator(index),
+        None if length > 0.0 => Interval::Series,
+        None => Interval::Jump,
     };
     (all.iter().map(kind).collect(), lengths)
 }
@@ -184,7 +217,8 @@ impl Kernel for Tangents<'_> {
         let Self { run, prepared, components, mut tangents, watch, out } = self;
         let Prepared { columns, intervals, recurring } = prepared;
         let count = intervals.len() + 1;
-        let series = PowerSeries::new(&run.varied.system);
+        let system = &run.varied.system;
+        let series = PowerSeries::new(system);
         for (column, tangent) in tangents.iter().enumerate() {
             out[column * count] = *tangent;
         }
@@ -199,8 +233,12 @@ impl Kernel for Tangents<'_> {
             }
             if end == k {
                 let ends = [run.excitation.input(k), run.excitation.input(k + 1)];
-                let length = run.excitation.interval(k);
-                by_series(run.varied, columns, &series, (length, &run.states[k], &ends), &mut tangents);
+                let of = (run.excitation.interval(k), &run.states[k], &ends);
+                if let Some(contacts) = run.contacts {
+                    contacts.pass(run, k, &mut tangents);
+                } else {
+                    by_series(system, system.influence(), (columns, &series), of, &mut tangents);
+                }
                 for (column, tangent) in tangents.iter().enumerate() {
                     out[column * count + k + 1] = *tangent;
                 }
@@ -230,14 +268,13 @@ const TERMS: usize = 24;
 
 /// Passes an interval by power series of the state and its derivatives. Returns the state at its end.
 #[cfg_attr(feature = "std", inline(always))]
-pub(super) fn by_series(
-    varied: &VariedSystem,
-    columns: &[ModalDerivative],
-    series: &PowerSeries,
+pub(super) fn by_series<E: Equations>(
+    equations: &E,
+    influence: &[Force; 9],
+    (columns, series): (&[ModalDerivative], &PowerSeries),
     (length, state, ends): (f64, &State, &[Input; 2]),
     tangents: &mut [State],
 ) -> State {
-    let system = &varied.system;
     let parts = series.parts(length);
     let tau = length / parts;
     let mut start = *state;
@@ -246,19 +283,21 @@ pub(super) fn by_series(
         let theta = part / parts;
         let input: Input = core::array::from_fn(|i| ends[0][i] + theta * (ends[1][i] - ends[0][i]));
         let rise: Input = core::array::from_fn(|i| (ends[1][i] - ends[0][i]) / parts);
-        let forces = [modal(system.influence(), &input), modal(system.influence(), &rise)];
+        let mut forces = [modal(influence, &input), modal(influence, &rise)];
+        add_scaled(&mut forces[0], equations.constant(), 1.0);
         let mut terms = [start; TERMS + 1];
         for k in 0..TERMS {
             let force = if k < 2 { &forces[k] } else { &NO_FORCE };
-            terms[k + 1] = scaled(system.linear(&terms[k], force), tau / (k + 1) as f64);
+            terms[k + 1] = scaled(equations.linear(&terms[k], force), tau / (k + 1) as f64);
         }
         for (tangent, column) in tangents.iter_mut().zip(columns) {
             let by = &column.equations;
-            let forces = [modal(&by.influence, &input), modal(&by.influence, &rise)];
+            let mut forces = [modal(&by.influence, &input), modal(&by.influence, &rise)];
+            add_scaled(&mut forces[0], &by.constant, 1.0);
             let mut term = *tangent;
             for k in 0..TERMS {
                 let force = if k < 2 { &forces[k] } else { &NO_FORCE };
-                let mut rate = system.linear(&term, force);
+                let mut rate = equations.linear(&term, force);
                 add_matrix(&mut rate, by, &terms[k]);
                 term = scaled(rate, tau / (k + 1) as f64);
                 add_scaled(tangent, &term, 1.0);

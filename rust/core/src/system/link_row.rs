@@ -53,6 +53,33 @@ impl LinkRow {
         unloaded
     }
 
+    /// On a segment of a piecewise linear law: its stiffness, by how much the elastic load at the static position exceeds the load at rest,
+    /// and whether the damper acts.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn on_segment(&self, segment: usize) -> (f64, f64, bool) {
+        let (load_at_zero, stiffness) = self.link.law().segment(segment);
+        // Exactly zero on the segment of rest, so that a body at rest stays at rest to the last bit.
+        let excess = if segment == self.link.law().segment_of(self.rest) {
+            0.0
+        } else {
+            fma(stiffness, self.rest, load_at_zero) - self.load
+        };
+        // In its clearance a link has no stiffness.
+        (stiffness, excess, stiffness > 0.0 || !self.link.is_damped_in_contact())
+    }
+
+    /// Becomes the row of a link that stays on a segment of its law, of which [`LinkRow::on_segment`] gives the numbers.
+    #[cfg(feature = "std")]
+    pub(crate) fn stay_on(&mut self, segment: usize, (stiffness, excess, damped): (f64, f64, bool)) {
+        self.link = self.link.on_segment(segment, damped);
+        self.stiffness = stiffness;
+        self.elastic = self.deflection.map(|deflection| stiffness * deflection);
+        self.load += excess;
+        if !damped {
+            self.damping = [0.0; 6];
+        }
+    }
+
     /// Deflection at a state, m.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn deflection_at(&self, state: &State) -> f64 {

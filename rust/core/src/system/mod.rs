@@ -193,6 +193,12 @@ impl System {
         self.rows.as_slice()
     }
 
+    /// The link rows, to be changed with what follows from them.
+    #[cfg(feature = "std")]
+    pub(crate) fn rows_mut(&mut self) -> &mut [LinkRow] {
+        self.rows.as_mut_slice()
+    }
+
     /// The matrices of all six degrees of freedom.
     pub fn matrices(&self) -> &Matrices {
         &self.matrices

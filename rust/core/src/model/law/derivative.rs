@@ -108,6 +108,36 @@ impl Law {
         }
     }
 
+    /// Derivatives of (a, k) of [`Law::segment`], at the same index.
+    pub(crate) fn segment_derivative(&self, index: usize, LawDerivative(by): &LawDerivative) -> (f64, f64) {
+        let (load, stiffness) = self.segment(index);
+        match &self.0 {
+            Kind::Curve(_) => (by[0] * load, by[0] * stiffness),
+            Kind::Sided(_) if stiffness == 0.0 => (0.0, 0.0),
+            Kind::Sided(law) if index == 0 => (by[1] * law.clearance + stiffness * by[2], by[1]),
+            Kind::Sided(law) => (-by[0] * law.clearance - stiffness * by[2], by[0]),
+            Kind::Linear(_) | Kind::Preloaded(_) => (0.0, by[0]),
+        }
+    }
+
+    /// Derivative of the deflection of an edge.
+    pub(crate) fn edge_derivative(&self, index: usize, LawDerivative(by): &LawDerivative) -> f64 {
+        match &self.0 {
+            Kind::Sided(law) => {
+                if law.edges()[index] < 0.0 {
+                    -by[2]
+                } else {
+                    by[2]
+                }
+            }
+            Kind::Preloaded(law) => {
+                let rate = by[1] / law.preload - by[0] / law.stiffness;
+                rate * law.edges[index]
+            }
+            Kind::Linear(_) | Kind::Curve(_) => 0.0,
+        }
+    }
+
     /// Derivative of the nominal stiffness.
     pub(crate) fn nominal_derivative(&self, LawDerivative(by): &LawDerivative) -> f64 {
         match &self.0 {

@@ -243,6 +243,14 @@ impl Law {
     }
 }
 
+#[cfg(feature = "std")]
+impl Law {
+    /// The linear law with the slope of a segment of this one.
+    pub(crate) fn slope_of(&self, segment: usize) -> Self {
+        Self(Kind::Linear(self.segment(segment).1))
+    }
+}
+
 /// Forces of a law at several deflections, in a vector loop for the common laws.
 #[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn forces<const N: usize>(law: &Law, at: &[f64; N]) -> [f64; N] {

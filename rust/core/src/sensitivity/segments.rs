@@ -1,0 +1,80 @@
+//! The linear system that holds while each link stays on one segment of its law, and its derivatives.
+
+use nalgebra::{Matrix6, Vector6};
+
+use super::system::VariedSystem;
+use crate::equations::{Equations, SegmentEquations};
+use crate::excitation::Instant;
+use crate::system::{Force, NO_FORCE, Square};
+
+/// What the equations of a system whose links are on some segments of their laws have beyond those of a linear one.
+#[derive(Debug, Clone)]
+pub(super) struct OnSegments {
+    /// Columns of S.
+    stiffness: Square,
+    constant: Force,
+    /// Derivatives of the constant force by each column, with the mass matrix as it is.
+    constants: Vec<Force>,
+}
+
+impl VariedSystem {
+    /// The system with the nonlinear links on these segments: (index, segment). Its rows and their derivatives are those of linear links
+    /// with the slopes of the segments, and their loads at rest lie on the segments too, extended as far as that.
+    pub(super) fn on_segments(&self, segments: &[(usize, u8)]) -> (Self, SegmentEquations) {
+        let mut out = self.clone();
+        let mut equations = SegmentEquations::of_linear_links(&self.system);
+        let mut constants = vec![NO_FORCE; self.derivatives.len()];
+        for &(link, segment) in segments {
+            let (row, segment) = (&self.system.rows()[link], usize::from(segment));
+            let (stiffness, excess, damped) = row.on_segment(segment);
+            equations.add(row, stiffness, excess, damped);
+            let law = row.link.law();
+            for ((by, constant), own) in out.derivatives.iter_mut().zip(&mut constants).zip(&self.derivatives)
+            {
+                let of = &mut by.links[link];
+                let (load_at_zero, slope) = law.segment_derivative(segment, &of.law);
+                let further = if segment == law.segment_of(row.rest) {
+                    0.0
+                } else {
+                    load_at_zero + slope * row.rest + stiffness * of.rest - own.links[link].load
+                };
+                (of.load, of.stiffness) = (of.load + further, slope);
+                if !damped {
+                    of.damping = 0.0;
+                }
+                let turned = self.system.shapes().transpose() * of.row;
+                for mode in 0..6 {
+                    constant[mode] -= turned[mode] * excess + row.rate[mode] * further;
+                }
+            }
+            out.system.rows_mut()[link].stay_on(segment, (stiffness, excess, damped));
+        }
+        out.system.damping = equations.tangent(&[0.0; 12], Instant::FIRST).1;
+        let (stiffness, constant) = (equations.tangent(&[0.0; 12], Instant::FIRST).0, *equations.constant());
+        out.on_segments = Some(OnSegments { stiffness, constant, constants });
+        (out, equations)
+    }
+
+    /// Stiffness S and constant force of the equations.
+    pub(super) fn stiffness_and_constant(&self) -> (Square, Force) {
+        match &self.on_segments {
+            Some(of) => (of.stiffness, of.constant),
+            None => (self.system.tangent(&[0.0; 12], Instant::FIRST).0, NO_FORCE),
+        }
+    }
+
+    /// Derivative of the constant force of the equations by a column, with the mass matrix as it is.
+    pub(super) fn constant_derivative(&self, column: usize) -> Force {
+        self.on_segments.as_ref().map_or(NO_FORCE, |of| of.constants[column])
+    }
+
+    /// Solves `S x = f` for a state of equilibrium.
+    pub(super) fn balanced(&self, force: &[f64]) -> [f64; 6] {
+        let (stiffness, _) = self.stiffness_and_constant();
+        let mut matrix = Matrix6::from_fn(|i, j| stiffness[j][i]);
+        for mode in self.system.mode_count()..6 {
+            matrix[(mode, mode)] = 1.0;
+        }
+        matrix.lu().solve(&Vector6::from_column_slice(force)).unwrap_or(Vector6::repeat(f64::NAN)).into()
+    }
+}
