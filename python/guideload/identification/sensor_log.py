@@ -147,6 +147,19 @@ class SensorLog:
             gains[i] = np.cov(there, values[windows.samples, i])[0, 1] / there.var(ddof=1)
         return cls(name, inputs, tuple(channels), time, values, windows, levels, gains, delay, reach)
 
+    @classmethod
+    def shown(cls, name: str, model: ModelAt, inputs: Inputs, channel: Channel) -> SensorLog:
+        """The log of one channel of known noise, by the clock of the trace, as a machine would show it."""
+        assert channel.level is not None
+        histories = model.histories(inputs)
+        values = np.hypot(histories.history(channel.shown(histories), histories.at()).values, channel.level)
+        window = 1.0 / (PER_PERIOD * float(Modes.of(model.machine).frequency.max()))
+        windows = Windows.of(inputs.time, np.ones(values.size, dtype=np.bool_), window, name)
+        levels = np.array([channel.level])
+        return cls(
+            name, inputs, (channel,), inputs.time, values[:, None], windows, levels, np.ones(1), 0.0, 0.0
+        )
+
     # ---- as the fit sees it
 
     @cached_property
