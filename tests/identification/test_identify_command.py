@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -97,6 +98,39 @@ def test_the_study_draws_what_the_data_left_uncertain(folder: Path) -> None:
         np.std(parts.sum(axis=1)) / np.mean(parts.sum(axis=1))
         < np.std(parts[:, 0]) / np.mean(parts[:, 0]) / 2
     )
+
+
+NEXT = """
+[[candidates]]
+kind = "record"
+motion = "moves.toml"
+at = ["p4 y", "p4 x"]
+accuracy = "0.05 m/s^2"
+[[candidates]]
+kind = "record"
+motion = "moves.toml"
+sensor = "load"
+at = ["1a Fz"]
+accuracy = "5 N"
+[figure]
+quantity = "peak_resultant"
+motion = "moves.toml"
+"""
+
+
+def test_measurements_are_ranked_by_a_peak_load(folder: Path) -> None:
+    """With its value and interval now; the file of its motion or duty must exist."""
+    text = (folder / "identify.toml").read_text(encoding="utf-8") + NEXT
+    (folder / "next.toml").write_text(text, encoding="utf-8")
+    shown = " ".join(guideload("identify", folder / "next.toml").stdout.split())
+    assert "Interval: that of peak load of carriage" in shown
+    assert "load of 1a Fz under moves.toml" in shown and shown.count("acceleration of p4") == 2
+    assert re.search(
+        r"Now the peak load of carriage \w+ is \d+ N, and with a probability of 95 % from", shown
+    )
+    wrong = text.replace('"peak_resultant"\nmotion = "moves.toml"', '"life"\nduty = "none.toml"')
+    (folder / "wrong.toml").write_text(wrong, encoding="utf-8")
+    assert "figure.duty: expected a file that exists" in refused("identify", folder / "wrong.toml")
 
 
 @pytest.mark.parametrize(

@@ -23,10 +23,11 @@ if TYPE_CHECKING:
 
 
 class Answer(NamedTuple):
-    """What the command found: the identification, ranked candidates, and the text of the report."""
+    """What the command found: the identification, candidates ranked by a figure, and the text of the report."""
 
     found: Identification
     candidates: tuple[Candidate, ...]
+    figure: str
     text: str
 
 
@@ -61,7 +62,11 @@ def identify(identify_file: Path, output: Path | None, no_pictures: bool, overwr
 def _report(file: Path, described: IdentifyFile, machine: Machine, data: list[Measured]) -> Answer:
     """The identification and its report, with comparison of models and ranking of candidates if the file has some."""
     from guideload.identification.cross_validation import compare
-    from guideload.identification.description import candidates_of, identified_alternatives
+    from guideload.identification.description import (
+        candidates_of,
+        figure_that_matters,
+        identified_alternatives,
+    )
     from guideload.identification.next_measurement import ranked
     from guideload.identification.result import identify as identified
     from guideload.reports.identification import identification_report
@@ -69,12 +74,11 @@ def _report(file: Path, described: IdentifyFile, machine: Machine, data: list[Me
     with status("searching"):
         found = identified(machine, described.unknown, data)
         levels = compare(identified_alternatives(described, file, found)) if described.alternatives else ()
-        figure = None if described.figure is None else {described.figure: 1.0}
-        candidates = ranked(found, candidates_of(described, file, found), figure)
-    words = described.figure or "all unknowns (geometric mean)"
-    return Answer(
-        found, candidates, identification_report(found, levels, candidates, words, output_encoding())
-    )
+        figure = figure_that_matters(described, file, found)
+        derivatives = None if figure is None else figure.derivatives
+        candidates = ranked(found, candidates_of(described, file, found), derivatives)
+    text = identification_report(found, levels, candidates, figure, output_encoding())
+    return Answer(found, candidates, "all unknowns" if figure is None else figure.name, text)
 
 
 def _write(
@@ -102,6 +106,8 @@ def _write(
         with status("drawing the pictures"):
             from guideload import plots
 
-            failure = picture_failure(lambda: plots.save_identification(found, folder, answer.candidates))
+            failure = picture_failure(
+                lambda: plots.save_identification(found, folder, answer.candidates, answer.figure)
+            )
     write_manifest(folder)
     return failure

@@ -7,6 +7,9 @@ from guideload.identification.cross_validation import compare as compare
 from guideload.identification.deflections import Deflection as Deflection
 from guideload.identification.deflections import Deflections as Deflections
 from guideload.identification.description import identify_file as identify_file
+from guideload.identification.figure import Figure as Figure
+from guideload.identification.figure import Run as Run
+from guideload.identification.figure import figure_of as figure_of
 from guideload.identification.frequency_responses import Curve as Curve
 from guideload.identification.frequency_responses import FrequencyResponses as FrequencyResponses
 from guideload.identification.modal_test import MeasuredMode as MeasuredMode

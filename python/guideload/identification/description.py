@@ -11,10 +11,11 @@ from pydantic import Field, StrictStr, model_validator
 from guideload.base.config import ConfigModel
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused
 from guideload.base.toml import located, read_toml
+from guideload.identification.candidates import CandidateTable
+from guideload.identification.figure import Figure, FigureTable, figure_of_unknown
 from guideload.identification.record_tables import MotorForceTable, SensorLogTable
 from guideload.identification.result import Identification, identify
 from guideload.identification.tables import (
-    CandidateTable,
     DeflectionsTable,
     FileName,
     FrequencyResponsesTable,
@@ -74,9 +75,10 @@ class IdentifyFile(ConfigModel):
         description="one [[candidates]] table for each group of measurements that could be made next",
     )
 
-    figure: StrictStr | None = Field(
+    figure: StrictStr | FigureTable | None = Field(
         default=None,
-        description="name of the unknown whose interval matters most, for the ranking of candidates; by default all",
+        description="what matters most, by which candidates are ranked: the name of an unknown, or a table [figure] of "
+        "a peak load, mean load or life; by default all unknowns",
     )
 
     KINDS: ClassVar[tuple[str, ...]] = (
@@ -90,7 +92,7 @@ class IdentifyFile(ConfigModel):
     @model_validator(mode="after")
     def _figure_of_candidates(self) -> IdentifyFile:
         if self.figure is not None and not self.candidates:
-            raise ValueRefused("no figure without [[candidates]]", self.figure)
+            raise ValueRefused("no figure without [[candidates]]", str(self.figure))
         return self
 
     @property
@@ -98,6 +100,8 @@ class IdentifyFile(ConfigModel):
         """Names of the files that it names."""
         files = [self.machine, self.trace, *(one.machine for one in self.alternatives)]
         files += [table.file for table in self.frequency_responses]
+        files += [one.motion for one in self.candidates]
+        files += [self.figure.motion, self.figure.duty] if isinstance(self.figure, FigureTable) else []
         for record in (*self.motor_forces, *self.sensor_logs):
             files += [record.trace, record.file]
         return tuple(dict.fromkeys(name for name in files if name is not None))
@@ -128,6 +132,9 @@ def read_identify(file: str | PathLike[str]) -> tuple[IdentifyFile, Machine, lis
         described = IdentifyFile(**values)
         files: dict[KeyPath, str | None] = {("machine",): described.machine, ("trace",): described.trace}
         files |= {("alternatives", i, "machine"): one.machine for i, one in enumerate(described.alternatives)}
+        files |= {("candidates", i, "motion"): one.motion for i, one in enumerate(described.candidates)}
+        if isinstance(described.figure, FigureTable):
+            files |= {("figure", key): getattr(described.figure, key) for key in ("motion", "duty")}
         for key, name in files.items():
             if name is not None and not (folder / name).is_file():
                 refused = ValueRefused("a file that exists", name, f"there is no {folder / name}")
@@ -166,9 +173,18 @@ def candidates_of(
     measurements: list[Measured] = []
     for i, table in enumerate(described.candidates):
         try:
-            measurements += table.measurements(found.model)
+            measurements += table.measurements(found.model, Path(file).parent)
         except ValueRefused as refused:
             raise located(
                 ConfigError([problem_at(("candidates", i), refused)]), str(file), read_toml(file)[1]
             ) from None
     return measurements
+
+
+def figure_that_matters(
+    described: IdentifyFile, file: str | PathLike[str], found: Identification
+) -> Figure | None:
+    """The figure by which candidates are ranked; None for all unknowns. Raises as `FigureTable.of`."""
+    if isinstance(described.figure, FigureTable):
+        return described.figure.of(found, Path(file).parent)
+    return None if described.figure is None else figure_of_unknown(found, described.figure)

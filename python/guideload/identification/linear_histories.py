@@ -84,6 +84,11 @@ def _require_linear(machine: Machine) -> None:
         ("payloads", "make them part of its body", machine.payloads),
         ("rails that are not straight", "leave out their profiles", not machine.has_straight_rails),
         ("a base", "leave out [base]", machine.base),
+        (
+            "a rack that pushes on its body",
+            "leave out pressure_angle, helix_angle and push_direction",
+            machine.drive is not None and machine.drive.push_direction is not None,
+        ),
     ):
         if there:
             raise ArgumentError(
@@ -160,6 +165,12 @@ class LinearHistories:
         of_state = np.zeros(2 * self.n)
         of_state[derivative * self.n : (derivative + 1) * self.n] = part
         return Output(of_state, np.zeros(m), np.zeros((p, 2 * self.n)), np.zeros((p, m)))
+
+    def load(self, rows: Array, by_rows: Array) -> Output:
+        """A load from its value at rest, given by `LoadRows`: (2, 6) and (p, 2, 6)."""
+        p, m = len(by_rows), self.inputs.values.shape[1]
+        of_state, by_of_state = rows[:, self.rest.free].ravel(), by_rows[:, :, self.rest.free].reshape(p, -1)
+        return Output(of_state, np.zeros(m), by_of_state, np.zeros((p, m)))
 
     def reaction(self, dof: int) -> Output:
         """The force [N] of the drive on L along a held dof."""

@@ -21,6 +21,7 @@ from guideload.identification.places import Place
 # The smallest MAC of a pair: below it the shapes have less than half of their motion in common.
 LEAST_MAC = 0.6
 LEAST_PLACES = 3  # of a shape whose MAC means something: with one place it is always 1
+LEAST_MOVED = 0.05  # of the largest component: a hammer at a place that moves less hardly excites the mode
 LOST = 1e3  # residual of a measured mode that no computed one is left for: far beyond any noise
 LEAST_DAMPING = 1e-12  # below it a ratio is rounding
 SMALLEST_SHARE = 1e-9  # of shapes at right angles
@@ -80,6 +81,33 @@ class ModalTest:
 
     own: tuple[OwnUnknown, ...] = ()
     instants: ClassVar[None] = None
+
+    @classmethod
+    def shown(
+        cls,
+        name: str,
+        model: ModelAt,
+        places: Sequence[Place],
+        levels: tuple[float, float, float],
+        hammer: Place,
+        band: tuple[float, float],
+    ) -> ModalTest:
+        """What a test would show of a machine: its modes within a band [Hz] that move where the hammer strikes."""
+        computed = _Computed.of(cls(name, (), tuple(places), levels, (True,) * 3), model)
+        moved, frequency = abs(_real_shapes(model, [hammer])[0][:, 0]), np.exp(computed.log_frequency)
+        seen = moved > LEAST_MOVED * abs(computed.shapes).max(axis=1)
+        seen &= (frequency >= band[0]) & (frequency <= band[1])
+        modes = tuple(
+            MeasuredMode(
+                float(frequency[k]),
+                float(computed.damping[k]),
+                shape if len(places) > 1 else None,
+                int(k) + 1,
+            )
+            for k, shape in enumerate(computed.shapes)
+            if seen[k]
+        )
+        return cls(name, modes, tuple(places) if len(places) > 1 else (), levels, (True,) * 3)
 
     @cached_property
     def _kept(self) -> list[int]:

@@ -1,4 +1,4 @@
-"""Places of sensors: a point of the machine and a direction, written as "tool y"."""
+"""Places of sensors: a point of the machine and a direction, "tool y", or a load, "1a Fy" or the name of a link."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ from guideload.base.errors import ValueRefused
 from guideload.base.number_text import joined
 from guideload.machine.machine import Machine
 from guideload.machine.response import AXES
+from guideload.sensitivity.load_rows import LoadRows
+
+COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")  # of the load of a carriage; Fx is the drive's
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,3 +49,44 @@ def place_of(text: str, machine: Machine) -> Place:
         raise ValueRefused('a point and an axis, as "tool y"', text, f"the points of the machine are {known}")
     direction = np.array(AXES[axis.lstrip("+-")]) * (-1.0 if axis.startswith("-") else 1.0)
     return Place(f"{name.strip()} {axis}", np.array(points[name.strip()].at), direction)
+
+
+@dataclass(frozen=True)
+class LoadPlace:
+    """A load that a cell or a strain gauge measures.
+
+    name       "1a Fy", or that of a link
+    unit       N or N m
+    part       index of the carriage or of the link
+    component  of the load of the carriage, an index into `COMPONENTS`; None for a link
+    """
+
+    name: str
+    unit: str
+    part: int
+    component: int | None
+
+    def rows(self, rows: LoadRows) -> tuple[Array, Array]:
+        """The change of the load by the state (2, 6), and its derivatives (p, 2, 6)."""
+        return (
+            rows.of_link(self.part) if self.component is None else rows.of_carriage(self.part, self.component)
+        )
+
+
+def load_place_of(text: str, machine: Machine) -> LoadPlace:
+    """A component of the load of a carriage, "1a Fy" or "1a Mz", or the name of a link. Raises ValueRefused."""
+    names = [one.name for one in machine.links]
+    if text.strip() in names:
+        first = len(machine.link_table().names) - len(names)  # the extra links come last
+        return LoadPlace(text.strip(), "N", first + names.index(text.strip()), None)
+    name, _, component = text.strip().rpartition(" ")
+    carriages = [one.name for one in machine.carriages]
+    if name.strip() not in carriages or component not in COMPONENTS[1:]:
+        loads = [f"{one} {component}" for one in carriages[:1] for component in COMPONENTS[1:]]
+        known = joined([f'"{one}"' for one in (*carriages, *names)])
+        expected = "a carriage and a component of its load, or a link"
+        raise ValueRefused(expected, text, f"as {joined(loads)}; carriages and links are {known}")
+    unit = "N" if component.startswith("F") else "N m"
+    return LoadPlace(
+        f"{name.strip()} {component}", unit, carriages.index(name.strip()), COMPONENTS.index(component)
+    )

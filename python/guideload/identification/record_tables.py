@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, PlainValidator, StrictBool, StrictStr, field_validator
+from pydantic import Field, PlainValidator, StrictBool, StrictStr, field_validator, model_validator
 
 from guideload.base.config import ConfigModel, in_range, number
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import FORCE, MOMENT, TIME
 from guideload.base.units import quantity
 from guideload.identification.motor_force import MotorForce
-from guideload.identification.places import place_of
-from guideload.identification.sensor_log import UNIT, Channel, Kind, SensorLog
+from guideload.identification.places import load_place_of, place_of
+from guideload.identification.sensor_log import Channel, Kind, SensorLog
 from guideload.machine.machine import Machine
 from guideload.study.description.options import TraceOptions
 from guideload.study.description.varied_parameter import NumberOrText
@@ -108,27 +109,46 @@ class ChannelTable(ConfigModel):
     """A sensor of a log."""
 
     column: Text = Field(description='column of the log; its header gives the unit, e.g. "ay [m/s^2]"')
-    place: Text = Field(description='a point of the machine and an axis, e.g. "tool y"')
+    place: Text = Field(
+        description='a point of the machine and an axis, e.g. "tool y"; of a load: a carriage and a component (Fy, Fz, '
+        'Mx, My, Mz), e.g. "1a Fy", or a link'
+    )
     kind: Kind = Field(
         default="acceleration",
-        description='"acceleration" (absolute), or "velocity" or "displacement" from the frame of the guides',
+        description='"acceleration" (absolute), "velocity" or "displacement" from the frame of the guides, or "load": '
+        "of a load cell or strain gauge",
     )
     noise: NumberOrText | None = Field(
-        default=None, description='standard deviation of one value, e.g. "0.05 m/s^2"; estimated if left out'
+        default=None,
+        description='standard deviation of one value, e.g. "0.05 m/s^2"; without unit if the gain is unknown; '
+        "estimated if left out",
     )
     gain_spread: Share | None = Field(
         default=None,
         description="relative standard deviation of its sensitivity, e.g. 0.03; exact if left out",
     )
+    gain: Literal["known", "unknown"] = Field(
+        default="known",
+        description='"unknown": a strain gauge without calibration, whose column may have any unit and sign',
+    )
+
+    @model_validator(mode="after")
+    def _one_statement_of_gain(self) -> ChannelTable:
+        if self.gain == "unknown" and self.gain_spread is not None:
+            raise ValueRefused('no gain_spread beside gain = "unknown"', self.gain_spread)
+        return self
 
     def channel(self, machine: Machine) -> Channel:
         """Raises ValueRefused."""
-        level = None if self.noise is None else number(self.noise, UNIT[self.kind], above=0.0)
-        return Channel(place_of(self.place, machine), self.kind, level, self.gain_spread or 0.0)
+        spread = np.inf if self.gain == "unknown" else self.gain_spread or 0.0
+        place = load_place_of(self.place, machine) if self.kind == "load" else place_of(self.place, machine)
+        found = Channel(place, self.kind, None, spread)
+        level = None if self.noise is None else number(self.noise, found.unit, above=0.0)
+        return replace(found, level=level)
 
 
 class SensorLogTable(RecordTable):
-    """A log of accelerometers or other sensors on the body."""
+    """A log of accelerometers or other sensors on the body, or of load cells and strain gauges."""
 
     name: Text = Field(default="sensor log", description="a title for reports")
     one_clock: StrictBool = Field(
@@ -140,7 +160,10 @@ class SensorLogTable(RecordTable):
     def measured(self, machine: Machine, folder: Path) -> SensorLog:
         """The data for the fit. Raises ValueRefused, ArgumentError and TraceError."""
         channels = [one.channel(machine) for one in self.channels]
-        units: dict[str, str | None] = {one.column: UNIT[one.kind] for one in self.channels}
+        units = {
+            table.column: None if one.gain_spread == np.inf else one.unit
+            for table, one in zip(self.channels, channels, strict=True)
+        }
         if len(units) < len(channels):
             raise ValueRefused("each column once", [one.column for one in self.channels])
         record = self.stamped(folder, units)

@@ -1,9 +1,10 @@
-"""Logs of sensors on the body under a measured motion: accelerometers, and sensors of velocity or displacement.
+"""Logs of sensors under a measured motion: accelerometers, sensors of velocity or displacement, load cells.
 
-A channel shows gain (row @ q + motion of the cart) + offset at its point and in its direction, later or earlier than
-the trace by a delay that all channels of the log share. The offset holds gravity and the zero of the amplifier, the
-gain its sensitivity, the delay the distance of the clocks of two loggers. The delay is sought from where the log and
-the prediction of the machine file correlate best.
+A channel shows gain (row @ q + motion of the cart) + offset at its point and in its direction, or gain times the change
+of a load + offset, later or earlier than the trace by a delay that all channels of the log share. The offset holds
+gravity and the zero of the amplifier, the gain its sensitivity, the delay the distance of the clocks of two loggers.
+The delay is sought from where the log and the prediction of the machine file correlate best. The gain of a strain gauge
+may be unknown, sign and all: its search starts where the prediction at that delay fits best.
 """
 
 from __future__ import annotations
@@ -18,18 +19,18 @@ from numpy.typing import NDArray
 from scipy.signal import correlate, correlation_lags
 
 from guideload.base.arrays import Array
-from guideload.base.errors import TraceError
+from guideload.base.errors import ArgumentError, TraceError
 from guideload.identification.linear_histories import Inputs, LinearHistories, Output
 from guideload.identification.measured import WIDE, Noise, OwnUnknown, Residuals
 from guideload.identification.model import ModelAt
-from guideload.identification.places import Place
+from guideload.identification.places import LoadPlace, Place
 from guideload.identification.windows import Windows
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.motion import Motion
 from guideload.sensitivity.varied import VariedMachine
 
-Kind = Literal["acceleration", "velocity", "displacement"]
+Kind = Literal["acceleration", "velocity", "displacement", "load"]
 DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
 UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 PER_PERIOD = 10.0  # windows in a period of the highest mode, whose vibration a mean over one lowers by 1.6 %
@@ -43,13 +44,13 @@ LEAST_OVERLAP = 0.5  # of the log, or of the trace if it is shorter, that the cl
 class Channel:
     """One sensor.
 
-    place     point and direction
-    kind      what it measures; an acceleration is absolute, others are from the carriages' guides
-    level     standard deviation of its noise [`UNIT`]; None if unknown
-    gain_spread  relative standard deviation of its gain; 0 if the gain is known
+    place     point and direction, or the load that it measures
+    kind      what it measures; an acceleration is absolute, velocity and displacement are from the carriages' guides
+    level     standard deviation of its noise [`unit`]; None if unknown
+    gain_spread  relative standard deviation of its gain; 0 if the gain is known, inf if nothing is known of it
     """
 
-    place: Place
+    place: Place | LoadPlace
     kind: Kind = "acceleration"
     level: float | None = None
     gain_spread: float = 0.0
@@ -59,8 +60,17 @@ class Channel:
         """ "acceleration of tool y" """
         return f"{self.kind} of {self.place.name}"
 
+    @property
+    def unit(self) -> str:
+        """Of its values: SI, or "1" for those of its column if its gain is unknown."""
+        if self.gain_spread == np.inf:
+            return "1"
+        return self.place.unit if isinstance(self.place, LoadPlace) else UNIT[self.kind]
+
     def shown(self, histories: LinearHistories) -> Output:
         """What it shows without offset, gain and delay."""
+        if isinstance(self.place, LoadPlace):
+            return histories.load(*self.place.rows(histories.rest.load_rows))
         output = histories.along(self.place.row, DERIVATIVE[self.kind])
         if self.kind != "acceleration":
             return output
@@ -73,6 +83,7 @@ class SensorLog:
     """Channels (n, k) with common stamps (n,) [s].
 
     levels      (k,) standard deviation of the noise of one value
+    gains       (k,) expected gains: 1, or where the search for an unknown gain starts
     delay       s, stamp of the log minus that of the trace, where the search starts
     reach       s, how far it may go; 0 if both have one clock
     """
@@ -84,6 +95,7 @@ class SensorLog:
     values: Array
     windows: Windows
     levels: Array
+    gains: Array
     delay: float
     reach: float
 
@@ -110,11 +122,14 @@ class SensorLog:
         frequency = Modes.of(machine).frequency
         window = window or 1.0 / (PER_PERIOD * float(frequency.max()))
         delay, reach = 0.0, 0.0 if one_clock else 0.5 / float(frequency.min())
+        expected = _expected(name, machine, inputs, channels)
+        if reach and all(one.gain_spread == np.inf for one in channels):
+            raise ArgumentError(
+                f"{name}: sensors of unknown gain alone do not tell the delay between log and trace; record both with "
+                "one clock (one_clock = true), or an accelerometer along x or a calibrated sensor in the same log"
+            )
         if reach:
-            histories = LinearHistories(VariedMachine(machine, ["body.mass"]).at(), inputs)
-            at = histories.at()
-            expected = [histories.history(one.shown(histories), at).values for one in channels]
-            delay = _best_delay(name, inputs, np.array(expected).T, time, values)
+            delay = _best_delay(name, inputs, channels, expected, time, values)
         place = time - delay
         usable = (place >= inputs.time[0] + reach) & (place <= inputs.time[-1] - reach)
         windows = Windows.of(time, usable, window, name)
@@ -126,7 +141,24 @@ class SensorLog:
                 )
         given = zip(channels, spreads.tolist(), strict=True)
         levels = np.array([FIRST_LEVEL * spread if one.level is None else one.level for one, spread in given])
-        return cls(name, inputs, tuple(channels), time, values, windows, levels, delay, reach)
+        gains = np.ones(len(channels))
+        for i in [i for i, one in enumerate(channels) if one.gain_spread == np.inf]:
+            there = np.interp(place[windows.samples], inputs.time, expected[:, i])
+            gains[i] = np.cov(there, values[windows.samples, i])[0, 1] / there.var(ddof=1)
+        return cls(name, inputs, tuple(channels), time, values, windows, levels, gains, delay, reach)
+
+    @classmethod
+    def shown(cls, name: str, model: ModelAt, inputs: Inputs, channel: Channel) -> SensorLog:
+        """The log of one channel of known noise, by the clock of the trace, as a machine would show it."""
+        assert channel.level is not None
+        histories = model.histories(inputs)
+        values = np.hypot(histories.history(channel.shown(histories), histories.at()).values, channel.level)
+        window = 1.0 / (PER_PERIOD * float(Modes.of(model.machine).frequency.max()))
+        windows = Windows.of(inputs.time, np.ones(values.size, dtype=np.bool_), window, name)
+        levels = np.array([channel.level])
+        return cls(
+            name, inputs, (channel,), inputs.time, values[:, None], windows, levels, np.ones(1), 0.0, 0.0
+        )
 
     # ---- as the fit sees it
 
@@ -134,13 +166,16 @@ class SensorLog:
     def own(self) -> tuple[OwnUnknown, ...]:
         sizes = abs(self.values[self.windows.samples]).max(axis=0)
         found = [
-            OwnUnknown(f"offset of {one.name} in {self.name}", UNIT[one.kind], 0.0, WIDE * size, size)
+            OwnUnknown(f"offset of {one.name} in {self.name}", one.unit, 0.0, WIDE * size, size)
             for one, size in zip(self.channels, sizes.tolist(), strict=True)
         ]
-        found += [
-            OwnUnknown(f"gain of {one.name} in {self.name}", "1", 1.0, one.gain_spread, one.gain_spread)
-            for one in self._scaled
-        ]
+        for one, gain in zip(self.channels, self.gains.tolist(), strict=True):
+            if one.gain_spread:
+                unknown = one.gain_spread == np.inf
+                spread, scale = (
+                    (WIDE * abs(gain), abs(gain)) if unknown else (one.gain_spread, one.gain_spread)
+                )
+                found.append(OwnUnknown(f"gain of {one.name} in {self.name}", "1", gain, spread, scale))
         if self.reach:
             bounds = self.delay - self.reach, self.delay + self.reach
             name = f"delay of {self.name}"
@@ -220,7 +255,23 @@ class SensorLog:
         return predicted, by_unknowns, by_own
 
 
-def _best_delay(name: str, inputs: Inputs, expected: Array, time: Array, values: Array) -> float:
+def _expected(name: str, machine: Machine, inputs: Inputs, channels: Sequence[Channel]) -> Array:
+    """(time, k) what the machine file predicts for the channels at the stamps of the trace."""
+    histories = LinearHistories(VariedMachine(machine, ["body.mass"]).at(), inputs)
+    at, expected = histories.at(), []
+    for one in channels:
+        expected.append(histories.history(one.shown(histories), at).values)
+        if isinstance(one.place, LoadPlace) and not expected[-1].any():
+            raise ArgumentError(
+                f"{name}: {one.name} is 0 in this machine whatever it does, as its carriage does not resist there; "
+                "leave this channel out, or give the carriage a width"
+            )
+    return np.array(expected).T
+
+
+def _best_delay(
+    name: str, inputs: Inputs, channels: Sequence[Channel], expected: Array, time: Array, values: Array
+) -> float:
     """The delay [s] at which the channels (n, k) are most likely, given what is expected of them (time, k).
 
     With correlations c, the likelihood of a lag has the logarithm -n/2 sum ln(1 - c^2): a channel that hardly depends
@@ -231,12 +282,12 @@ def _best_delay(name: str, inputs: Inputs, expected: Array, time: Array, values:
     there = np.arange(time[0], time[-1], step)
     lags = correlation_lags(there.size, here.size)
     sums, likelihood = np.zeros(lags.size), np.zeros(lags.size)
-    for predicted, measured in zip(expected.T, values.T, strict=True):
+    for channel, predicted, measured in zip(channels, expected.T, values.T, strict=True):
         first, second = np.interp(here, inputs.time, predicted), np.interp(there, time, measured)
         first, second = first - first.mean(), second - second.mean()
         size = np.linalg.norm(first) * np.linalg.norm(second)
         alike = correlate(second, first, method="fft") / size if size > 0.0 else np.zeros(lags.size)
-        sums += alike
+        sums += abs(alike) if channel.gain_spread == np.inf else alike
         likelihood -= np.log1p(-(np.clip(alike, 0.0, LIKEST) ** 2))
     overlap = correlate(np.ones(there.size), np.ones(here.size), method="fft")
     allowed = overlap >= LEAST_OVERLAP * min(there.size, here.size)

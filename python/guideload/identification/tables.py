@@ -1,30 +1,24 @@
-"""Tables of an identify file: one model for each kind of measured data, and for measurements that could be made."""
+"""Tables of an identify file: one model for each kind of measured data."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, PlainValidator, StrictStr, field_validator, model_validator
+from pydantic import Field, PlainValidator, StrictStr, field_validator
 
 from guideload.base.config import ConfigModel, in_range, number
 from guideload.base.errors import ValueRefused
-from guideload.base.number_text import joined
 from guideload.base.ranges import DEFLECTION, FORCE
 from guideload.identification.deflections import Deflection, Deflections
-from guideload.identification.frequency_responses import Curve, FrequencyResponses, curves_of, is_universal
+from guideload.identification.frequency_responses import FrequencyResponses, curves_of, is_universal
 from guideload.identification.modal_test import MeasuredMode, ModalTest
 from guideload.identification.places import Place, place_of
 from guideload.machine.machine import Machine
-
-if TYPE_CHECKING:
-    from guideload.identification.measured import Measured
-    from guideload.identification.model import ModelAt
 
 FileName = Annotated[StrictStr, Field(min_length=1)]
 
@@ -193,59 +187,6 @@ class DeflectionsTable(ConfigModel):
         if self.noise is None and typical == 0.0:
             raise ValueRefused("a displacement other than 0, or the noise", 0.0)
         return Deflections(self.name, values, self.noise or typical, self.noise is not None)
-
-
-class CandidateTable(ConfigModel):
-    """Measurements that could be made next: all pairs of a force and a place."""
-
-    kind: Literal["frequency response", "deflection"] = Field(
-        description='"frequency response" to a hammer, or "deflection" under a constant force'
-    )
-    force: tuple[StrictStr, ...] = Field(
-        min_length=1, description='where a force may act, e.g. ["tool y", "tool z"]'
-    )
-    at: tuple[StrictStr, ...] = Field(min_length=1, description="where a sensor may be")
-    low: Frequency = Field(default=5.0, description="lowest frequency of a response")
-    high: Frequency = Field(default=500.0, description="highest frequency of a response")
-    noise: Share = Field(
-        default=0.05, description="of a response: standard deviation of real and imaginary part over the size"
-    )
-    load: Annotated[float, in_range(FORCE, above=0.0)] = Field(
-        default=1000.0, description="force of a deflection"
-    )
-    accuracy: Annotated[float, in_range(DEFLECTION, above=0.0)] = Field(
-        default=1e-6, description="standard deviation of the displacement of a deflection"
-    )
-
-    OF_KIND: ClassVar[dict[str, set[str]]] = {
-        "frequency response": {"low", "high", "noise"},
-        "deflection": {"load", "accuracy"},
-    }
-
-    @model_validator(mode="after")
-    def _keys_of_its_kind(self) -> CandidateTable:
-        for kind, keys in self.OF_KIND.items():
-            if kind != self.kind and (strange := keys & self.model_fields_set):
-                raise ValueRefused(f"no {joined(sorted(strange))} beside kind {self.kind}", self.kind)
-        return self
-
-    COUNT: ClassVar[int] = 60  # frequencies of a response
-
-    def measurements(self, model: ModelAt) -> list[Measured]:
-        """Every measurement, with the values that the machine would show. Raises ValueRefused."""
-        found: list[Measured] = []
-        hertz = np.geomspace(self.low, max(self.high, self.low * 1.01), self.COUNT)
-        for force in (place_of(text, model.machine) for text in self.force):
-            for at in (place_of(text, model.machine) for text in self.at):
-                name = f"{self.kind} of {at.name} to a force at {force.name}"
-                if self.kind == "deflection":
-                    deflection = Deflection(force, self.load, at, 0.0)
-                    found.append(Deflections(name, (deflection,), self.accuracy, True))
-                    continue
-                curve = Curve(force, at, 2, hertz, np.zeros(hertz.size, dtype=np.complex128))
-                shown = replace(curve, value=curve.computed(model)[0])
-                found.append(FrequencyResponses(name, (shown,), self.noise, 0.005, True))
-        return found
 
 
 def _places(texts: Sequence[str], machine: Machine) -> Iterator[Place]:

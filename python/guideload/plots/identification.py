@@ -206,8 +206,13 @@ def measured_responses(found: Identification, data: FrequencyResponses | None = 
     return axes
 
 
-def next_measurements(candidates: Sequence[Candidate], ax: Axes | None = None) -> Axes:
-    """What each candidate for the next measurement leaves of the interval of the figure that matters, best first."""
+def next_measurements(
+    candidates: Sequence[Candidate], ax: Axes | None = None, *, figure: str = "all unknowns"
+) -> Axes:
+    """What each candidate for the next measurement leaves of the interval of the figure that matters, best first.
+
+    figure: its name.
+    """
     shown = candidates[:MOST_CANDIDATES]
     with look():
         ax = axes_or_new(ax, 8.5, 1.4 + 0.3 * len(shown))
@@ -220,17 +225,20 @@ def next_measurements(candidates: Sequence[Candidate], ax: Axes | None = None) -
         ax.axvline(100.0, color=GREY, linewidth=1.0, linestyle=":")
         ax.invert_yaxis()
         ax.grid(axis="y", visible=False)
-        ax.set_xlabel("interval after the measurement [% of the one now]")
+        ax.set_xlabel(f"interval of {plain(figure)} after the measurement [% of the one now]")
         ax.set_title("What to measure next")
     return ax
 
 
 def save_identification(
-    found: Identification, folder: str | Path, candidates: Sequence[Candidate] = ()
+    found: Identification,
+    folder: str | Path,
+    candidates: Sequence[Candidate] = (),
+    figure: str = "all unknowns",
 ) -> list[Path]:
     """Save every picture of an identification as PNG in a folder; returns their paths. Raises PictureError.
 
-    candidates: for the next measurement, ranked.
+    candidates: for the next measurement, ranked by a figure with this name.
     """
     drawings: dict[str, Callable[[], Axes]] = {
         "numbers.png": lambda: identified_numbers(found),
@@ -245,5 +253,5 @@ def save_identification(
         name: partial(_record, found, one) for name, one in zip(RECORD_PICTURES, in_time, strict=False)
     }
     if candidates:
-        drawings["next_measurements.png"] = lambda: next_measurements(candidates)
+        drawings["next_measurements.png"] = lambda: next_measurements(candidates, figure=figure)
     return save_each(drawings, Path(folder))

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.signal import welch
 
 from guideload.identification.motor_force import MotorForce
-from guideload.identification.sensor_log import UNIT, SensorLog
+from guideload.identification.sensor_log import SensorLog
 from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, legend_above, look, new_figure, plain
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def records(found: Identification, data: MotorForce | SensorLog) -> list[Axes]:
     if isinstance(data, MotorForce):
         titles = [f"{data.name} [{'N m' if data.torque else 'N'}]"]
     else:
-        titles = [f"{one.name} [{UNIT[one.kind]}]" for one in data.channels]
+        titles = [f"{one.name} [{one.unit}]" for one in data.channels]
     count = min(len(titles), MOST_CHANNELS)
     with look():
         figure = new_figure(10.0, 0.8 + 3.4 * count)

@@ -11,6 +11,7 @@ from rich.text import Text
 from guideload.base.number_text import counted, joined, percent
 from guideload.identification.cross_validation import Level
 from guideload.identification.deflections import Deflections
+from guideload.identification.figure import Figure
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.names import short, together, usual_unit
 from guideload.identification.next_measurement import Candidate
@@ -45,12 +46,12 @@ def identification_report(
     found: Identification,
     levels: Sequence[Level] = (),
     candidates: Sequence[Candidate] = (),
-    figure: str = "",
+    figure: Figure | None = None,
     encoding: str = "utf-8",
 ) -> str:
     """The whole report.
 
-    levels: of models compared with this one. candidates: for the next measurement, ranked by `figure`, in words.
+    levels: of models compared with this one. candidates: for the next measurement, ranked by the figure.
     """
     parts: list[RenderableType] = [
         *heading(found.nominal),
@@ -77,7 +78,7 @@ def identification_report(
         parts += [
             *section("What to measure next"),
             _candidates(candidates),
-            *remark(NEXT.format(figure=figure)),
+            *remark(*_figure(figure)),
         ]
     doubts = [f"{test.name}: {doubt}." for test in found.residuals for doubt in test.doubts]
     return to_text([*parts, *remark(*doubts, _search(found))], encoding=encoding)
@@ -210,6 +211,20 @@ def _candidates(candidates: Sequence[Candidate]) -> Table:
             Text(together(one.identified)) if one.identified else "",
         )
     return table
+
+
+def _figure(figure: Figure | None) -> list[str]:
+    """What the intervals of the candidates are of."""
+    if figure is None:
+        return [NEXT.format(figure="all unknowns (geometric mean)")]
+    unit, scale = usual_unit(figure.unit)
+    value, low, high = (f"{scale * one:.4g}" for one in (figure.value, figure.low, figure.high))
+    unit = "" if unit == "1" else f" {unit}"
+    return [
+        NEXT.format(figure=figure.name),
+        f"Now the {figure.name} is {value}{unit}, and with a probability of 95 % from {low} to {high}{unit}, as far as "
+        "the numbers above are uncertain.",
+    ]
 
 
 def _search(found: Identification) -> str:

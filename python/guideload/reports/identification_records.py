@@ -13,7 +13,7 @@ from guideload.identification.motor_force import MotorForce
 from guideload.identification.names import usual_unit
 from guideload.identification.own_estimates import own_estimates
 from guideload.identification.result import Identification
-from guideload.identification.sensor_log import UNIT, SensorLog
+from guideload.identification.sensor_log import SensorLog
 from guideload.reports.elements import new_table, remark, section
 
 INTERVALS = (
@@ -55,15 +55,19 @@ def _differences(found: Identification, data: MotorForce | SensorLog) -> list[st
     if isinstance(data, MotorForce):
         names, units = [data.name], ["N m" if data.torque else "N"]
     else:
-        names, units = [one.name for one in data.channels], [UNIT[one.kind] for one in data.channels]
+        names, units = (
+            [one.name for one in data.channels],
+            [one.unit for one in data.channels],
+        )
     length = float(np.median(np.diff(data.window_time)))
     words = []
     for name, unit, seen, computed in zip(names, units, measured, predicted, strict=True):
         rms, share = float(np.sqrt(np.mean((computed - seen) ** 2))), 0.0
         if seen.std() > 0.0:
             share = 1.0 - float(np.mean((computed - seen) ** 2) / seen.var())
+        shown = f"{rms:.3g}" if unit == "1" else f"{rms:.3g} {unit}"
         words.append(
-            f"{name[:1].upper()}{name[1:]}: computed and measured differ by {rms:.3g} {unit} rms, in {seen.size} "
+            f"{name[:1].upper()}{name[1:]}: computed and measured differ by {shown} rms, in {seen.size} "
             f"windows of {1e3 * length:.3g} ms; the model explains {100.0 * share:.4g} % of the variance."
         )
     return words

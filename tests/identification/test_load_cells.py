@@ -1,0 +1,122 @@
+"""Load cells and strain gauges: the loads of a run, exact derivatives, known values and an unknown gain found again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hammer_tests import unknown
+from motor_records import axis, histories_of, moves, shown_by
+
+from guideload import Link, Machine, Motion, PointOfInterest, simulate
+from guideload.base.errors import ArgumentError, ConfigError, ValueRefused
+from guideload.identification import UnknownTable, identify
+from guideload.identification.model import Model
+from guideload.identification.places import COMPONENTS, load_place_of, place_of
+from guideload.identification.record_tables import SensorLogTable
+from guideload.identification.sensor_log import Channel, SensorLog
+
+TABLES = (
+    UnknownTable(path="carriages.*.stiffness_y"),
+    UnknownTable(path=("carriages.*.damping_y", "carriages.*.damping_z"), name="damping"),
+)
+GEOMETRY = (
+    UnknownTable(path="carriages.*.length", spread=0.1),
+    UnknownTable(path="rails[1].position.y", spread=0.01),
+    UnknownTable(path="links[strut].stiffness"),
+    UnknownTable(path="links[strut].point.x", spread=0.01),
+)
+DELAY, GAIN, OFFSET = 3.25, -2.5e-6, 0.4
+
+
+def machine_with(stiffness: float = 1.0, damping: float = 1.0) -> Machine:
+    """The axis on soft carriages on a rail that is turned, with a strut across."""
+    strut = Link(
+        name="strut", point=(0.05, 0.1, 0.2), direction=(0.0, 0.6, 0.8), stiffness=5e6, damping=300.0
+    )
+    tool = PointOfInterest(name="tool", at=(0.05, 0.4, 0.1))
+    machine = axis(links=[strut], points=[tool], rails=[{"name": "1", "position": [0.0, 0.0], "roll": 0.3}])
+    values = {"stiffness_y": 1e7 * stiffness, "stiffness_z": 8e6}
+    values |= {"damping_y": 1e3 * damping, "damping_z": 1e3 * damping}
+    parts = tuple(one.model_copy(update=values) for one in machine.carriages)
+    return machine.model_copy(update={"carriages": parts})
+
+
+def cells(machine: Machine, *places: str) -> list[Channel]:
+    return [Channel(load_place_of(place, machine), "load") for place in places]
+
+
+@pytest.fixture(scope="module")
+def motion() -> Motion:
+    return moves(2.0)
+
+
+def test_cells_show_the_loads_of_a_run(motion: Motion) -> None:
+    """Force and moment of a carriage in its own axes, and the load of a link, from their values at rest."""
+    machine = machine_with()
+    result = simulate(machine, motion)
+    histories = histories_of(machine, motion)
+    loads = np.hstack([result.carriage_loads[:, 1, 1:], result.quantities["link_load"][:, -1:]])
+    channels = cells(machine, *(f"b {one}" for one in COMPONENTS[1:]), "strut")
+    for channel, load in zip(channels, loads.T, strict=True):
+        shown = histories.history(channel.shown(histories), histories.at()).values
+        assert shown == pytest.approx(load - load[0], abs=1e-9 * abs(loads).max())
+
+
+def test_derivatives_are_exact(motion: Motion) -> None:
+    """Against central differences, by laws and places of carriages and links, gain and delay."""
+    machine = machine_with()
+    channels = [
+        *cells(machine, "a Fy", "b Mz"),
+        Channel(load_place_of("strut", machine), "load", None, np.inf),
+    ]
+    time, model = np.arange(0.1, 1.9, 2e-3), Model(machine, unknown(machine, *TABLES, *GEOMETRY))
+    values = np.random.default_rng(0).standard_normal((time.size, 3))
+    data = SensorLog.of(machine, motion, channels, time, values, one_clock=True)
+    z, own = np.array([0.1, -0.2, 0.05, 0.01, 0.3, 0.02]), np.array([0.1, 0.2, 0.3, 2.0])
+    found = data.residuals(model.at(z), own)
+    for k, derivative in enumerate(found.by_unknowns.T):
+        step = 1e-6 * np.eye(z.size)[k]
+        ends = (data.residuals(model.at(z + sign * step), own).values for sign in (1.0, -1.0))
+        slope = np.subtract(*ends) / 2e-6
+        assert derivative == pytest.approx(slope, abs=2e-6 * abs(slope).max())
+    assert found.by_own[:, 3] == pytest.approx(
+        data.residuals(model.at(z), own + [0, 0, 0, 1]).values - found.values,
+        abs=1e-9 * abs(found.values).max(),
+    )
+
+
+def test_a_strain_gauge_without_calibration_tells_stiffness_and_damping(motion: Motion) -> None:
+    """Its gain, with its sign, and the delay are found as well. Alone in another clock it is refused."""
+    true, machine = machine_with(1.2, 0.6), machine_with()
+    time = np.arange(0.1, 1.9, 1.0 / 870.0)
+    channels = [replace(*cells(machine, "a Fy"), gain_spread=np.inf), Channel(place_of("tool x", machine))]
+    shown = [GAIN, 1.0] * shown_by(true, motion, channels, time) + [OFFSET, 0.0]
+    data = SensorLog.of(machine, motion, channels, time + DELAY, shown)
+    found = identify(machine, TABLES, [data], starts=1)
+    assert [one.value for one in found.estimates] == pytest.approx([1.2e7, 0.6e3], rel=1e-4)
+    assert found.own_of(found.data[0])[[0, 2, 3]] == pytest.approx([OFFSET, GAIN, DELAY], rel=1e-4)
+    with pytest.raises(ArgumentError, match="unknown gain alone do not tell the delay"):
+        SensorLog.of(machine, motion, channels[:1], time + DELAY, shown[:, :1])
+
+
+def test_tables_of_load_cells(motion: Motion) -> None:
+    """A gauge's column has any unit; places that do not exist, and loads that are always 0, are refused."""
+    machine = machine_with()
+    with pytest.raises(ValueRefused, match='a carriage and a component of its load, or a link.*"a Fx"'):
+        load_place_of("a Fx", machine)
+    plain = {"trace": "none.csv", "channels": [{"column": "e", "place": "a Fy", "kind": "load"}]}
+    (cell,) = SensorLogTable(**plain).channels
+    assert cell.channel(machine).unit == "N"
+    (gauge,) = SensorLogTable(**{**plain, "channels": [{**plain["channels"][0], "gain": "unknown"}]}).channels
+    assert (gauge.channel(machine).unit, gauge.channel(machine).gain_spread) == ("1", np.inf)
+    both = {**plain["channels"][0], "gain": "unknown", "gain_spread": 0.1}
+    with pytest.raises(ConfigError, match='no gain_spread beside gain = "unknown"'):
+        SensorLogTable(**{**plain, "channels": [both]})
+    narrow = axis()
+    parts = tuple(one.model_copy(update={"width": None}) for one in narrow.carriages)
+    wide = axis(carriages=[*parts, parts[0].model_copy(update={"name": "c", "width": 0.06, "x": 0.0})])
+    time, values = np.arange(0.1, 1.9, 2e-3), np.random.default_rng(0).standard_normal((900, 1))
+    with pytest.raises(ArgumentError, match="load of a Mx is 0 in this machine whatever it does"):
+        SensorLog.of(wide, motion, cells(wide, "a Mx"), time, values)
