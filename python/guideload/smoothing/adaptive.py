@@ -6,7 +6,7 @@ that the process noise has a heavy tail (Student's t): dwells get a low density 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -29,6 +29,8 @@ from guideload.smoothing.stationary import (
 # heavy tail), and length of a segment, in time constants.
 WEIGHT = {3: 3e-4, 4: 1e-3, 5: 0.02, 6: 0.1}
 LENGTH = {3: 3.0, 4: 3.0, 5: 10.0, 6: 10.0}
+# Orders whose motion jumps: if such a motion follows single samples, it would take noise for jumps.
+JUMPING = (3, 4)
 ROUNDS, MORE_ROUNDS = 7, 4  # of adaptation, before and after segments are divided; more rounds change little
 DIVIDED, PARTS = 3.0, 6  # segments over DIVIDED times the stationary density are divided into PARTS segments
 START_CONSTANT, START_NOISE = 2.0, 2.0  # over the stationary fit: adaptation starts with a smoother motion
@@ -92,6 +94,9 @@ def adapted(
     order: of the white derivative of the position. weight: of the prior; by default it depends on the samples.
     Segments with a high density are divided, so that a jump is located, and adapted once more.
     """
+    if order in JUMPING and stationary.time_constant < 1.0:
+        least = max(samples.least_noise, samples.noise_where_smooth())
+        samples = replace(samples, least_noise=least)
     smoother = Smoother(samples, stationary)
     length = max(1.0, LENGTH[order] * stationary.time_constant)
     noise = max(stationary.noise - samples.rounding, samples.least_noise)

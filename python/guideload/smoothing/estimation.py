@@ -1,8 +1,10 @@
 """Motion and its uncertainty from samples: a state-space smoother that adapts to jumps.
 
-A derivative of the position is white process noise. Its density and the measurement noise maximise the likelihood, its
-order maximises the leave-one-out predictive likelihood. Moves of drives are piecewise smooth, so that one density does
-not suit all of a trace: it is adapted in segments of a few time constants (`adaptive`).
+A derivative of the position is white process noise. Its density and the measurement noise maximise the likelihood. The
+orders of the derivative are weighted by their leave-one-out predictive likelihood: the estimate is the mean of this
+mixture, and its variance is the mean variance of the orders plus the variance between them. Moves of drives are
+piecewise smooth, so that one density does not suit all of a trace: it is adapted in segments of a few time constants
+(`adaptive`).
 
 order 3   acceleration that jumps (trapezoids of velocity)
 order 4   jerk that jumps (jerk-limited moves)
@@ -19,7 +21,7 @@ estimate therefore contains only the process noise that the samples show (`Adapt
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,10 +45,13 @@ from guideload.smoothing.stationary import ScaledSamples, StationaryFit, fitted
 ORDERS = (3, 4, 5, 6)  # of the white derivative of the position
 # Factors on the standard deviations, calibrated by tests/benchmarks/encoder.py, by order; times ROUNDED if rounding
 # dominates the noise, because its errors are bounded.
-SCALE = {3: 0.83, 4: 0.97, 5: 0.96, 6: 1.12}
+SCALE = {3: 0.76, 4: 0.87, 5: 0.84, 6: 0.95}
 QUIET, ROUNDED = 0.1, 0.86  # quanta of measurement noise up to which rounding dominates; factor
-# Weight of the adapted models in the choice of the order; below 1, as they have been fitted to the same samples.
+# Weight of the adapted models in the score of an order; below 1, as they have been fitted to the same samples.
 ADAPTED_WEIGHT = 0.5
+# Difference of two scores that makes an order e times as probable as another: above 1, as no order is the true model
+# and the scores of neighbouring samples err together. Least weight of an order that takes part.
+TEMPERATURE, LEAST_WEIGHT = 4.0, 0.01
 # Log density subtracted from the score of an order: jumps of acceleration are rare, but fit coarse samples well.
 HANDICAP = {3: 15.0, 4: 0.0, 5: 0.0, 6: 0.0}
 JUMP = 20.0  # times the stationary density: a segment with at least this density is a jump
@@ -60,7 +65,8 @@ class Estimate(Kinematics):
 
     time                   (n,) s
     acceleration_variance  (n,) (m/s2)^2; +-1.96 standard deviations are the 95 % credible band
-    order                  of the white derivative of the position (module docstring)
+    order                  of the white derivative of the position (module docstring), the one with the largest weight
+    weights                weight of each order in the mixture, the largest first; they sum to 1
     noise                  rms measurement noise, before rounding, in the unit of the samples
     density                (n - 1,) process-noise density in each interval, (m/s^order)^2 s
     stationary_density     density of the stationary fit, in the same unit
@@ -74,6 +80,7 @@ class Estimate(Kinematics):
     density: Array
     jumps: Array
     order: int = ORDERS[0]
+    weights: dict[int, float] = field(default_factory=lambda: {ORDERS[0]: 1.0})
     noise: float = 0.0
     stationary_density: float = 0.0
     warning: str = ""
@@ -115,11 +122,29 @@ def estimate(time: ArrayLike, value: ArrayLike, kind: Kind = "position", quantum
                 f"smoothing: {name}: expected {least:g} to {most:g}, got {size:.3g}; check the unit"
             )
     scaled = ScaledSamples.of(stamps, samples, quantum)
-    return _estimate(stamps, samples, kind, scaled, *_selected(scaled, kind))
+    return _estimate(stamps, samples, kind, scaled, _weighted(scaled, kind))
 
 
-def _selected(samples: ScaledSamples, kind: Kind) -> tuple[int, AdaptedModel]:
-    """The order with the highest leave-one-out predictive likelihood before and after adapting, and its model."""
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """An order of the white derivative, adapted to all samples, and its weight in the mixture."""
+
+    order: int
+    weight: float
+    model: AdaptedModel
+
+    def posterior(self, at: int) -> tuple[Array, Array, Array]:
+        """(n, 3) means of the state; (n,) variance of its number `at`, and the same calibrated."""
+        mean, variance = self.model.smoother.smooth(
+            (self.model.segment, self.model.fit.density), self.model.coloured_sites
+        )
+        quiet = self.model.fit.noise < QUIET**2 * self.model.smoother.samples.quantum
+        scale = SCALE[self.order] * (ROUNDED if quiet else 1.0)
+        return mean, variance[:, at], scale**2 * variance[:, at] * self.model.error_share(variance[:, at], at)
+
+
+def _weighted(samples: ScaledSamples, kind: Kind) -> list[Candidate]:
+    """The orders by their leave-one-out predictive likelihood before and after adapting, the best first."""
     taken = 0 if kind == "position" else 1  # order of the derivative of the position that was sampled
     excerpts = samples.excerpts(2 - taken)
 
@@ -141,29 +166,45 @@ def _selected(samples: ScaledSamples, kind: Kind) -> tuple[int, AdaptedModel]:
 
     with threads(cores()) as submit:
         trials = [future.result() for future in [submit(trial, order) for order in ORDERS]]
-    best = int(np.argmax([score for score, _, _ in trials]))
-    order, (score, fit, models) = ORDERS[best], trials[best]
-    if score == -np.inf:
+    scores = np.array([score for score, _, _ in trials])
+    if not np.isfinite(scores.max()):
         steps = samples.step * samples.time_unit
         raise TraceError(
             f"smoothing: no order survives rounding on steps of time from {steps.min():.3g} to {steps.max():.3g} s; "
             "cut the trace at its longest gaps or leave out samples that lie very close together"
         )
-    if len(models) == 1:
-        return order, models[0]
-    weight = float(np.mean([model.weight for model in models]))
-    return order, adapted_in_pieces(samples, fit, order, weight)
+    # The scores are those of the excerpts; that of all samples grows with their number.
+    whole = samples.value.size / sum(part.value.size for part in excerpts)
+    weights = np.exp((scores - scores.max()) * whole / TEMPERATURE)
+    weights[weights < LEAST_WEIGHT] = 0.0
+    weights /= weights.sum()
+
+    def candidate(number: int) -> Candidate:
+        order, (_, fit, models) = ORDERS[number], trials[number]
+        if len(models) == 1:
+            return Candidate(order, float(weights[number]), models[0])
+        prior = float(np.mean([model.weight for model in models]))
+        return Candidate(order, float(weights[number]), adapted_in_pieces(samples, fit, order, prior))
+
+    return [candidate(int(number)) for number in np.argsort(-scores) if weights[number] > 0.0]
 
 
 def _estimate(
-    time: Array, value: Array, kind: Kind, samples: ScaledSamples, order: int, model: AdaptedModel
+    time: Array, value: Array, kind: Kind, samples: ScaledSamples, candidates: list[Candidate]
 ) -> Estimate:
-    """The estimate of an adapted model, in SI units."""
-    mean, variance = model.smoother.smooth((model.segment, model.fit.density), model.coloured_sites)
-    stationary = model.smoother.fit
+    """The estimate of a mixture of adapted models, in SI units."""
     at = 2 if kind == "position" else 1  # index of the acceleration in the state
-    scale = SCALE[order] * (ROUNDED if model.fit.noise < QUIET**2 * samples.quantum else 1.0)
-    calibration = scale * np.sqrt(model.error_share(variance[:, at], at))
+    order, model = candidates[0].order, candidates[0].model
+    weights = np.array([each.weight for each in candidates])
+    posteriors = [each.posterior(at) for each in candidates]
+    mean = np.asarray(sum(w * found for w, (found, _, _) in zip(weights, posteriors, strict=True)))
+    variance = np.zeros(time.size)
+    for weight, (found, _, own) in zip(weights, posteriors, strict=True):
+        variance += weight * (own + (found[:, at] - mean[:, at]) ** 2)
+    # The chain of the best order carries the deviations of the mixture, scaled to its variance.
+    chain = posteriors[0][1]
+    calibration = np.sqrt(np.divide(variance, chain, out=np.ones_like(chain), where=chain > 0.0))
+    stationary = model.smoother.fit
     units = [samples.value_unit / samples.time_unit**power for power in range(3)]
     smoothed = mean[:, 0] * units[0] + samples.origin
     acceleration = mean[:, at] * units[at]
@@ -188,16 +229,17 @@ def _estimate(
         position=position,
         velocity=velocity,
         acceleration=acceleration,
-        acceleration_variance=variance[:, at] * unit**2,
+        acceleration_variance=chain * unit**2,
         order=order,
+        weights={each.order: each.weight for each in candidates},
         noise=noise,
         density=density * density_unit,
         stationary_density=stationary.density * density_unit,
         jumps=np.column_stack([time[edge] for edge in runs_of(density >= JUMP * stationary.density)]),
         bandwidth=bandwidth,
-        note=f"smoother with white derivative {order} of the position, adapted to jumps, by likelihood: noise "
-        f"{noise:.2g} {UNIT[kind]} rms before rounding (quantum {quantum:.2g} {UNIT[kind]}), sudden changes followed "
-        f"up to {bandwidth:.3g} Hz" + (f"; warning: {warning}" if warning else ""),
+        note=f"smoother with white derivative {_shares(candidates)} of the position, adapted to jumps, by likelihood: "
+        f"noise {noise:.2g} {UNIT[kind]} rms before rounding (quantum {quantum:.2g} {UNIT[kind]}), sudden changes "
+        f"followed up to {bandwidth:.3g} Hz" + (f"; warning: {warning}" if warning else ""),
         warning=warning,
         uncertainty=Uncertainty(
             step=model.smoother.step,
@@ -209,3 +251,10 @@ def _estimate(
             unit=unit,
         ),
     )
+
+
+def _shares(candidates: list[Candidate]) -> str:
+    """The orders in words: "4", or "4 (72 %) or 5 (28 %)"."""
+    if len(candidates) == 1:
+        return str(candidates[0].order)
+    return " or ".join(f"{each.order} ({100 * each.weight:.0f} %)" for each in candidates)

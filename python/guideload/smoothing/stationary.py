@@ -31,6 +31,9 @@ GAP_DENSITY = 1e3  # of the process-noise density, where samples are missing for
 MOST_DECADES = 12.0  # of density over noise, per median step: above, rounding breaks the filter down
 LONGEST_CONSTANT = 100.0  # time constant in lengths of the trace; longer ones give the same polynomial
 LEAST_NOISE = 1e-3  # squared quanta: least variance before rounding, an allowance for errors of the model
+# Order of the differences that show the noise where the motion is smooth, number of them in a stretch, and share of the
+# stretches that are taken for smooth.
+DIFFERENCES, STRETCH, SMOOTH = 4, 12, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +61,23 @@ class ScaledSamples:
     def rounding(self) -> float:
         """Variance of rounding if many samples differ by less than a quantum."""
         return self.quantum / 12.0
+
+    def noise_where_smooth(self) -> float:
+        """Lower bound on the variance of the measurement noise: that of divided differences in the smoothest stretches.
+
+        A cubic has no fourth differences, and a smooth motion nearly none, so noise remains.
+        """
+        count = self.value.size - DIFFERENCES
+        if count < STRETCH:
+            return 0.0
+        time = np.stack([self.time[i : i + count] for i in range(DIFFERENCES + 1)])
+        value = np.stack([self.value[i : i + count] for i in range(DIFFERENCES + 1)])
+        apart = time[:, None] - time[None]
+        apart[np.diag_indices(DIFFERENCES + 1)] = 1.0
+        weight = 1.0 / np.prod(apart, axis=1)
+        square = np.sum(weight * (value - value[0]), axis=0) ** 2 / np.sum(weight**2, axis=0)
+        stretches = square[: count // STRETCH * STRETCH].reshape(-1, STRETCH).mean(axis=1)
+        return float(np.quantile(stretches, SMOOTH)) - self.rounding
 
     def part(self, samples: slice) -> ScaledSamples:
         time = self.time[samples]

@@ -1,0 +1,89 @@
+"""Laws of the mixture over the orders, and of the noise level where it hides among jumps."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from signals import rms, rounded
+
+from guideload.smoothing import estimation
+from guideload.smoothing.estimation import estimate
+from guideload.smoothing.stationary import ScaledSamples
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
+from traces import case
+
+SEED = 8
+
+
+def undecided():
+    """A trace that fits two orders nearly equally well."""
+    one = case("sin2", 250.0, 8e-5, 0.0, 0.25, np.random.default_rng(SEED))
+    return one.time, one.value, "position", one.quantum
+
+
+def test_the_mixture_has_the_mean_and_the_variance_of_its_orders(monkeypatch):
+    found = estimate(*undecided())
+    assert len(found.weights) > 1
+    assert sum(found.weights.values()) == pytest.approx(1.0) and min(found.weights.values()) > 0.0
+    assert found.order == max(found.weights, key=found.weights.__getitem__)
+    alone = []
+    for order in found.weights:
+        monkeypatch.setattr(estimation, "ORDERS", (order,))
+        alone.append(estimate(*undecided()))
+        assert alone[-1].weights == {order: 1.0} and alone[-1].order == order
+    weights = np.array(list(found.weights.values()))
+    means = np.array([each.acceleration for each in alone])
+    own = np.array([each.acceleration_variance for each in alone])
+    np.testing.assert_allclose(found.acceleration, weights @ means, rtol=1e-9, atol=1e-12)
+    within_and_between = weights @ (own + (means - found.acceleration) ** 2)
+    np.testing.assert_allclose(found.acceleration_variance, within_and_between, rtol=1e-9)
+    np.testing.assert_allclose(found.position, weights @ [each.position for each in alone], rtol=1e-9)
+
+
+def test_draws_of_a_mixture_scatter_as_its_band_says():
+    found = estimate(*undecided())
+    drawn = found.draws(600, np.random.default_rng(SEED)).std(axis=0)
+    np.testing.assert_allclose(drawn, np.sqrt(found.acceleration_variance), rtol=5.0 / np.sqrt(2.0 * 600))
+
+
+def test_more_samples_of_the_same_motion_decide():
+    """The evidence adds up, so that the weight of the best order grows with the length of the record."""
+    rng = np.random.default_rng(SEED)
+    weights = []
+    for seconds in (4, 64):
+        time = np.arange(0.0, seconds, 4e-3)
+        phase = time % 2.0
+        ramp = np.interp(phase, [0.0, 0.4, 0.5, 0.9, 1.0, 1.4, 1.5, 1.9, 2.0], [0, 0, 1, 1, 0, 0, -1, -1, 0])
+        place = np.cumsum(np.cumsum(ramp)) * 4e-3**2
+        found = estimate(time, rounded(place + 2e-5 * rng.standard_normal(time.size), 2e-5), "position", 2e-5)
+        weights.append(max(found.weights.values()))
+    assert weights[1] >= weights[0] and weights[1] > 0.99
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.2])
+def test_noise_is_bounded_below_where_the_motion_is_smooth(jitter):
+    rng = np.random.default_rng(SEED)
+    time = np.arange(600.0) + jitter * rng.uniform(-1.0, 1.0, 600)
+    cubic = 1e-3 * (time - 100.0) ** 3 - time**2
+    assert ScaledSamples.of(time, cubic, 0.0).noise_where_smooth() < 1e-6
+    for noise in (1.0, 5.0):
+        samples = ScaledSamples.of(time, cubic + noise * rng.standard_normal(600), 1.0)
+        assert 0.2 * noise**2 < samples.noise_where_smooth() < noise**2
+
+
+def test_noise_is_not_taken_for_jumps():
+    """Few samples per second and strong jumps: a motion that follows every sample would fit as well."""
+    rng = np.random.default_rng(SEED)
+    time = np.arange(0.0, 4.0, 0.01)
+    acceleration = np.select(
+        [(time % 2 > 0.5) & (time % 2 < 0.8), (time % 2 > 1.2) & (time % 2 < 1.5)], [5.0, -5.0]
+    )
+    speed = np.concatenate([[0.0], np.cumsum(acceleration[:-1]) * 0.01])
+    place = np.concatenate([[0.0], np.cumsum(speed[:-1] * 0.01 + 0.5 * acceleration[:-1] * 1e-4)])
+    value = rounded(place + 1.5e-7 * rng.standard_normal(time.size), 5e-8)
+    found = estimate(time, value, "position", 5e-8)
+    assert 0.5 * 1.5e-7 < found.noise < 1.5 * 1.5e-7
+    still = (time % 2 > 0.1) & (time % 2 < 0.4)
+    assert rms(found.acceleration[still]) < 0.02
