@@ -1,11 +1,14 @@
 //! Batches of samples of one scene.
 
-use guideload::batch::{Batch, Change, Group, Measure, Motion, Solver, Width};
+use std::sync::Arc;
+
+use guideload::batch::{Batch, Change, Group, Measure, Motion, MotionDraws, Solver, Width};
 use guideload::{BatchError, SampleError, Start, Watch};
 use numpy::{PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::bands::PyMotionDraws;
 use crate::convert::{self, Array2, CoreError, List, Samples, numbers, zeros};
 use crate::interrupt::compute;
 use crate::law::PyLaw;
@@ -25,7 +28,12 @@ pub struct PyBatch {
     solver: Solver,
     rtol: f64,
     start: Start,
+    /// Draws of the motion, and the column of values with their numbers.
+    draws: Option<(Arc<MotionDraws>, usize)>,
 }
+
+/// Largest index of a column of values.
+const MOST_COLUMNS: usize = 1 << 32;
 
 /// Samples without a result, and the reasons.
 type Failures = Vec<(usize, String)>;
@@ -33,7 +41,7 @@ type Failures = Vec<(usize, String)>;
 #[pymethods]
 impl PyBatch {
     #[new]
-    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol, rules=None, offsets=None, base_compliance=None, payloads=None, start="rest"))]
+    #[pyo3(signature = (*, mass, center_of_mass, inertia, inertia_about_reference, gravity, free, points, directions, laws, damping, damping_in_contact, groups, centers, time, acceleration, wrench, speed, exponent, changes, measures, method, rtol, rules=None, offsets=None, base_compliance=None, payloads=None, start="rest", draws=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         py: Python<'_>,
@@ -64,6 +72,7 @@ impl PyBatch {
         base_compliance: Option<[[f64; 6]; 6]>,
         payloads: Option<List<PayloadArguments>>,
         start: &str,
+        draws: Option<(PyRef<'_, PyMotionDraws>, usize)>,
     ) -> PyResult<Self> {
         let links = links(&points, &directions, &laws.0, &damping, &damping_in_contact, offsets.as_ref())?;
         let mut groups: Vec<Group> = group_links(links.len(), &groups.0, &centers)?
@@ -97,7 +106,17 @@ impl PyBatch {
             solver: solver(method)?,
             rtol,
             start: convert::start(start)?,
+            draws: draws.map(|(draws, column)| (Arc::clone(&draws.0), column)),
         };
+        let of_motion = batch.samples.time.len();
+        if let Some((draws, column)) = &batch.draws
+            && (draws.count() != of_motion || *column > MOST_COLUMNS)
+        {
+            let got = draws.count();
+            return Err(PyValueError::new_err(format!(
+                "draws: expected those of {of_motion} samples in a column up to {MOST_COLUMNS}, got {got}, column {column}"
+            )));
+        }
         compute(py, |watch| batch.with_batch(watch, |_| Ok(())))??;
         Ok(batch)
     }
@@ -157,7 +176,11 @@ impl PyBatch {
         };
         let batch =
             Batch::new(self.base.base(), motion, &self.changes, &self.measures, self.solver, self.rtol)?;
-        Ok(then(batch.with_start(self.start).with_watch(watch))?)
+        let batch = batch.with_start(self.start).with_watch(watch);
+        Ok(then(match &self.draws {
+            Some((draws, column)) => batch.with_motion_draws(draws, *column),
+            None => batch,
+        })?)
     }
 }
 
