@@ -37,6 +37,7 @@ OF_BATCH = (
     "rtol",
     "rules",
     "start",
+    "draws",
 )
 DOFS = ("x", "y", "z", "rx", "ry", "rz")
 # Squaring and the imbalance of metres against metres per second cost up to ten digits of the 70; 50 are asked.

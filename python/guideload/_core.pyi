@@ -78,6 +78,19 @@ def draw_motion(chain: StateSpaceModel, derivative: int, count: int, seed: int) 
     derivative: its index in the state, below N. A draw depends only on the seed and on its index, on any processor.
     """
 
+class MotionDraws:
+    """Draws of the motion for the samples of a `Batch`: deviations of the acceleration along x from its estimate.
+
+    chain, derivative: as in `draw_motion`. unit: (n,) m/s2 per unit of this derivative. stamps: (n,) s, of the chain.
+    time: (m,) s, of the motion; the deviation is linear between the stamps, and constant outside them.
+    """
+
+    def __new__(
+        cls, chain: StateSpaceModel, derivative: int, unit: Array, stamps: Array, time: Array, seed: int
+    ) -> MotionDraws: ...
+    def deviation(self, number: int) -> Array:
+        """The draw (m,) m/s2 of this number; it depends on the seed and the number alone, on any processor."""
+
 def load_spread(
     scene: Scene,
     chain: StateSpaceModel,
@@ -508,7 +521,8 @@ class Batch:
     (n,) m/s, of the cart along x at the stamps, with its sign, for the mean load. exponent: p of the mean load. method:
     as in `Scene.solve`, or auto: exact if the laws of a sample allow it, else rk45, or implicit if rk45 would be
     unstable. rules: of each group, the equivalent loads of ("load", group, "mean") and of ("load", group, "max"), as in
-    `equivalent_load_integrals`; by default |Fy| + |Fz|. start: of all samples, as in `Scene.solve`.
+    `equivalent_load_integrals`; by default |Fy| + |Fz|. start: of all samples, as in `Scene.solve`. draws: each sample
+    runs under the motion plus the draw whose number, a whole one, is in this column of values.
 
     measures: (quantity, index, statistic) over the stamps of the motion. Quantities: Fx Fy Fz [N], Mx My Mz [N m]
     (about the centre) and resultant (hypot(Fy, Fz)) [N] of the group with this index; drive (reaction along x [N];
@@ -535,6 +549,7 @@ class Batch:
         rtol: float,
         rules: Sequence[tuple[Rule, Rule]] | None = None,
         start: str = "rest",
+        draws: tuple[MotionDraws, int] | None = None,
     ) -> Batch: ...
     def run(self, values: Array, threads: int, width: str = "widest") -> tuple[Array, list[tuple[int, str]]]:
         """Measures (n, measures) of samples with values (n, columns), and (row, reason) of each failed sample.

@@ -81,14 +81,14 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
 
 
 def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | None = None) -> list[Axes]:
-    """A quantity over each of its strongest parameters, with the median along it.
+    """A quantity over each of its strongest parameters, with the median along it; not over a drawn motion.
 
     axes: one per parameter; None for new axes, at most PANELS. At most the first POINTS samples are drawn.
     """
     name = name or result.leading
-    drivers = result.driving(name).index
-    names = [str(one) for one in drivers[: PANELS if axes is None else len(axes)]]
-    units = {one.name: one.unit for one in result.metadata.parameters}
+    units = {one.name: one.unit for one in result.metadata.parameters if not one.is_draw}
+    drivers = [str(one) for one in result.driving(name).index if one in units]
+    names = drivers[: PANELS if axes is None else len(axes)]
     with look():
         if axes is None:
             across = min(len(names), 3)

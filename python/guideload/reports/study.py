@@ -173,7 +173,9 @@ def study_lines(result: StudyResult) -> Iterator[str]:
     metadata = result.metadata
     motion = f"motion {metadata.motion}: " if metadata.motion else "motion: "
     yield f"{motion}{metadata.duration:.4g} s, {metadata.instants} samples"
-    if metadata.motion and not metadata.motion_exact:
+    if metadata.draws_motion:
+        yield "each sample has a motion of its own, drawn from the posterior of the trace"
+    elif metadata.motion and not metadata.motion_exact:
         yield "the study neglects the uncertainty of the motion; `guideload run` gives its credible bands"
     if metadata.sensitivity:
         rows = metadata.runs // (len(metadata.parameters) + 2)
@@ -198,6 +200,9 @@ def parameters_table(result: StudyResult) -> Table:
     moments = () if result.metadata.chosen else ("mean", "std. dev.")
     table = new_table("parameter", *moments, "smallest", "largest", texts=("unit",))
     for one in result.metadata.parameters:
+        if one.is_draw:
+            table.add_row(Text(one.name), *[""] * (2 + len(moments)), "a draw")
+            continue
         values = known(result.column(one.name))
         statistics = (values.mean(), values.std(), values.min(), values.max()) if values.size else ()
         cells = ([f"{number:.4g}" for number in statistics] or [""] * 4)[2 - len(moments) :]

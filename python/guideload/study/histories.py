@@ -48,7 +48,7 @@ def histories(plan: Plan) -> xr.Dataset:
         "time": ("time", plan.motion.time, {"units": "s", "long_name": "time"}),
         "carriage": list(metadata.carriages),
         "axis": list(AXES),
-        "factor": [factor.name for factor in plan.factors],
+        "factor": [one.name for one in metadata.parameters],
     }
     return xr.Dataset(variables, coords=coords, attrs={"fingerprint": metadata.fingerprint})
 

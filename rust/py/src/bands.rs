@@ -1,10 +1,14 @@
 //! Credible bands of loads, and random motions and peaks, over arrays.
 
+use std::sync::Arc;
+
 use guideload::bands::{self, Deviation, NominalLoads, StandardDeviations};
+use guideload::batch::MotionDraws;
 use guideload::smoother::{self, Posterior, PosteriorInput};
 use guideload::{Part, Stopped, Watch, Wrench};
 use numpy::{
-    PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods,
+    IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
+    PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -71,6 +75,42 @@ pub fn draw_motion<'py>(
         check_results(&[out])?;
     }
     Ok(drawn)
+}
+
+/// Draws of the motion for the samples of a batch.
+#[pyclass(name = "MotionDraws", module = "guideload._core", frozen)]
+pub struct PyMotionDraws(pub Arc<MotionDraws>);
+
+#[pymethods]
+impl PyMotionDraws {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        chain: ChainArrays<'_>,
+        derivative: usize,
+        unit: PyReadonlyArray1<'_, f64>,
+        stamps: PyReadonlyArray1<'_, f64>,
+        time: PyReadonlyArray1<'_, f64>,
+        seed: u64,
+    ) -> PyResult<Self> {
+        let model = checked(&chain, derivative)?;
+        let (stamps, unit) = (per_sample(&stamps, "stamps", &model)?, per_sample(&unit, "unit", &model)?);
+        check_ascending(&stamps, "stamps")?;
+        let time = numbers(&time, "time")?;
+        check_finite(&time, "time")?;
+        let draws = compute(py, |watch| {
+            let chain = posterior(&model, watch)?;
+            MotionDraws::new(&chain, (derivative, &unit), &stamps, &time, seed).map_err(CoreError::from)
+        })??;
+        Ok(Self(Arc::new(draws)))
+    }
+
+    /// The deviation of a draw at the samples of the motion (n,).
+    fn deviation<'py>(&self, py: Python<'py>, number: u64) -> PyResult<Array1<'py>> {
+        let deviation = self.0.deviation(number);
+        check_results(&[&deviation])?;
+        Ok(deviation.into_pyarray(py))
+    }
 }
 
 /// Nominal loads, and their groups of links.

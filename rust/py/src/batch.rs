@@ -1,11 +1,14 @@
 //! Batches of samples of one scene.
 
-use guideload::batch::{Batch, Change, Measure, Motion, Solver, Width};
+use std::sync::Arc;
+
+use guideload::batch::{Batch, Change, Measure, Motion, MotionDraws, Solver, Width};
 use guideload::{BatchError, SampleError, Start, Watch};
 use numpy::{PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::bands::PyMotionDraws;
 use crate::convert::{self, Array2, CoreError, List, Samples, numbers, zeros};
 use crate::interrupt::compute;
 use crate::life::{Rule, equivalent_load};
@@ -23,7 +26,12 @@ pub struct PyBatch {
     solver: Solver,
     rtol: f64,
     start: Start,
+    /// Draws of the motion, and the column of values with their numbers.
+    draws: Option<(Arc<MotionDraws>, usize)>,
 }
+
+/// Largest index of a column of values.
+const MOST_COLUMNS: usize = 1 << 32;
 
 /// Samples without a result, and the reasons.
 type Failures = Vec<(usize, String)>;
@@ -31,7 +39,7 @@ type Failures = Vec<(usize, String)>;
 #[pymethods]
 impl PyBatch {
     #[new]
-    #[pyo3(signature = (scene, *, time, acceleration, wrench, speed, exponent, measures, method, rtol, rules=None, start="rest"))]
+    #[pyo3(signature = (scene, *, time, acceleration, wrench, speed, exponent, measures, method, rtol, rules=None, start="rest", draws=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         py: Python<'_>,
@@ -46,6 +54,7 @@ impl PyBatch {
         rtol: f64,
         rules: Option<List<(Rule<'_>, Rule<'_>)>>,
         start: &str,
+        draws: Option<(PyRef<'_, PyMotionDraws>, usize)>,
     ) -> PyResult<Self> {
         let mut base = scene.base.clone();
         let rules = rules.map_or_else(Vec::new, |rules| rules.0);
@@ -66,7 +75,17 @@ impl PyBatch {
             solver: solver(method)?,
             rtol,
             start: convert::start(start)?,
+            draws: draws.map(|(draws, column)| (Arc::clone(&draws.0), column)),
         };
+        let of_motion = batch.samples.time.len();
+        if let Some((draws, column)) = &batch.draws
+            && (draws.count() != of_motion || *column > MOST_COLUMNS)
+        {
+            let got = draws.count();
+            return Err(PyValueError::new_err(format!(
+                "draws: expected those of {of_motion} samples in a column up to {MOST_COLUMNS}, got {got}, column {column}"
+            )));
+        }
         compute(py, |watch| batch.with_batch(watch, |_| Ok(())))??;
         Ok(batch)
     }
@@ -126,7 +145,11 @@ impl PyBatch {
         };
         let batch =
             Batch::new(self.base.base(), motion, &self.changes, &self.measures, self.solver, self.rtol)?;
-        Ok(then(batch.with_start(self.start).with_watch(watch))?)
+        let batch = batch.with_start(self.start).with_watch(watch);
+        Ok(then(match &self.draws {
+            Some((draws, column)) => batch.with_motion_draws(draws, *column),
+            None => batch,
+        })?)
     }
 }
 

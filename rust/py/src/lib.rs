@@ -25,7 +25,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
-    use super::bands::{draw_motion, draw_peaks, load_spread};
+    use super::bands::{PyMotionDraws, draw_motion, draw_peaks, load_spread};
     #[pymodule_export]
     use super::batch::PyBatch;
     #[pymodule_export]

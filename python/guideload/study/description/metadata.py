@@ -45,6 +45,14 @@ class ParameterMetadata(BaseModel, frozen=True):
     targets: tuple[str, ...]
     distribution: str = ""
 
+    @property
+    def is_draw(self) -> bool:
+        """Whether its values are numbers of draws, which have no order."""
+        return self.name == DRAWN_MOTION
+
+
+DRAWN_MOTION = "motion (posterior)"  # the column with the number of the draw of the motion
+
 
 class SecondLooks(BaseModel, frozen=True):
     """Some samples, solved a second time under a motion times 1 + `perturbation`, in numbers over their largest load.
@@ -85,7 +93,7 @@ class StudyMetadata(BaseModel, frozen=True):
     runs            all runs of the study, those of a Saltelli design included
     replicates      independent scrambles that take turns: sample (or row) i is of i % replicates; 1 for random numbers
     sensitivity     run i is row i // (d + 2) of matrix i % (d + 2): A, B, A with column j of B
-    parameters      the d columns of drawn values, in their order
+    parameters      the d columns of drawn values, in their order; the last may be the number of the draw of the motion
     correlations    of normal scores, by the names of both parameters: "body.mass and k[1a]"
     measures        recorded load, carriage and statistic of each column of results; columns: their names
     start           of all runs: rest or quasi-static
@@ -137,6 +145,11 @@ class StudyMetadata(BaseModel, frozen=True):
         if self.columns != columns or len(columns) != len(complete) or set(self.measures) != complete:
             raise ValueError("measures that do not belong to its columns")
         return self
+
+    @property
+    def draws_motion(self) -> bool:
+        """Whether each sample has a motion of its own, drawn from the posterior of the trace."""
+        return any(one.is_draw for one in self.parameters)
 
     @property
     def chosen(self) -> bool:

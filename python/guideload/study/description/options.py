@@ -102,6 +102,14 @@ class ForcesOptions(ConfigModel):
         return motion.with_forces(forces, point, own_axes=self.axes == "point", start=self.start)
 
 
+class MotionOptions(ConfigModel):
+    """How the motion scatters."""
+
+    posterior: StrictBool = optional(
+        "whether each sample has a motion of its own, drawn from the posterior of the trace", False
+    )
+
+
 class StudyOptions(ConfigModel):
     """The options of a study, in a file and in code."""
 
@@ -151,6 +159,7 @@ class StudyFile(StudyOptions):
     ]
     reading: TraceOptions = optional("the table [reading]: how the trace is read", TraceOptions())
     forces: ForcesOptions | None = optional("the table [forces]: process forces beside the motion")
+    motion: MotionOptions = optional("the table [motion]: how the motion scatters", MotionOptions())
     cases: StrictStr | None = optional("a table of given cases in place of [[vary]]; its headers are paths")
 
     def require_files(self, folder: Path) -> None:
@@ -169,7 +178,7 @@ class StudyFile(StudyOptions):
             raise ConfigError(problems)
 
 
-TABLES = {"reading", "forces", "limits", "vary", "correlation"}
+TABLES = {"reading", "forces", "motion", "limits", "vary", "correlation"}
 TOP_KEYS = StudyFile.model_fields.keys() - TABLES  # keys outside all tables
 
 

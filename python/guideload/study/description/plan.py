@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from guideload._core import Batch, VariedScene
+from guideload._core import Batch, MotionDraws, VariedScene
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.life.equivalent_load import PLAIN_SUM
@@ -38,6 +38,7 @@ class Plan:
     factors, changes  columns of values, and the numbers of the core's scene that they change
     design, cases     design of the draws, or given values (runs, factors); the other is None
     histories         indices, ascending, of the runs whose histories are stored
+    draw_seed         seed of the draws of the motion, whose numbers are one more column of values; None without draws
     """
 
     metadata: StudyMetadata
@@ -47,6 +48,7 @@ class Plan:
     design: Design | None
     cases: Array | None
     histories: tuple[int, ...]
+    draw_seed: int | None = None
 
     @property
     def runs(self) -> int:
@@ -54,13 +56,36 @@ class Plan:
         return self.metadata.runs
 
     def values(self, start: int, stop: int) -> Array:
-        """(stop - start, factors) values of the runs start to stop - 1. Raises ArgumentError."""
+        """(stop - start, factors) values of the runs start to stop - 1. Raises ArgumentError.
+
+        With a drawn motion, the number of its draw is one more column.
+        """
         if not 0 <= start <= stop <= self.runs:
             raise ArgumentError(f"values: expected 0 <= start <= stop <= {self.runs}, got {start} and {stop}")
         if self.design is None:
             assert self.cases is not None
             return self.cases[start:stop].copy()
-        return self._values(self.design.uniforms(start, stop))
+        values = self._values(self.design.uniforms(start, stop))
+        if self.draw_seed is None:
+            return values
+        return np.column_stack([values, self.design.draw_numbers(start, stop)])
+
+    def deviation(self, run: int) -> Array:
+        """(n,) m/s2, drawn deviation of the acceleration of a run from the estimate, at the stamps of the motion."""
+        draws = self._draws(1.0)
+        if draws is None:
+            return np.zeros(self.motion.time.size)
+        return draws.deviation(int(self.values(run, run + 1)[0, -1]))
+
+    def _draws(self, factor: float) -> MotionDraws | None:
+        """The draws of the motion, times a factor; None without draws."""
+        if self.draw_seed is None:
+            return None
+        time, uncertainty = self.motion.time, self.motion.uncertainty
+        assert uncertainty is not None
+        stamps = time if uncertainty.time is None else uncertainty.time
+        unit = factor * uncertainty.unit
+        return MotionDraws(uncertainty.model, uncertainty.derivative, unit, stamps, time, self.draw_seed)
 
     def values_at(self, uniforms: Array) -> Array:
         """(n, factors) values of machines with these uniform numbers (factors, n), which are correlated in place."""
@@ -133,7 +158,7 @@ class Plan:
         factor: float = 1.0,
         **keys: Any,
     ) -> Batch:
-        metadata, motion = self.metadata, self.motion
+        metadata, motion, draws = self.metadata, self.motion, self._draws(factor)
         return Batch(
             scene,
             time=motion.time,
@@ -144,6 +169,7 @@ class Plan:
             method=method or metadata.method,
             rtol=rtol or metadata.rtol,
             start=metadata.start,
+            draws=None if draws is None else (draws, len(self.factors)),
             **keys,
         )
 

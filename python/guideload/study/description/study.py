@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from pydantic import Field, InstanceOf, model_validator
+import numpy as np
+from pydantic import Field, InstanceOf, StrictBool, model_validator
 from scipy.stats import qmc
 
 from guideload.base.errors import ABSENT, ConfigError, Problem, ValueRefused
@@ -30,6 +32,12 @@ from guideload.study.description.options import (
     with_hint_on_place,
 )
 from guideload.study.description.plan import Plan, correlations_of, digest, with_fingerprint
+from guideload.study.description.posterior import (
+    MOTION_PARAMETER,
+    digest_of_posterior,
+    draw_seed,
+    require_posterior,
+)
 from guideload.study.description.rated import RatedStudy, rated_study
 from guideload.study.description.refusals import refused_at
 from guideload.study.description.varied_parameter import SampleSpec
@@ -45,6 +53,10 @@ class Study(StudyOptions):
 
     machine: Machine = Field(description="the nominal machine")
     motion: InstanceOf[Motion] = Field(description="the motion of all samples")
+    posterior: StrictBool = Field(
+        default=False,
+        description="whether each sample has a motion of its own, drawn from the posterior of the trace",
+    )
     cases: Any = Field(default=None, description="in place of `vary`: a table or its file; headers are paths")
     sources: tuple[Path, ...] = Field(default=(), description="files of study, machine and motion")
 
@@ -77,6 +89,7 @@ class Study(StudyOptions):
                 for entry in described.vary
             )
             cases = None if described.cases is None else folder / described.cases
+            options["posterior"] = described.motion.posterior
             return cls(machine=machine, motion=motion, cases=cases, sources=tuple(sources), **options)
         except ConfigError as error:
             if error.file is not None:  # the machine's own file
@@ -93,6 +106,18 @@ class Study(StudyOptions):
             )
         _ = self.machine.scene, self._plan  # computed once, and cached
         return self
+
+    def motion_of(self, sample: int) -> Motion:
+        """The motion of a sample: with `posterior`, the estimate plus the drawn deviation of its acceleration.
+
+        `simulate` of the sample's machine under it, from the `start` of the plan, gives the loads of the sample.
+        """
+        if not self.posterior:
+            return self.motion
+        plan, acceleration = self.plan(), self.motion.acceleration.copy()
+        acceleration[:, 0] += np.interp(self.motion.time, plan.motion.time, plan.deviation(sample))
+        notes = (*self.motion.notes, f"sample {sample} of a study, drawn from the posterior of the trace")
+        return replace(self.motion, acceleration=acceleration, uncertainty=None, notes=notes)
 
     @property
     def inputs(self) -> tuple[Path, ...]:
@@ -116,6 +141,8 @@ class Study(StudyOptions):
             )
         # The push of a rack is that of the machine as given: in a batch, all samples share one motion.
         motion = with_forces_of_drive(self.machine, self.motion, self.method, self.rtol, self.start)
+        if self.posterior:
+            require_posterior(self.machine, motion, self.cases)
         parameters = Parameters(self.machine, motion)
         design = cases = None
         if self.cases is not None:
@@ -127,7 +154,7 @@ class Study(StudyOptions):
             copula = copula_of(self.correlation, factors, self.vary)
             self._require_possible_design(len(factors), copula is not None)
             drawn = self.sampling, self.seed, self.samples, len(factors), self.sensitivity, copula
-            design = Design(*drawn, self._replicates)
+            design = Design(*drawn, self._replicates, self.posterior)
             runs = design.runs
         histories = self.histories
         histories = tuple(range(min(histories, runs))) if isinstance(histories, int) else histories
@@ -153,7 +180,10 @@ class Study(StudyOptions):
             runs=runs,
             replicates=1 if design is None else design.replicates,
             sensitivity=design is not None and design.sensitivity,
-            parameters=tuple(factor.metadata for factor in factors),
+            parameters=(
+                *(factor.metadata for factor in factors),
+                *([MOTION_PARAMETER] if self.posterior else []),
+            ),
             correlations=correlations_of(factors, None if design is None else design.copula),
             measures=measures,
             columns=columns,
@@ -161,8 +191,10 @@ class Study(StudyOptions):
             limits=limits_of(self.limits, measures, self.machine.life, rated.reason),
             life_notes=rated.notes,
         )
-        metadata = with_fingerprint(metadata, design, factors, changes, digest(cases))
-        return Plan(metadata, motion, factors, changes, design, cases, histories)
+        posterior = [digest_of_posterior(motion)] if self.posterior else []
+        metadata = with_fingerprint(metadata, design, factors, changes, digest(cases), *posterior)
+        seed = draw_seed(self.seed) if self.posterior else None
+        return Plan(metadata, motion, factors, changes, design, cases, histories, seed)
 
     def _require_one_source(self) -> None:
         """Raise ConfigError unless there are either given cases, or varied parameters and samples."""

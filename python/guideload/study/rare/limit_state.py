@@ -41,6 +41,12 @@ class LimitState:
             raise ArgumentError(
                 "probability: expected a study of varied parameters, got given cases, which have no probability"
             )
+        if plan.metadata.draws_motion:
+            raise ArgumentError(
+                "probability: expected the same motion for all samples, got one drawn from the posterior of the trace "
+                "(motion.posterior), whose thousands of numbers a subset simulation cannot follow: set it to false, or "
+                "count the samples beyond the limit in a study with many of them"
+            )
         self.name, self.threads = name, threads
         self.limit, self.sign = _limit(plan, name, limit)
         self.plan = _recording(plan, name)

@@ -254,20 +254,23 @@ class StudyResult(StudyColumns):
             matrices[:, 0], matrices[:, 1], matrices[:, 2:], confidence, replicate
         )
         table = _with_ends("first_order", indices.first) | _with_ends("total", indices.total)
-        return pd.DataFrame(table | {"rows": indices.rows}, index=self._parameters())
+        names = pd.Index([one.name for one in self.metadata.parameters], name="parameter")
+        return pd.DataFrame(table | {"rows": indices.rows}, index=names)
 
     def rank_correlation(
         self, name: str | None = None, confidence: float = statistics.CONFIDENCE
     ) -> pd.DataFrame:
         """Spearman's rank correlation of a column with each parameter: rank_correlation, low, high, standard_error.
 
-        At most the first RANKED samples are used. For correlated parameters it includes the influence of the others.
+        At most the first RANKED samples are used. For correlated parameters it includes the influence of the others. A
+        drawn motion has no rank: `sensitivity` gives its influence.
         """
-        parameters = (self.column(one.name)[:RANKED] for one in self.metadata.parameters)
+        names = [one.name for one in self.metadata.parameters if not one.is_draw]
+        parameters = (self.column(name)[:RANKED] for name in names)
         values = self.column(name or self.leading)[:RANKED]
         estimates = statistics.rank_correlation(parameters, values, confidence)
         columns = ("rank_correlation", "low", "high", "standard_error")
-        return pd.DataFrame(np.transpose(estimates), self._parameters(), columns)
+        return pd.DataFrame(np.transpose(estimates), pd.Index(names, name="parameter"), columns)
 
     def driving(self, name: str | None = None) -> pd.DataFrame:
         """Influence of the parameters on a column, strongest first: `sensitivity` if the design allows it, else
@@ -275,9 +278,6 @@ class StudyResult(StudyColumns):
         table = self.sensitivity(name) if self.metadata.sensitivity else self.rank_correlation(name)
         strength = table["total"] if self.metadata.sensitivity else table["rank_correlation"].abs()
         return table.loc[strength.sort_values(ascending=False, kind="stable").index]
-
-    def _parameters(self) -> pd.Index[str]:
-        return pd.Index([one.name for one in self.metadata.parameters], name="parameter")
 
     # ---- tables and files
 

@@ -44,6 +44,7 @@ class Design:
     i // (dimensions + 2) of the matrix i % (dimensions + 2): 0 is A, 1 is B, 2 + j is A with column j of B.
 
     replicates: independent sequences that take turns; sample (or row) i is of the replicate i % replicates.
+    draws: whether each run also has the number of a draw, which in a Saltelli design is one more dimension, the last.
     """
 
     sampling: Sampling
@@ -53,10 +54,25 @@ class Design:
     sensitivity: bool = False
     copula: Copula | None = None
     replicates: int = 1
+    draws: bool = False
 
     @property
     def runs(self) -> int:
-        return self.samples * (self.dimensions + 2 if self.sensitivity else 1)
+        return self.samples * (self._matrices if self.sensitivity else 1)
+
+    @property
+    def _matrices(self) -> int:
+        return self.dimensions + int(self.draws) + 2
+
+    def draw_numbers(self, start: int, stop: int) -> Array:
+        """(stop - start,) numbers of the draws: that of the run; in a Saltelli design one for each row of A and B."""
+        numbers: Array = np.arange(start, stop, dtype=np.float64)
+        if not self.sensitivity:
+            return numbers
+        row, matrix = np.divmod(numbers, self._matrices)
+        from_b = (matrix == 1) | (matrix == 2 + self.dimensions)
+        numbers = 2.0 * row + from_b
+        return numbers
 
     @cached_property
     def _sequence(self) -> Single | Replicated:
@@ -73,7 +89,7 @@ class Design:
         return uniforms
 
     def _saltelli(self, start: int, stop: int) -> Array:
-        block = self.dimensions + 2
+        block = self._matrices
         first, last = start // block, -(-stop // block)
         base = self._sequence.columns(first, last)
         row, matrix = np.divmod(np.arange(start, stop), block)

@@ -1,13 +1,16 @@
 //! Monte Carlo: many samples of one scene under one motion; values in, measures out, on any number of threads.
 //!
-//! Files in the order of the data: `variation` (the scene of a sample) → `windows` (of the motion, between changes of payload) → `lanes` (linear scenes, one per vector lane) or `single` (any other scene, with `load_rows` and `reduce`) →
+//! Files in the order of the data: `variation` (the scene of a sample) → `motion_draws` (the motion of a sample, if it is
+//! drawn) → `windows` (of the motion, between changes of payload) → `lanes` (linear scenes, one per vector lane) or `single` (any other scene, with `load_rows` and `reduce`) →
 //! `requirements`, `statistics` (what the measures need) → `measure`. The result of a sample depends on its own values only, to the last bit.
 
+mod drawn;
 mod equivalent;
 mod error;
 mod lanes;
 mod load_rows;
 mod measure;
+mod motion_draws;
 mod power_integral;
 mod reduce;
 mod requirements;
@@ -16,11 +19,13 @@ mod solver;
 mod time_statistics;
 mod travel;
 mod windows;
+mod worker;
 
 pub use crate::variation::{Base, Change, Group, Instance, NominalBody, Payload, Plan, SampleError, Target};
 pub use error::BatchError;
 pub use lanes::Width;
 pub use measure::{Measure, Quantity, Statistic, time_weights};
+pub use motion_draws::MotionDraws;
 pub use solver::Solver;
 pub use travel::Motion;
 
@@ -30,12 +35,12 @@ use crate::error::{RunError, Stopped};
 use crate::integrate::{Control, Start};
 use crate::model::Dof;
 use crate::numeric::watch::{Watch, check_memory, on_threads, room};
-use lanes::{LaneMemory, Lanes};
-use reduce::Memory;
+use drawn::Drawn;
+use lanes::Lanes;
 use requirements::Requirements;
 use single::RunSettings;
-use time_statistics::RunningStatistics;
 use windows::Window;
+use worker::Worker;
 
 /// Number of samples that a thread runs at a time.
 pub const SAMPLES: usize = 64;
@@ -56,6 +61,8 @@ pub struct Batch<'a> {
     solver: Solver,
     rtol: f64,
     watch: Watch<'a>,
+    /// Draws of the motion, and the column of values with their numbers.
+    draws: Option<(&'a MotionDraws, usize)>,
 }
 
 /// Memory of a batch for each sample of its motion: times, intervals, kinds and weights, and for each component value, change and range.
@@ -112,7 +119,7 @@ impl<'a> Batch<'a> {
         let requirements = Requirements::new(measures, drive_is_held, base.groups, &motion);
         let windows = windows::windows(excitation, base.payloads, requirements)?;
         Ok(Self {
-            lanes: Lanes::new(&base, &windows, Start::AtRest, Width::Widest),
+            lanes: Lanes::new(&base, &windows, Start::AtRest, false, Width::Widest),
             plan: Plan::new(&base, changes)?,
             first: Instance::new(&base)?,
             start: Start::AtRest,
@@ -124,6 +131,7 @@ impl<'a> Batch<'a> {
             solver,
             rtol,
             watch: Watch::NEVER,
+            draws: None,
         })
     }
 
@@ -135,7 +143,7 @@ impl<'a> Batch<'a> {
 
     /// The batch with another vector width for linear scenes. The width changes the speed, but no bit of the results.
     pub fn with_width(mut self, width: Width) -> Self {
-        self.lanes = Lanes::new(&self.base, &self.windows, self.start, width);
+        self.lanes = Lanes::new(&self.base, &self.windows, self.start, self.draws.is_some(), width);
         self
     }
 
@@ -146,9 +154,20 @@ impl<'a> Batch<'a> {
         self.with_width(width)
     }
 
-    /// Columns of values that the changes need.
+    /// The batch with a draw of the motion for each sample: the one whose number, a whole one, is in this column of its values.
+    ///
+    /// # Panics
+    /// If the draws are for another number of samples of the motion.
+    pub fn with_motion_draws(mut self, draws: &'a MotionDraws, column: usize) -> Self {
+        assert_eq!(draws.count(), self.motion.excitation.count(), "draws of this motion");
+        self.draws = Some((draws, column));
+        let width = self.lanes.width();
+        self.with_width(width)
+    }
+
+    /// Columns of values that changes and draws need.
     pub fn columns(&self) -> usize {
-        self.plan.columns()
+        usize::max(self.plan.columns(), self.draws.map_or(0, |(_, column)| column + 1))
     }
 
     /// The measures, in the order of the columns of results.
@@ -214,15 +233,17 @@ impl<'a> Batch<'a> {
         let width = self.motion.excitation.count() * self.base.groups.len() * 6;
         let columns = self.check(count, values, out, width)?;
         let (mut sample, mut failures) = (self.first.clone(), Vec::new());
+        let mut drawn = Drawn::default();
         for index in 0..count {
             let (values, out) = (
                 &values[index * columns..(index + 1) * columns],
                 &mut out[index * width..(index + 1) * width],
             );
-            let done = self
-                .plan
-                .apply(&self.base, values, &mut sample)
-                .and_then(|()| single::history(&self.runs(), self.base.groups, &sample, out));
+            let done = self.plan.apply(&self.base, values, &mut sample).and_then(|()| {
+                drawn.draw(self, values, columns);
+                let runs = self.runs(drawn.motion(self, 0));
+                single::history(&runs, self.base.groups, &sample, out)
+            });
             if let Err(error) = done {
                 out.fill(f64::NAN);
                 failures.push((index, error));
@@ -266,10 +287,12 @@ impl<'a> Batch<'a> {
         &self.windows[0].requirements
     }
 
-    fn runs(&self) -> RunSettings<'_> {
+    /// `drawn`: accelerations of a drawn motion.
+    fn runs<'b>(&'b self, drawn: Option<&'b [[f64; 3]]>) -> RunSettings<'b> {
         RunSettings {
             start: self.start,
             excitation: &self.motion.excitation,
+            drawn,
             windows: &self.windows,
             typical_interval: self.typical_interval,
             solver: self.solver,
@@ -281,112 +304,3 @@ impl<'a> Batch<'a> {
 
 /// Samples without a result, by index.
 type Failures = Vec<(usize, SampleError)>;
-
-/// Memory of one thread.
-struct Worker {
-    /// Scenes that run side by side, one per lane, so that they stay in the cache.
-    samples: Vec<Instance>,
-    memory: Memory,
-    lanes: LaneMemory,
-    statistics: Vec<RunningStatistics>,
-    failures: Failures,
-}
-
-impl Worker {
-    fn new(batch: &Batch) -> Self {
-        Self {
-            samples: vec![batch.first.clone(); batch.lanes.count()],
-            memory: Memory::new(),
-            lanes: LaneMemory::default(),
-            statistics: Vec::new(),
-            failures: Vec::new(),
-        }
-    }
-
-    /// Runs a group of samples, the first of which has the index `first`.
-    fn run(
-        &mut self,
-        batch: &Batch,
-        first: usize,
-        values: &[f64],
-        columns: usize,
-        count: usize,
-        rows: &mut [f64],
-    ) {
-        let (width, together) = (batch.measures.len(), self.samples.len());
-        for start in (0..count).step_by(together) {
-            if batch.watch.stops() {
-                return;
-            }
-            let end = usize::min(start + together, count);
-            let values = &values[start * columns..end * columns];
-            self.run_together(
-                batch,
-                first + start,
-                values,
-                columns,
-                end - start,
-                &mut rows[start * width..end * width],
-            );
-        }
-    }
-
-    /// Runs samples side by side, at most one per lane.
-    fn run_together(
-        &mut self,
-        batch: &Batch,
-        first: usize,
-        values: &[f64],
-        columns: usize,
-        count: usize,
-        rows: &mut [f64],
-    ) {
-        let width = batch.measures.len();
-        let mut valid = Vec::with_capacity(count);
-        for (index, sample) in self.samples[..count].iter_mut().enumerate() {
-            let values = &values[index * columns..(index + 1) * columns];
-            match batch.plan.apply(&batch.base, values, sample) {
-                Ok(()) => valid.push(index),
-                Err(error) => {
-                    rows[index * width..(index + 1) * width].fill(f64::NAN);
-                    self.failures.push((first + index, error));
-                }
-            }
-        }
-        // Linear scenes run side by side. Those for which the lanes are not accurate enough, and all others, run one by one.
-        let lost = vec![false; batch.requirements().contacts.len()];
-        let in_lanes =
-            matches!(batch.solver, Solver::Auto | Solver::Exact) && batch.lanes.can_start(batch.start);
-        if in_lanes {
-            let (linear, mut rest): (Vec<usize>, Vec<usize>) =
-                valid.into_iter().partition(|&index| self.samples[index].is_linear());
-            if !linear.is_empty() {
-                let scenes: Vec<&Instance> = linear.iter().map(|&index| &self.samples[index]).collect();
-                batch.lanes.run(&batch.windows, &scenes, &mut self.lanes, batch.watch);
-            }
-            for (lane, &index) in linear.iter().enumerate() {
-                if batch.lanes.statistics(batch.requirements(), &self.lanes, lane, &mut self.statistics) {
-                    let out = &mut rows[index * width..(index + 1) * width];
-                    let excitation = &batch.motion.excitation;
-                    let done = batch.requirements().write_measures(excitation, &self.statistics, &lost, out);
-                    if let Err(error) = done {
-                        out.fill(f64::NAN);
-                        self.failures.push((first + index, error.into()));
-                    }
-                } else {
-                    rest.push(index);
-                }
-            }
-            valid = rest;
-        }
-        for index in valid {
-            let out = &mut rows[index * width..(index + 1) * width];
-            let sample = &self.samples[index];
-            let done = single::measure(&batch.runs(), batch.base.groups, sample, &mut self.memory, out);
-            if let Err(error) = done {
-                out.fill(f64::NAN);
-                self.failures.push((first + index, error));
-            }
-        }
-    }
-}

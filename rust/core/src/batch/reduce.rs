@@ -59,6 +59,7 @@ impl Memory {
 #[derive(Debug)]
 pub(super) struct Reduce<'a> {
     window: &'a Window<'a>,
+    excitation: &'a Excitation<'a>,
     memory: &'a mut Memory,
     /// Number of instants of the window before the present block, and in it.
     before: usize,
@@ -71,13 +72,17 @@ pub(super) struct Reduce<'a> {
 
 impl<'a> Reduce<'a> {
     /// A reduction with the load rows in `memory`, which adds to its statistics.
-    pub(super) fn new(window: &'a Window<'a>, memory: &'a mut Memory) -> Self {
+    pub(super) fn new(
+        window: &'a Window<'a>,
+        excitation: &'a Excitation<'a>,
+        memory: &'a mut Memory,
+    ) -> Self {
         let of_rows = |wanted: &SignalRequest| {
             !wanted.squares && matches!(wanted.signal, Signal::Row(_) | Signal::Resultant(..))
         };
         let requirements = &window.requirements;
         let only_extremes = requirements.contacts.is_empty() && requirements.signals.iter().all(of_rows);
-        Self { window, memory, before: 0, filled: 0, only_extremes, safe: StateBox::NOTHING }
+        Self { window, excitation, memory, before: 0, filled: 0, only_extremes, safe: StateBox::NOTHING }
     }
 
     /// Reduces what is left in the block.
@@ -118,8 +123,8 @@ impl Kernel for FlushKernel<'_, '_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
-        let Reduce { window, memory, before, filled, only_extremes, safe } = self.0;
-        let Window { requirements, excitation, first: offset, .. } = *window;
+        let Reduce { window, excitation, memory, before, filled, only_extremes, safe } = self.0;
+        let Window { requirements, first: offset, .. } = *window;
         let Memory { rows, block, statistics, ends, lost } = &mut **memory;
         let (before, filled) = (*before, *filled);
         // The last instant is repeated past the end; these copies do not count.

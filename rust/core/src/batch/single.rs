@@ -19,6 +19,8 @@ use crate::variation::{Group, Instance};
 pub(super) struct RunSettings<'a> {
     pub start: Start,
     pub excitation: &'a Excitation<'a>,
+    /// Accelerations in place of those of the excitation, where the motion of the sample is drawn.
+    pub drawn: Option<&'a [[f64; 3]]>,
     pub windows: &'a [Window<'a>],
     /// Median interval between samples, s.
     pub typical_interval: f64,
@@ -42,15 +44,23 @@ impl RunSettings<'_> {
         Ok((system, start))
     }
 
+    /// The excitation of a window, and the largest magnitude of each of its components.
+    fn excitation<'b>(&'b self, window: &'b Window) -> (Excitation<'b>, [f64; 9]) {
+        let Some(drawn) = self.drawn else { return (window.excitation, window.peak) };
+        let samples = &drawn[window.first..][..window.excitation.count()];
+        let excitation = window.excitation.with_acceleration(samples);
+        (excitation, excitation.peak())
+    }
+
     /// Runs a system through a window; returns the record and the final state.
     fn run<R: Record>(
         &self,
         (system, start): (&System, Start),
-        window: &Window,
+        (excitation, peak): (&Excitation, [f64; 9]),
         factors: [f64; 2],
         record: R,
     ) -> Result<(R, State), RunError> {
-        let scaled = ScaledExcitation { excitation: &window.excitation, peak: window.peak, factors };
+        let scaled = ScaledExcitation { excitation, peak, factors };
         let (control, output) = (Control::Adaptive { rtol: self.rtol }, Output::Samples);
         let mut record = Watched { record, watch: self.watch };
         let method = self.method_for(system);
@@ -99,8 +109,9 @@ pub(super) fn measure(
     for window in runs.windows {
         let (system, start) = runs.begin(window, sample, last)?;
         memory.rows.set_system(&system, requirements, groups, sample.centers(), sample.factors());
-        let reduce = Reduce::new(window, memory);
-        let (mut reduce, end) = runs.run((&system, start), window, sample.factors(), reduce)?;
+        let (excitation, peak) = runs.excitation(window);
+        let reduce = Reduce::new(window, &excitation, memory);
+        let (mut reduce, end) = runs.run((&system, start), (&excitation, peak), sample.factors(), reduce)?;
         reduce.flush();
         last = Some((system, end));
     }
@@ -117,7 +128,9 @@ pub(super) fn history(
     let (mut last, mut rest) = (None, &mut *out);
     for window in runs.windows {
         let (system, start) = runs.begin(window, sample, last)?;
-        let (states, end) = runs.run((&system, start), window, sample.factors(), Vec::<State>::new())?;
+        let (excitation, peak) = runs.excitation(window);
+        let (states, end) =
+            runs.run((&system, start), (&excitation, peak), sample.factors(), Vec::<State>::new())?;
         let loads: Vec<_> = groups
             .iter()
             .zip(sample.centers())

@@ -110,6 +110,15 @@ impl<'a> Excitation<'a> {
         Self { knots, acceleration: &self.acceleration[samples], wrench, riders: &[] }
     }
 
+    /// With other accelerations, as many as it has samples.
+    #[cfg(feature = "std")]
+    pub(crate) fn with_acceleration<'b>(&self, acceleration: &'b [[f64; 3]]) -> Excitation<'b>
+    where
+        'a: 'b,
+    {
+        Excitation { acceleration, ..*self }
+    }
+
     /// Number of samples, at least one.
     pub fn count(&self) -> usize {
         self.acceleration.len()

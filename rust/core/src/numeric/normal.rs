@@ -17,10 +17,15 @@ pub(crate) struct NormalStreams {
 impl NormalStreams {
     /// Streams number `first`, `first + 1`, … of a seed.
     pub(crate) fn new(seed: u64, first: usize) -> Self {
+        Self::numbered(seed, core::array::from_fn(|lane| (first + lane) as u64))
+    }
+
+    /// The streams of a seed with these numbers.
+    pub(crate) fn numbered(seed: u64, numbers: [u64; LANES]) -> Self {
         let mut state = [[0; LANES]; 4];
-        for lane in 0..LANES {
+        for (lane, &number) in numbers.iter().enumerate() {
             // A seed of its own for each stream (splitmix64, Steele, Lea and Flood 2014).
-            let mut at = mixed(seed).wrapping_add(mixed(!((first + lane) as u64)));
+            let mut at = mixed(seed).wrapping_add(mixed(!number));
             for word in &mut state {
                 at = at.wrapping_add(GOLDEN);
                 word[lane] = mixed(at);

@@ -5,7 +5,7 @@ use pulp::{Simd, WithSimd};
 use super::aligned_buffer::AlignedBuffer;
 use super::damped::Damped;
 use super::matrix::MAX_MODES;
-use super::timeline::Timeline;
+use super::timeline::{BLOCK, Timeline};
 use super::undamped::{RowParts, Undamped};
 use super::vector::{Complex, Real};
 
@@ -81,6 +81,8 @@ pub(super) struct PhysicalState<'a> {
     pub drive: &'a AlignedBuffer,
     pub state_rows: &'a AlignedBuffer,
     pub timeline: &'a Timeline,
+    /// The last block of the drawn motions.
+    pub drawn: Option<&'a AlignedBuffer>,
     pub end: &'a AlignedBuffer,
     pub to: &'a mut AlignedBuffer,
 }
@@ -90,7 +92,7 @@ impl WithSimd for PhysicalState<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { drive, state_rows, timeline, end, to } = self;
+        let Self { drive, state_rows, timeline, drawn, end, to } = self;
         let end = end.vectors::<S>().as_chunks::<2>().0;
         let (n, count) = (end.len(), timeline.components.len());
         let inputs = &timeline.values[(timeline.count - 1) * count..][..count];
@@ -99,8 +101,12 @@ impl WithSimd for PhysicalState<'_> {
         let mut z = [Complex::new(zero, zero); MAX_MODES];
         for mode in 0..n {
             z[mode] = Complex::of(simd, end[mode]);
-            for (drive, &input) in drives.chunks_exact(n).zip(inputs) {
-                z[mode] = z[mode] - Complex::of(simd, drive[mode]).scale(Real::splat(simd, input));
+            for (component, (drive, &input)) in drives.chunks_exact(n).zip(inputs).enumerate() {
+                let input = match drawn {
+                    Some(drawn) if component == 0 => Real::new(simd, drawn.vectors::<S>()[BLOCK - 1]),
+                    _ => Real::splat(simd, input),
+                };
+                z[mode] = z[mode] - Complex::of(simd, drive[mode]).scale(input);
             }
         }
         let rows = state_rows.vectors::<S>();

@@ -3,6 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::aligned_buffer::AlignedBuffer;
+use super::drawn::{self, CHANGES, Deviations, DrawnBlock};
 use super::loads::LaneLoads;
 use super::modal::{ModalScenes, TILE};
 use super::step::Steps;
@@ -21,6 +22,8 @@ pub(super) struct Memory {
     steps: AlignedBuffer,
     /// Last values of the rows before a block.
     last: AlignedBuffer,
+    /// The block of drawn motions; see `drawn`.
+    pub drawn: AlignedBuffer,
     /// [`STATISTICS`] numbers for each signal.
     pub found: AlignedBuffer,
     /// v at the end.
@@ -31,6 +34,8 @@ pub(super) struct Memory {
 pub(super) struct LaneIntegrator<'a, const N: usize> {
     pub modal: &'a ModalScenes,
     pub timeline: &'a Timeline,
+    /// Deviations of the motion of each scene, if they are drawn.
+    pub deviations: Option<Deviations<'a>>,
     pub requirements: &'a Requirements,
     /// Index of the first sample of the window in the motion.
     pub first: usize,
@@ -45,8 +50,18 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { modal, timeline, requirements, first, stores_values, memory, watch } = self;
-        let Memory { states, values, extremes, steps, last, found, end } = memory;
+        match self.deviations {
+            Some(_) => self.run::<S, true>(simd),
+            None => self.run::<S, false>(simd),
+        }
+    }
+}
+
+impl<const N: usize> LaneIntegrator<'_, N> {
+    #[inline(always)]
+    fn run<S: Simd, const DRAWN: bool>(self, simd: S) {
+        let Self { modal, timeline, deviations, requirements, first, stores_values, memory, watch } = self;
+        let Memory { states, values, extremes, steps, last, drawn, found, end } = memory;
         let rows = modal.rows.next_multiple_of(TILE);
         if first == 0 {
             let found = found.clear::<S>(requirements.signals.len() * STATISTICS);
@@ -59,23 +74,38 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
         states.clear::<S>(2 * N * BLOCK);
         values.clear::<S>(if stores_values { rows * BLOCK } else { 0 });
         last.clear::<S>(rows);
+        drawn.clear::<S>(if DRAWN { drawn::SIZE } else { 0 });
         simd.vectorize(Steps { lengths: &timeline.lengths, modal, to: steps });
         for block in 0..timeline.blocks() {
             if watch.stops_at(block) {
                 return;
             }
+            if let Some(deviations) = deviations {
+                simd.vectorize(DrawnBlock { deviations, timeline, block, to: &mut *drawn });
+            }
+            let drawn = &*drawn;
             if let Some(kind) = timeline.kind(block) {
-                simd.vectorize(Advance::<N> { steps, kind, timeline, block, states, end });
+                simd.vectorize(Advance::<N, DRAWN> { steps, kind, timeline, drawn, block, states, end });
             } else {
                 for sample in 0..BLOCK {
-                    simd.vectorize(AdvanceOnce::<N> { modal, steps, timeline, block, sample, states, end });
+                    simd.vectorize(AdvanceOnce::<N, DRAWN> {
+                        modal,
+                        steps,
+                        timeline,
+                        drawn,
+                        block,
+                        sample,
+                        states,
+                        end,
+                    });
                 }
             }
             let is_first = first == 0 && block == 0;
             if stores_values {
-                simd.vectorize(LaneLoads::<true> {
+                simd.vectorize(LaneLoads::<true, DRAWN> {
                     modal,
                     timeline,
+                    drawn,
                     block,
                     is_first,
                     states,
@@ -83,9 +113,10 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
                     extremes,
                 });
             } else {
-                simd.vectorize(LaneLoads::<false> {
+                simd.vectorize(LaneLoads::<false, DRAWN> {
                     modal,
                     timeline,
+                    drawn,
                     block,
                     is_first,
                     states,
@@ -124,22 +155,23 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
 }
 
 /// Advances from sample to sample of a block with one interval length.
-struct Advance<'a, const N: usize> {
+struct Advance<'a, const N: usize, const DRAWN: bool> {
     steps: &'a AlignedBuffer,
     kind: usize,
     timeline: &'a Timeline,
+    drawn: &'a AlignedBuffer,
     block: usize,
     states: &'a mut AlignedBuffer,
     /// v before the block, and after it.
     end: &'a mut AlignedBuffer,
 }
 
-impl<const N: usize> WithSimd for Advance<'_, N> {
+impl<const N: usize, const DRAWN: bool> WithSimd for Advance<'_, N, DRAWN> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { steps, kind, timeline, block, states, end } = self;
+        let Self { steps, kind, timeline, drawn, block, states, end } = self;
         let components = timeline.components.len();
         let steps = steps.vectors::<S>().as_chunks::<2>().0.as_chunks::<N>().0;
         let Some((step, by_input)) = steps[kind * (1 + components)..][..1 + components].split_first() else {
@@ -150,20 +182,22 @@ impl<const N: usize> WithSimd for Advance<'_, N> {
         let states = states.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<2>().0;
         let Some(states) = states.first_chunk_mut::<N>() else { return };
         let inside = usize::min(BLOCK, timeline.count - block * BLOCK);
+        let drawn = drawn_changes::<S, DRAWN>(simd, drawn);
         let mut state = *end;
         // A separate loop for the usual case of one component, whose count the compiler knows.
         if let [by_input] = by_input {
             let Some(changes) = changes.first_chunk::<BLOCK>() else { return };
             for k in 0..inside {
-                state = advanced(simd, step, core::slice::from_ref(by_input), &changes[k..k + 1], &state);
+                let (by_input, changes) = (core::slice::from_ref(by_input), &changes[k..k + 1]);
+                state = advanced::<S, N, DRAWN>(simd, step, by_input, changes, drawn[k], &state);
                 for mode in 0..N {
                     (states[mode][0][k], states[mode][1][k]) = (state[mode][0], state[mode][1]);
                 }
             }
         } else {
             for k in 0..inside {
-                state =
-                    advanced(simd, step, by_input, &changes[k * components..(k + 1) * components], &state);
+                let changes = &changes[k * components..(k + 1) * components];
+                state = advanced::<S, N, DRAWN>(simd, step, by_input, changes, drawn[k], &state);
                 for mode in 0..N {
                     (states[mode][0][k], states[mode][1][k]) = (state[mode][0], state[mode][1]);
                 }
@@ -179,22 +213,23 @@ impl<const N: usize> WithSimd for Advance<'_, N> {
 }
 
 /// Advances to one sample of a block, with an interval length of its own.
-struct AdvanceOnce<'a, const N: usize> {
+struct AdvanceOnce<'a, const N: usize, const DRAWN: bool> {
     modal: &'a ModalScenes,
     steps: &'a mut AlignedBuffer,
     timeline: &'a Timeline,
+    drawn: &'a AlignedBuffer,
     block: usize,
     sample: usize,
     states: &'a mut AlignedBuffer,
     end: &'a mut AlignedBuffer,
 }
 
-impl<const N: usize> WithSimd for AdvanceOnce<'_, N> {
+impl<const N: usize, const DRAWN: bool> WithSimd for AdvanceOnce<'_, N, DRAWN> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { modal, steps, timeline, block, sample, states, end } = self;
+        let Self { modal, steps, timeline, drawn, block, sample, states, end } = self;
         let components = timeline.components.len();
         let at = block * BLOCK + sample;
         let kind = match &timeline.kinds {
@@ -211,13 +246,9 @@ impl<const N: usize> WithSimd for AdvanceOnce<'_, N> {
         };
         let Some(end) = end.vectors_mut::<S>().as_chunks_mut::<2>().0.first_chunk_mut::<N>() else { return };
         if at < timeline.count {
-            *end = advanced(
-                simd,
-                step,
-                by_input,
-                &timeline.changes[at * components..(at + 1) * components],
-                end,
-            );
+            let changes = &timeline.changes[at * components..(at + 1) * components];
+            let drawn = drawn_changes::<S, DRAWN>(simd, drawn)[sample];
+            *end = advanced::<S, N, DRAWN>(simd, step, by_input, changes, drawn, end);
         }
         let states = states.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<2>().0;
         for (states, end) in states.iter_mut().zip(end) {
@@ -226,20 +257,28 @@ impl<const N: usize> WithSimd for AdvanceOnce<'_, N> {
     }
 }
 
-/// One step: see [`Steps`].
+/// Changes of the first component of the excitation at the samples of a block, if the motion of each scene is drawn.
 #[inline(always)]
-fn advanced<S: Simd, const N: usize>(
+fn drawn_changes<S: Simd, const DRAWN: bool>(simd: S, drawn: &AlignedBuffer) -> [S::f64s; BLOCK] {
+    let zeros = [simd.splat_f64s(0.0); BLOCK];
+    if DRAWN { *drawn.vectors::<S>()[CHANGES..].first_chunk().unwrap_or(&zeros) } else { zeros }
+}
+
+/// One step: see [`Steps`]. `drawn`: the change of the first component, if the motion of each scene is drawn.
+#[inline(always)]
+fn advanced<S: Simd, const N: usize, const DRAWN: bool>(
     simd: S,
     step: &[[S::f64s; 2]; N],
     by_input: &[[[S::f64s; 2]; N]],
     changes: &[f64],
+    drawn: S::f64s,
     state: &[[S::f64s; 2]; N],
 ) -> [[S::f64s; 2]; N] {
     // The effect of the excitation first, because it does not depend on the state.
     let zero = Real::splat(simd, 0.0);
     let mut rise = [Complex::new(zero, zero); N];
     for (index, (by_input, &change)) in by_input.iter().zip(changes).enumerate() {
-        let change = Real::splat(simd, change);
+        let change = if DRAWN && index == 0 { Real::new(simd, drawn) } else { Real::splat(simd, change) };
         for mode in 0..N {
             let by_input = Complex::of(simd, by_input[mode]);
             rise[mode] = if index == 0 {

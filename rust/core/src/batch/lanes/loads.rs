@@ -3,6 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::aligned_buffer::AlignedBuffer;
+use super::drawn;
 use super::matrix::MAX_MODES;
 use super::modal::{ModalScenes, TILE};
 use super::timeline::{BLOCK, Timeline};
@@ -12,9 +13,11 @@ use super::vector::{Complex, Real};
 const SAMPLES: usize = 4;
 
 /// Smallest and largest value of all rows: over a block if the values at the samples are stored, otherwise over all blocks so far.
-pub(super) struct LaneLoads<'a, const STORES_VALUES: bool> {
+pub(super) struct LaneLoads<'a, const STORES_VALUES: bool, const DRAWN: bool> {
     pub modal: &'a ModalScenes,
     pub timeline: &'a Timeline,
+    /// The block of drawn motions.
+    pub drawn: &'a AlignedBuffer,
     pub block: usize,
     /// Whether it is the first block of the motion.
     pub is_first: bool,
@@ -23,14 +26,29 @@ pub(super) struct LaneLoads<'a, const STORES_VALUES: bool> {
     pub extremes: &'a mut AlignedBuffer,
 }
 
-impl<const STORES_VALUES: bool> WithSimd for LaneLoads<'_, STORES_VALUES> {
+impl<const STORES_VALUES: bool, const DRAWN: bool> WithSimd for LaneLoads<'_, STORES_VALUES, DRAWN> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { modal, timeline, block, is_first, states, values, extremes } = self;
+        let Self { modal, timeline, drawn, block, is_first, states, values, extremes } = self;
         let components = timeline.components.len();
         let inputs = &timeline.values[block * BLOCK * components..][..BLOCK * components];
+        let input = |sample: usize, component: usize| {
+            if DRAWN && component == 0 {
+                Real::new(simd, drawn.vectors::<S>()[drawn::VALUES + sample])
+            } else {
+                Real::splat(simd, inputs[sample * components + component])
+            }
+        };
+        let mut ranges = [[Real::splat(simd, 0.0); 2]; 9];
+        for (to, range) in ranges.iter_mut().zip(timeline.range(block)) {
+            *to = range.map(|end| Real::splat(simd, end));
+        }
+        if DRAWN {
+            ranges[0] = drawn::range(simd, drawn);
+        }
+        let ranges = &ranges.map(middle_and_half)[..components];
         let states = states.vectors::<S>().as_chunks::<BLOCK>().0;
         let width = 1 + 2 * components + states.len() / 2 * 3;
         let tiles = modal.tiles.vectors::<S>().as_chunks::<TILE>().0.chunks_exact(width);
@@ -39,28 +57,24 @@ impl<const STORES_VALUES: bool> WithSimd for LaneLoads<'_, STORES_VALUES> {
         let mut sizes = [Real::splat(simd, 0.0); MAX_MODES];
         if !STORES_VALUES && !is_first {
             let drives = modal.drive.vectors::<S>().as_chunks::<2>().0;
-            let (states, ranges) = (states.as_chunks::<2>().0, timeline.range(block));
+            let states = states.as_chunks::<2>().0;
             if ranges.len() == 1 {
-                deviations::<S, true>(simd, states, drives, inputs, ranges, &mut sizes);
+                deviations::<S, true>(simd, states, drives, input, ranges, &mut sizes);
             } else {
-                deviations::<S, false>(simd, states, drives, inputs, ranges, &mut sizes);
+                deviations::<S, false>(simd, states, drives, input, ranges, &mut sizes);
             }
         }
         for (index, (tile, extremes)) in tiles.zip(extremes).enumerate() {
             let (head, tile) = tile.split_at(1 + components);
             let (tile, bounds) = tile.split_at(states.len());
-            if !STORES_VALUES
-                && !is_first
-                && !may_be_new(simd, head, timeline.range(block), bounds, &sizes, extremes)
-            {
+            if !STORES_VALUES && !is_first && !may_be_new(simd, head, ranges, bounds, &sizes, extremes) {
                 continue;
             }
             for part in 0..BLOCK / SAMPLES {
                 let mut sums = head[0].map(|lanes| [Real::new(simd, lanes); SAMPLES]);
                 for (component, feed) in head[1..].iter().enumerate() {
                     for sample in 0..SAMPLES {
-                        let input =
-                            Real::splat(simd, inputs[(part * SAMPLES + sample) * components + component]);
+                        let input = input(part * SAMPLES + sample, component);
                         for row in 0..TILE {
                             sums[row][sample] = Real::new(simd, feed[row]).mul_add(input, sums[row][sample]);
                         }
@@ -102,27 +116,28 @@ const ROUNDING: f64 = 1e-13;
 
 /// Middle and half of a range.
 #[inline(always)]
-fn middle_and_half<S: Simd>(simd: S, [least, most]: [f64; 2]) -> [Real<S>; 2] {
-    [Real::splat(simd, 0.5 * (least + most)), Real::splat(simd, 0.5 * (most - least))]
+fn middle_and_half<S: Simd>([least, most]: [Real<S>; 2]) -> [Real<S>; 2] {
+    let half = least.constant(0.5);
+    [half * (least + most), half * (most - least)]
 }
 
 /// Largest distance of z of each mode over a block from its quasi-static value in the middle of the range of the excitation, and more than
-/// rounding can add to its effect. `drives`: `g/λ` of each mode for each component; `inputs`: sample by sample. (Noise of the excitation is
+/// rounding can add to its effect. `drives`: `g/λ` of each mode for each component; `input`: of a sample and a component; `ranges`: middle and half of each component. (Noise of the excitation is
 /// in v and in the quasi-static value, so that the two together are smaller than either.) `ONE`: whether there is one component, as usual.
 #[inline(always)]
 fn deviations<S: Simd, const ONE: bool>(
     simd: S,
     states: &[[[S::f64s; BLOCK]; 2]],
     drives: &[[S::f64s; 2]],
-    inputs: &[f64],
-    ranges: &[[f64; 2]],
+    input: impl Fn(usize, usize) -> Real<S>,
+    ranges: &[[Real<S>; 2]],
     sizes: &mut [Real<S>; MAX_MODES],
 ) {
     let count = if ONE { 1 } else { ranges.len() };
     let mut first = [simd.splat_f64s(0.0); BLOCK];
     if ONE {
         for k in 0..BLOCK {
-            first[k] = (middle_and_half(simd, ranges[0])[0] - Real::splat(simd, inputs[k])).lanes;
+            first[k] = (ranges[0][0] - input(k, 0)).lanes;
         }
     }
     for (mode, ([re, im], size)) in states.iter().zip(sizes).enumerate() {
@@ -130,18 +145,13 @@ fn deviations<S: Simd, const ONE: bool>(
         let mut most = [Real::splat(simd, TINY); 4];
         for component in 0..count {
             let drive = Complex::of(simd, drives[component * states.len() + mode]);
-            let half = middle_and_half(simd, ranges[component])[1];
-            reach = (drive.re.abs() + drive.im.abs()).mul_add(half, reach);
+            reach = (drive.re.abs() + drive.im.abs()).mul_add(ranges[component][1], reach);
         }
         for k in 0..BLOCK {
             let mut z = Complex::of(simd, [re[k], im[k]]);
             for component in 0..count {
-                let off = if ONE {
-                    Real::new(simd, first[k])
-                } else {
-                    middle_and_half(simd, ranges[component])[0]
-                        - Real::splat(simd, inputs[k * count + component])
-                };
+                let off =
+                    if ONE { Real::new(simd, first[k]) } else { ranges[component][0] - input(k, component) };
                 let drive = Complex::of(simd, drives[component * states.len() + mode]);
                 z = Complex::new(drive.re.mul_add(off, z.re), drive.im.mul_add(off, z.im));
             }
@@ -159,7 +169,7 @@ fn deviations<S: Simd, const ONE: bool>(
 fn may_be_new<S: Simd>(
     simd: S,
     head: &[[S::f64s; TILE]],
-    ranges: &[[f64; 2]],
+    ranges: &[[Real<S>; 2]],
     bounds: &[[S::f64s; TILE]],
     sizes: &[Real<S>; MAX_MODES],
     extremes: &[[S::f64s; 2]; TILE],
@@ -170,8 +180,7 @@ fn may_be_new<S: Simd>(
     for row in 0..TILE {
         let mut middle = Real::new(simd, head[0][row]);
         let (mut size, mut spread) = (middle.abs(), Real::splat(simd, 0.0));
-        for ((feed, direct), range) in head[1..].iter().zip(direct).zip(ranges) {
-            let [at, half] = middle_and_half(simd, *range);
+        for ((feed, direct), &[at, half]) in head[1..].iter().zip(direct).zip(ranges) {
             let feed = Real::new(simd, feed[row]);
             middle = feed.mul_add(at, middle);
             size = feed.abs().mul_add(at.abs() + half, size);

@@ -2,7 +2,7 @@
 //!
 //! Files in the order of the data: `vector`, `aligned_buffer`, `matrix` (numbers in lanes, memory for them) → `request`
 //! → `assemble`, `dense`, `jacobi` → `undamped` → `damped` → `modal` (from scenes to damped modes), with `handover` (the state at a change of
-//! payload); `timeline` (the motion) → `step` →
+//! payload); `timeline` (the motion), `drawn` (the motion of each scene) → `step` →
 //! `integrate` (from sample to sample) → `loads` → `time_statistics` with `power_integral` and `bent`. The results of a scene have the same
 //! bits in any lane of any width, beside any other scenes. See `numeric::simd` for why these files use `pulp`.
 
@@ -11,6 +11,7 @@ mod assemble;
 mod bent;
 mod damped;
 mod dense;
+mod drawn;
 mod handover;
 mod integrate;
 mod jacobi;
@@ -33,6 +34,7 @@ use super::windows::Window;
 use crate::integrate::Start;
 use crate::numeric::watch::Watch;
 use crate::variation::{Base, Instance};
+pub(super) use drawn::Deviations;
 use handover::PhysicalState;
 use integrate::{LaneIntegrator, Memory};
 use modal::{ModalScenes, ModalSetup};
@@ -78,10 +80,11 @@ pub(super) struct LaneMemory {
 }
 
 impl<'a> Lanes<'a> {
-    pub(super) fn new(base: &Base<'a>, windows: &[Window], start: Start, width: Width) -> Self {
+    /// `drawn`: whether each scene has a motion of its own.
+    pub(super) fn new(base: &Base<'a>, windows: &[Window], start: Start, drawn: bool, width: Width) -> Self {
         let part = |window: &Window| {
             let quasi_static = window.first == 0 && start == Start::QuasiStatic;
-            let timeline = Timeline::new(&window.excitation, quasi_static, &window.requirements.time);
+            let timeline = Timeline::new(&window.excitation, quasi_static, drawn, &window.requirements.time);
             let request = ModalRequest {
                 dofs: base.free.iter().map(|dof| dof as usize).collect(),
                 groups: base.groups,
@@ -115,16 +118,17 @@ impl<'a> Lanes<'a> {
         self.dispatch(Count)
     }
 
-    /// Runs up to [`Lanes::count`] scenes with linear links.
+    /// Runs up to [`Lanes::count`] scenes with linear links. `deviations`: of the motion of each of them, if they are drawn.
     /// With meaningless results if the watch stops it.
     pub(super) fn run(
         &self,
         windows: &[Window],
         scenes: &[&Instance],
+        deviations: Option<Deviations>,
         memory: &mut LaneMemory,
         watch: Watch,
     ) {
-        self.dispatch(Run { lanes: self, windows, scenes, memory, watch });
+        self.dispatch(Run { lanes: self, windows, scenes, deviations, memory, watch });
     }
 
     /// Writes the statistics of each signal of a scene of the last run. False if rounding in the lanes leaves too few digits; such a scene
@@ -173,6 +177,7 @@ struct Run<'a, 'b> {
     lanes: &'a Lanes<'b>,
     windows: &'a [Window<'b>],
     scenes: &'a [&'a Instance],
+    deviations: Option<Deviations<'a>>,
     memory: &'a mut LaneMemory,
     watch: Watch<'a>,
 }
@@ -196,7 +201,7 @@ impl WithSimd for Run<'_, '_> {
 impl Run<'_, '_> {
     #[inline(always)]
     fn run<S: Simd, const N: usize>(self, simd: S) {
-        let Self { lanes, windows, scenes, memory, watch } = self;
+        let Self { lanes, windows, scenes, deviations, memory, watch } = self;
         let LaneMemory { modal, memory } = memory;
         // Unused lanes repeat the last scene.
         let mut all = [scenes[scenes.len() - 1]; MAX_LANES];
@@ -206,9 +211,11 @@ impl Run<'_, '_> {
             let kept = (index > 0).then(|| all.map(|scene| scene.carrying(&window.kept)));
             let continues = index + 1 < windows.len();
             let scenes = &all;
+            let deviations = deviations.map(|all| all.from(window.first));
             simd.vectorize(ModalSetup {
                 scenes,
                 bodies: &bodies,
+                deviations,
                 kept: kept.as_ref().map(|kept| &kept[..]),
                 continues,
                 request,
@@ -217,6 +224,7 @@ impl Run<'_, '_> {
             simd.vectorize(LaneIntegrator::<N> {
                 modal,
                 timeline,
+                deviations,
                 requirements: &window.requirements,
                 first: window.first,
                 stores_values: lanes.stores_values,
@@ -225,7 +233,9 @@ impl Run<'_, '_> {
             });
             if continues {
                 let ModalScenes { drive, state_rows, state, .. } = modal;
-                simd.vectorize(PhysicalState { drive, state_rows, timeline, end: &memory.end, to: state });
+                let drawn = deviations.is_some().then_some(&memory.drawn);
+                let end = &memory.end;
+                simd.vectorize(PhysicalState { drive, state_rows, timeline, drawn, end, to: state });
             }
         }
     }

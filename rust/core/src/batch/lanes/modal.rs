@@ -5,6 +5,7 @@ use pulp::{Simd, WithSimd};
 use super::aligned_buffer::AlignedBuffer;
 use super::assemble::mass_matrix;
 use super::damped::Damped;
+use super::drawn::Deviations;
 use super::handover::{set_modal_state, set_state_rows};
 use super::request::ModalRequest;
 use super::undamped::Undamped;
@@ -49,6 +50,8 @@ pub(super) struct ModalSetup<'a> {
     /// Their bodies with payloads and, after a change, with those payloads that they keep.
     pub bodies: &'a [Body],
     pub kept: Option<&'a [Body]>,
+    /// Deviations of the motion of each scene, if they are drawn.
+    pub deviations: Option<Deviations<'a>>,
     /// Whether another window follows.
     pub continues: bool,
     pub request: &'a ModalRequest<'a>,
@@ -60,7 +63,7 @@ impl WithSimd for ModalSetup<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { scenes, bodies, kept, continues, request, to } = self;
+        let Self { scenes, bodies, kept, deviations, continues, request, to } = self;
         let undamped = Undamped::new(simd, scenes, bodies, request);
         let damped = Damped::new(simd, &undamped, request.duration);
         let (n, count) = (undamped.n, undamped.influence.len());
@@ -83,13 +86,17 @@ impl WithSimd for ModalSetup<'_> {
         to.rows = request.rows.len();
         let tiles = to.tiles.clear::<S>(to.rows.next_multiple_of(TILE) * width).as_chunks_mut::<TILE>().0;
         let starts = to.starts.clear::<S>(to.rows);
+        let mut first: Vec<Real<S>> = request.first.iter().map(|&value| Real::splat(simd, value)).collect();
+        if let (Some(deviations), Some(first)) = (deviations, first.first_mut()) {
+            *first = *first + deviations.at(simd, 0);
+        }
         let mut feeds = vec![undamped.zero; count];
         let mut size = undamped.zero;
         for (index, row) in request.rows.iter().enumerate() {
             let (tile, place) = (&mut tiles[index / TILE * width..][..width], index % TILE);
             let of = undamped.row(simd, scenes, request, *row, &mut feeds);
             tile[0][place] = of.constant.lanes;
-            let start = first_value(simd, &of.constant, &feeds, &request.first);
+            let start = first_value(&of.constant, &feeds, &first);
             starts[index] = start.lanes;
             size = size + start.abs();
             let (head, bounds) = tile.split_at_mut(1 + count + 2 * n);
@@ -110,7 +117,7 @@ impl WithSimd for ModalSetup<'_> {
                 bounds[count + k][place] = (modulus + modulus).lanes;
             }
             if request.quasi_static {
-                starts[index] = first_value(simd, &of.constant, &feeds, &request.first).lanes;
+                starts[index] = first_value(&of.constant, &feeds, &first).lanes;
             }
             for (feed, to) in feeds.iter().zip(&mut head[1..]) {
                 to[place] = feed.lanes;
@@ -129,10 +136,10 @@ impl WithSimd for ModalSetup<'_> {
 
 /// A row under the first values of the excitation.
 #[inline(always)]
-fn first_value<S: Simd>(simd: S, constant: &Real<S>, feeds: &[Real<S>], first: &[f64]) -> Real<S> {
+fn first_value<S: Simd>(constant: &Real<S>, feeds: &[Real<S>], first: &[Real<S>]) -> Real<S> {
     let mut start = *constant;
     for (feed, &value) in feeds.iter().zip(first) {
-        start = feed.mul_add(Real::splat(simd, value), start);
+        start = feed.mul_add(value, start);
     }
     start
 }

@@ -13,6 +13,8 @@ const MAX_LENGTHS: usize = 64;
 pub(super) struct Timeline {
     /// Number of samples.
     pub count: usize,
+    /// Whether the first values have acted for long, so that they are no change.
+    pub starts_still: bool,
     /// Components of the excitation that are not zero throughout.
     pub components: Vec<usize>,
     /// Values of these components at the samples, and changes from the sample before, sample by sample. The last block is filled with the
@@ -33,11 +35,13 @@ pub(super) struct Timeline {
 }
 
 impl Timeline {
-    /// The timeline of an excitation. `quasi_static`: whether the first values have acted for long. `time`: weights of its samples in time.
-    pub(super) fn new(excitation: &Excitation, quasi_static: bool, time: &[f64]) -> Self {
+    /// The timeline of an excitation. `quasi_static`: whether the first values have acted for long. `drawn`: whether each scene has a
+    /// deviation of the first component of its own. `time`: weights of its samples in time.
+    pub(super) fn new(excitation: &Excitation, quasi_static: bool, drawn: bool, time: &[f64]) -> Self {
         let count = excitation.count();
         let peak = excitation.peak();
-        let components: Vec<usize> = (0..9).filter(|&component| peak[component] > 0.0).collect();
+        let is_there = |&component: &usize| peak[component] > 0.0 || (drawn && component == 0);
+        let components: Vec<usize> = (0..9).filter(is_there).collect();
         let whole = count.next_multiple_of(BLOCK);
         let (values, mut changes) = values_and_changes(excitation, &components, whole);
         if quasi_static {
@@ -52,7 +56,20 @@ impl Timeline {
         let mut time = time.to_vec();
         time.resize(whole, 0.0);
         let duration = excitation.duration();
-        Self { count, components, values, changes, ranges, intervals, lengths, kinds, time, duration }
+        let starts_still = quasi_static;
+        Self {
+            count,
+            starts_still,
+            components,
+            values,
+            changes,
+            ranges,
+            intervals,
+            lengths,
+            kinds,
+            time,
+            duration,
+        }
     }
 
     /// Number of blocks of [`BLOCK`] samples, the last one filled up.
