@@ -35,7 +35,6 @@ ROUNDS, MORE_ROUNDS = 7, 4  # of adaptation, before and after segments are divid
 DIVIDED, PARTS = 3.0, 6  # segments over DIVIDED times the stationary density are divided into PARTS segments
 START_CONSTANT, START_NOISE = 2.0, 2.0  # over the stationary fit: adaptation starts with a smoother motion
 COLOUR = 12.0  # factor on the variance of the measurement noise: vibration is stronger at frequencies of the motion
-GAIN = 2.0  # log likelihood that each density above the stationary one must gain
 PIECE = 100_000  # samples in a piece of a long trace; pieces are adapted independently
 AVERAGED = 9  # segments whose normalised innovation variance is averaged
 NUDGE = 1e-2  # relative change of densities and noise for a difference quotient, far above rounding
@@ -49,14 +48,12 @@ class AdaptedModel:
     segment  (n - 1,) segment of each interval
     fit      densities, noise and sites
     weight   of the prior
-    gain     leave-one-out log predictive density, less `GAIN` for each segment above the stationary density
     """
 
     smoother: Smoother
     segment: Segments
     fit: Adaptation
     weight: float
-    gain: float
 
     @property
     def coloured_sites(self) -> Sites:
@@ -107,10 +104,9 @@ def adapted(
     start = StationaryFit(stationary.states, START_NOISE * stationary.noise, time_constant)
     segments = smoother.segments(length, start.density)
     fit = smoother.adapt(segments, START_NOISE * noise, ROUNDS, weight)
-    gain = float(fit.predictive.sum()) - GAIN * np.count_nonzero(fit.density > stationary.density)
     segments = _divided(segments[0], fit.density, fit.density > DIVIDED * stationary.density)
     fit = smoother.adapt(segments, fit.noise, MORE_ROUNDS, weight, fit.sites)
-    return AdaptedModel(smoother, segments[0], fit, weight, gain)
+    return AdaptedModel(smoother, segments[0], fit, weight)
 
 
 def adapted_in_pieces(
@@ -135,9 +131,8 @@ def adapted_in_pieces(
     fit: list[Any] = [
         np.mean(column) if np.isscalar(column[0]) else np.concatenate(column) for column in columns
     ]
-    gain = sum(piece.gain for piece in pieces)
     smoother = Smoother(samples, stationary)
-    return AdaptedModel(smoother, np.concatenate(numbers)[:-1], Adaptation(*fit), weight, gain)
+    return AdaptedModel(smoother, np.concatenate(numbers)[:-1], Adaptation(*fit), weight)
 
 
 def _divided(segment: Segments, density: Array, chosen: NDArray[np.bool_]) -> Partition:

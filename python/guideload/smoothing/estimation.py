@@ -45,15 +45,15 @@ from guideload.smoothing.stationary import ScaledSamples, StationaryFit, fitted
 ORDERS = (3, 4, 5, 6)  # of the white derivative of the position
 # Factors on the standard deviations, calibrated by tests/benchmarks/encoder.py, by order; times ROUNDED if rounding
 # dominates the noise, because its errors are bounded.
-SCALE = {3: 0.76, 4: 0.87, 5: 0.84, 6: 0.95}
+SCALE = {3: 0.77, 4: 0.88, 5: 0.85, 6: 0.96}
 QUIET, ROUNDED = 0.1, 0.86  # quanta of measurement noise up to which rounding dominates; factor
 # Weight of the adapted models in the score of an order; below 1, as they have been fitted to the same samples.
 ADAPTED_WEIGHT = 0.5
 # Difference of two scores that makes an order e times as probable as another: above 1, as no order is the true model
 # and the scores of neighbouring samples err together. Least weight of an order that takes part.
-TEMPERATURE, LEAST_WEIGHT = 4.0, 0.01
+TEMPERATURE, LEAST_WEIGHT = 5.0, 0.01
 # Log density subtracted from the score of an order: jumps of acceleration are rare, but fit coarse samples well.
-HANDICAP = {3: 15.0, 4: 0.0, 5: 0.0, 6: 0.0}
+HANDICAP = {3: 10.0, 4: 0.0, 5: 0.0, 6: 0.0}
 JUMP = 20.0  # times the stationary density: a segment with at least this density is a jump
 # Limits within which powers of the step [s] and of the range of samples fit a double; largest range over quantum.
 STEPS, RANGES, FINEST = (1e-15, 1e15), (1e-25, 1e25), 1e15
@@ -159,9 +159,9 @@ def _weighted(samples: ScaledSamples, kind: Kind) -> list[Candidate]:
             models = [adapted(part, fit, order) for part in excerpts]
         except RunError:  # beyond the range of numbers
             return -np.inf, fit, []
-        sound = all(np.isfinite(model.gain) and np.isfinite(model.fit.density).all() for model in models)
-        after = sum(model.gain for model in models)
-        score = predictive + ADAPTED_WEIGHT * max(predictive, after) - HANDICAP[order]
+        after = sum(float(model.fit.predictive.sum()) for model in models)
+        sound = np.isfinite(after) and all(np.isfinite(model.fit.density).all() for model in models)
+        score = predictive + ADAPTED_WEIGHT * after - HANDICAP[order]
         return score if sound else -np.inf, fit, models
 
     with threads(cores()) as submit:
