@@ -8,7 +8,6 @@ identified do not count. Expected: 93 to 97 %. The last columns: share of identi
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from collections.abc import Callable
@@ -18,6 +17,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from coverage_table import print_table
 from hammer_tests import hammer_test, unknown, with_corners
 from reference import cart, preloaded
 
@@ -92,6 +92,7 @@ CASES: dict[str, tuple[Machine, tuple[UnknownTable, ...], Maker]] = {
     "modal test, noise estimated": (cart(), BY_CARRIAGE, lambda *a: modal(*a, known=False)),
     "modal test, frequencies only": (cart(), BY_AXIS, lambda *a: modal(*a, shapes=False)),
     "modal test, preloaded": (preloaded(), PRELOADED, modal),
+    "modal test, play": (cart(clearance_y=5e-6), BY_AXIS, modal),
     "frequency responses": (cart(), BY_CARRIAGE, responses),
     "frequency responses, noise estimated": (cart(), BY_CARRIAGE, lambda *a: responses(*a, known=False)),
     "static deflections": (cart(), BY_CARRIAGE[:2], deflections),
@@ -119,17 +120,7 @@ def coverage(name: str, seeds: int) -> str:
     return f"| {name} | {share} % | {len(inside)} | {100 * np.mean(identified):.0f} % | {np.median(seconds):.2f} s |"
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--seeds", type=int, default=200)
-    parser.add_argument("names", nargs="*", help=f"cases: {', '.join(CASES)}")
-    asked = parser.parse_args()
-    print("| case | true value inside | intervals | identified | time of one |\n|---|---|---|---|---|")
-    for name in asked.names or CASES:
-        print(coverage(name, asked.seeds), flush=True)
-
-
 if __name__ == "__main__":
-    main()
+    print_table(
+        str(__doc__), "case | true value inside | intervals | identified | time of one", CASES, coverage
+    )

@@ -8,7 +8,6 @@ estimated from encoder counts; "correlated": the force has an unmodelled part th
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from collections.abc import Callable
@@ -19,6 +18,7 @@ from scipy.signal import lfilter
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from coverage_table import print_table
 from hammer_tests import unknown
 from motor_records import OFFSET, SEAL, VISCOUS, axis, moves
 
@@ -28,7 +28,7 @@ from guideload.identification.measured import Measured
 from guideload.identification.model import Model, ModelAt
 from guideload.identification.motor_force import MotorForce, X
 from guideload.identification.own_estimates import own_estimates
-from guideload.identification.places import place_of
+from guideload.identification.places import load_place_of, place_of
 from guideload.identification.result import identify
 from guideload.identification.sensor_log import Channel, SensorLog
 from guideload.identification.unknowns import UnknownTable
@@ -36,6 +36,7 @@ from guideload.smoothing import smooth
 
 SCATTER = 0.2  # of the logarithm of the true values about the machine file's
 QUANTUM = 1e-6  # m, of the encoder
+STILL = 300  # milliseconds at rest before the moves of a log
 DELAY = 4.2  # s, between the clocks of two loggers
 MEMORY = 0.99  # of a disturbance from one millisecond to the next: 0.1 s
 MASS = (UnknownTable(path="body.mass"),)
@@ -86,11 +87,23 @@ def motor_force(
     return data, truths | {"offset of motor force": OFFSET}
 
 
-def accelerometers(
-    true: ModelAt, motion: Motion, rng: np.random.Generator, *, measured: bool = False
+def from_standstill(motion: Motion) -> Motion:
+    """The motion after a third of a second at rest: a log that begins in vibration has a start that nobody knows."""
+    still = np.zeros(STILL)
+    acceleration, velocity = (np.append(still, one[:, 0]) for one in (motion.acceleration, motion.velocity))
+    return Motion.along_x(1e-3 * np.arange(acceleration.size), acceleration, velocity=velocity)
+
+
+def sensors(
+    true: ModelAt, motion: Motion, rng: np.random.Generator, *, measured: bool = False, cells: bool = False
 ) -> tuple[Measured, Truths]:
+    """Accelerometers; with cells one along x, a calibrated cell and a strain gauge in place of the others."""
+    motion = from_standstill(motion)
     histories = true.histories(Inputs.of(true.machine, motion))
     channels = [Channel(place_of(f"tool {i}", true.machine), gain_spread=0.02 * (i == "y")) for i in "xyz"]
+    if cells:
+        loads = [load_place_of(text, true.machine) for text in ("a Fy", "b Fz")]
+        channels[1:] = [Channel(loads[0], "load"), Channel(loads[1], "load", gain_spread=np.inf)]
     time = np.arange(0.2, motion.time[-1] - 0.2, 1.0 / 900.0)
     at = histories.at(time)
     shown = np.array([histories.history(one.shown(histories), at).values for one in channels]).T
@@ -106,8 +119,15 @@ CASES: dict[str, tuple[Machine, tuple[UnknownTable, ...], float, Maker]] = {
     "motor force": (axis(), MASS, 3.0, motor_force),
     "motor force, correlated": (axis(), MASS, 12.0, lambda *a: motor_force(*a, correlated=True)),
     "motor force, measured trace": (axis(), MASS, 3.0, lambda *a: motor_force(*a, measured=True)),
-    "accelerometers": (soft(), STIFFNESS, 3.0, accelerometers),
-    "accelerometers, measured trace": (soft(), STIFFNESS, 3.0, lambda *a: accelerometers(*a, measured=True)),
+    "accelerometers": (soft(), STIFFNESS, 3.0, sensors),
+    "accelerometers, measured trace": (soft(), STIFFNESS, 3.0, lambda *a: sensors(*a, measured=True)),
+    "load cell and strain gauge": (soft(), STIFFNESS, 3.0, lambda *a: sensors(*a, cells=True)),
+    "cell and gauge, measured trace": (
+        soft(),
+        STIFFNESS,
+        3.0,
+        lambda *a: sensors(*a, measured=True, cells=True),
+    ),
 }
 
 
@@ -132,17 +152,6 @@ def coverage(name: str, seeds: int) -> str:
     return f"| {name} | {of_machine} | {of_data} | {np.median(seconds):.2f} s |"
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--seeds", type=int, default=200)
-    parser.add_argument("names", nargs="*", help=f"cases: {', '.join(CASES)}")
-    asked = parser.parse_args()
-    print("| case | numbers of the machine | friction, offset, delay | time of one |\n|---|---|---|---|")
-    for name in asked.names or CASES:
-        print(coverage(name, asked.seeds), flush=True)
-
-
 if __name__ == "__main__":
-    main()
+    columns = "case | numbers of the machine | friction, offset, delay | time of one"
+    print_table(str(__doc__), columns, CASES, coverage)

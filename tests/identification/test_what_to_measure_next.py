@@ -23,6 +23,7 @@ from guideload.identification import (
     ranked,
 )
 from guideload.identification.candidates import CandidateTable
+from guideload.identification.description import IdentifyFile
 from guideload.identification.figure import Figure, FigureTable, Run, figure_of
 from guideload.identification.linear_histories import Inputs
 from guideload.identification.machine_values import machine_with
@@ -156,6 +157,16 @@ def test_impossible_figures_and_candidates_are_refused(machine: Machine, found: 
     ):
         with pytest.raises(ConfigError, match=words):
             CandidateTable(**keys)
+    file = {"machine": "m.toml", "unknown": [{"path": "body.mass"}]}
+    for figure, words in (
+        (
+            {"quantity": "lif", "motion": "m.toml"},
+            'figure.quantity: expected "peak_resultant", "mean_load" or "life"',
+        ),
+        (3, "figure: expected the name of an unknown, or a table"),
+    ):
+        with pytest.raises(ConfigError, match=words):
+            IdentifyFile(**file, figure=figure)
     with pytest.raises(ArgumentError, match="figure.carriage: expected one of 1a, 1b, 2a and 2b, got '3'"):
         figure_of(found, "life", [Run(machine, moves(0.2))], "3")
     still = Motion.along_x([0.0, 0.1, 0.2], [0.0, 0.0, 0.0], velocity=[0.0, 0.0, 0.0])

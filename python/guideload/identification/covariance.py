@@ -6,7 +6,7 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.identification.fit import Fit
-from guideload.identification.serial_errors import long_run_root, sums_of_scores
+from guideload.identification.serial_errors import root_of
 
 
 def covariance(fit: Fit) -> Array:
@@ -23,9 +23,8 @@ def covariance(fit: Fit) -> Array:
     for i, each in enumerate(objective.data):
         here = objective.set_of == i
         values, slopes = fit.residuals[here], fit.jacobian[here]
-        rows.append(
-            slopes if each.instants is None else long_run_root(sums_of_scores(values, slopes, each.instants))
-        )
+        level = objective.factors[objective.noise_of[here]]
+        rows.append(slopes if each.instants is None else root_of(each, values, slopes, level))
     spread = np.vstack(rows) @ inverse
     return np.asarray(spread.T @ spread)
 

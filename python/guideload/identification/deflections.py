@@ -39,6 +39,7 @@ class Deflections:
 
     own: tuple[OwnUnknown, ...] = ()
     instants: ClassVar[None] = None
+    error_draws: ClassVar[None] = None
 
     @property
     def noise(self) -> tuple[Noise, ...]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from pydantic import Field, StrictStr, model_validator
+from pydantic import BeforeValidator, Field, StrictStr, model_validator
 
 from guideload.base.config import ConfigModel
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused
@@ -42,6 +42,15 @@ class AlternativeTable(ConfigModel):
     )
 
 
+def _figure(value: object) -> str | FigureTable:
+    """The name of an unknown, or a figure of a run. Raises ValueRefused, or ValidationError for `FigureTable`."""
+    if isinstance(value, dict | FigureTable):
+        return FigureTable.model_validate(value)
+    if not isinstance(value, str):
+        raise ValueRefused("the name of an unknown, or a table [figure]", value)
+    return value
+
+
 class IdentifyFile(ConfigModel):
     """An identify file. Raises ConfigError with all problems at once."""
 
@@ -75,7 +84,7 @@ class IdentifyFile(ConfigModel):
         description="one [[candidates]] table for each group of measurements that could be made next",
     )
 
-    figure: StrictStr | FigureTable | None = Field(
+    figure: Annotated[StrictStr | FigureTable, BeforeValidator(_figure)] | None = Field(
         default=None,
         description="what matters most, by which candidates are ranked: the name of an unknown, or a table [figure] of "
         "a peak load, mean load or life; by default all unknowns",

@@ -14,7 +14,8 @@ from guideload.base.number_text import counted
 from guideload.identification.measured import Measured, Noise
 from guideload.identification.model import Model
 from guideload.identification.objective import COARSE, FAR, End, Objective
-from guideload.identification.serial_errors import inflation, long_run_root, sums_of_scores
+from guideload.identification.serial_errors import inflation, root_of
+from guideload.identification.walks import other_valleys
 
 STARTS = 8
 MORE = 4  # times as many for a nonlinear machine: its stiffness jumps where a contact opens, which stops a search
@@ -87,6 +88,8 @@ def fit(model: Model, data: Sequence[Measured], starts: int = STARTS) -> Fit:
     for _ in range(ROUNDS):
         messages.clear()
         objective, minima = _searched(model, data, begin, messages)
+        if model.machine.model_level != "linear":
+            minima = _with_valleys(objective, minima, messages)
         x = minima[0].x
         owns = objective.own_of(x)
         settled = [
@@ -125,14 +128,27 @@ def _searched(
         return objective, minima
     for _ in range(ROUNDS):
         factors = _noise(objective, minima[0].x, noise)
-        done = np.all(abs(factors / objective.factors - 1.0) < SETTLED)
-        objective = Objective(model, data, factors)
-        if done:
+        if np.all(abs(factors / objective.factors - 1.0) < SETTLED):
             break
+        objective = Objective(model, data, factors)
         minima = _minima(objective, [(one.x, one.starts) for one in minima], messages)
     else:
         messages.append(f"the estimated noise had not settled after {ROUNDS} rounds")
     return objective, minima
+
+
+def _with_valleys(objective: Objective, minima: list[Minimum], messages: list[str]) -> list[Minimum]:
+    """The minima with those in other valleys around them."""
+    walked: list[Minimum] = []
+    for _ in range(ROUNDS):
+        good = [one for one in minima if one.squares < minima[0].squares + AS_GOOD]
+        new = [one for one in good if all(abs(one.squares - other.squares) > SETTLED for other in walked)]
+        if not new:
+            break
+        walked += new
+        beside = [(start, 0) for one in new for start in other_valleys(objective, one.x, one.squares)]
+        minima = _minima(objective, [*((one.x, one.starts) for one in minima), *beside], messages)
+    return minima
 
 
 def _starts(objective: Objective, count: int) -> Array:
@@ -197,6 +213,6 @@ def _noise(objective: Objective, x: Array, noise: Sequence[Noise]) -> Array:
         if each.instants is not None:
             here = objective.set_of == i
             of_set, by = values[here] * scale[here], slopes[here] * scale[here, None]
-            raised = inflation(by.T @ by, long_run_root(sums_of_scores(of_set, by, each.instants)))
+            raised = inflation(by.T @ by, root_of(each, of_set, by, factors[objective.noise_of[here]]))
             factors[np.unique(objective.noise_of[here])] *= np.sqrt(max(1.0, raised))
     return factors

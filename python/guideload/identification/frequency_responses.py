@@ -80,6 +80,7 @@ class FrequencyResponses:
     sizes: tuple[Array, ...] = ()
 
     instants: ClassVar[None] = None
+    error_draws: ClassVar[None] = None
 
     @property
     def own(self) -> tuple[OwnUnknown, ...]:

@@ -97,6 +97,10 @@ class Measured(Protocol):
         None for values with independent errors.
         """
 
+    @property
+    def error_draws(self) -> Array | None:
+        """(count, m) draws of the errors of the residuals of a record, by a model of them; None without one."""
+
     def residuals(self, model: ModelAt, own: Array) -> Residuals:
         """The residuals at one machine and own unknowns (q,)."""
 

@@ -81,6 +81,7 @@ class ModalTest:
 
     own: tuple[OwnUnknown, ...] = ()
     instants: ClassVar[None] = None
+    error_draws: ClassVar[None] = None
 
     @classmethod
     def shown(

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +61,7 @@ class MotorForce:
     machine: Machine
     torque: bool = False
     delayed: bool = False
+    error_draws: ClassVar[None] = None
 
     @classmethod
     def of(

@@ -121,7 +121,7 @@ class ChannelTable(ConfigModel):
     noise: NumberOrText | None = Field(
         default=None,
         description='standard deviation of one value, e.g. "0.05 m/s^2"; without unit if the gain is unknown; '
-        "estimated if left out",
+        "estimated if left out, or beside a trace with uncertainty",
     )
     gain_spread: Share | None = Field(
         default=None,

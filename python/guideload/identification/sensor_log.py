@@ -24,6 +24,7 @@ from guideload.identification.linear_histories import Inputs, LinearHistories, O
 from guideload.identification.measured import WIDE, Noise, OwnUnknown, Residuals
 from guideload.identification.model import ModelAt
 from guideload.identification.places import LoadPlace, Place
+from guideload.identification.trace_errors import Whitening, deviations_of
 from guideload.identification.windows import Windows
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
@@ -86,6 +87,9 @@ class SensorLog:
     gains       (k,) expected gains: 1, or where the search for an unknown gain starts
     delay       s, stamp of the log minus that of the trace, where the search starts
     reach       s, how far it may go; 0 if both have one clock
+    deviations  draws of the error of the trace's acceleration, none if it is exact
+    rounds      of the fit that are over: errors of the trace count from the second one on, near the right machine
+    whitening   of the residuals for these errors
     """
 
     name: str
@@ -98,6 +102,9 @@ class SensorLog:
     gains: Array
     delay: float
     reach: float
+    deviations: tuple[Inputs, ...] = ()
+    rounds: int = 0
+    whitening: Whitening | None = None
 
     @classmethod
     def of(
@@ -145,7 +152,9 @@ class SensorLog:
         for i in [i for i, one in enumerate(channels) if one.gain_spread == np.inf]:
             there = np.interp(place[windows.samples], inputs.time, expected[:, i])
             gains[i] = np.cov(there, values[windows.samples, i])[0, 1] / there.var(ddof=1)
-        return cls(name, inputs, tuple(channels), time, values, windows, levels, gains, delay, reach)
+        from_trace = deviations_of(motion, inputs)
+        all_channels = tuple(channels)
+        return cls(name, inputs, all_channels, time, values, windows, levels, gains, delay, reach, from_trace)
 
     @classmethod
     def shown(cls, name: str, model: ModelAt, inputs: Inputs, channel: Channel) -> SensorLog:
@@ -188,7 +197,10 @@ class SensorLog:
 
     @property
     def noise(self) -> tuple[Noise, ...]:
-        return tuple(Noise(f"{one.name} in {self.name}", one.level is not None) for one in self.channels)
+        known = not self.deviations  # the noise of the whitened residuals is estimated
+        return tuple(
+            Noise(f"{one.name} in {self.name}", known and one.level is not None) for one in self.channels
+        )
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
@@ -214,25 +226,50 @@ class SensorLog:
 
     def residuals(self, model: ModelAt, own: Array) -> Residuals:
         predicted, by_unknowns, by_own = self._predicted(model, own)
-        scale = np.sqrt(self.windows.counts) / self.levels[:, None]
-        p, q = len(by_unknowns), len(by_own)
-        return Residuals(
-            ((predicted - self.measured) * scale).ravel(),
-            (by_unknowns * scale).reshape(p, -1).T,
-            (by_own * scale).reshape(q, -1).T,
+        plain = (predicted - self.measured)[None], by_unknowns, by_own
+        whitened = (
+            scaled if self.whitening is None else self.whitening(scaled)
+            for scaled in (one * self._scale for one in plain)
         )
+        values, by_unknowns, by_own = (one.reshape(len(one), -1).T for one in whitened)
+        return Residuals(values[:, 0], by_unknowns, by_own)
+
+    @property
+    def error_draws(self) -> Array | None:
+        return None if self.whitening is None else self.whitening.errors
+
+    @property
+    def _scale(self) -> Array:
+        """(k, m) 1 over the standard deviation of the noise of each mean."""
+        return np.asarray(np.sqrt(self.windows.counts) / self.levels[:, None])
 
     def settled(self, model: ModelAt, own: Array) -> SensorLog:
-        return self
+        """The log with its residuals whitened for the errors of the trace, near this machine."""
+        if not self.deviations:
+            return self
+        if self.rounds == 0:
+            return replace(self, rounds=1)
+        if self.whitening is not None and self.whitening.is_near(model.z):
+            return self
+        errors = np.array(
+            [self._predicted(model, own, one)[0] - own[: len(self.channels), None] for one in self.deviations]
+        )
+        residuals = (self._predicted(model, own)[0] - self.measured) * self._scale
+        return replace(self, whitening=Whitening.of(model.z, errors * self._scale, residuals))
 
     def predicted(self, model: ModelAt, own: Array) -> Array:
         """(k, m) what the machine predicts for the measured values."""
         return self._predicted(model, own)[0]
 
-    def _predicted(self, model: ModelAt, own: Array) -> tuple[Array, Array, Array]:
-        """Means over the windows (k, m), and their derivatives (p, k, m) by unknowns and (q, k, m) own ones."""
+    def _predicted(
+        self, model: ModelAt, own: Array, inputs: Inputs | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Means over the windows (k, m), and their derivatives (p, k, m) by unknowns and (q, k, m) own ones.
+
+        inputs: by default those of the motion.
+        """
         k, m = len(self.channels), self.windows.first.size
-        histories = model.histories(self.inputs)
+        histories = model.histories(self.inputs if inputs is None else inputs)
         at = histories.at(self.time[self.windows.samples] - (own[-1] if self.reach else 0.0))
         predicted, by_unknowns, by_own = (
             np.empty((k, m)),

@@ -14,6 +14,7 @@ from scipy.fft import dct, irfft, rfft
 from scipy.stats import norm, t
 
 from guideload.base.arrays import Array
+from guideload.identification.measured import Measured
 
 COSINES = 0.4  # times n^(2/3): as recommended in the paper, for values at least as independent as those with
 WORST = 17.0 / 3.0  # correlation time of e_k = 0.7 e_{k-1} + white; other records count as fewer values
@@ -62,6 +63,30 @@ def correlation_time(values: Array) -> float:
     times = 2.0 * np.cumsum(correlation / correlation[0]) - 1.0
     enough = np.flatnonzero(np.arange(n) >= WINDOW * times)
     return max(1.0, float(times[enough[0] if enough.size else n - 1]))
+
+
+def root_of(data: Measured, values: Array, slopes: Array, level: Array) -> Array:
+    """R, whose R'R is the covariance of the scores of a record: residuals (m,) times derivatives (m, k).
+
+    level: (m,) of the noise, by which residuals and derivatives are divided already. If a model of the errors gives
+    draws, no direction has less than their covariance: errors that ring as long as the record do not show in it.
+    """
+    assert data.instants is not None
+    root = long_run_root(sums_of_scores(values, slopes, data.instants))
+    if data.error_draws is None:
+        return root
+    count = len(data.error_draws)
+    widened = t.ppf(LEVEL, count) / norm.ppf(LEVEL)
+    return _larger(root, widened / np.sqrt(count) * (data.error_draws / level) @ slopes)
+
+
+def _larger(first: Array, second: Array) -> Array:
+    """R, whose R'R is in every direction the larger one of those of two roots."""
+    whole = np.linalg.qr(np.vstack([first, second]), mode="r")
+    part = second @ np.linalg.pinv(whole)
+    share, directions = np.linalg.eigh(part.T @ part)  # of the second, of their sum
+    largest = np.sqrt(np.clip(np.maximum(share, 1.0 - share), 0.0, 1.0))
+    return np.asarray(largest[:, None] * (directions.T @ whole))
 
 
 def inflation(information: Array, root: Array) -> float:

@@ -1,0 +1,23 @@
+"""The command line of the benchmarks that measure how often intervals hold the true value."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterable
+
+
+def print_table(description: str, columns: str, names: Iterable[str], row: Callable[[str, int], str]) -> None:
+    """Print a row of a table for each case that the command line names, by default for all.
+
+    columns: their titles, "case | share". row: of a case and a number of seeds.
+    """
+    known = tuple(names)
+    parser = argparse.ArgumentParser(
+        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--seeds", type=int, default=200)
+    parser.add_argument("names", nargs="*", help=f"cases: {', '.join(known)}")
+    asked = parser.parse_args()
+    print(f"| {columns} |\n|{'---|' * (columns.count('|') + 1)}")
+    for name in asked.names or known:
+        print(row(name, asked.seeds), flush=True)

@@ -1,0 +1,116 @@
+"""Errors that a measured trace makes in a log: whitened, their level found, their covariance never less than drawn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hammer_tests import unknown
+from motor_records import axis, moves, shown_by
+from scipy.signal import lfilter
+
+from guideload import Machine, Motion, PointOfInterest
+from guideload.base.arrays import Array
+from guideload.identification import UnknownTable, identify, place_of
+from guideload.identification.model import Model
+from guideload.identification.sensor_log import Channel, SensorLog
+from guideload.identification.serial_errors import _larger
+from guideload.identification.trace_errors import _filtered, _filters, _levels
+from guideload.smoothing import smooth
+
+QUANTUM = 1e-6  # m, of the encoder
+TABLES = (
+    UnknownTable(path="carriages.*.stiffness_y"),
+    UnknownTable(path=("carriages.*.damping_y", "carriages.*.damping_z"), name="damping"),
+)
+
+
+def ringing(rng: np.random.Generator, count: int, m: int = 1500) -> Array:
+    """(count, 2, m) errors of a resonance in two channels."""
+    driven = lfilter([1.0], [1.0, -1.9, 0.95], rng.standard_normal((count, m + 500)))[:, 500:]
+    return np.stack([driven, 0.5 * np.roll(driven, 3, axis=-1)], axis=1)
+
+
+def test_whitened_errors_are_white_and_keep_their_density() -> None:
+    """Of a process that was not seen: neighbours and channels uncorrelated. The determinant of the filters is 1."""
+    rng = np.random.default_rng(1)
+    filters = _filters(ringing(rng, 60), np.array([1.0, 1.0]))
+    errors = ringing(rng, 60) + rng.standard_normal((60, 2, 1500))
+    white = _filtered(filters, errors)[..., filters.shape[2] :]
+    size = white.std(axis=(0, 2), keepdims=True)
+    for lag in (0, 1, 2, 5, 20):
+        now, before = white[..., lag:] / size, white[..., : white.shape[2] - lag] / size
+        alike = np.einsum("cit,cjt->ij", now, before) / now[:, 0].size
+        assert alike == pytest.approx(np.eye(2) * (lag == 0), abs=0.03)
+    at_once = filters[:, :, 0]
+    assert np.array_equal(np.diag(at_once), [1.0, 1.0]) and at_once[0, 1] == 0.0
+
+
+def test_a_log_shows_that_the_band_of_its_trace_is_too_narrow() -> None:
+    """The scale of the errors and the noise of the sensors from one log of 1500 values."""
+    rng = np.random.default_rng(2)
+    drawn = ringing(rng, 20)
+    for scale in (1.0, 2.0):
+        noise = np.array([[0.7], [1.5]]) * rng.standard_normal((2, 1500))
+        found, white = _levels(drawn, scale * ringing(rng, 1)[0] + noise)
+        assert found == pytest.approx(scale, rel=0.2)
+        assert np.sqrt(white) == pytest.approx([0.7, 1.5], rel=0.1)
+
+
+def test_the_larger_covariance_counts_in_every_direction() -> None:
+    """Of diagonal ones the larger entries, in any basis; never less than either."""
+    rng = np.random.default_rng(3)
+    basis = rng.standard_normal((3, 3))
+    first, second = np.diag([1.0, 3.0, 2.0]), np.diag([2.0, 1.0, 2.5])
+    root = _larger(first @ basis, second @ basis)
+    assert root.T @ root == pytest.approx(basis.T @ np.diag([4.0, 9.0, 6.25]) @ basis)
+    one, other = rng.standard_normal((2, 5, 3))
+    root = _larger(one, other)
+    for each in (one, other):
+        assert np.linalg.eigvalsh(root.T @ root - each.T @ each).min() > -1e-9
+
+
+def soft() -> Machine:
+    machine = axis(points=[PointOfInterest(name="tool", at=(0.05, 0.4, 0.1))])
+    values = {"stiffness_y": 1e7, "stiffness_z": 8e6, "damping_y": 1e3, "damping_z": 1e3}
+    parts = tuple(one.model_copy(update=values) for one in machine.carriages)
+    return machine.model_copy(update={"carriages": parts})
+
+
+def test_a_log_beside_an_encoder() -> None:
+    """Derivatives of whitened residuals are exact; the true values lie within 4 standard deviations."""
+    machine, rng = soft(), np.random.default_rng(0)
+    plain = moves(2.0)
+    still = np.zeros(300)
+    acceleration, velocity = (np.append(still, one[:, 0]) for one in (plain.acceleration, plain.velocity))
+    time = 1e-3 * np.arange(acceleration.size)
+    position = np.append(0.0, np.cumsum(5e-4 * (velocity[1:] + velocity[:-1])))
+    found = smooth(time, QUANTUM * np.round(position / QUANTUM), "position", quantum=QUANTUM)
+    seen = Motion.along_x(
+        time, found.acceleration, velocity=found.velocity, uncertainty=found.uncertainty, recorded=True
+    )
+    truth = np.array([0.1, -0.2])
+    values = {"stiffness_y": 1e7 * np.exp(0.1)} | dict.fromkeys(
+        ("damping_y", "damping_z"), 1e3 * np.exp(-0.2)
+    )
+    parts = tuple(one.model_copy(update=values) for one in machine.carriages)
+    true = machine.model_copy(update={"carriages": parts})
+    channels = [Channel(place_of(text, machine)) for text in ("tool x", "tool y")]
+    stamps = np.arange(0.1, 2.2, 1.0 / 870.0)
+    exact = shown_by(true, Motion.along_x(time, acceleration, velocity=velocity), channels, stamps)
+    noisy = exact + 0.05 * exact.std(axis=0) * rng.standard_normal(exact.shape)
+    data = SensorLog.of(machine, seen, channels, stamps, noisy, one_clock=True)
+    assert replace(data, deviations=()).settled(None, np.zeros(2)).whitening is None
+    result = identify(machine, TABLES, [data], starts=1)
+    sigma = np.sqrt(np.diag(result.covariance))[:2]
+    assert np.all(abs(result.fit.minimum.x[:2] - truth) < 4.0 * sigma) and np.all(sigma < 0.1)
+    (settled,), model = result.data, Model(machine, unknown(machine, *TABLES))
+    z, own = truth + 0.01, np.array([0.1, 0.2])
+    residuals = settled.residuals(model.at(z), own)
+    assert settled.whitening is not None and not residuals.values[:20].any()
+    for k, derivative in enumerate(residuals.by_unknowns.T):
+        step = 1e-5 * np.eye(2)[k]
+        ends = (settled.residuals(model.at(z + sign * step), own).values for sign in (1.0, -1.0))
+        slope = np.subtract(*ends) / 2e-5
+        assert derivative == pytest.approx(slope, abs=1e-5 * abs(slope).max())
