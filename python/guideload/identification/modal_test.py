@@ -17,6 +17,7 @@ from guideload.base.arrays import Array
 from guideload.identification.measured import Noise, OwnUnknown, Residuals
 from guideload.identification.model import ModelAt
 from guideload.identification.places import Place
+from guideload.sensitivity.modes import Complex
 
 # The smallest MAC of a pair: below it the shapes have less than half of their motion in common.
 LEAST_MAC = 0.6
@@ -214,10 +215,8 @@ class ModalTest:
             if mode.damping is not None:
                 columns.append(np.log(computed.damping / mode.damping) / self.levels[1])
             if mode.shape is not None:
-                along, across = self._across[i]
-                columns += list(
-                    (computed.shapes @ across / self._share(i, computed)[:, None] / self.levels[2]).T
-                )
+                across = computed.shapes @ self._across[i][1]
+                columns.extend((across / (self._share(i, computed)[:, None] * self.levels[2])).T)
             fits[i] = np.array(columns).T
             cost[row] = (fits[i] ** 2).sum(axis=1)
             if mode.number is not None:
@@ -239,13 +238,11 @@ class ModalTest:
         if mode.damping is not None:
             columns.append(computed.damping_by[:, k] / computed.damping[k] / self.levels[1])
         if mode.shape is not None:
-            (along, across), share, by = (
-                self._across[i],
-                self._share(i, computed)[k],
-                computed.shapes_by[:, k],
-            )
+            (along, across), by = self._across[i], computed.shapes_by[:, k]
+            share = self._share(i, computed)[k]
             part = computed.shapes[k] @ across / share
-            columns += list(((by @ across - np.outer(by @ along, part)) / share / self.levels[2]).T)
+            moved = by @ across - (by @ along)[:, None] * part
+            columns.extend((moved / (share * self.levels[2])).T)
         return np.array(columns).T
 
 
@@ -263,10 +260,7 @@ class _Computed:
     @classmethod
     def of(cls, test: ModalTest, model: ModelAt) -> _Computed:
         vibrates = model.modes.eigenvalue.imag > 0.0  # the others are overdamped
-        eigenvalue, by = (
-            model.modes.eigenvalue[vibrates],
-            np.nan_to_num(model.modes.d_eigenvalue[:, vibrates]),
-        )
+        eigenvalue, by = model.modes.eigenvalue[vibrates], _known(model.modes.d_eigenvalue[:, vibrates])
         size, size_by = abs(eigenvalue), (by / eigenvalue).real
         turning = eigenvalue.imag if test.damped else size
         log_by = by.imag / eigenvalue.imag if test.damped else size_by
@@ -281,13 +275,18 @@ def _real_shapes(model: ModelAt, places: Sequence[Place]) -> tuple[Array, Array]
     rows = np.array([place.row for place in places]).reshape(-1, 6).T
     vibrates = model.modes.eigenvalue.imag > 0.0
     shape = model.modes.damped_shape[vibrates] @ rows
-    by = np.nan_to_num(model.modes.d_damped_shape[:, vibrates] @ rows)  # nan where eigenvalues coincide
+    by = _known(model.modes.d_damped_shape[:, vibrates] @ rows)
     if not places:
         return shape.real, by.real
     square = (shape * shape).sum(axis=1)
     turn = np.exp(-0.5j * np.angle(square))[:, None]
     d_angle = -0.5 * ((2.0 * shape * by).sum(axis=2) / square).imag[..., None]
     return (turn * shape).real, (turn * (by + 1j * d_angle * shape)).real
+
+
+def _known(derivatives: Complex) -> Complex:
+    """Derivatives with 0 in place of nan, where eigenvalues coincide."""
+    return np.where(np.isnan(derivatives), 0.0, derivatives)
 
 
 def _mac(first: Array, second: Array) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from pydantic import Field
@@ -60,12 +61,12 @@ class Unknown:
     spread: float
     bounds: tuple[float, float]
 
-    @property
+    @cached_property
     def is_factor(self) -> bool:
         """Whether its value is a factor on parameters that differ in the machine file."""
         return bool(np.ptp(self.nominal))
 
-    @property
+    @cached_property
     def start(self) -> float:
         """Its value in the machine file."""
         return 1.0 if self.is_factor else float(self.nominal[0])

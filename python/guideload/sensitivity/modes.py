@@ -147,42 +147,47 @@ class Modal:
         for group in groups:
             at = list(group)
             basis = shapes[at]
-            weights = basis @ self._slope(values[at[0]], basis)
-            if np.linalg.cond(weights) < 1.0 / DEFECTIVE:
+            weight = basis @ self._slope(values[at[:1]], basis.T)
+            if np.linalg.cond(weight) < 1.0 / DEFECTIVE:
                 change = basis @ self._dynamic(values[at[:1]])[0] @ basis.T
-                d_values[:, at] = np.sort_complex(-np.linalg.eigvals(np.linalg.solve(weights, change)))
+                d_values[:, at] = np.sort_complex(-np.linalg.eigvals(np.linalg.solve(weight, change)))
             reasons.append(
                 f"eigenvalues {_numbers(group)} of the damped machine coincide: their shapes have no derivative"
             )
-        together = {k for group in groups for k in group}
-        for k in (k for k in range(values.size) if k not in together):
-            weight = complex(shapes[k] @ self._slope(values[k], shapes[k]))
-            if abs(weight) < DEFECTIVE * (abs(values[k]) + self.omega[0]):
-                reasons.append(
-                    f"eigenvalue {k + 1} of the damped machine is critically damped: it has no derivative"
-                )
-                continue
-            shapes[k] = _turned(shapes[k] / np.sqrt(weight))
-            d_values[:, k], d_shapes[:, k] = self._simple(values[k], shapes[k])
+        alone = np.ones(values.size, dtype=np.bool_)
+        alone[[k for group in groups for k in group]] = False
+        weights = (shapes * self._slope(values[:, None], shapes[..., None])[..., 0]).sum(axis=1)
+        critical = alone & (np.abs(weights) < DEFECTIVE * (np.abs(values) + self.omega[0]))
+        reasons += [
+            f"eigenvalue {k + 1} of the damped machine is critically damped: it has no derivative"
+            for k in np.flatnonzero(critical)
+        ]
+        simple = alone & ~critical
+        shapes[simple] = _turned(shapes[simple] / np.sqrt(weights[simple])[:, None])
+        d_values[:, simple], d_shapes[:, simple] = self._simple(values[simple], shapes[simple])
         return values, d_values, shapes, d_shapes
 
-    def _slope(self, value: complex, shape: Complex) -> Complex:
-        """(2 lambda M + C) x for shapes x (..., n), as columns."""
-        return np.asarray(2.0 * value * shape.T + self.damping @ shape.T)
+    def _slope(self, value: Complex, shapes: Complex) -> Complex:
+        """(2 lambda M + C) x for shapes x as columns (..., n, k), each with its lambda (..., 1)."""
+        return np.asarray(2.0 * value[..., None] * shapes + self.damping @ shapes)
 
-    def _simple(self, value: complex, x: Complex) -> tuple[Complex, Complex]:
-        """Derivatives (p,) of a simple eigenvalue and (p, n) of its shape."""
-        n, slope = x.size, self._slope(value, x)
-        change = self._dynamic(np.array([value]))[0] @ x  # (p, n)
-        d_value = -change @ x
-        bordered = np.zeros((n + 1, n + 1), dtype=np.complex128)
-        bordered[:n, :n] = np.diag(value**2 + self.omega**2) + value * self.damping
-        bordered[:n, n] = bordered[n, :n] = slope
-        turned = 2.0 * d_value[:, None, None] * np.eye(n) + 2.0 * value * self.d_mass + self.d_damping
-        right = np.empty((len(d_value), n + 1), dtype=np.complex128)
-        right[:, :n] = -change - d_value[:, None] * slope
-        right[:, n] = -0.5 * ((turned @ x) @ x)
-        return d_value, np.asarray(np.linalg.solve(bordered, right.T).T[:, :n], dtype=np.complex128)
+    def _simple(self, values: Complex, x: Complex) -> tuple[Complex, Complex]:
+        """Derivatives (p, m) of simple eigenvalues (m,) and (p, m, n) of their shapes (m, n)."""
+        n, p = self.omega.size, len(self.d_mass)
+        slope = self._slope(values[:, None], x[..., None])[..., 0]
+        column, turn = x[:, None, :, None], 2.0 * values[:, None, None, None]
+        change = (self._dynamic(values) @ column)[..., 0]  # (m, p, n)
+        d_value = -(change * x[:, None]).sum(axis=-1)
+        own = (((turn * self.d_mass + self.d_damping) @ column)[..., 0] * x[:, None]).sum(axis=-1)
+        bordered = np.zeros((values.size, n + 1, n + 1), dtype=np.complex128)
+        bordered[:, :n, :n] = values[:, None, None] * self.damping
+        bordered[:, range(n), range(n)] += values[:, None] ** 2 + self.omega**2
+        bordered[:, :n, n] = bordered[:, n, :n] = slope
+        right = np.empty((values.size, n + 1, p), dtype=np.complex128)
+        right[:, :n] = (-change - d_value[..., None] * slope[:, None]).transpose(0, 2, 1)
+        right[:, n] = -d_value * (x * x).sum(axis=1)[:, None] - 0.5 * own
+        d_x = np.linalg.solve(bordered, right)[:, :n]
+        return d_value.T, np.asarray(d_x.transpose(2, 0, 1), dtype=np.complex128)
 
     def _eigenpairs(self) -> tuple[Complex, Complex]:
         """Eigenvalues (m,), ascending by size, without conjugates, and their shapes (m, n) in the modes."""
@@ -204,9 +209,10 @@ def _numbers(group: Sequence[int]) -> str:
     return ", ".join(str(k + 1) for k in group)
 
 
-def _turned(shape: Complex) -> Complex:
-    """The shape or its negative, so that its largest entry has a positive real part."""
-    return shape if shape[np.argmax(np.abs(shape))].real > 0.0 else -shape
+def _turned(shapes: Complex) -> Complex:
+    """Each shape (m, n) or its negative, so that its largest entry has a positive real part."""
+    largest = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=1)[:, None], axis=1)
+    return np.where(largest.real > 0.0, shapes, -shapes)
 
 
 def _groups(values: Array | Complex) -> Iterator[tuple[int, ...]]:
