@@ -13,6 +13,9 @@ the body.
 All points of a line take turns; times are medians. A point that would take more than a minute is left out. The
 exponent e of cost ~ n^e is fitted over all points, and over the last decade: with few samples, much of a scene
 is its set-up, which does not grow with them. So cost = once + each n is fitted too.
+
+Last, the packaged machine and its trace: a study of linear and of clear scenes with one motion, and with a motion
+for each scene, drawn from the posterior of the trace, by turns.
 """
 
 from __future__ import annotations
@@ -21,7 +24,9 @@ import argparse
 import statistics
 import sys
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +36,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from clock import on_cores, processor, timed
 from goals import Goal
 from matplotlib.axes import Axes
-from reference import cart, core_batch, cycle
+from reference import cart, core_batch, cycle, example
 
+from guideload import Study
 from guideload._core import Batch, Law
 from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, look, new_figure
 
@@ -45,6 +51,12 @@ LINKS, SAMPLES = 16, 7062  # where they do not vary
 SPREAD = 0.06  # m, from the centre of a carriage to its ends
 ROUNDS, LONG, LONGEST = 9, 1.0, 60.0  # runs of a point, s from which on one is enough, s that it may take
 FLAT, LINEAR = 0.1, 0.05  # what an exponent may be above 0, above 1
+DEARER = 2.0  # times as much as with one motion a study may cost with drawn ones
+RECORDED: dict[str, dict[str, tuple[str, ...]]] = {
+    "all": {},
+    "peak resultants": {"quantities": ("resultant",), "statistics": ("max",)},
+    "peaks of Fy and Fz": {"quantities": ("Fy", "Fz"), "statistics": ("min", "max")},
+}
 LAWS = ("linear", "5 \N{MICRO SIGN}m clearance", "preloaded")
 Job = tuple[int, Batch, int]  # the count that varies, what runs, so many scenes
 
@@ -90,9 +102,10 @@ def main() -> None:
     for lines in panels:
         for line in lines:
             print_line(line)
+    drawn = drawn_motions(asked.quick)
     made_on = f"One thread of {processor()}."
     print(f"{made_on}\n\nasked in issue 4")
-    for goal in goals(panels):
+    for goal in [*goals(panels), *drawn]:
         print(goal)
     if asked.picture:
         draw(panels, made_on, asked.picture)
@@ -135,6 +148,34 @@ def measured(title: str, law: str, jobs: list[Job], rounds: int) -> Line:
     of_all = title == "scenes"
     costs = [statistics.median(known) / (1 if of_all else scenes) for (_, _, scenes), known in done]
     return Line(title, law, [count for (count, _, _), _ in done], costs)
+
+
+def drawn_motions(quick: bool) -> list[Goal]:
+    """What a motion for each scene costs, by what is recorded, in the packaged study."""
+    machine, motion = example()
+    clear = machine.model_copy(
+        update={
+            "carriages": tuple(
+                one.model_copy(update={"clearance_y": CLEARANCE, "clearance_z": CLEARANCE})
+                for one in machine.carriages
+            )
+        }
+    )
+    vary = [{"path": "body.mass", "distribution": "uniform", "plus_minus": "10 %"}]
+    found = []
+    for law, one, scenes in (*((LAWS[0], machine, 1024),) * len(RECORDED), (LAWS[1], clear, 32)):
+        recorded = list(RECORDED)[len(found) % len(RECORDED)]
+        jobs = []
+        for posterior in (False, True):
+            options: dict[str, Any] = {"vary": vary, "samples": scenes, "seed": 1, "posterior": posterior}
+            plan = Study(machine=one, motion=motion, **options, **RECORDED[recorded]).plan()
+            jobs.append(partial(plan.batch().run, plan.values(0, scenes), 1))
+        times = np.array([[timed(job) for job in jobs] for _ in range(3 if quick else ROUNDS)])
+        plain, drawn = np.median(times, axis=0) / scenes
+        ratio = float(np.median(times[:, 1] / times[:, 0]))
+        what = f"{law}, {recorded}: {plain * 1e6:.4g} us a scene, with a motion of its own {drawn * 1e6:.4g}"
+        found.append(Goal(what, f"<= {DEARER:g} x", f"{ratio:.2f} x", ratio <= DEARER))
+    return found
 
 
 def run(one: Batch, scenes: int) -> float:
