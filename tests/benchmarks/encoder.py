@@ -3,6 +3,7 @@
     --seed N, --rounds N   made moves: 64 cases a round (traces.py)
     --cases                a line per case
     --peers N              PyNumDiff's methods at their own automatic choice, on cases up to N samples (minutes each)
+    --random               cover of motions that are random at all times, as the model says
     --emps FILE            the measured trace emps_bangbang_1kHz.csv, against acceleration from force
 
 A case's ratio is the rms error of the acceleration over that of the best Savitzky-Golay filter, chosen with the truth
@@ -138,6 +139,10 @@ def table(scores: list[Score]) -> None:
         )
     cover, peak = np.array([s.load_cover for s in scores]), np.array([s.peak_error for s in scores])
     inside = np.mean((cover >= COVER[0]) & (cover <= COVER[1]))
+    held = np.array([s.cover for s in scores])
+    print(
+        f"acceleration: within the asked in {100 * np.mean((held >= COVER[0]) & (held <= COVER[1])):.0f} % of cases"
+    )
     print(
         f"loads of the example: cover {cover.mean():.3f}, {cover.min():.2f} to {cover.max():.2f}, within the asked in "
         f"{100 * inside:.0f} % of cases; peaks off by {100 * np.median(peak):.2g} % (median), {100 * peak.max():.2g} % "
@@ -180,6 +185,22 @@ def long_trace() -> None:
     print(
         f"\n{LONG} samples: {min(taken):.2f} s (asked {SECONDS:g}), {held:.0f} B per sample at the peak (asked 500)"
     )
+
+
+def random_motions() -> None:
+    """Cover of motions whose derivative of order N is stationary white noise, 2 s at 1 kHz with 1 um of noise."""
+    rng = np.random.default_rng(0)
+    for order, step in ((3, 2.0), (4, 20.0), (5, 300.0)):
+        covers = []
+        for _ in range(5):
+            state = np.zeros((order, 2000))
+            state[-1] = np.cumsum(step * rng.standard_normal(2000))
+            for row in range(order - 2, -1, -1):
+                state[row, 1:] = np.cumsum(0.5 * (state[row + 1, 1:] + state[row + 1, :-1])) * 1e-3
+            found = estimate(np.arange(2000) * 1e-3, state[0] + 1e-6 * rng.standard_normal(2000), "position")
+            error = np.abs(found.acceleration - state[2])
+            covers.append(np.mean(error < 1.96 * np.sqrt(found.acceleration_variance)))
+        print(f"random motion of order {order}: cover {np.mean(covers):.2f}")
 
 
 def twice(peer: str, case: Case) -> float:
@@ -232,6 +253,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=1)
     parser.add_argument("--cases", action="store_true", help="a line per case")
     parser.add_argument("--peers", type=int, metavar="N", help="PyNumDiff as well, on cases up to N samples")
+    parser.add_argument("--random", action="store_true", help="motions that are random at all times as well")
     parser.add_argument("--emps", type=Path, metavar="FILE")
     asked = parser.parse_args()
     long_trace()
@@ -244,6 +266,8 @@ def main() -> None:
             )
     print()
     table(scores)
+    if asked.random:
+        random_motions()
     if asked.emps:
         emps(asked.emps)
     if asked.peers:
