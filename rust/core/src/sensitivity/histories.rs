@@ -8,6 +8,8 @@ use super::contacts::{ContactChanges, Recorded};
 use super::error::SensitivityError;
 use super::loads::{group_load, link_load};
 use super::motions::{acceleration_of, reaction_of};
+use super::quantity::Quantity;
+use super::smooth::SmoothSystem;
 use super::system::VariedSystem;
 use super::tangents::{LinearRun, Prepared, tangent_states};
 use crate::error::Stopped;
@@ -17,33 +19,17 @@ use crate::numeric::float::add_scaled;
 use crate::numeric::simd::{Kernel, LANES, dispatch};
 use crate::numeric::watch::{Watch, check_memory};
 use crate::output::{
-    Linear, Part, Watched, acceleration, link_load as own_link_load, position, reaction, velocity,
+    Linear, Watched, acceleration, link_load as own_link_load, position, reaction, velocity,
 };
 use crate::system::{ModelLevel, State};
 use crate::variation::Group;
-
-/// What is computed from the states of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Quantity {
-    /// A part of the load of each link along its direction, N.
-    LinkLoads(Part),
-    /// A part of the load of each group about its centre, N and N m.
-    GroupLoads(Part),
-    /// Position of L in the carriage frame, sag included.
-    Position,
-    /// Its velocity.
-    Velocity,
-    /// Its acceleration.
-    Acceleration,
-    /// Reaction of the held degrees of freedom.
-    Reaction,
-}
 
 /// The states of a run at the samples of its excitation.
 #[derive(Debug, Clone)]
 pub struct History {
     states: Vec<State>,
     contacts: Option<ContactChanges>,
+    smooth: Option<SmoothSystem>,
     quasi_static: bool,
     /// Once computed.
     tangents: OnceLock<Tangents>,
@@ -57,7 +43,7 @@ impl History {
     /// Runs a system. `excitation`: with the factors on the motion.
     ///
     /// # Errors
-    /// [`SensitivityError::Preloaded`]; [`SensitivityError::AtSample`]; [`SensitivityError::Factor`] for a derivative by a factor on the motion that is zero; and those of a
+    /// [`SensitivityError::ContactDamper`]; [`SensitivityError::AtSample`]; [`SensitivityError::Factor`] for a derivative by a factor on the motion that is zero; and those of a
     /// run.
     pub fn new(
         varied: &VariedSystem,
@@ -66,25 +52,28 @@ impl History {
         watch: Watch,
     ) -> Result<Self, SensitivityError> {
         let system = &varied.system;
-        if system.model_level() == ModelLevel::SmoothNonlinear {
-            return Err(SensitivityError::Preloaded);
-        }
         let by_zero = |kind: usize| {
             varied.factors[kind] == 0.0 && varied.derivatives.iter().any(|by| by.factors[kind] != 0.0)
         };
         if by_zero(0) || by_zero(1) {
             return Err(SensitivityError::Factor);
         }
+        let quasi_static = start == Start::QuasiStatic;
+        if system.model_level() == ModelLevel::SmoothNonlinear {
+            let (smooth, states, tangents) = SmoothSystem::run(varied, excitation, quasi_static, watch)?;
+            let tangents = OnceLock::from(Tangents(tangents));
+            return Ok(Self { states, contacts: None, smooth: Some(smooth), quasi_static, tangents });
+        }
         let mut record = Watched { record: Recorded::default(), watch };
         let control = Control::Adaptive { rtol: 1e-6 };
         run_from(system, &Exact::<8>, control, start, excitation, Output::Samples, &mut record)?;
-        let quasi_static = start == Start::QuasiStatic;
         if system.model_level() == ModelLevel::Linear {
             let (states, tangents) = (record.record.states, OnceLock::new());
-            return Ok(Self { states, contacts: None, quasi_static, tangents });
+            return Ok(Self { states, contacts: None, smooth: None, quasi_static, tangents });
         }
         let (contacts, states) = ContactChanges::new(varied, excitation, record.record)?;
-        Ok(Self { states, contacts: Some(contacts), quasi_static, tangents: OnceLock::new() })
+        let (contacts, tangents) = (Some(contacts), OnceLock::new());
+        Ok(Self { states, contacts, smooth: None, quasi_static, tangents })
     }
 
     /// The states.
@@ -136,7 +125,7 @@ impl History {
         let (count, width) = (self.states.len(), quantity.width(varied, groups));
         assert_eq!(weights.len(), count * width, "a weight for every number");
         let columns = varied.derivatives.len();
-        let linear = self.contacts.is_none();
+        let linear = self.contacts.is_none() && self.smooth.is_none();
         let Some(prepared) = linear.then(|| Prepared::backwards(varied, excitation)).flatten() else {
             let tangents = self.tangents(varied, excitation, watch)?;
             let mut all = vec![0.0; columns * count * width];
@@ -196,7 +185,9 @@ impl History {
         let count = self.states.len();
         let width = quantity.width(varied, groups);
         assert_eq!(out.len(), varied.derivatives.len() * count * width, "room for every derivative");
-        for (varied, samples) in self.pieces(varied, wanted) {
+        let whole = varied;
+        let linear = self.smooth.as_ref().map_or(varied, |smooth| &smooth.linear);
+        for (varied, samples) in ContactChanges::samples(self.contacts.as_ref(), linear, count, &wanted) {
             for column in 0..varied.derivatives.len() {
                 let rows = quantity.rows(varied, groups, column);
                 let tangents = &tangents[column * count..(column + 1) * count];
@@ -208,27 +199,10 @@ impl History {
                 }
             }
         }
-    }
-
-    /// The systems that hold during the run, and the samples at which they do, as far as these are wanted.
-    fn pieces<'a>(
-        &'a self,
-        varied: &'a VariedSystem,
-        wanted: impl Fn(usize) -> bool,
-    ) -> Vec<(&'a VariedSystem, Vec<Range<usize>>)> {
-        let mut out: Vec<(&VariedSystem, Vec<Range<usize>>)> = match &self.contacts {
-            None => vec![(varied, Vec::new())],
-            Some(contacts) => contacts.pieces.iter().map(|piece| (&piece.varied, Vec::new())).collect(),
-        };
-        for sample in (0..self.states.len()).filter(|&sample| wanted(sample)) {
-            let ranges = &mut out[self.contacts.as_ref().map_or(0, |of| of.at_samples[sample])].1;
-            match ranges.last_mut() {
-                Some(last) if last.end == sample => last.end += 1,
-                _ => ranges.push(sample..sample + 1),
-            }
+        if let Some(smooth) = &self.smooth {
+            let runs = (&self.states[..], &tangents[..]);
+            smooth.add_bends((whole, groups), runs, quantity, wanted, out);
         }
-        out.retain(|(_, ranges)| !ranges.is_empty());
-        out
     }
 }
 
@@ -371,28 +345,32 @@ impl Kernel for Rows<'_> {
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
         let Self { rows, samples, states, tangents, excitation, from, width, out } = self;
-        for k in samples.iter().flat_map(Clone::clone) {
-            let (tangent, out) = (&tangents[k], &mut out[k * width..(k + 1) * width]);
-            let (mut sum, mut second) = (rows.constant, [0.0; LANES]);
-            for j in 0..6 {
-                add_scaled(&mut sum, &rows.by_tangent[j], tangent[j]);
-                add_scaled(&mut second, &rows.by_tangent[6 + j], tangent[6 + j]);
-            }
-            if rows.has_state {
+        for of in samples {
+            let runs = tangents[of.clone()]
+                .iter()
+                .zip(out[of.start * width..of.end * width].chunks_exact_mut(width));
+            for (k, (tangent, out)) in of.clone().zip(runs) {
+                let (mut sum, mut second) = (rows.constant, [0.0; LANES]);
                 for j in 0..6 {
-                    add_scaled(&mut sum, &rows.by_state[j], states[k][j]);
-                    add_scaled(&mut second, &rows.by_state[6 + j], states[k][6 + j]);
+                    add_scaled(&mut sum, &rows.by_tangent[j], tangent[j]);
+                    add_scaled(&mut second, &rows.by_tangent[6 + j], tangent[6 + j]);
                 }
-            }
-            if rows.has_input {
-                for (column, value) in rows.by_input.iter().zip(excitation.input(k)) {
-                    add_scaled(&mut sum, column, value);
+                if rows.has_state {
+                    for j in 0..6 {
+                        add_scaled(&mut sum, &rows.by_state[j], states[k][j]);
+                        add_scaled(&mut second, &rows.by_state[6 + j], states[k][6 + j]);
+                    }
                 }
+                if rows.has_input {
+                    for (column, value) in rows.by_input.iter().zip(excitation.input(k)) {
+                        add_scaled(&mut sum, column, value);
+                    }
+                }
+                for i in 0..LANES {
+                    sum[i] += second[i];
+                }
+                out[from..from + rows.count].copy_from_slice(&sum[..rows.count]);
             }
-            for i in 0..LANES {
-                sum[i] += second[i];
-            }
-            out[from..from + rows.count].copy_from_slice(&sum[..rows.count]);
         }
     }
 }

@@ -3,7 +3,7 @@
 //! A value enters the numbers of a scene linearly ([`Change`](crate::variation::Change)), so their derivatives are factors: nothing is
 //! differenced. `scene` (derivatives of mass matrix, weight and links by each column of values) → `system` (of the static position, the
 //! loads at rest and the stiffness in the modes) → `loads`, `motions` (of what is computed from a state) and `equations` (of those in the
-//! modes) → `tangents` (of the states of a linear run), `segments`, `contacts` (of a run with contact changes), `adjoint` (of one figure of a linear run) → `histories` (of all that is computed from them).
+//! modes) → `tangents` (of the states of a linear run), `segments`, `contacts` (of a run with contact changes), `smooth`, `smooth_run` (with preloaded links), `adjoint` (of one figure of a linear run) → `histories` (of all that is computed from them).
 
 mod adjoint;
 mod contacts;
@@ -12,11 +12,18 @@ mod error;
 mod histories;
 mod loads;
 mod motions;
+mod order_8;
+mod quantity;
 mod scene;
 mod segments;
+mod smooth;
+mod smooth_quantities;
+mod smooth_run;
+mod steps;
 mod system;
 mod tangents;
 
 pub use error::SensitivityError;
-pub use histories::{History, Quantity, Tangents};
+pub use histories::{History, Tangents};
+pub use quantity::Quantity;
 pub use system::{LinkDerivative, SystemDerivative, VariedSystem};
