@@ -3,7 +3,8 @@
     python tests/benchmarks/sensitivities.py           # about a minute; JAX, if it can be imported, one more
 
 The cart of the yardstick under its noisy cycle, 7062 samples: all histories by 20 parameters, one figure by 20
-parameters backwards in time, and static loads and modes. Each time is the median of runs in turn with the plain run.
+parameters backwards in time, and static loads and modes; all histories also of the cart with clearance and preload.
+Each time is the median of runs in turn with the plain run.
 JAX: the same states by a scan of the same propagator in double precision on one core, and its forward derivative
 (jacfwd through the matrix exponential); the script says so where JAX is missing.
 """
@@ -15,6 +16,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +25,10 @@ os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import numpy as np
-from reference import cart, noisy
+from reference import cart, cart_clear, noisy, preloaded
 
+from guideload import Machine, Motion
+from guideload._core import Solution
 from guideload.sensitivity import VariedMachine
 
 PATHS = [
@@ -49,25 +53,30 @@ def in_turn(works: dict[str, Callable[[], object]], repeats: int) -> dict[str, f
     return {name: statistics.median(of) for name, of in times.items()}
 
 
+def plain(machine: Machine, motion: Motion, method: str) -> Solution:
+    """A run and all its histories."""
+    acceleration = np.ascontiguousarray(motion.acceleration)
+    solution = machine.scene.solve(motion.time, acceleration, method=method, rtol=1e-6)
+    solution.group_loads(machine.links_of_carriages, machine.carriage_places, "total")
+    solution.link_loads("total")
+    for quantity in ("position", "velocity", "acceleration", "reaction"):
+        getattr(solution, quantity)()
+    return solution
+
+
+def forward(varied: VariedMachine, motion: Motion) -> None:
+    """A run, and the derivatives of all its histories."""
+    run = varied.at().system.run(motion.time, np.ascontiguousarray(motion.acceleration))
+    for quantity in ("group_loads", "link_loads", "position", "velocity", "acceleration", "reaction"):
+        run.derivatives(quantity)
+
+
 def main() -> None:
     machine, motion = cart(), noisy()
     varied = VariedMachine(machine, PATHS)
     assert len(varied.columns) == 20
     groups = machine.links_of_carriages, machine.carriage_places
     acceleration = np.ascontiguousarray(motion.acceleration)
-
-    def plain() -> None:
-        """A run and all its histories."""
-        solution = machine.scene.solve(motion.time, acceleration, method="exact", rtol=1e-6)
-        solution.group_loads(*groups, "total")
-        solution.link_loads("total")
-        for quantity in ("position", "velocity", "acceleration", "reaction"):
-            getattr(solution, quantity)()
-
-    def forward() -> None:
-        run = varied.at().system.run(motion.time, acceleration)
-        for quantity in ("group_loads", "link_loads", "position", "velocity", "acceleration", "reaction"):
-            run.derivatives(quantity)
 
     loads = machine.scene.solve(motion.time, acceleration, method="exact", rtol=1e-6).group_loads(
         *groups, "total"
@@ -80,8 +89,8 @@ def main() -> None:
         return lambda: varied.at().system.run(motion.time, acceleration).gradient("group_loads", of)
 
     works: dict[str, Callable[[], object]] = {
-        "run": plain,
-        "20 parameters, all histories": forward,
+        "run": lambda: plain(machine, motion, "exact"),
+        "20 parameters, all histories": lambda: forward(varied, motion),
         "20 parameters, a sum of squares, backwards": backward(weights),
         "20 parameters, a peak, backwards": backward(peak),
         "20 parameters, at rest": varied.at,
@@ -90,7 +99,29 @@ def main() -> None:
     found = in_turn(works, 15)
     for name, seconds in found.items():
         print(f"{name:45s} {1e3 * seconds:9.3f} ms   {seconds / found['run']:7.2f} runs")
+    nonlinear(motion)
     against_jax(varied, motion)
+
+
+def nonlinear(motion: Motion) -> None:
+    """All histories by the 20 parameters across contact changes and under preload, against a run by `auto`."""
+    level = {"gravity": (0.0, -9.3, -3.1)}  # holds the links along z to one side
+    scenes = {
+        "clearance 5 um": (Machine(**cart_clear().model_dump() | level), "exact"),
+        "clearance 5 um, space": (
+            Machine(**cart_clear().model_dump() | {"gravity": (0.0, -0.3, -0.1)}),
+            "exact",
+        ),
+        "preload": (preloaded(), "rk45"),
+    }
+    for name, (machine, method) in scenes.items():
+        works = {
+            "run": partial(plain, machine, motion, method),
+            "forward": partial(forward, VariedMachine(machine, PATHS), motion),
+        }
+        found = in_turn(works, 3)
+        text = f"{name}, {plain(machine, motion, method).contact_changes} changes, 20 parameters"
+        print(f"{text:45s} {1e3 * found['forward']:9.3f} ms   {found['forward'] / found['run']:7.2f} runs")
 
 
 def against_jax(varied: VariedMachine, motion: Any) -> None:

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from precise_contacts import precise_contacts
 from precise_derivatives import differences
-from reference import on_rails, preloaded, random_motion
+from reference import on_rails, random_motion
 
 from guideload import Body, Link, Machine, Motion, sensitivities
 from guideload.base.errors import ArgumentError
@@ -213,5 +213,3 @@ def test_what_has_no_derivative_is_refused_with_the_way_out() -> None:
     varied = VariedMachine(one_mass(), "body.mass")
     with pytest.raises(ArgumentError, match=r"links\[0\] makes or loses contact just at the sample"):
         varied.run(pushed([0.0, lift, END]), start="rest")
-    with pytest.raises(ArgumentError, match="links without preload"):
-        sensitivities(preloaded(), shaken(1), of="force", to="body.mass")

@@ -16,11 +16,13 @@ from guideload.sensitivity.linearised import Linearised
 from guideload.simulation.point_motion import moved
 from guideload.simulation.start import Start, start_of
 
-METHOD, RTOL = "exact", 1e-6  # the exact method does not use the tolerance
+# Method and tolerance of the histories themselves; the exact method does not use the tolerance.
+EXACT, WITH_PRELOAD = ("exact", 1e-6), ("implicit", 1e-11)
 
 
 class RunDerivatives:
-    """The run of a machine by the method exact, and its exact derivatives by p columns.
+    """The run of a machine by the method exact, and its exact derivatives by p columns. With preloaded links both are
+    integrated in steps whose errors are 1e-11 of the largest state and of the largest derivative of it.
 
     at_rest   the machine with the values of the columns, at rest
     motion    with the factors motion.scale and motion.force_scale, where these vary
@@ -41,9 +43,10 @@ class RunDerivatives:
     def solution(self) -> Solution:
         motion, (motion_factor, force_factor) = self.motion, self.at_rest.system.factors
         wrench = None if motion.wrench is None else force_factor * motion.wrench
+        method, rtol = WITH_PRELOAD if self.machine.model_level == "smooth nonlinear" else EXACT
         acceleration = motion_factor * motion.acceleration
         return self.at_rest.scene.solve(
-            motion.time, acceleration, wrench, method=METHOD, rtol=RTOL, start=self._begin
+            motion.time, acceleration, wrench, method=method, rtol=rtol, start=self._begin
         )
 
     def at(self, time: Array) -> Instants:
@@ -81,7 +84,7 @@ class RunDerivatives:
 
     def gradient(self, weights: Array, quantity: str = "carriage_loads", part: str = "total") -> Array:
         """Derivatives (p,) of one figure of a run, backwards in time: at the cost of some runs for any p. Of
-        a machine with clearance, sides or curves it is summed over the derivatives of the histories.
+        a machine with nonlinear links it is summed over the derivatives of the histories.
 
         weights: derivatives of the figure by the quantity, in the shape of its history without p. quantity:
         carriage_loads, link_loads, displacement, velocity, acceleration or reaction.
@@ -96,9 +99,4 @@ def _require_plain(machine: Machine) -> None:
         raise ArgumentError(
             "drive: the push of the rack depends on the force of the drive, which derivatives do not follow; leave "
             "pressure_angle and push_direction out, or vary the machine in a study"
-        )
-    if machine.model_level == "smooth nonlinear":
-        raise ArgumentError(
-            f"carriages, links: derivatives of histories are for links without preload, which {machine.name} "
-            "has; take derivatives of static loads and modes (VariedMachine.at), or a study"
         )

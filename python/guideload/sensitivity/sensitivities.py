@@ -108,7 +108,7 @@ def sensitivities(machine: Machine, motion: Motion, *, of: Of, to: To, start: St
     The dataset has a variable d_NAME for each quantity, with the dimension `parameter` first, per SI unit of the
     parameter. Times the coordinate `value` they are changes per 100 % of the value. For figures and modes it also has
     their values, NAME. `attrs["notes"]` says why a derivative is nan: a peak that two instants share, equal
-    frequencies. Histories need links without preload; raises ArgumentError, SceneError, LifeError with the way out.
+    frequencies. Raises ArgumentError, SceneError, LifeError with the way out.
     """
     import xarray as xr
 

@@ -61,7 +61,7 @@ class VariedMachine:
         self, motion: Motion, values: ArrayLike | None = None, *, start: Start = "auto"
     ) -> RunDerivatives:
         """The run under a motion from the start on, as by `simulate`, at these values. Raises as `at`; only of a
-        machine without preloaded links whose drive has no pressure angle.
+        machine whose drive has no pressure angle.
         """
         return RunDerivatives(self.machine, self.at(values), motion, start)
 

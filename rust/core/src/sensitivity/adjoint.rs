@@ -5,7 +5,8 @@
 //! outer products.
 
 use super::equations::ModalDerivative;
-use super::tangents::{Interval, LinearRun, Recurring, components};
+use super::steps::Recurring;
+use super::tangents::{Interval, LinearRun, components};
 use crate::equations::PropagatorDerivative;
 use crate::numeric::float::add_scaled;
 use crate::numeric::simd::{Kernel, dispatch};

@@ -5,12 +5,14 @@
 //! the edge. A damper that acts only in contact jumps by `b δ'`. The derivative of η' then jumps by that times dt (the saltation): by
 //! `-d·Φ b (dδ - de)` where it starts to act. The rate δ' cancels, so that no change is too slow to have a derivative.
 
+use std::ops::Range;
+
 use nalgebra::Vector6;
 
 use super::equations::ModalDerivative;
 use super::error::SensitivityError;
+use super::steps::{Derivatives, Recurring, by_series};
 use super::system::VariedSystem;
-use super::tangents::{Derivatives, LinearRun, Recurring, by_series};
 use crate::equations::{PowerSeries, SegmentEquations};
 use crate::error::RunError;
 use crate::excitation::Excitation;
@@ -142,13 +144,36 @@ impl ContactChanges {
         self.within(sample).is_empty().then(|| self.at_samples[sample])
     }
 
+    /// The systems that hold during a run, and the samples at which they do, as far as these are wanted; the `linear` one without contact
+    /// changes.
+    pub(super) fn samples<'a>(
+        contacts: Option<&'a Self>,
+        linear: &'a VariedSystem,
+        count: usize,
+        wanted: impl Fn(usize) -> bool,
+    ) -> Vec<(&'a VariedSystem, Vec<Range<usize>>)> {
+        let mut out: Vec<(&VariedSystem, Vec<Range<usize>>)> = match contacts {
+            None => vec![(linear, Vec::new())],
+            Some(contacts) => contacts.pieces.iter().map(|piece| (&piece.varied, Vec::new())).collect(),
+        };
+        for sample in (0..count).filter(|&sample| wanted(sample)) {
+            let ranges = &mut out[contacts.map_or(0, |of| of.at_samples[sample])].1;
+            match ranges.last_mut() {
+                Some(last) if last.end == sample => last.end += 1,
+                _ => ranges.push(sample..sample + 1),
+            }
+        }
+        out.retain(|(_, ranges)| !ranges.is_empty());
+        out
+    }
+
     /// Derivatives of the quasi-static state of the first sample, in which the run starts.
-    pub(super) fn quasi_static(&self, run: LinearRun, column: usize) -> State {
+    pub(super) fn quasi_static(&self, input: &Input, state: &State, column: usize) -> State {
         let piece = &self.pieces[self.at_samples[0]];
-        let (by, input) = (&piece.columns[column].equations, run.excitation.input(0));
+        let by = &piece.columns[column].equations;
         let mut rate = [0.0; 12];
         rate[6..].copy_from_slice(&by.constant[..6]);
-        for (column, factor) in by.matrix.iter().zip(run.states[0]) {
+        for (column, &factor) in by.matrix.iter().zip(state) {
             add_scaled(&mut rate, column, factor);
         }
         for (column, factor) in by.influence.iter().zip(input) {
@@ -163,18 +188,22 @@ impl ContactChanges {
 
     /// Passes the interval after a sample with its changes.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn pass(&self, run: LinearRun, sample: usize, tangents: &mut [State]) {
-        let length = run.excitation.interval(sample);
-        let ends = [run.excitation.input(sample), run.excitation.input(sample + 1)];
+    pub(super) fn pass(
+        &self,
+        varied: &VariedSystem,
+        sample: usize,
+        (length, state, ends): (f64, &State, &[Input; 2]),
+        tangents: &mut [State],
+    ) {
         let input = |since: f64| -> Input {
             core::array::from_fn(|i| ends[0][i] + since / length * (ends[1][i] - ends[0][i]))
         };
-        let (mut from, mut state, mut index) = (0.0, &run.states[sample], self.at_samples[sample]);
+        let (mut from, mut state, mut index) = (0.0, state, self.at_samples[sample]);
         let mut start = ends[0];
         for change in self.within(sample) {
             let (until, end) = (change.at.1, input(change.at.1));
             self.pieces[index].pass((until - from, state, &[start, end]), tangents);
-            self.jump(run.varied, index, change, tangents);
+            self.jump(varied, index, change, tangents);
             (from, state, index, start) = (until, &change.state, change.piece, end);
         }
         self.pieces[index].pass((length - from, state, &[start, ends[1]]), tangents);

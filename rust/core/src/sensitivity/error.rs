@@ -26,10 +26,13 @@ pub enum SensitivityError {
         /// Its deflection at rest, m.
         deflection: f64,
     },
-    /// Some links are preloaded.
-    Preloaded,
     /// Some links are not linear, whose derivatives are known at the samples alone.
     BetweenSamples,
+    /// A damper acts only in contact, beside preloaded links.
+    ContactDamper {
+        /// Its link.
+        link: usize,
+    },
     /// A contact changes just at a sample of the motion.
     AtSample {
         /// The link.
@@ -92,9 +95,13 @@ impl fmt::Display for SensitivityError {
                 "links[{link}] rests at a deflection of {deflection:.6e} m, where its law has a kink and no derivative; change its clearance \
                  or the weight a little"
             ),
-            Self::Preloaded => f.write_str("links: histories have derivatives where no link is preloaded"),
             Self::BetweenSamples => f.write_str(
                 "links: between the samples of the motion histories have derivatives where all links are linear; ask at the samples",
+            ),
+            Self::ContactDamper { link } => write!(
+                f,
+                "links[{link}]: beside preloaded links histories have no derivatives for dampers that act only in contact; set \
+                 damping_in_contact = false, or vary the machine in a study"
             ),
             Self::AtSample { link, time } => write!(
                 f,

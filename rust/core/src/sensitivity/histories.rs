@@ -1,12 +1,12 @@
 //! Derivatives of the histories of a run: loads of links and groups, motion of L, reactions.
 
-use std::ops::Range;
 use std::sync::OnceLock;
 
 use super::adjoint::through_states;
 use super::contacts::{ContactChanges, Recorded};
 use super::error::SensitivityError;
 use super::rows::{Operands, Quantity, Row, WeightedSums, apply, state_weights};
+use super::smooth::SmoothSystem;
 use super::system::VariedSystem;
 use super::tangents::{LinearRun, Prepared, components, tangent_states};
 use crate::error::Stopped;
@@ -21,7 +21,8 @@ use crate::variation::Group;
 #[derive(Debug, Clone)]
 pub struct History {
     states: Vec<State>,
-    pub(super) contacts: Option<ContactChanges>,
+    contacts: Option<ContactChanges>,
+    smooth: Option<SmoothSystem>,
     quasi_static: bool,
     /// Once computed.
     tangents: OnceLock<Tangents>,
@@ -35,8 +36,8 @@ impl History {
     /// Runs a system. `excitation`: with the factors on the motion.
     ///
     /// # Errors
-    /// [`SensitivityError::Preloaded`]; [`SensitivityError::AtSample`]; [`SensitivityError::Factor`] for a derivative by a factor on the motion
-    /// that is zero; and those of a run.
+    /// [`SensitivityError::ContactDamper`]; [`SensitivityError::AtSample`]; [`SensitivityError::Factor`] for a derivative by a factor on the
+    /// motion that is zero; and those of a run.
     pub fn new(
         varied: &VariedSystem,
         excitation: &Excitation,
@@ -44,25 +45,33 @@ impl History {
         watch: Watch,
     ) -> Result<Self, SensitivityError> {
         let system = &varied.system;
-        if system.model_level() == ModelLevel::SmoothNonlinear {
-            return Err(SensitivityError::Preloaded);
-        }
         let by_zero = |kind: usize| {
             varied.factors[kind] == 0.0 && varied.derivatives.iter().any(|by| by.factors[kind] != 0.0)
         };
         if by_zero(0) || by_zero(1) {
             return Err(SensitivityError::Factor);
         }
+        let quasi_static = start == Start::QuasiStatic;
+        if system.model_level() == ModelLevel::SmoothNonlinear {
+            let (smooth, states, tangents) = SmoothSystem::run(varied, excitation, quasi_static, watch)?;
+            let tangents = OnceLock::from(Tangents(tangents));
+            return Ok(Self { states, contacts: None, smooth: Some(smooth), quasi_static, tangents });
+        }
         let mut record = Watched { record: Recorded::default(), watch };
         let control = Control::Adaptive { rtol: 1e-6 };
         run_from(system, &Exact::<8>, control, start, excitation, Output::Samples, &mut record)?;
-        let quasi_static = start == Start::QuasiStatic;
         if system.model_level() == ModelLevel::Linear {
             let (states, tangents) = (record.record.states, OnceLock::new());
-            return Ok(Self { states, contacts: None, quasi_static, tangents });
+            return Ok(Self { states, contacts: None, smooth: None, quasi_static, tangents });
         }
         let (contacts, states) = ContactChanges::new(varied, excitation, record.record)?;
-        Ok(Self { states, contacts: Some(contacts), quasi_static, tangents: OnceLock::new() })
+        let (contacts, tangents) = (Some(contacts), OnceLock::new());
+        Ok(Self { states, contacts, smooth: None, quasi_static, tangents })
+    }
+
+    /// Whether all links are linear.
+    pub(super) fn is_linear(&self) -> bool {
+        self.contacts.is_none() && self.smooth.is_none()
     }
 
     /// The states.
@@ -117,8 +126,8 @@ impl History {
         if width == 0 {
             return Ok(vec![0.0; columns]);
         }
-        let linear = self.contacts.is_none();
-        let Some(prepared) = linear.then(|| Prepared::backwards(varied, excitation)).flatten() else {
+        let Some(prepared) = self.is_linear().then(|| Prepared::backwards(varied, excitation)).flatten()
+        else {
             let tangents = self.tangents(varied, excitation, watch)?;
             let mut all = vec![0.0; columns * count * width];
             let of = |sample: usize| weights[sample * width..(sample + 1) * width].iter().any(|w| *w != 0.0);
@@ -173,7 +182,9 @@ impl History {
         assert_eq!(out.len(), varied.derivatives.len() * count * width, "room for every derivative");
         let (inputs, components) = (inputs(excitation), &components(excitation)[..]);
         let (mut finite, states) = (true, &self.states[..]);
-        for (varied, samples) in self.pieces(varied, wanted) {
+        let whole = varied;
+        let linear = self.smooth.as_ref().map_or(varied, |smooth| &smooth.linear);
+        for (varied, samples) in ContactChanges::samples(self.contacts.as_ref(), linear, count, &wanted) {
             for column in 0..varied.derivatives.len() {
                 let rows = quantity.rows(varied, groups, Some(column));
                 let tangents = &tangents[column * count..(column + 1) * count];
@@ -182,28 +193,12 @@ impl History {
                     apply(&rows, Operands { states, tangents, inputs: &inputs, components }, &samples, out);
             }
         }
-        finite
-    }
-
-    /// The systems that hold during the run, and the samples at which they do, as far as these are wanted.
-    fn pieces<'a>(
-        &'a self,
-        varied: &'a VariedSystem,
-        wanted: impl Fn(usize) -> bool,
-    ) -> Vec<(&'a VariedSystem, Vec<Range<usize>>)> {
-        let mut out: Vec<(&VariedSystem, Vec<Range<usize>>)> = match &self.contacts {
-            None => vec![(varied, Vec::new())],
-            Some(contacts) => contacts.pieces.iter().map(|piece| (&piece.varied, Vec::new())).collect(),
-        };
-        for sample in (0..self.states.len()).filter(|&sample| wanted(sample)) {
-            let ranges = &mut out[self.contacts.as_ref().map_or(0, |of| of.at_samples[sample])].1;
-            match ranges.last_mut() {
-                Some(last) if last.end == sample => last.end += 1,
-                _ => ranges.push(sample..sample + 1),
-            }
+        if let Some(smooth) = &self.smooth {
+            let runs = (states, &tangents[..]);
+            smooth.add_bends((whole, groups), runs, quantity, wanted, out);
+            finite &= out.iter().all(|number| number.is_finite());
         }
-        out.retain(|(_, ranges)| !ranges.is_empty());
-        out
+        finite
     }
 }
 

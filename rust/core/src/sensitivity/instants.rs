@@ -9,8 +9,9 @@ use super::equations::ModalDerivative;
 use super::error::SensitivityError;
 use super::histories::{History, Tangents};
 use super::rows::{Operands, Quantity, apply, combined};
+use super::steps::{by_series, modal};
 use super::system::VariedSystem;
-use super::tangents::{Interval, MIN_OCCURRENCES, Prepared, by_series, components, intervals, modal};
+use super::tangents::{Interval, MIN_OCCURRENCES, Prepared, components, intervals};
 use crate::equations::{Equations, PowerSeries, Propagator};
 use crate::error::Stopped;
 use crate::excitation::Excitation;
@@ -53,7 +54,7 @@ impl History {
         times: &[f64],
         watch: Watch,
     ) -> Result<Instants, SensitivityError> {
-        if self.contacts.is_some() {
+        if !self.is_linear() {
             return Err(SensitivityError::BetweenSamples);
         }
         check_output(Output::Times(times), excitation)?;

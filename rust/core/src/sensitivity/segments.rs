@@ -2,20 +2,10 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::system::VariedSystem;
+use super::system::{OnSegments, VariedSystem};
 use crate::equations::{Equations, SegmentEquations};
 use crate::excitation::Instant;
 use crate::system::{Force, NO_FORCE, Square};
-
-/// What the equations of a system whose links are on some segments of their laws have beyond those of a linear one.
-#[derive(Debug, Clone)]
-pub(super) struct OnSegments {
-    /// Columns of S.
-    stiffness: Square,
-    constant: Force,
-    /// Derivatives of the constant force by each column, with the mass matrix as it is.
-    constants: Vec<Force>,
-}
 
 impl VariedSystem {
     /// The system with the nonlinear links on these segments: (index, segment). Its rows and their derivatives are those of linear links

@@ -4,10 +4,9 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::error::SensitivityError;
 use super::scene::{LinkNumbers, SceneDerivative};
-use super::segments::OnSegments;
 use crate::model::LawDerivative;
 use crate::output::{Axes, Part, Wrench, group_load_along};
-use crate::system::{LinkRow, ModelLevel, NEGLIGIBLE, System};
+use crate::system::{Force, LinkRow, ModelLevel, NEGLIGIBLE, Square, System};
 use crate::variation::{Base, Group, Instance, Plan};
 
 /// A system with given values, and its derivatives by each column of them.
@@ -63,6 +62,16 @@ pub struct LinkDerivative {
     pub load: f64,
     /// Of its law.
     pub(super) law: LawDerivative,
+}
+
+/// What the equations of a system whose links are on some segments of their laws have beyond those of a linear one.
+#[derive(Debug, Clone)]
+pub(super) struct OnSegments {
+    /// Columns of S.
+    pub stiffness: Square,
+    pub constant: Force,
+    /// Derivatives of the constant force by each column, with the mass matrix as it is.
+    pub constants: Vec<Force>,
 }
 
 impl VariedSystem {

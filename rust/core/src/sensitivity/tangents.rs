@@ -3,13 +3,13 @@
 
 use super::contacts::ContactChanges;
 use super::equations::ModalDerivative;
+use super::steps::{Derivatives, Recurring, by_series};
 use super::system::VariedSystem;
-use crate::equations::{Equations, EquationsDerivative, PowerSeries, PropagatorDerivative, PropagatorStages};
+use crate::equations::PowerSeries;
 use crate::excitation::Excitation;
-use crate::numeric::float::add_scaled;
 use crate::numeric::simd::{Kernel, dispatch};
 use crate::numeric::watch::Watch;
-use crate::system::{Force, Input, NO_FORCE, State};
+use crate::system::State;
 
 /// How often a length of interval must occur so that derivatives of its propagator are computed, which cost as much as some forty series.
 pub(super) const MIN_OCCURRENCES: usize = 48;
@@ -36,38 +36,6 @@ pub(super) enum Interval {
     /// By the propagator with this index.
     Propagator(usize),
     Series,
-}
-
-/// A length of interval that recurs: E, and the derivatives of the propagator by each column.
-pub(super) struct Recurring {
-    /// s.
-    pub length: f64,
-    pub change: [[f64; 12]; 12],
-    pub derivatives: Vec<PropagatorDerivative>,
-}
-
-impl Recurring {
-    /// The tangent of a column at the end of the interval.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn step(
-        &self,
-        column: usize,
-        tangent: &State,
-        state: &State,
-        ends: [&Input; 2],
-        components: &[usize],
-    ) -> State {
-        let (mut sum, mut second) = (*tangent, [0.0; 12]);
-        self.derivatives[column].add_to(&mut sum, state, ends, components);
-        for j in (0..12).step_by(2) {
-            add_scaled(&mut sum, &self.change[j], tangent[j]);
-            add_scaled(&mut second, &self.change[j + 1], tangent[j + 1]);
-        }
-        for i in 0..12 {
-            sum[i] += second[i];
-        }
-        sum
-    }
 }
 
 /// The derivatives of a run that all its samples share.
@@ -111,29 +79,6 @@ impl Prepared {
     }
 }
 
-/// The propagator of a length of interval, and its derivatives by all columns.
-pub(super) struct Derivatives<'a, E> {
-    pub equations: &'a E,
-    pub varied: &'a VariedSystem,
-    pub columns: &'a [ModalDerivative],
-    pub length: f64,
-}
-
-impl<E: Equations> Kernel for Derivatives<'_, E> {
-    type Output = Recurring;
-
-    #[inline(always)]
-    fn run(self) -> Recurring {
-        let stages = PropagatorStages::new(self.equations, self.length);
-        let (influence, constant) = (self.varied.system.influence(), self.equations.constant());
-        let mut derivatives = Vec::with_capacity(self.columns.len());
-        for column in self.columns {
-            derivatives.push(stages.derivative(&column.equations, influence, constant));
-        }
-        Recurring { length: self.length, change: *stages.change(), derivatives }
-    }
-}
-
 /// Most lengths of interval for which the adjoint state pays.
 const MOST_LENGTHS: usize = 256;
 
@@ -148,7 +93,7 @@ pub(super) fn tangent_states(run: LinearRun, watch: Watch, out: &mut [State]) ->
     if run.quasi_static {
         for (column, tangent) in tangents.iter_mut().enumerate() {
             *tangent = match run.contacts {
-                Some(contacts) => contacts.quasi_static(run, column),
+                Some(contacts) => contacts.quasi_static(&run.excitation.input(0), &run.states[0], column),
                 None => prepared.columns[column].quasi_static(
                     run.varied,
                     &run.states[0],
@@ -235,7 +180,7 @@ impl Kernel for Tangents<'_> {
                 let ends = [run.excitation.input(k), run.excitation.input(k + 1)];
                 let of = (run.excitation.interval(k), &run.states[k], &ends);
                 if let Some(contacts) = run.contacts {
-                    contacts.pass(run, k, &mut tangents);
+                    contacts.pass(run.varied, k, of, &mut tangents);
                 } else {
                     by_series(system, system.influence(), (columns, &series), of, &mut tangents);
                 }
@@ -260,78 +205,4 @@ impl Kernel for Tangents<'_> {
         }
         true
     }
-}
-
-/// Largest number of terms of the series over a part of an interval whose norm is at most one: 1/24! = 2e-24, for derivatives of high order
-/// relative to the state.
-const TERMS: usize = 24;
-
-/// Passes an interval by power series of the state and its derivatives. Returns the state at its end.
-#[cfg_attr(feature = "std", inline(always))]
-pub(super) fn by_series<E: Equations>(
-    equations: &E,
-    influence: &[Force; 9],
-    (columns, series): (&[ModalDerivative], &PowerSeries),
-    (length, state, ends): (f64, &State, &[Input; 2]),
-    tangents: &mut [State],
-) -> State {
-    let parts = series.parts(length);
-    let tau = length / parts;
-    let mut start = *state;
-    let mut part = 0.0;
-    while part < parts {
-        let theta = part / parts;
-        let input: Input = core::array::from_fn(|i| ends[0][i] + theta * (ends[1][i] - ends[0][i]));
-        let rise: Input = core::array::from_fn(|i| (ends[1][i] - ends[0][i]) / parts);
-        let mut forces = [modal(influence, &input), modal(influence, &rise)];
-        add_scaled(&mut forces[0], equations.constant(), 1.0);
-        let mut terms = [start; TERMS + 1];
-        for k in 0..TERMS {
-            let force = if k < 2 { &forces[k] } else { &NO_FORCE };
-            terms[k + 1] = scaled(equations.linear(&terms[k], force), tau / (k + 1) as f64);
-        }
-        for (tangent, column) in tangents.iter_mut().zip(columns) {
-            let by = &column.equations;
-            let mut forces = [modal(&by.influence, &input), modal(&by.influence, &rise)];
-            add_scaled(&mut forces[0], &by.constant, 1.0);
-            let mut term = *tangent;
-            for k in 0..TERMS {
-                let force = if k < 2 { &forces[k] } else { &NO_FORCE };
-                let mut rate = equations.linear(&term, force);
-                add_matrix(&mut rate, by, &terms[k]);
-                term = scaled(rate, tau / (k + 1) as f64);
-                add_scaled(tangent, &term, 1.0);
-            }
-        }
-        for term in &terms[1..] {
-            add_scaled(&mut start, term, 1.0);
-        }
-        part += 1.0;
-    }
-    start
-}
-
-/// Modal force of an input.
-#[cfg_attr(feature = "std", inline(always))]
-pub(super) fn modal(influence: &[Force; 9], input: &Input) -> Force {
-    let mut force = NO_FORCE;
-    for (column, &value) in influence.iter().zip(input) {
-        add_scaled(&mut force, column, value);
-    }
-    force
-}
-
-#[cfg_attr(feature = "std", inline(always))]
-fn add_matrix(to: &mut State, by: &EquationsDerivative, state: &State) {
-    for (column, &factor) in by.matrix.iter().zip(state) {
-        add_scaled(to, column, factor);
-    }
-}
-
-#[cfg_attr(feature = "std", inline(always))]
-fn scaled(mut state: State, factor: f64) -> State {
-    for entry in &mut state {
-        *entry *= factor;
-    }
-    state
 }

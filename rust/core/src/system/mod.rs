@@ -193,6 +193,16 @@ impl System {
         self.rows.as_slice()
     }
 
+    /// The linear system in which every link keeps the stiffness that it has in the modes.
+    #[cfg(feature = "std")]
+    pub(crate) fn linearised(&self) -> Self {
+        let mut out = Self { model_level: ModelLevel::Linear, ..self.clone() };
+        for row in out.rows_mut() {
+            row.link = row.link.on_segment(0, true);
+        }
+        out
+    }
+
     /// The link rows, to be changed with what follows from them.
     #[cfg(feature = "std")]
     pub(crate) fn rows_mut(&mut self) -> &mut [LinkRow] {

@@ -1,0 +1,258 @@
+//! The run of a system with preloaded links and its derivatives side by side, by the explicit method of order 8 of Dormand and Prince.
+//!
+//! Each step is as short as the state and each of the derivatives need it. The derivatives cost nothing in steps that the state alone
+//! rejects.
+
+use super::error::SensitivityError;
+use super::order_8::{ERROR_3, ERROR_5, NODES, STAGE, STAGES, STEP};
+use super::smooth::{Bends, SmoothSystem};
+use super::system::VariedSystem;
+use crate::error::{OtherMethod, RunError, Stopped};
+use crate::excitation::Excitation;
+use crate::numeric::float::add_scaled;
+use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::watch::Watch;
+use crate::system::{Input, State, finite, size};
+
+/// Error of a step relative to the largest state, or derivative of it, so far.
+pub(super) const TOLERANCE: f64 = 1e-11;
+
+/// Shortest step, as a fraction of its interval: in so short a time no slope matters.
+const SHORTEST: f64 = 1e-9;
+
+/// Part of the largest derivative that the terms of its equation could cause, below which it may be rounding.
+const ROUNDING_MAY_BE: f64 = 1e-4;
+
+/// Smallest change of the step size.
+const LEAST_FACTOR: f64 = 0.2;
+
+/// Most steps of an interval between samples, a minute of work with 20 columns.
+const MOST_STEPS: usize = 1_000_000;
+
+/// Steps between two looks at the watch.
+const BETWEEN: usize = 64;
+
+/// A run at the samples of an excitation.
+pub(super) struct SmoothRun<'a> {
+    pub smooth: &'a SmoothSystem,
+    pub varied: &'a VariedSystem,
+    pub excitation: &'a Excitation<'a>,
+    pub watch: Watch<'a>,
+}
+
+impl SmoothRun<'_> {
+    /// The states at the samples from the first one on, and their derivatives by each column (column, sample).
+    ///
+    /// # Errors
+    /// [`RunError`], [`Stopped`].
+    pub(super) fn run(
+        &self,
+        start: State,
+        quasi_static: bool,
+    ) -> Result<(Vec<State>, Vec<State>), SensitivityError> {
+        let count = self.excitation.count();
+        let mut out = (vec![start; count], vec![[0.0; 12]; self.smooth.columns.len() * count]);
+        let mut walk = Walk::new(self, start);
+        if quasi_static {
+            let input = self.excitation.input(0);
+            self.smooth.bend(self.varied, &start, &mut walk.bends[0]);
+            for (column, tangent) in walk.tangents.iter_mut().enumerate() {
+                let fixed =
+                    self.smooth.rate_derivative((self.varied, column), &walk.bends[0], &start, &input);
+                *tangent = self.smooth.balanced(&walk.bends[0], &fixed);
+                out.1[column * count] = *tangent;
+            }
+        }
+        for k in 0..count - 1 {
+            dispatch(Interval { run: self, walk: &mut walk, sample: k })?;
+            out.0[k + 1] = walk.state;
+            for (column, tangent) in walk.tangents.iter().enumerate() {
+                out.1[column * count + k + 1] = *tangent;
+            }
+        }
+        if !out.1.iter().all(finite) {
+            return Err(RunError::OutOfRange.into());
+        }
+        Ok(out)
+    }
+}
+
+/// A state and its derivatives on their way.
+struct Walk {
+    state: State,
+    tangents: Vec<State>,
+    /// Of both, the largest size so far.
+    scale: f64,
+    scales: Vec<f64>,
+    /// Length of the next step, s, if no sample comes before.
+    step: f64,
+    steps: usize,
+    // Of each stage of the last step.
+    bends: Vec<Bends>,
+    states: [State; STAGES],
+    inputs: [Input; STAGES],
+    rates: [State; STAGES],
+    next_tangents: Vec<State>,
+}
+
+impl Walk {
+    fn new(run: &SmoothRun, state: State) -> Self {
+        let system = &run.varied.system;
+        let fastest =
+            f64::max(system.frequencies().iter().fold(0.0, |most, &f| f64::max(most, f)), f64::MIN_POSITIVE);
+        let peak = run.excitation.peak();
+        let effect = |influence: &[[f64; 8]; 9]| -> f64 {
+            let force =
+                |(column, value): (&[f64; 8], &f64)| column.iter().map(|x| x * x).sum::<f64>().sqrt() * value;
+            influence.iter().zip(&peak).map(force).sum()
+        };
+        let scale = ROUNDING_MAY_BE * effect(system.influence()) / fastest;
+        let scales = run.smooth.columns.iter().map(|of| {
+            let equations = &of.linear.equations;
+            let matrix = equations.matrix.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt();
+            ROUNDING_MAY_BE * (effect(&equations.influence) + matrix * scale / ROUNDING_MAY_BE) / fastest
+        });
+        Self {
+            state,
+            tangents: vec![[0.0; 12]; run.smooth.columns.len()],
+            scale: f64::max(scale, size(&state)),
+            scales: scales.collect(),
+            step: f64::INFINITY,
+            steps: 0,
+            bends: vec![Bends::default(); STAGES],
+            states: [[0.0; 12]; STAGES],
+            inputs: [[0.0; 9]; STAGES],
+            rates: [[0.0; 12]; STAGES],
+            next_tangents: vec![[0.0; 12]; run.smooth.columns.len()],
+        }
+    }
+}
+
+/// Passes the interval after a sample.
+struct Interval<'a, 'b> {
+    run: &'a SmoothRun<'b>,
+    walk: &'a mut Walk,
+    sample: usize,
+}
+
+impl Kernel for Interval<'_, '_> {
+    type Output = Result<(), SensitivityError>;
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) -> Self::Output {
+        let Self { run, walk, sample } = self;
+        let (length, start) = (run.excitation.interval(sample), run.excitation.time(sample));
+        let ends = [run.excitation.input(sample), run.excitation.input(sample + 1)];
+        let (mut done, mut steps) = (0.0, 0);
+        while done < length {
+            walk.steps += 1;
+            steps += 1;
+            if walk.steps.is_multiple_of(BETWEEN) && run.watch.stops() {
+                return Err(Stopped::Interrupted.into());
+            }
+            let rest = length - done;
+            // Equal steps to the end, so that no tiny one is left.
+            let shortest = SHORTEST * length;
+            let step = f64::max(walk.step, shortest);
+            let h = if step >= rest { rest } else { rest / (rest / step).ceil() };
+            if steps > MOST_STEPS {
+                let fastest = run.varied.system.frequencies().iter().fold(0.0, |most, &f| f64::max(most, f));
+                let other = OtherMethod::None;
+                return Err(
+                    RunError::TooManySteps { time: start + done, step: h, steps, fastest, other }.into()
+                );
+            }
+            let least = h <= shortest;
+            let (next, mut ratio) = state_step(run, walk, [done / length, h / length], h, &ends);
+            // At an edge the slope of a law has no derivative, or one without bound, and the estimates of the errors are too small.
+            let passes = run.smooth.passes_edge(run.varied, &walk.state, &next);
+            if ratio <= 1.0 && !passes || least {
+                ratio = f64::max(ratio, tangent_steps(run, walk, h));
+            }
+            if !finite(&next) || ratio.is_nan() {
+                return Err(RunError::OutOfRange.into());
+            }
+            let factor =
+                if passes { LEAST_FACTOR } else { (0.9 * ratio.powf(-0.125)).clamp(LEAST_FACTOR, 6.0) };
+            if (ratio > 1.0 || passes) && !least {
+                walk.step = h * factor;
+                continue;
+            }
+            // A step cut short by a sample tells little of longer ones.
+            walk.step = if h < 0.5 * walk.step && walk.step < f64::INFINITY { walk.step } else { h * factor };
+            walk.state = next;
+            walk.scale = f64::max(walk.scale, size(&next));
+            core::mem::swap(&mut walk.tangents, &mut walk.next_tangents);
+            for (scale, tangent) in walk.scales.iter_mut().zip(&walk.tangents) {
+                *scale = f64::max(*scale, size(tangent));
+            }
+            done = if h == rest { length } else { done + h };
+        }
+        Ok(())
+    }
+}
+
+/// The next state, and its error over the tolerance. `[from, share]`: start and length of the step as fractions of the interval.
+#[cfg_attr(feature = "std", inline(always))]
+fn state_step(
+    run: &SmoothRun,
+    walk: &mut Walk,
+    [from, share]: [f64; 2],
+    h: f64,
+    ends: &[Input; 2],
+) -> (State, f64) {
+    for stage in 0..STAGES {
+        let at = from + share * NODES[stage];
+        walk.inputs[stage] = core::array::from_fn(|i| ends[0][i] + at * (ends[1][i] - ends[0][i]));
+        let mut state = walk.state;
+        for (rate, factor) in walk.rates.iter().zip(STAGE[stage]) {
+            add_scaled(&mut state, rate, h * factor);
+        }
+        run.smooth.bend(run.varied, &state, &mut walk.bends[stage]);
+        walk.rates[stage] = run.smooth.rate(&walk.bends[stage], &state, &walk.inputs[stage]);
+        walk.states[stage] = state;
+    }
+    let (next, error) = end_of(&walk.state, &walk.rates, h);
+    let scale = f64::max(walk.scale, size(&next));
+    (next, if error == 0.0 { 0.0 } else { error / (TOLERANCE * scale) })
+}
+
+/// The next derivatives, and the largest of their errors over the tolerance.
+#[cfg_attr(feature = "std", inline(always))]
+fn tangent_steps(run: &SmoothRun, walk: &mut Walk, h: f64) -> f64 {
+    let mut worst = 0.0;
+    for column in 0..walk.tangents.len() {
+        let start = walk.tangents[column];
+        let mut rates = [[0.0; 12]; STAGES];
+        for stage in 0..STAGES {
+            let (bends, state, input) = (&walk.bends[stage], &walk.states[stage], &walk.inputs[stage]);
+            let fixed = run.smooth.rate_derivative((run.varied, column), bends, state, input);
+            let mut tangent = start;
+            for (rate, factor) in rates.iter().zip(STAGE[stage]) {
+                add_scaled(&mut tangent, rate, h * factor);
+            }
+            rates[stage] = run.smooth.tangent_rate(bends, &fixed, &tangent);
+        }
+        let (next, error) = end_of(&start, &rates, h);
+        walk.next_tangents[column] = next;
+        let scale = f64::max(walk.scales[column], size(&next));
+        if error != 0.0 {
+            worst = f64::max(worst, error / (TOLERANCE * scale));
+        }
+    }
+    worst
+}
+
+/// The end of a step, and its estimated error.
+#[cfg_attr(feature = "std", inline(always))]
+fn end_of(start: &State, rates: &[State; STAGES], h: f64) -> (State, f64) {
+    let (mut next, mut fifth, mut third) = (*start, [0.0; 12], [0.0; 12]);
+    for stage in 0..STAGES {
+        add_scaled(&mut next, &rates[stage], h * STEP[stage]);
+        add_scaled(&mut fifth, &rates[stage], h * ERROR_5[stage]);
+        add_scaled(&mut third, &rates[stage], h * ERROR_3[stage]);
+    }
+    let (fifth, third) = (size(&fifth), 0.1 * size(&third));
+    let both = fifth.hypot(third);
+    (next, if both == 0.0 { both } else { fifth * (fifth / both) })
+}
