@@ -19,7 +19,7 @@ from scipy.signal import correlate, correlation_lags
 
 from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
-from guideload.identification.linear_histories import Inputs, LinearHistories, Output
+from guideload.identification.excitation import Excitation
 from guideload.identification.measured import WIDE, Noise, OwnUnknown, Residuals
 from guideload.identification.model import ModelAt
 from guideload.identification.places import Place
@@ -27,10 +27,11 @@ from guideload.identification.windows import Windows
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.motion import Motion
+from guideload.sensitivity.instants import History, Instants
+from guideload.sensitivity.linearised import Linearised
 from guideload.sensitivity.varied import VariedMachine
 
 Kind = Literal["acceleration", "velocity", "displacement"]
-DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
 UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 PER_PERIOD = 10.0  # windows in a period of the highest mode, whose vibration a mean over one lowers by 1.6 %
 FIRST_LEVEL = 0.1  # of a channel's standard deviation: where the search for its noise starts
@@ -59,13 +60,16 @@ class Channel:
         """ "acceleration of tool y" """
         return f"{self.kind} of {self.place.name}"
 
-    def shown(self, histories: LinearHistories) -> Output:
-        """What it shows without offset, gain and delay."""
-        output = histories.along(self.place.row, DERIVATIVE[self.kind])
-        if self.kind != "acceleration":
-            return output
-        of_cart = self.place.row[:3] @ histories.inputs.places[:3]
-        return replace(output, of_input=output.of_input + of_cart)
+    def shown(self, at: Instants, rest: Linearised) -> History:
+        """What it shows without offset, gain and delay; a displacement is from the place at rest."""
+        row, history = self.place.row, at.history(self.kind, self.place.row)
+        if self.kind == "displacement":
+            values, by = history.values - rest.static_position @ row, rest.d_static_position @ row
+            return replace(history, values=values, by=history.by - by[:, None])
+        if self.kind == "acceleration":
+            cart, jerk = at.inputs[:, :3] @ row[:3], at.input_slopes[:, :3] @ row[:3]
+            return replace(history, values=history.values + cart, slope=history.slope + jerk)
+        return history
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +82,7 @@ class SensorLog:
     """
 
     name: str
-    inputs: Inputs
+    excitation: Excitation
     channels: tuple[Channel, ...]
     time: Array
     values: Array
@@ -106,17 +110,19 @@ class SensorLog:
         of the period of the highest mode. Raises ArgumentError for a machine that is not linear, TraceError for a log
         that does not resemble the motion.
         """
-        inputs = Inputs.of(machine, motion)
+        excitation = Excitation.of(machine, motion)
+        stamps = excitation.motion.time
         frequency = Modes.of(machine).frequency
         window = window or 1.0 / (PER_PERIOD * float(frequency.max()))
         delay, reach = 0.0, 0.0 if one_clock else 0.5 / float(frequency.min())
         if reach:
-            histories = LinearHistories(VariedMachine(machine, ["body.mass"]).at(), inputs)
-            at = histories.at()
-            expected = [histories.history(one.shown(histories), at).values for one in channels]
-            delay = _best_delay(name, inputs, np.array(expected).T, time, values)
+            varied = VariedMachine(machine, ["body.mass"])
+            run = varied.run(excitation.motion, start=excitation.start)
+            at = run.at(stamps)
+            expected = [one.shown(at, run.at_rest).values for one in channels]
+            delay = _best_delay(name, stamps, np.array(expected).T, time, values)
         place = time - delay
-        usable = (place >= inputs.time[0] + reach) & (place <= inputs.time[-1] - reach)
+        usable = (place >= stamps[0] + reach) & (place <= stamps[-1] - reach)
         windows = Windows.of(time, usable, window, name)
         spreads = values[windows.samples].std(axis=0)
         for channel, spread in zip(channels, spreads, strict=True):
@@ -126,7 +132,7 @@ class SensorLog:
                 )
         given = zip(channels, spreads.tolist(), strict=True)
         levels = np.array([FIRST_LEVEL * spread if one.level is None else one.level for one, spread in given])
-        return cls(name, inputs, tuple(channels), time, values, windows, levels, delay, reach)
+        return cls(name, excitation, tuple(channels), time, values, windows, levels, delay, reach)
 
     # ---- as the fit sees it
 
@@ -197,8 +203,8 @@ class SensorLog:
     def _predicted(self, model: ModelAt, own: Array) -> tuple[Array, Array, Array]:
         """Means over the windows (k, m), and their derivatives (p, k, m) by unknowns and (q, k, m) own ones."""
         k, m = len(self.channels), self.windows.first.size
-        histories = model.histories(self.inputs)
-        at = histories.at(self.time[self.windows.samples] - (own[-1] if self.reach else 0.0))
+        instants = self.time[self.windows.samples] - (own[-1] if self.reach else 0.0)
+        at = model.run(self.excitation).at(self.excitation.within(instants))
         predicted, by_unknowns, by_own = (
             np.empty((k, m)),
             np.empty((model.z.size, k, m)),
@@ -206,7 +212,7 @@ class SensorLog:
         )
         scaled = self._scaled
         for i, channel in enumerate(self.channels):
-            history = histories.history(channel.shown(histories), at)
+            history = channel.shown(at, model.rest)
             plain, by_values, by_time = map(self.windows.mean, (history.values, history.by, history.slope))
             place = k + scaled.index(channel) if channel in scaled else None
             gain = 1.0 if place is None else own[place]
@@ -220,19 +226,19 @@ class SensorLog:
         return predicted, by_unknowns, by_own
 
 
-def _best_delay(name: str, inputs: Inputs, expected: Array, time: Array, values: Array) -> float:
-    """The delay [s] at which the channels (n, k) are most likely, given what is expected of them (time, k).
+def _best_delay(name: str, stamps: Array, expected: Array, time: Array, values: Array) -> float:
+    """The delay [s] at which the channels (n, k) are most likely, given what is expected of them (time, k) at stamps.
 
     With correlations c, the likelihood of a lag has the logarithm -n/2 sum ln(1 - c^2): a channel that hardly depends
     on unknown numbers decides. Raises TraceError if log and expectation hardly correlate.
     """
-    step = max(inputs.step, float(np.median(np.diff(time))))
-    here = np.arange(inputs.time[0], inputs.time[-1], step)
+    step = max(float(np.median(np.diff(stamps))), float(np.median(np.diff(time))))
+    here = np.arange(stamps[0], stamps[-1], step)
     there = np.arange(time[0], time[-1], step)
     lags = correlation_lags(there.size, here.size)
     sums, likelihood = np.zeros(lags.size), np.zeros(lags.size)
     for predicted, measured in zip(expected.T, values.T, strict=True):
-        first, second = np.interp(here, inputs.time, predicted), np.interp(there, time, measured)
+        first, second = np.interp(here, stamps, predicted), np.interp(there, time, measured)
         first, second = first - first.mean(), second - second.mean()
         size = np.linalg.norm(first) * np.linalg.norm(second)
         alike = correlate(second, first, method="fft") / size if size > 0.0 else np.zeros(lags.size)

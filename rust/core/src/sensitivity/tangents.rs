@@ -224,11 +224,22 @@ impl Kernel for Tangents<'_> {
     }
 }
 
-/// Largest number of terms of the series over a part of an interval whose norm is at most one: 1/24! = 2e-24, for derivatives of high order
-/// relative to the state.
+/// Largest number of terms of the series over a part of an interval whose norm is at most one, and the smallest term: 1/24!, for derivatives
+/// of high order relative to the state.
 const TERMS: usize = 24;
+const SMALLEST: f64 = 1.6e-24;
 
-/// Passes an interval by power series of the state and its derivatives. Returns the state at its end.
+/// Number of terms of the series over a part of this norm.
+fn terms_for(norm: f64) -> usize {
+    let (mut terms, mut size) = (1, norm);
+    while size > SMALLEST && terms < TERMS {
+        terms += 1;
+        size *= norm / terms as f64;
+    }
+    usize::max(terms, 2)
+}
+
+/// Passes an interval, which may be negative, by power series of the state and its derivatives. Returns the state at its end.
 #[cfg_attr(feature = "std", inline(always))]
 pub(super) fn by_series(
     varied: &VariedSystem,
@@ -238,8 +249,9 @@ pub(super) fn by_series(
     tangents: &mut [State],
 ) -> State {
     let system = &varied.system;
-    let parts = series.parts(length);
+    let parts = series.parts(length.abs());
     let tau = length / parts;
+    let count = terms_for(series.norm(tau));
     let mut start = *state;
     let mut part = 0.0;
     while part < parts {
@@ -248,7 +260,7 @@ pub(super) fn by_series(
         let rise: Input = core::array::from_fn(|i| (ends[1][i] - ends[0][i]) / parts);
         let forces = [modal(system.influence(), &input), modal(system.influence(), &rise)];
         let mut terms = [start; TERMS + 1];
-        for k in 0..TERMS {
+        for k in 0..count {
             let force = if k < 2 { &forces[k] } else { &NO_FORCE };
             terms[k + 1] = scaled(system.linear(&terms[k], force), tau / (k + 1) as f64);
         }
@@ -256,7 +268,7 @@ pub(super) fn by_series(
             let by = &column.equations;
             let forces = [modal(&by.influence, &input), modal(&by.influence, &rise)];
             let mut term = *tangent;
-            for k in 0..TERMS {
+            for k in 0..count {
                 let force = if k < 2 { &forces[k] } else { &NO_FORCE };
                 let mut rate = system.linear(&term, force);
                 add_matrix(&mut rate, by, &terms[k]);
@@ -264,7 +276,7 @@ pub(super) fn by_series(
                 add_scaled(tangent, &term, 1.0);
             }
         }
-        for term in &terms[1..] {
+        for term in &terms[1..=count] {
             add_scaled(&mut start, term, 1.0);
         }
         part += 1.0;
