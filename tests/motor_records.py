@@ -8,10 +8,9 @@ import numpy as np
 
 from guideload import Machine, Motion
 from guideload.base.arrays import Array
-from guideload.identification.linear_histories import Inputs, LinearHistories
 from guideload.identification.motor_force import X
 from guideload.identification.sensor_log import Channel
-from guideload.sensitivity.varied import VariedMachine
+from guideload.sensitivity import RunDerivatives, VariedMachine
 
 MASS, SEAL, VISCOUS, OFFSET = 95.0, 10.0, 200.0, -3.0
 
@@ -48,20 +47,19 @@ def axis(**others: object) -> Machine:
     return Machine(**{**keys, **others})
 
 
-def histories_of(machine: Machine, motion: Motion) -> LinearHistories:
-    return LinearHistories(VariedMachine(machine, ["body.mass"]).at(), Inputs.of(machine, motion))
-
-
 def force_of(machine: Machine, motion: Motion, time: Array) -> Array:
     """(n,) N that moves the axis at these times, without offset."""
-    histories = histories_of(machine, motion)
+    reaction = _run(machine, motion).at(time).history("reaction", np.eye(6)[X]).values
     velocity = np.interp(time, motion.time, motion.velocity[:, 0])
-    friction = 2.0 * SEAL * np.sign(velocity) + VISCOUS * velocity
-    return histories.history(histories.reaction(X), histories.at(time)).values + friction
+    return reaction + 2.0 * SEAL * np.sign(velocity) + VISCOUS * velocity
 
 
 def shown_by(machine: Machine, motion: Motion, channels: Sequence[Channel], time: Array) -> Array:
     """(n, k) what sensors show at these times."""
-    histories = histories_of(machine, motion)
-    at = histories.at(time)
-    return np.array([histories.history(one.shown(histories), at).values for one in channels]).T
+    run = _run(machine, motion)
+    at = run.at(time)
+    return np.array([one.shown(at, run.at_rest).values for one in channels]).T
+
+
+def _run(machine: Machine, motion: Motion) -> RunDerivatives:
+    return VariedMachine(machine, ["body.mass"]).run(motion)

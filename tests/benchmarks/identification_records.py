@@ -23,7 +23,7 @@ from hammer_tests import unknown
 from motor_records import OFFSET, SEAL, VISCOUS, axis, moves
 
 from guideload import Machine, Motion, PointOfInterest
-from guideload.identification.linear_histories import Inputs
+from guideload.identification.excitation import Excitation
 from guideload.identification.measured import Measured
 from guideload.identification.model import Model, ModelAt
 from guideload.identification.motor_force import MotorForce, X
@@ -75,9 +75,8 @@ def motor_force(
     measured: bool = False,
     correlated: bool = False,
 ) -> tuple[Measured, Truths]:
-    histories = true.histories(Inputs.of(true.machine, motion))
-    velocity = motion.velocity[:, 0]
-    force = histories.history(histories.reaction(X), histories.at()).values + OFFSET
+    run, velocity = true.run(Excitation.of(true.machine, motion)), motion.velocity[:, 0]
+    force = run.at(motion.time).history("reaction", np.eye(6)[X]).values + OFFSET
     force += 2.0 * SEAL * np.sign(velocity) + VISCOUS * velocity + 2.0 * rng.standard_normal(force.size)
     if correlated:
         white = rng.standard_normal(force.size + 1000)
@@ -99,14 +98,13 @@ def sensors(
 ) -> tuple[Measured, Truths]:
     """Accelerometers; with cells one along x, a calibrated cell and a strain gauge in place of the others."""
     motion = from_standstill(motion)
-    histories = true.histories(Inputs.of(true.machine, motion))
     channels = [Channel(place_of(f"tool {i}", true.machine), gain_spread=0.02 * (i == "y")) for i in "xyz"]
     if cells:
         loads = [load_place_of(text, true.machine) for text in ("a Fy", "b Fz")]
         channels[1:] = [Channel(loads[0], "load"), Channel(loads[1], "load", gain_spread=np.inf)]
     time = np.arange(0.2, motion.time[-1] - 0.2, 1.0 / 900.0)
-    at = histories.at(time)
-    shown = np.array([histories.history(one.shown(histories), at).values for one in channels]).T
+    at = true.run(Excitation.of(true.machine, motion)).at(time)
+    shown = np.array([one.shown(at, true.rest).values for one in channels]).T
     shown = shown + 0.1 * shown.std(axis=0) * rng.standard_normal(shown.shape)
     motion = seen(motion) if measured else motion
     data = SensorLog.of(true.machine, motion, channels, time + DELAY, shown)

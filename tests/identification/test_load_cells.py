@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hammer_tests import unknown
-from motor_records import axis, histories_of, moves, shown_by
+from motor_records import axis, moves, shown_by
 
 from guideload import Link, Machine, Motion, PointOfInterest, simulate
 from guideload.base.errors import ArgumentError, ConfigError, ValueRefused
@@ -56,11 +56,9 @@ def test_cells_show_the_loads_of_a_run(motion: Motion) -> None:
     """Force and moment of a carriage in its own axes, and the load of a link, from their values at rest."""
     machine = machine_with()
     result = simulate(machine, motion)
-    histories = histories_of(machine, motion)
     loads = np.hstack([result.carriage_loads[:, 1, 1:], result.quantities["link_load"][:, -1:]])
     channels = cells(machine, *(f"b {one}" for one in COMPONENTS[1:]), "strut")
-    for channel, load in zip(channels, loads.T, strict=True):
-        shown = histories.history(channel.shown(histories), histories.at()).values
+    for shown, load in zip(shown_by(machine, motion, channels, motion.time).T, loads.T, strict=True):
         assert shown == pytest.approx(load - load[0], abs=1e-9 * abs(loads).max())
 
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from hammer_tests import unknown
 from motor_records import axis, moves, shown_by
+from reference import cart_clear
 
 from guideload import Machine, Motion, PointOfInterest
 from guideload.base.arrays import Array
-from guideload.base.errors import TraceError
+from guideload.base.errors import ArgumentError, TraceError
 from guideload.identification.model import Model
 from guideload.identification.places import place_of
 from guideload.identification.result import identify
@@ -116,3 +117,12 @@ def test_a_log_of_other_moves_is_refused(motion: Motion, log: tuple[Array, Array
         SensorLog.of(machine, motion, channels_on(machine), time, noise)
     with pytest.raises(TraceError, match="acceleration of tool x: expected a sensor that moves"):
         SensorLog.of(machine, motion, channels_on(machine), time, values * [1.0, 0.0, 1.0])
+
+
+def test_machines_that_are_not_linear_are_refused(motion: Motion, log: tuple[Array, Array]) -> None:
+    machine = cart_clear()
+    machine = machine.model_copy(update={"points": (PointOfInterest(name="tool", at=(0.05, 0.4, 0.1)),)})
+    with pytest.raises(
+        ArgumentError, match="links of the level piecewise linear.*give its stiffness as one number"
+    ):
+        SensorLog.of(machine, motion, channels_on(machine), *log)

@@ -24,8 +24,8 @@ from guideload.identification import (
 )
 from guideload.identification.candidates import CandidateTable
 from guideload.identification.description import IdentifyFile
+from guideload.identification.excitation import Excitation
 from guideload.identification.figure import Figure, FigureTable, Run, figure_of
-from guideload.identification.linear_histories import Inputs
 from guideload.identification.machine_values import machine_with
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.sensor_log import Channel, SensorLog
@@ -110,11 +110,11 @@ def test_a_record_narrows_the_figure_as_the_ranking_said(machine: Machine, found
     """The peak load's interval after a record that is as predicted."""
     motion = moves(1.0)
     channel = Channel(place_of("tool y", machine), level=0.05)
-    record = SensorLog.shown("record", found.model, Inputs.of(machine, motion), channel)
+    record = SensorLog.shown("record", found.model, Excitation.of(machine, motion), channel)
     before = figure_of(found, "peak_resultant", [Run(machine, motion)])
     (candidate,) = ranked(found, [record], before.derivatives)
-    histories = found.model.histories(record.inputs)
-    exact = histories.history(channel.shown(histories), histories.at()).values
+    at = found.model.run(record.excitation).at(record.time)
+    exact = channel.shown(at, found.model.rest).values
     noise = channel.level * np.random.default_rng(0).standard_normal(exact.size)
     made = replace(record, values=(exact + noise)[:, None])
     after = identify(machine, TABLES, [*found.data, made], starts=1)

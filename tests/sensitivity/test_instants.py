@@ -103,6 +103,14 @@ def test_values_are_those_of_simulate() -> None:
     close(found.values, result.quantities["acceleration"][:, 1])
 
 
+def test_a_record_that_begins_under_way_does_not_ring() -> None:
+    """A constant acceleration from before the first stamp leaves the machine in its quasi-static place."""
+    motion = Motion.along_x(np.arange(50) * 1e-3, np.full(50, 2.0), recorded=True)
+    found = run_of(motion).at(np.linspace(0.0, 0.049, 70)).history("displacement", np.ones(6))
+    assert np.ptp(found.values) < 1e-12 * abs(found.values).max()
+    assert np.ptp(found.by, axis=1).max() < 1e-9 * abs(found.by).max()
+
+
 @pytest.mark.parametrize("after_start", [[-1.0], [1e9], [0.02, 0.01]])
 def test_instants_outside_the_motion_or_not_in_order_are_refused(after_start: list[float]) -> None:
     motion = moves()

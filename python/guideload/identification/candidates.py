@@ -16,8 +16,8 @@ from guideload.base.errors import ValueRefused
 from guideload.base.number_text import joined
 from guideload.base.ranges import FORCE
 from guideload.identification.deflections import Deflection, Deflections
+from guideload.identification.excitation import Excitation
 from guideload.identification.frequency_responses import Curve, FrequencyResponses
-from guideload.identification.linear_histories import Inputs
 from guideload.identification.measured import Measured
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.model import ModelAt
@@ -123,9 +123,9 @@ class CandidateTable(ConfigModel):
     def _records(self, model: ModelAt, folder: Path) -> Iterator[Measured]:
         assert self.motion is not None and self.accuracy is not None
         motion = self.reading.motion(folder / self.motion, model.machine)
-        inputs = Inputs.of(model.machine, motion)
+        excitation = Excitation.of(model.machine, motion)
         place = partial(load_place_of if self.sensor == "load" else place_of, machine=model.machine)
         for text in self.at:
             channel = Channel(place(text), self.sensor)
             channel = replace(channel, level=number(self.accuracy, channel.unit, above=0.0))
-            yield SensorLog.shown(f"{channel.name} under {self.motion}", model, inputs, channel)
+            yield SensorLog.shown(f"{channel.name} under {self.motion}", model, excitation, channel)

@@ -228,7 +228,7 @@ class ModalTest:
     def _share(self, i: int, computed: _Computed) -> Array:
         """(n,) scale of the computed shapes: their part along the measured one."""
         share = computed.shapes @ self._across[i][0]
-        least = SMALLEST_SHARE * np.linalg.norm(computed.shapes, axis=1)
+        least = SMALLEST_SHARE * computed.lengths
         return np.where(abs(share) > least, share, least)
 
     def _slopes(self, i: int, k: int, computed: _Computed) -> Array:
@@ -256,6 +256,11 @@ class _Computed:
     damping_by: Array
     shapes: Array
     shapes_by: Array
+
+    @cached_property
+    def lengths(self) -> Array:
+        """(n,) of the shapes."""
+        return np.asarray(np.linalg.norm(self.shapes, axis=1))
 
     @classmethod
     def of(cls, test: ModalTest, model: ModelAt) -> _Computed:

@@ -10,12 +10,13 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
-from guideload.identification.linear_histories import Inputs, LinearHistories
+from guideload.identification.excitation import Excitation
 from guideload.identification.places import Place
 from guideload.identification.unknowns import Unknown
 from guideload.machine.machine import Machine
 from guideload.sensitivity.linearised import Linearised
 from guideload.sensitivity.modes import Complex, ModeDerivatives
+from guideload.sensitivity.run import RunDerivatives
 from guideload.sensitivity.varied import VariedMachine
 
 BESIDE = (0.0, 1e-9, 1e-7, 1e-5)  # relative changes of all values that are tried where there is no derivative
@@ -42,14 +43,15 @@ class ModelAt:
         return self.rest.modes()
 
     @cached_property
-    def _histories(self) -> dict[int, LinearHistories]:
+    def _runs(self) -> dict[int, RunDerivatives]:
         return {}
 
-    def histories(self, inputs: Inputs) -> LinearHistories:
-        """Its histories under a motion, with derivatives by the values; data with the same inputs share them."""
-        if id(inputs) not in self._histories:
-            self._histories[id(inputs)] = LinearHistories(self.rest, inputs)
-        return self._histories[id(inputs)]
+    def run(self, excitation: Excitation) -> RunDerivatives:
+        """Its run, with derivatives by the values; data with the same excitation share it."""
+        if id(excitation) not in self._runs:
+            run = RunDerivatives(self.machine, self.rest, excitation.motion, excitation.start)
+            self._runs[id(excitation)] = run
+        return self._runs[id(excitation)]
 
     def response(self, frequency: Array, force: Place) -> tuple[Complex, Complex]:
         """Amplitudes (n, 6) of L per newton at frequencies (n,) [Hz], and derivatives (n, p, 6) by the values."""

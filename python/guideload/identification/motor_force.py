@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
-from guideload.identification.linear_histories import Inputs
+from guideload.identification.excitation import Excitation
 from guideload.identification.measured import WIDE, Noise, OwnUnknown, Residuals
 from guideload.identification.model import ModelAt
 from guideload.identification.windows import Windows
@@ -41,7 +41,7 @@ X = DOFS.index("x")
 class MotorForce:
     """A measured force [N] of the drive on the cart, or a torque [N m] of the motor.
 
-    inputs    the motion; velocity (time,) m/s of the cart at its stamps
+    excitation  the motion, with the velocity of the cart
     time      (n,) s, stamps of the measured values (n,); windows: those that are compared
     level     standard deviation of the noise of one value; known: whether it is right
     friction  keys of [friction] that are unknown
@@ -50,8 +50,7 @@ class MotorForce:
     """
 
     name: str
-    inputs: Inputs
-    velocity: Array
+    excitation: Excitation
     time: Array
     values: Array
     windows: Windows
@@ -85,20 +84,19 @@ class MotorForce:
         Raises ArgumentError for a machine whose drive force depends on more, TraceError for a record too short.
         """
         _require_supported(machine, motion, torque)
-        inputs = Inputs.of(machine, motion)
+        excitation = Excitation.of(machine, motion)
         assert motion.velocity is not None
-        velocity = np.interp(inputs.time, motion.time, motion.velocity[:, 0])
-        low, high = max(part[0], motion.time[0]), min(part[1], motion.time[-1])
+        velocity = motion.velocity[:, 0]
+        margin = LONGEST_DELAY if delayed else 0.0  # so that any delay leads to an instant of the motion
+        low, high = max(part[0], motion.time[0] + margin), min(part[1], motion.time[-1] - margin)
         usable = (time >= low) & (time <= high)
-        usable &= abs(np.interp(time, inputs.time, velocity)) > SLOW * abs(velocity).max()
+        usable &= abs(np.interp(time, motion.time, velocity)) > SLOW * abs(velocity).max()
         span = float(np.ptp(time[usable])) if usable.any() else 0.0
         windows = Windows.of(time, usable, window or span / WINDOWS, name)
         first = FIRST_LEVEL * float(values[windows.samples].std())
         known = level is not None
         level = level or first or 1.0
-        return cls(
-            name, inputs, velocity, time, values, windows, level, known, friction, machine, torque, delayed
-        )
+        return cls(name, excitation, time, values, windows, level, known, friction, machine, torque, delayed)
 
     # ---- as the fit sees it
 
@@ -106,7 +104,7 @@ class MotorForce:
     def own(self) -> tuple[OwnUnknown, ...]:
         largest = float(abs(self.values[self.windows.samples]).max()) or 1.0
         force = largest / (abs(self._lever) if self.torque else 1.0)
-        scales = {"seal": force / len(self.machine.carriages), "viscous": force / abs(self.velocity).max()}
+        scales = {"seal": force / len(self.machine.carriages), "viscous": force / abs(self._speed).max()}
         found = []
         for key in self.friction:
             name, expected, scale = f"friction.{key}", self._known(key), scales[key]
@@ -163,11 +161,12 @@ class MotorForce:
 
     def _predicted(self, model: ModelAt, own: Array) -> tuple[Array, Array, Array]:
         """Means over the windows (m,), and their derivatives (p, m) by the unknowns and (q, m) by the own ones."""
-        histories, k = model.histories(self.inputs), len(self.friction)
+        k, motion, speed = len(self.friction), self.excitation.motion, self._speed
         instants = self.time[self.windows.samples] - (own[k + 1] if self.delayed else 0.0)
-        at, velocity = histories.at(instants), np.interp(instants, self.inputs.time, self.velocity)
-        reaction = histories.history(histories.reaction(X), at)
-        acceleration, jerk = self.inputs.places[0] @ at.u, self.inputs.places[0] @ at.u_slope
+        instants = self.excitation.within(instants)
+        at, velocity = model.run(self.excitation).at(instants), np.interp(instants, motion.time, speed)
+        reaction = at.history("reaction", np.eye(len(DOFS))[X])
+        acceleration, jerk = at.inputs[:, X], at.input_slopes[:, X]
         of_friction = self._friction_per_unit(velocity)
         unknown = np.array([of_friction[key] for key in self.friction]).reshape(-1, velocity.size)
         force = reaction.values + own[:k] @ unknown + self._known_friction(of_friction)
@@ -177,8 +176,8 @@ class MotorForce:
             viscous = dict(zip(self.friction, own[:k].tolist(), strict=True)).get(
                 "viscous", self._known("viscous")
             )
-            steps = np.searchsorted(self.inputs.time, instants, "right").clip(1, self.velocity.size - 1)
-            faster = np.diff(self.velocity)[steps - 1] / self.inputs.step
+            steps = np.searchsorted(motion.time, instants, "right").clip(1, speed.size - 1)
+            faster = np.diff(speed)[steps - 1] / np.diff(motion.time)[steps - 1]
             rate = gain * (reaction.slope + viscous * faster) + inertia * jerk
             by_own.append(-self.windows.mean(rate)[None])
         predicted = self.windows.mean(gain * force + inertia * acceleration) + own[k]
@@ -193,6 +192,12 @@ class MotorForce:
         power = force * velocity
         loss = np.where(power > 0.0, 1.0 / drive.efficiency, np.where(power < 0.0, drive.efficiency, 1.0))
         return self._lever * loss, drive.motor_inertia / self._lever
+
+    @property
+    def _speed(self) -> Array:
+        """(time,) m/s of the cart at the stamps of its motion."""
+        assert self.excitation.motion.velocity is not None
+        return self.excitation.motion.velocity[:, 0]
 
     @property
     def _lever(self) -> float:

@@ -12,7 +12,8 @@ from guideload.base.errors import ValueRefused
 from guideload.base.number_text import joined
 from guideload.machine.machine import Machine
 from guideload.machine.response import AXES
-from guideload.sensitivity.load_rows import LoadRows
+from guideload.sensitivity.instants import History, Instants
+from guideload.sensitivity.linearised import Linearised
 
 COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")  # of the load of a carriage; Fx is the drive's
 
@@ -66,11 +67,17 @@ class LoadPlace:
     part: int
     component: int | None
 
-    def rows(self, rows: LoadRows) -> tuple[Array, Array]:
-        """The change of the load by the state (2, 6), and its derivatives (p, 2, 6)."""
-        return (
-            rows.of_link(self.part) if self.component is None else rows.of_carriage(self.part, self.component)
-        )
+    def shown(self, at: Instants, rest: Linearised) -> History:
+        """The change of the load from that at rest."""
+        if self.component is None:
+            quantity, still, by = "link_loads", rest.static_link_loads, rest.d_static_link_loads
+            place: tuple[int, ...] = (self.part,)
+        else:
+            quantity, still, by = "carriage_loads", rest.static_carriage_loads, rest.d_static_carriage_loads
+            place = self.part, self.component
+        one = np.zeros(still.shape)
+        one[place] = 1.0
+        return at.history(quantity, one).from_rest(float(still[place]), by.reshape(len(by), -1) @ one.ravel())
 
 
 def load_place_of(text: str, machine: Machine) -> LoadPlace:

@@ -20,7 +20,7 @@ from scipy.signal import correlate, correlation_lags
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, TraceError
-from guideload.identification.linear_histories import Inputs, LinearHistories, Output
+from guideload.identification.excitation import Excitation
 from guideload.identification.measured import WIDE, Noise, OwnUnknown, Residuals
 from guideload.identification.model import ModelAt
 from guideload.identification.places import LoadPlace, Place
@@ -29,15 +29,18 @@ from guideload.identification.windows import Windows
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.motion import Motion
+from guideload.sensitivity.instants import History, Instants
+from guideload.sensitivity.linearised import Linearised
+from guideload.sensitivity.run import RunDerivatives
 from guideload.sensitivity.varied import VariedMachine
 
 Kind = Literal["acceleration", "velocity", "displacement", "load"]
-DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
 UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 PER_PERIOD = 10.0  # windows in a period of the highest mode, whose vibration a mean over one lowers by 1.6 %
 FIRST_LEVEL = 0.1  # of a channel's standard deviation: where the search for its noise starts
 ALIKE = 0.1  # least correlation of log and prediction at the best delay: noise alone has less in a record of some moves
 LIKEST = 1.0 - 1e-9  # correlation that rounding may exceed
+ROUNDING = 1e-9  # of the loads of a carriage: a component below it is 0
 LEAST_OVERLAP = 0.5  # of the log, or of the trace if it is shorter, that the clocks have in common
 
 
@@ -68,15 +71,17 @@ class Channel:
             return "1"
         return self.place.unit if isinstance(self.place, LoadPlace) else UNIT[self.kind]
 
-    def shown(self, histories: LinearHistories) -> Output:
-        """What it shows without offset, gain and delay."""
+    def shown(self, at: Instants, rest: Linearised) -> History:
+        """What it shows without offset, gain and delay; displacements and loads are changes from rest."""
         if isinstance(self.place, LoadPlace):
-            return histories.load(*self.place.rows(histories.rest.load_rows))
-        output = histories.along(self.place.row, DERIVATIVE[self.kind])
-        if self.kind != "acceleration":
-            return output
-        of_cart = self.place.row[:3] @ histories.inputs.places[:3]
-        return replace(output, of_input=output.of_input + of_cart)
+            return self.place.shown(at, rest)
+        row, history = self.place.row, at.history(self.kind, self.place.row)
+        if self.kind == "displacement":
+            return history.from_rest(float(rest.static_position @ row), rest.d_static_position @ row)
+        if self.kind == "acceleration":
+            cart, jerk = at.inputs[:, :3] @ row[:3], at.input_slopes[:, :3] @ row[:3]
+            return replace(history, values=history.values + cart, slope=history.slope + jerk)
+        return history
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +98,7 @@ class SensorLog:
     """
 
     name: str
-    inputs: Inputs
+    excitation: Excitation
     channels: tuple[Channel, ...]
     time: Array
     values: Array
@@ -102,7 +107,7 @@ class SensorLog:
     gains: Array
     delay: float
     reach: float
-    deviations: tuple[Inputs, ...] = ()
+    deviations: tuple[Excitation, ...] = ()
     rounds: int = 0
     whitening: Whitening | None = None
 
@@ -125,20 +130,21 @@ class SensorLog:
         of the period of the highest mode. Raises ArgumentError for a machine that is not linear, TraceError for a log
         that does not resemble the motion.
         """
-        inputs = Inputs.of(machine, motion)
+        excitation = Excitation.of(machine, motion)
+        stamps = excitation.motion.time
         frequency = Modes.of(machine).frequency
         window = window or 1.0 / (PER_PERIOD * float(frequency.max()))
         delay, reach = 0.0, 0.0 if one_clock else 0.5 / float(frequency.min())
-        expected = _expected(name, machine, inputs, channels)
+        expected = _expected(name, machine, excitation, channels)
         if reach and all(one.gain_spread == np.inf for one in channels):
             raise ArgumentError(
                 f"{name}: sensors of unknown gain alone do not tell the delay between log and trace; record both with "
                 "one clock (one_clock = true), or an accelerometer along x or a calibrated sensor in the same log"
             )
         if reach:
-            delay = _best_delay(name, inputs, channels, expected, time, values)
+            delay = _best_delay(name, stamps, channels, expected, time, values)
         place = time - delay
-        usable = (place >= inputs.time[0] + reach) & (place <= inputs.time[-1] - reach)
+        usable = (place >= stamps[0] + reach) & (place <= stamps[-1] - reach)
         windows = Windows.of(time, usable, window, name)
         spreads = values[windows.samples].std(axis=0)
         for channel, spread in zip(channels, spreads, strict=True):
@@ -150,24 +156,23 @@ class SensorLog:
         levels = np.array([FIRST_LEVEL * spread if one.level is None else one.level for one, spread in given])
         gains = np.ones(len(channels))
         for i in [i for i, one in enumerate(channels) if one.gain_spread == np.inf]:
-            there = np.interp(place[windows.samples], inputs.time, expected[:, i])
+            there = np.interp(place[windows.samples], stamps, expected[:, i])
             gains[i] = np.cov(there, values[windows.samples, i])[0, 1] / there.var(ddof=1)
-        from_trace = deviations_of(motion, inputs)
-        all_channels = tuple(channels)
-        return cls(name, inputs, all_channels, time, values, windows, levels, gains, delay, reach, from_trace)
+        from_trace, all_channels = deviations_of(motion, stamps), tuple(channels)
+        return cls(
+            name, excitation, all_channels, time, values, windows, levels, gains, delay, reach, from_trace
+        )
 
     @classmethod
-    def shown(cls, name: str, model: ModelAt, inputs: Inputs, channel: Channel) -> SensorLog:
+    def shown(cls, name: str, model: ModelAt, excitation: Excitation, channel: Channel) -> SensorLog:
         """The log of one channel of known noise, by the clock of the trace, as a machine would show it."""
         assert channel.level is not None
-        histories = model.histories(inputs)
-        values = np.hypot(histories.history(channel.shown(histories), histories.at()).values, channel.level)
+        time = excitation.motion.time
+        values = np.hypot(channel.shown(model.run(excitation).at(time), model.rest).values, channel.level)
         window = 1.0 / (PER_PERIOD * float(Modes.of(model.machine).frequency.max()))
-        windows = Windows.of(inputs.time, np.ones(values.size, dtype=np.bool_), window, name)
+        windows = Windows.of(time, np.ones(values.size, dtype=np.bool_), window, name)
         levels = np.array([channel.level])
-        return cls(
-            name, inputs, (channel,), inputs.time, values[:, None], windows, levels, np.ones(1), 0.0, 0.0
-        )
+        return cls(name, excitation, (channel,), time, values[:, None], windows, levels, np.ones(1), 0.0, 0.0)
 
     # ---- as the fit sees it
 
@@ -252,7 +257,10 @@ class SensorLog:
         if self.whitening is not None and self.whitening.is_near(model.z):
             return self
         errors = np.array(
-            [self._predicted(model, own, one)[0] - own[: len(self.channels), None] for one in self.deviations]
+            [
+                self._predicted(model, own, _run(model, one))[0] - own[: len(self.channels), None]
+                for one in self.deviations
+            ]
         )
         residuals = (self._predicted(model, own)[0] - self.measured) * self._scale
         return replace(self, whitening=Whitening.of(model.z, errors * self._scale, residuals))
@@ -262,15 +270,15 @@ class SensorLog:
         return self._predicted(model, own)[0]
 
     def _predicted(
-        self, model: ModelAt, own: Array, inputs: Inputs | None = None
+        self, model: ModelAt, own: Array, run: RunDerivatives | None = None
     ) -> tuple[Array, Array, Array]:
         """Means over the windows (k, m), and their derivatives (p, k, m) by unknowns and (q, k, m) own ones.
 
-        inputs: by default those of the motion.
+        run: by default that under the motion.
         """
         k, m = len(self.channels), self.windows.first.size
-        histories = model.histories(self.inputs if inputs is None else inputs)
-        at = histories.at(self.time[self.windows.samples] - (own[-1] if self.reach else 0.0))
+        instants = self.time[self.windows.samples] - (own[-1] if self.reach else 0.0)
+        at = (run or model.run(self.excitation)).at(self.excitation.within(instants))
         predicted, by_unknowns, by_own = (
             np.empty((k, m)),
             np.empty((model.z.size, k, m)),
@@ -278,7 +286,7 @@ class SensorLog:
         )
         scaled = self._scaled
         for i, channel in enumerate(self.channels):
-            history = histories.history(channel.shown(histories), at)
+            history = channel.shown(at, model.rest)
             plain, by_values, by_time = map(self.windows.mean, (history.values, history.by, history.slope))
             place = k + scaled.index(channel) if channel in scaled else None
             gain = 1.0 if place is None else own[place]
@@ -292,35 +300,43 @@ class SensorLog:
         return predicted, by_unknowns, by_own
 
 
-def _expected(name: str, machine: Machine, inputs: Inputs, channels: Sequence[Channel]) -> Array:
+def _run(model: ModelAt, excitation: Excitation) -> RunDerivatives:
+    """A run that is needed once, so that the model does not hold it."""
+    return RunDerivatives(model.machine, model.rest, excitation.motion, excitation.start)
+
+
+def _expected(name: str, machine: Machine, excitation: Excitation, channels: Sequence[Channel]) -> Array:
     """(time, k) what the machine file predicts for the channels at the stamps of the trace."""
-    histories = LinearHistories(VariedMachine(machine, ["body.mass"]).at(), inputs)
-    at, expected = histories.at(), []
-    for one in channels:
-        expected.append(histories.history(one.shown(histories), at).values)
-        if isinstance(one.place, LoadPlace) and not expected[-1].any():
-            raise ArgumentError(
-                f"{name}: {one.name} is 0 in this machine whatever it does, as its carriage does not resist there; "
-                "leave this channel out, or give the carriage a width"
-            )
+    run = VariedMachine(machine, ["body.mass"]).run(excitation.motion, start=excitation.start)
+    at = run.at(excitation.motion.time)
+    expected = [one.shown(at, run.at_rest).values for one in channels]
+    groups = machine.links_of_carriages, machine.carriage_places
+    for one, values in zip(channels, expected, strict=True):
+        if isinstance(one.place, LoadPlace) and one.place.component is not None:
+            loads = run.solution.group_loads(*groups, "total")[:, one.place.part]
+            if np.abs(values).max() <= ROUNDING * np.abs(loads - loads[0]).max():
+                raise ArgumentError(
+                    f"{name}: {one.name} is 0 in this machine whatever it does, as its carriage does not resist there; "
+                    "leave this channel out, or give the carriage a width"
+                )
     return np.array(expected).T
 
 
 def _best_delay(
-    name: str, inputs: Inputs, channels: Sequence[Channel], expected: Array, time: Array, values: Array
+    name: str, stamps: Array, channels: Sequence[Channel], expected: Array, time: Array, values: Array
 ) -> float:
-    """The delay [s] at which the channels (n, k) are most likely, given what is expected of them (time, k).
+    """The delay [s] at which the channels (n, k) are most likely, given what is expected of them (time, k) at stamps.
 
     With correlations c, the likelihood of a lag has the logarithm -n/2 sum ln(1 - c^2): a channel that hardly depends
     on unknown numbers decides. Raises TraceError if log and expectation hardly correlate.
     """
-    step = max(inputs.step, float(np.median(np.diff(time))))
-    here = np.arange(inputs.time[0], inputs.time[-1], step)
+    step = max(float(np.median(np.diff(stamps))), float(np.median(np.diff(time))))
+    here = np.arange(stamps[0], stamps[-1], step)
     there = np.arange(time[0], time[-1], step)
     lags = correlation_lags(there.size, here.size)
     sums, likelihood = np.zeros(lags.size), np.zeros(lags.size)
     for channel, predicted, measured in zip(channels, expected.T, values.T, strict=True):
-        first, second = np.interp(here, inputs.time, predicted), np.interp(there, time, measured)
+        first, second = np.interp(here, stamps, predicted), np.interp(there, time, measured)
         first, second = first - first.mean(), second - second.mean()
         size = np.linalg.norm(first) * np.linalg.norm(second)
         alike = correlate(second, first, method="fft") / size if size > 0.0 else np.zeros(lags.size)

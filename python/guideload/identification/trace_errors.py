@@ -19,7 +19,7 @@ from scipy.optimize import minimize
 from scipy.signal import lfilter
 
 from guideload.base.arrays import Array
-from guideload.identification.linear_histories import Inputs
+from guideload.identification.excitation import Excitation
 from guideload.motion.motion import Motion
 
 SAMPLES = 100_000  # of all draws together: they determine the covariance of some hundred lags
@@ -31,19 +31,14 @@ MOST_SCALED = 10.0  # of the errors from the trace
 NEAR = 0.02  # change of an unknown's coordinate within which the covariance stays as it is
 
 
-def deviations_of(motion: Motion, inputs: Inputs) -> tuple[Inputs, ...]:
-    """Draws of the acceleration's deviation, as inputs; none for a motion without uncertainty."""
+def deviations_of(motion: Motion, time: Array) -> tuple[Excitation, ...]:
+    """Draws of the acceleration's deviation at times (n,) [s]; none for a motion without uncertainty."""
     if motion.uncertainty is None:
         return ()
-    time, size = inputs.time, len(inputs.values)
-    count = int(np.clip(SAMPLES // size, 2, MOST_DRAWS))
+    count = int(np.clip(SAMPLES // time.size, 2, MOST_DRAWS))
     stamps = motion.time if motion.uncertainty.time is None else motion.uncertainty.time
     drawn = motion.uncertainty.draws(count, np.random.default_rng(0))
-    along_x = np.eye(9)[:, :1]
-    return tuple(
-        Inputs(inputs.start, inputs.step, np.interp(time, stamps, one)[:, None], along_x, False)
-        for one in drawn
-    )
+    return tuple(Excitation(Motion.along_x(time, np.interp(time, stamps, one)), "rest") for one in drawn)
 
 
 @dataclass(frozen=True, eq=False)

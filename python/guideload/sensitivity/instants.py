@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +18,10 @@ class History:
     values: Array
     by: Array
     slope: Array
+
+    def from_rest(self, value: float, by: Array) -> History:
+        """The change from a value at rest, whose derivatives by the columns are (p,)."""
+        return replace(self, values=self.values - value, by=self.by - by[:, None])
 
 
 class Instants:

@@ -13,7 +13,6 @@ from guideload._core import Scene, VariedSystem
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.sensitivity.columns import Column
-from guideload.sensitivity.load_rows import LoadRows
 from guideload.sensitivity.modes import Complex, Modal, ModeDerivatives
 
 
@@ -27,7 +26,6 @@ class Linearised:
     free      (n,) indices of the free dofs
     scene     the scene with these values
     system    its derivatives in the core
-    load_rows loads of carriages and links by the state, for linear links
     mass, damping, stiffness, weight          (6, 6) three times, (6,)
     d_mass, d_damping, d_stiffness, d_weight  (p, 6, 6) three times, (p, 6)
     static_position, d_static_position             (6,), (p, 6)
@@ -39,7 +37,6 @@ class Linearised:
     free: NDArray[np.intp]
     scene: Scene
     system: VariedSystem
-    load_rows: LoadRows
     mass: Array
     damping: Array
     stiffness: Array
@@ -50,9 +47,7 @@ class Linearised:
     d_weight: Array
 
     @classmethod
-    def of(
-        cls, columns: tuple[Column, ...], free: NDArray[np.intp], system: VariedSystem, load_rows: LoadRows
-    ) -> Linearised:
+    def of(cls, columns: tuple[Column, ...], free: NDArray[np.intp], system: VariedSystem) -> Linearised:
         """From a system of the core."""
         scene = system.scene()
         matrices, weight = scene.matrices()
@@ -64,7 +59,6 @@ class Linearised:
             free,
             scene,
             system,
-            load_rows,
             mass,
             damping,
             stiffness,

@@ -13,7 +13,6 @@ from guideload.parameters.parameters import Parameters
 from guideload.parameters.parts import arguments_of
 from guideload.sensitivity.columns import Column, To, columns_of
 from guideload.sensitivity.linearised import Linearised
-from guideload.sensitivity.load_rows import LoadRows
 from guideload.sensitivity.run import RunDerivatives
 from guideload.simulation.start import Start
 
@@ -41,14 +40,13 @@ class VariedMachine:
         self.machine = machine
         parameters = Parameters(machine, motion)
         self.columns: tuple[Column, ...] = columns_of(parameters, to)
-        self._changes = parameters.changes((column.form, column.paths) for column in self.columns)
         riders = [rider.at(rider.position) for rider in machine.riders]
         self._scene = VariedScene(
             **arguments_of(machine),
             payloads=[(one.mass, one.center_of_mass, one.inertia, False, []) for one in riders],
             groups=machine.links_of_carriages,
             centers=machine.carriage_places,
-            changes=self._changes,
+            changes=parameters.changes((column.form, column.paths) for column in self.columns),
             columns=len(self.columns),
         )
 
@@ -76,5 +74,4 @@ class VariedMachine:
         if given.shape != (len(self.columns),) or not np.isfinite(given).all():
             raise ArgumentError(f"values: expected {len(self.columns)} finite numbers, got {values!r:.80}")
         free = np.array([DOFS.index(dof) for dof in self.machine.free])
-        rows = LoadRows(self.machine, self._changes, given)
-        return Linearised.of(self.columns, free, self._scene.at(given), rows)
+        return Linearised.of(self.columns, free, self._scene.at(given))

@@ -32,6 +32,13 @@ impl PowerSeries {
         Self { norm }
     }
 
+    /// Norm of a step of length `h`.
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    pub(crate) fn norm(&self, h: f64) -> f64 {
+        h.abs() * self.norm
+    }
+
     /// Number of parts of a step of length `h` whose series converge in [`TERMS`] terms.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn parts(&self, h: f64) -> f64 {

@@ -5,13 +5,12 @@
 
 use std::slice;
 
-use super::equations::ModalDerivative;
 use super::error::SensitivityError;
 use super::histories::{History, Tangents};
 use super::rows::{Operands, Quantity, apply, combined};
 use super::steps::{by_series, modal};
 use super::system::VariedSystem;
-use super::tangents::{Interval, MIN_OCCURRENCES, Prepared, components, intervals};
+use super::tangents::{Interval, MIN_OCCURRENCES, Prepared, components};
 use crate::equations::{Equations, PowerSeries, Propagator};
 use crate::error::Stopped;
 use crate::excitation::Excitation;
@@ -61,51 +60,77 @@ impl History {
         let count = times.len().saturating_mul(varied.derivatives.len() + 4);
         check_memory(count.saturating_mul(size_of::<State>()))?;
         let places = places(excitation, times);
-        let (samples, system) = (self.states(), &varied.system);
-        let prepared =
-            &Prepared::new(varied, intervals(places.iter().map(|at| (Some(0), at.since)), MIN_OCCURRENCES));
+        let legs = Legs::new(excitation, &places);
+        let prepared = &Prepared::new(varied, (legs.intervals, legs.lengths));
         let slopes: Vec<Input> = places.iter().map(|at| slope(excitation, at.sample)).collect();
-        let at_start = places.iter().map(|at| excitation.input(at.sample));
-        let inputs: Vec<Input> = at_start
-            .zip(&slopes)
-            .zip(&places)
-            .map(|((start, slope), at)| core::array::from_fn(|i| start[i] + at.since * slope[i]))
-            .collect();
+        let inputs: Vec<Input> =
+            places.iter().zip(&slopes).map(|(at, slope)| input(excitation, at, slope, at.since)).collect();
         let components = components(excitation);
         let parts = Parts {
             varied,
             prepared,
             excitation,
             places: &places,
-            inputs: &inputs,
+            slopes: &slopes,
             components: &components,
-            samples,
+            samples: self.states(),
             tangents,
             watch,
         };
-        let (states, tangents) = dispatch(parts).ok_or(Stopped::Interrupted)?;
-        let force = |input| modal(system.influence(), input);
-        let rates =
-            states.iter().zip(&inputs).map(|(state, input)| system.linear(state, &force(input))).collect();
+        let [states, rates, tangents] = dispatch(parts).ok_or(Stopped::Interrupted)?;
         Ok(Instants { states, rates, tangents, inputs, slopes, components })
     }
 }
 
-/// Where instants lie. Those at the same distance from their samples but for the rounding of stamps share their propagator.
 fn places(excitation: &Excitation, times: &[f64]) -> Vec<Place> {
-    let last = excitation.count() - 1;
-    let largest = f64::max(excitation.time(0).abs(), excitation.time(last).abs());
-    let quantum = STAMP_ROUNDINGS * f64::EPSILON * largest;
     let place = |&time: &f64| {
         let sample = excitation.sample_before(time);
-        let since = time - excitation.time(sample);
-        Place { sample, since: if quantum > 0.0 { (since / quantum).round() * quantum } else { since } }
+        Place { sample, since: time - excitation.time(sample) }
     };
     times.iter().map(place).collect()
 }
 
-/// Roundings of a stamp that a difference of stamps of two clocks may contain.
-const STAMP_ROUNDINGS: f64 = 4.0;
+/// How instants are reached from their samples: by the propagator of a length that many of them nearly have, and on by a series, which is
+/// short then. Stamps of two clocks whose rates have a common multiple have few such lengths, but for rounding.
+struct Legs {
+    intervals: Vec<Interval>,
+    lengths: Vec<(usize, f64)>,
+}
+
+/// Parts of the longest interval whose instants share a propagator.
+const BINS: f64 = 64.0;
+
+impl Legs {
+    fn new(excitation: &Excitation, places: &[Place]) -> Self {
+        let longest = (1..excitation.count()).map(|k| excitation.interval(k - 1)).fold(0.0, f64::max);
+        let bin = |at: &Place| (at.since / longest * BINS) as usize;
+        let mut counts = vec![0; BINS as usize + 1];
+        let last = counts.len() - 1;
+        places.iter().for_each(|at| counts[usize::min(bin(at), last)] += 1);
+        let (mut index, mut lengths) = (vec![None; counts.len()], Vec::new());
+        let interval = |at: &Place| {
+            let bin = usize::min(bin(at), last);
+            if at.since == 0.0 {
+                return Interval::Jump;
+            }
+            if counts[bin] < MIN_OCCURRENCES {
+                return Interval::Series;
+            }
+            Interval::Propagator(*index[bin].get_or_insert_with(|| {
+                lengths.push((0, at.since));
+                lengths.len() - 1
+            }))
+        };
+        let intervals = places.iter().map(interval).collect();
+        Self { intervals, lengths }
+    }
+}
+
+/// The input some time after a sample, from its slope there.
+fn input(excitation: &Excitation, at: &Place, slope: &Input, since: f64) -> Input {
+    let start = excitation.input(at.sample);
+    core::array::from_fn(|i| start[i] + since * slope[i])
+}
 
 /// Slope of the excitation after a sample; at the last one, before it.
 fn slope(excitation: &Excitation, sample: usize) -> Input {
@@ -124,7 +149,7 @@ struct Parts<'a> {
     prepared: &'a Prepared,
     excitation: &'a Excitation<'a>,
     places: &'a [Place],
-    inputs: &'a [Input],
+    slopes: &'a [Input],
     components: &'a [usize],
     samples: &'a [State],
     tangents: &'a [State],
@@ -135,74 +160,74 @@ struct Parts<'a> {
 const BETWEEN: usize = 1024;
 
 impl Kernel for Parts<'_> {
-    /// States and tangents; None if the watch stopped it.
-    type Output = Option<(Vec<State>, Vec<State>)>;
+    /// States, their derivatives by time, and tangents; None if the watch stopped it.
+    type Output = Option<[Vec<State>; 3]>;
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> Self::Output {
-        let Self { varied, prepared, excitation, places, inputs, components, samples, tangents, watch } =
+        let Self { varied, prepared, excitation, places, slopes, components, samples, tangents, watch } =
             self;
-        let (system, columns) = (&varied.system, &prepared.columns);
-        let series = PowerSeries::new(system);
-        let mut propagators = Vec::with_capacity(prepared.recurring.len());
-        for of in &prepared.recurring {
+        let (system, columns, count) = (&varied.system, prepared.columns.len(), places.len());
+        let Prepared { intervals, recurring, .. } = prepared;
+        let mut propagators = Vec::with_capacity(recurring.len());
+        for of in recurring {
             propagators.push(Propagator::new(system, system.influence(), of.length));
         }
-        let mut states = Vec::with_capacity(places.len());
-        let mut out = vec![[0.0; 12]; columns.len() * places.len()];
-        for (i, (at, input)) in places.iter().zip(inputs).enumerate() {
+        let (mut states, mut out) = (Vec::with_capacity(count), vec![[0.0; 12]; columns * count]);
+        // Inputs at the ends of the propagators.
+        let mut ends = Vec::with_capacity(count);
+        for (i, at) in places.iter().enumerate() {
+            let (start, state) = (excitation.input(at.sample), &samples[at.sample]);
+            if let Interval::Propagator(index) = intervals[i] {
+                ends.push([start, input(excitation, at, &slopes[i], recurring[index].length)]);
+                states.push(propagators[index].apply(state, &ends[i][0], &ends[i][1]));
+            } else {
+                ends.push([start; 2]);
+                states.push(*state);
+            }
+        }
+        // Column by column, so that its matrices stay in the nearest cache.
+        for column in 0..columns {
+            for (i, at) in places.iter().enumerate() {
+                let tangent = &tangents[column * samples.len() + at.sample];
+                out[column * count + i] = match intervals[i] {
+                    Interval::Propagator(index) => {
+                        let ends = [&ends[i][0], &ends[i][1]];
+                        recurring[index].step(column, tangent, &samples[at.sample], ends, components)
+                    }
+                    _ => *tangent,
+                };
+            }
+        }
+        let series = PowerSeries::new(system);
+        let mut there = vec![[0.0; 12]; columns];
+        for (i, at) in places.iter().enumerate() {
             if i % BETWEEN == 0 && watch.stops() {
                 return None;
             }
-            let (start, ends) = (&samples[at.sample], [excitation.input(at.sample), *input]);
-            states.push(match prepared.intervals[i] {
-                Interval::Jump => *start,
-                Interval::Propagator(index) => propagators[index].apply(start, &ends[0], &ends[1]),
-                Interval::Series => {
-                    let mut there: Vec<State> = before(tangents, columns, samples.len(), at.sample);
-                    let end = by_series(
-                        system,
-                        system.influence(),
-                        (columns, &series),
-                        (at.since, start, &ends),
-                        &mut there,
-                    );
-                    for (column, tangent) in there.iter().enumerate() {
-                        out[column * places.len() + i] = *tangent;
-                    }
-                    end
-                }
-            });
-        }
-        // Column by column, so that its matrices stay in the nearest cache.
-        for column in 0..columns.len() {
-            let tangents = &tangents[column * samples.len()..(column + 1) * samples.len()];
-            let out = &mut out[column * places.len()..(column + 1) * places.len()];
-            for (i, at) in places.iter().enumerate() {
-                let tangent = &tangents[at.sample];
-                match prepared.intervals[i] {
-                    Interval::Jump => out[i] = *tangent,
-                    Interval::Propagator(index) => {
-                        let ends = [&excitation.input(at.sample), &inputs[i]];
-                        let of = &prepared.recurring[index];
-                        out[i] = of.step(column, tangent, &samples[at.sample], ends, components);
-                    }
-                    Interval::Series => {}
-                }
+            let passed =
+                if let Interval::Propagator(index) = intervals[i] { recurring[index].length } else { 0.0 };
+            if at.since == passed {
+                continue;
+            }
+            for column in 0..columns {
+                there[column] = out[column * count + i];
+            }
+            let ends = [ends[i][1], input(excitation, at, &slopes[i], at.since)];
+            let rest = (at.since - passed, &states[i], &ends);
+            let columns_by = (&prepared.columns[..], &series);
+            states[i] = by_series(system, system.influence(), columns_by, rest, &mut there);
+            for column in 0..columns {
+                out[column * count + i] = there[column];
             }
         }
-        Some((states, out))
+        let mut rates = Vec::with_capacity(count);
+        for (i, at) in places.iter().enumerate() {
+            let force = modal(system.influence(), &input(excitation, at, &slopes[i], at.since));
+            rates.push(system.linear(&states[i], &force));
+        }
+        Some([states, rates, out])
     }
-}
-
-/// The tangents of all columns at a sample.
-#[cfg_attr(feature = "std", inline(always))]
-fn before(tangents: &[State], columns: &[ModalDerivative], count: usize, sample: usize) -> Vec<State> {
-    let mut out = Vec::with_capacity(columns.len());
-    for column in 0..columns.len() {
-        out.push(tangents[column * count + sample]);
-    }
-    out
 }
 
 /// Where [`Instants::write`] writes, (instant, number), the derivatives by columns (column, instant, number).

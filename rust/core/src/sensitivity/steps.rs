@@ -62,11 +62,22 @@ impl<E: Equations> Kernel for Derivatives<'_, E> {
     }
 }
 
-/// Largest number of terms of the series over a part of an interval whose norm is at most one: 1/24! = 2e-24, for derivatives of high order
-/// relative to the state.
+/// Largest number of terms of the series over a part of an interval whose norm is at most one, and the smallest term: 1/24!, for derivatives
+/// of high order relative to the state.
 const TERMS: usize = 24;
+const SMALLEST: f64 = 1.6e-24;
 
-/// Passes an interval by power series of the state and its derivatives. Returns the state at its end.
+/// Number of terms of the series over a part of this norm.
+fn terms_for(norm: f64) -> usize {
+    let (mut terms, mut size) = (1, norm);
+    while size > SMALLEST && terms < TERMS {
+        terms += 1;
+        size *= norm / terms as f64;
+    }
+    usize::max(terms, 2)
+}
+
+/// Passes an interval, which may be negative, by power series of the state and its derivatives. Returns the state at its end.
 #[cfg_attr(feature = "std", inline(always))]
 pub(super) fn by_series<E: Equations>(
     equations: &E,
@@ -75,8 +86,9 @@ pub(super) fn by_series<E: Equations>(
     (length, state, ends): (f64, &State, &[Input; 2]),
     tangents: &mut [State],
 ) -> State {
-    let parts = series.parts(length);
+    let parts = series.parts(length.abs());
     let tau = length / parts;
+    let count = terms_for(series.norm(tau));
     let mut start = *state;
     let mut part = 0.0;
     while part < parts {
@@ -86,7 +98,7 @@ pub(super) fn by_series<E: Equations>(
         let mut forces = [modal(influence, &input), modal(influence, &rise)];
         add_scaled(&mut forces[0], equations.constant(), 1.0);
         let mut terms = [start; TERMS + 1];
-        for k in 0..TERMS {
+        for k in 0..count {
             let force = if k < 2 { &forces[k] } else { &NO_FORCE };
             terms[k + 1] = scaled(equations.linear(&terms[k], force), tau / (k + 1) as f64);
         }
@@ -95,7 +107,7 @@ pub(super) fn by_series<E: Equations>(
             let mut forces = [modal(&by.influence, &input), modal(&by.influence, &rise)];
             add_scaled(&mut forces[0], &by.constant, 1.0);
             let mut term = *tangent;
-            for k in 0..TERMS {
+            for k in 0..count {
                 let force = if k < 2 { &forces[k] } else { &NO_FORCE };
                 let mut rate = equations.linear(&term, force);
                 add_matrix(&mut rate, by, &terms[k]);
@@ -103,7 +115,7 @@ pub(super) fn by_series<E: Equations>(
                 add_scaled(tangent, &term, 1.0);
             }
         }
-        for term in &terms[1..] {
+        for term in &terms[1..=count] {
             add_scaled(&mut start, term, 1.0);
         }
         part += 1.0;
