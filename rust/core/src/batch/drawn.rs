@@ -1,8 +1,10 @@
 //! The drawn motions of samples that run at a time.
 
-use super::Batch;
 use super::lanes::Deviations;
+use super::motion_draws::MotionDraws;
+use crate::excitation::Excitation;
 use crate::numeric::simd::{LANES, Lanes};
+use crate::numeric::watch::Watch;
 
 /// Drawn motions of up to eight samples.
 #[derive(Default)]
@@ -16,21 +18,26 @@ pub(super) struct Drawn {
 }
 
 impl Drawn {
-    /// Draws the motions of the samples with these rows of values, at least one and at most eight.
-    pub(super) fn draw(&mut self, batch: &Batch, values: &[f64], columns: usize) {
-        if let Some((draws, column)) = batch.draws {
+    /// Draws the motions of the samples with these rows of values, at least one and at most eight. `draws`: with the column of the numbers.
+    pub(super) fn draw(
+        &mut self,
+        draws: Option<(&MotionDraws, usize)>,
+        values: &[f64],
+        columns: usize,
+        watch: Watch,
+    ) {
+        if let Some((draws, column)) = draws {
             let last = values.len() / columns - 1;
             let number = |lane| values[usize::min(lane, last) * columns + column] as u64;
-            draws.draw(core::array::from_fn(number), batch.watch, &mut self.rows);
+            draws.draw(core::array::from_fn(number), watch, &mut self.rows);
         }
     }
 
-    /// The deviations of the samples at these places, side by side; none if the motion is not drawn.
-    pub(super) fn deviations(&mut self, batch: &Batch, places: &[usize]) -> Option<Deviations<'_>> {
-        batch.draws?;
-        let first = *places.first()?;
+    /// The deviations of the samples at these places, side by side in so many lanes; none if the motion is not drawn.
+    pub(super) fn deviations(&mut self, places: &[usize], lanes: usize) -> Option<Deviations<'_>> {
+        let first = *places.first().filter(|_| !self.rows.is_empty())?;
         let side_by_side = places.iter().zip(first..).all(|(&place, expected)| place == expected);
-        if side_by_side && first + batch.lanes.count() <= LANES {
+        if side_by_side && first + lanes <= LANES {
             return Some(Deviations::new(&self.rows, first));
         }
         let place = |lane: usize| places[usize::min(lane, places.len() - 1)];
@@ -40,9 +47,10 @@ impl Drawn {
     }
 
     /// The acceleration of the sample at this place; none if the motion is not drawn.
-    pub(super) fn motion(&mut self, batch: &Batch, place: usize) -> Option<&[[f64; 3]]> {
-        batch.draws?;
-        let estimate = &batch.motion.excitation;
+    pub(super) fn motion(&mut self, estimate: &Excitation, place: usize) -> Option<&[[f64; 3]]> {
+        if self.rows.is_empty() {
+            return None;
+        }
         self.acceleration.clear();
         self.acceleration.extend(self.rows.iter().enumerate().map(|(k, row)| {
             let [x, y, z] = core::array::from_fn(|component| estimate.component(k, component));

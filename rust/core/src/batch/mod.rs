@@ -1,7 +1,6 @@
 //! Monte Carlo: many samples of one scene under one motion; values in, measures out, on any number of threads.
 //!
-//! Files in the order of the data: `variation` (the scene of a sample) → `motion_draws` (the motion of a sample, if it is
-//! drawn) → `windows` (of the motion, between changes of payload) → `lanes` (linear scenes, one per vector lane) or `single` (any other scene, with `load_rows` and `reduce`) →
+//! Files in the order of the data: `variation` (the scene of a sample) → `motion_draws` (its motion, if drawn) → `windows` (of the motion, between changes of payload) → `lanes` (linear scenes, one per vector lane) or `single` (any other scene, with `load_rows` and `reduce`) →
 //! `requirements`, `statistics` (what the measures need) → `measure`. The result of a sample depends on its own values only, to the last bit.
 
 mod drawn;
@@ -19,7 +18,6 @@ mod solver;
 mod time_statistics;
 mod travel;
 mod windows;
-mod worker;
 
 pub use crate::variation::{Base, Change, Group, Instance, NominalBody, Payload, Plan, SampleError, Target};
 pub use error::BatchError;
@@ -34,13 +32,15 @@ use std::sync::Mutex;
 use crate::error::{RunError, Stopped};
 use crate::integrate::{Control, Start};
 use crate::model::Dof;
-use crate::numeric::watch::{Watch, check_memory, on_threads, room};
+use crate::numeric::simd::LANES;
+use crate::numeric::watch::{Watch, on_threads, room};
 use drawn::Drawn;
-use lanes::Lanes;
+use lanes::{LaneMemory, Lanes};
+use reduce::Memory;
 use requirements::Requirements;
 use single::RunSettings;
+use time_statistics::RunningStatistics;
 use windows::Window;
-use worker::Worker;
 
 /// Number of samples that a thread runs at a time.
 pub const SAMPLES: usize = 64;
@@ -65,12 +65,6 @@ pub struct Batch<'a> {
     draws: Option<(&'a MotionDraws, usize)>,
 }
 
-/// Memory of a batch for each sample of its motion: times, intervals, kinds and weights, and for each component value, change and range.
-const BYTES_PER_SAMPLE: usize = 48;
-const BYTES_PER_COMPONENT: usize = 17;
-/// Memory of the travel for each sample: an interval and up to nine weights.
-const BYTES_OF_TRAVEL: usize = 112;
-
 impl<'a> Batch<'a> {
     /// A batch of `changes` of a `base` under a `motion`. `rtol`: error of the link loads relative to [`crate::load_scale`], for methods
     /// with a step error.
@@ -86,32 +80,10 @@ impl<'a> Batch<'a> {
         solver: Solver,
         rtol: f64,
     ) -> Result<Self, BatchError> {
-        let (excitation, count) = (&motion.excitation, base.links.len());
-        for (group, links) in base.groups.iter().map(|group| &group.links).enumerate() {
-            if let Some(&link) = links.iter().find(|link| **link >= count) {
-                return Err(BatchError::Group { group, link, count });
-            }
-        }
-        if let Some(&measure) = measures.iter().find(|m| m.group().is_some_and(|g| g >= base.groups.len())) {
-            return Err(BatchError::Measure { measure });
-        }
-        if !(motion.exponent >= 1.0 && motion.exponent.is_finite()) {
-            return Err(BatchError::Exponent { got: motion.exponent });
-        }
-        if let Some(speed) = motion.speed {
-            let (expected, got) = (excitation.count(), speed.len());
-            if expected != got {
-                return Err(BatchError::Length { field: "speed", expected, got });
-            }
-            if let Some(index) = speed.iter().position(|x| !x.is_finite()) {
-                return Err(BatchError::Speed { index });
-            }
-        }
+        let excitation = &motion.excitation;
+        requirements::check(&base, measures)?;
+        motion.check()?;
         Control::Adaptive { rtol }.check(solver != Solver::Exact)?;
-        let components = excitation.peak().iter().filter(|peak| **peak > 0.0).count();
-        let travel = if motion.speed.is_some() { BYTES_OF_TRAVEL } else { 0 };
-        let bytes = BYTES_PER_SAMPLE + BYTES_PER_COMPONENT * components + travel;
-        check_memory(bytes.saturating_mul(excitation.count()))?;
         let drive_is_held = !base.free.contains(Dof::X);
         let mut intervals: Vec<f64> = (1..excitation.count()).map(|k| excitation.interval(k - 1)).collect();
         intervals.retain(|length| *length > 0.0);
@@ -240,8 +212,8 @@ impl<'a> Batch<'a> {
                 &mut out[index * width..(index + 1) * width],
             );
             let done = self.plan.apply(&self.base, values, &mut sample).and_then(|()| {
-                drawn.draw(self, values, columns);
-                let runs = self.runs(drawn.motion(self, 0));
+                drawn.draw(self.draws, values, columns, self.watch);
+                let runs = self.runs(drawn.motion(&self.motion.excitation, 0));
                 single::history(&runs, self.base.groups, &sample, out)
             });
             if let Err(error) = done {
@@ -304,3 +276,125 @@ impl<'a> Batch<'a> {
 
 /// Samples without a result, by index.
 type Failures = Vec<(usize, SampleError)>;
+
+/// Memory of one thread.
+struct Worker {
+    /// Scenes that run side by side, one per lane, so that they stay in the cache.
+    samples: Vec<Instance>,
+    memory: Memory,
+    lanes: LaneMemory,
+    statistics: Vec<RunningStatistics>,
+    drawn: Drawn,
+    failures: Failures,
+}
+
+impl Worker {
+    fn new(batch: &Batch) -> Self {
+        Self {
+            samples: vec![batch.first.clone(); batch.lanes.count()],
+            memory: Memory::new(),
+            lanes: LaneMemory::default(),
+            statistics: Vec::new(),
+            drawn: Drawn::default(),
+            failures: Vec::new(),
+        }
+    }
+
+    /// Runs a group of samples, the first of which has the index `first`.
+    fn run(
+        &mut self,
+        batch: &Batch,
+        first: usize,
+        values: &[f64],
+        columns: usize,
+        count: usize,
+        rows: &mut [f64],
+    ) {
+        let (width, together) = (batch.measures.len(), self.samples.len());
+        for start in (0..count).step_by(together) {
+            if batch.watch.stops() {
+                return;
+            }
+            if start.is_multiple_of(LANES) {
+                let end = usize::min(start + LANES, count);
+                let values = &values[start * columns..end * columns];
+                self.drawn.draw(batch.draws, values, columns, batch.watch);
+            }
+            let end = usize::min(start + together, count);
+            let values = &values[start * columns..end * columns];
+            self.run_together(
+                batch,
+                first + start,
+                start % LANES,
+                values,
+                columns,
+                end - start,
+                &mut rows[start * width..end * width],
+            );
+        }
+    }
+
+    /// Runs samples side by side, at most one per lane. `place`: of the first of them among the drawn motions.
+    #[allow(clippy::too_many_arguments)]
+    fn run_together(
+        &mut self,
+        batch: &Batch,
+        first: usize,
+        place: usize,
+        values: &[f64],
+        columns: usize,
+        count: usize,
+        rows: &mut [f64],
+    ) {
+        let width = batch.measures.len();
+        let mut valid = Vec::with_capacity(count);
+        for (index, sample) in self.samples[..count].iter_mut().enumerate() {
+            let values = &values[index * columns..(index + 1) * columns];
+            match batch.plan.apply(&batch.base, values, sample) {
+                Ok(()) => valid.push(index),
+                Err(error) => {
+                    rows[index * width..(index + 1) * width].fill(f64::NAN);
+                    self.failures.push((first + index, error));
+                }
+            }
+        }
+        // Linear scenes run side by side. Those for which the lanes are not accurate enough, and all others, run one by one.
+        let lost = vec![false; batch.requirements().contacts.len()];
+        let in_lanes =
+            matches!(batch.solver, Solver::Auto | Solver::Exact) && batch.lanes.can_start(batch.start);
+        if in_lanes {
+            let (linear, mut rest): (Vec<usize>, Vec<usize>) =
+                valid.into_iter().partition(|&index| self.samples[index].is_linear());
+            if !linear.is_empty() {
+                let scenes: Vec<&Instance> = linear.iter().map(|&index| &self.samples[index]).collect();
+                let places: Vec<usize> = linear.iter().map(|&index| place + index).collect();
+                let deviations = self.drawn.deviations(&places, self.samples.len());
+                batch.lanes.run(&batch.windows, &scenes, deviations, &mut self.lanes, batch.watch);
+            }
+            for (lane, &index) in linear.iter().enumerate() {
+                if batch.lanes.statistics(batch.requirements(), &self.lanes, lane, &mut self.statistics) {
+                    let out = &mut rows[index * width..(index + 1) * width];
+                    let excitation = &batch.motion.excitation;
+                    let done = batch.requirements().write_measures(excitation, &self.statistics, &lost, out);
+                    if let Err(error) = done {
+                        out.fill(f64::NAN);
+                        self.failures.push((first + index, error.into()));
+                    }
+                } else {
+                    rest.push(index);
+                }
+            }
+            valid = rest;
+        }
+        for index in valid {
+            let out = &mut rows[index * width..(index + 1) * width];
+            let sample = &self.samples[index];
+            let runs = batch.runs(self.drawn.motion(&batch.motion.excitation, place + index));
+            let done = single::measure(&runs, batch.base.groups, sample, &mut self.memory, out);
+            if let Err(error) = done {
+                out.fill(f64::NAN);
+                self.failures.push((first + index, error));
+            }
+        }
+    }
+}

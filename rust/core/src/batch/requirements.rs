@@ -3,6 +3,7 @@
 use core::ops::Range;
 
 use super::equivalent::EquivalentRows;
+use super::error::BatchError;
 use super::measure::{Measure, Quantity, Statistic, time_weights};
 use super::time_statistics::RunningStatistics;
 use super::travel::{Motion, Travel};
@@ -10,7 +11,7 @@ use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::life::{COMPONENTS, EquivalentLoad};
 use crate::numeric::float::{pow, sqrt};
-use crate::variation::Group;
+use crate::variation::{Base, Group};
 
 /// A signal: a history from which statistics are computed, by the indices of its load rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,6 +65,20 @@ pub(super) struct SignalRequest {
     /// Times of the extremes.
     pub times: bool,
     pub squares: bool,
+}
+
+/// Checks that all groups and links that are named exist.
+pub(super) fn check(base: &Base, measures: &[Measure]) -> Result<(), BatchError> {
+    let count = base.links.len();
+    for (group, links) in base.groups.iter().map(|group| &group.links).enumerate() {
+        if let Some(&link) = links.iter().find(|link| **link >= count) {
+            return Err(BatchError::Group { group, link, count });
+        }
+    }
+    if let Some(&measure) = measures.iter().find(|m| m.group().is_some_and(|g| g >= base.groups.len())) {
+        return Err(BatchError::Measure { measure });
+    }
+    Ok(())
 }
 
 impl Requirements {

@@ -2,10 +2,12 @@
 
 use core::ops::Range;
 
+use super::error::BatchError;
 use crate::excitation::Excitation;
 use crate::life::Interval;
 use crate::numeric::float::{floor, pow};
 use crate::numeric::power::Power;
+use crate::numeric::watch::check_memory;
 
 /// The weights fill blocks of samples of any size up to this one.
 const PADDING: usize = 64;
@@ -31,6 +33,35 @@ pub struct Motion<'a> {
     pub speed: Option<&'a [f64]>,
     /// Exponent p of the mean load: 3 for balls, 10/3 for rollers.
     pub exponent: f64,
+}
+
+/// Memory of a batch for each sample of its motion: times, intervals, kinds and weights, and for each component value, change and range.
+const BYTES_PER_SAMPLE: usize = 48;
+const BYTES_PER_COMPONENT: usize = 17;
+/// Memory of the travel for each sample: an interval and up to nine weights.
+const BYTES_OF_TRAVEL: usize = 112;
+
+impl Motion<'_> {
+    /// Checks speed and exponent, and whether there is memory for a batch of it.
+    pub(super) fn check(&self) -> Result<(), BatchError> {
+        let excitation = &self.excitation;
+        if !(self.exponent >= 1.0 && self.exponent.is_finite()) {
+            return Err(BatchError::Exponent { got: self.exponent });
+        }
+        if let Some(speed) = self.speed {
+            let (expected, got) = (excitation.count(), speed.len());
+            if expected != got {
+                return Err(BatchError::Length { field: "speed", expected, got });
+            }
+            if let Some(index) = speed.iter().position(|x| !x.is_finite()) {
+                return Err(BatchError::Speed { index });
+            }
+        }
+        let components = excitation.peak().iter().filter(|peak| **peak > 0.0).count();
+        let travel = if self.speed.is_some() { BYTES_OF_TRAVEL } else { 0 };
+        let bytes = BYTES_PER_SAMPLE + BYTES_PER_COMPONENT * components + travel;
+        Ok(check_memory(bytes.saturating_mul(excitation.count()))?)
+    }
 }
 
 /// Weights of the intervals of a motion.
