@@ -182,14 +182,14 @@ impl<const N: usize, const DRAWN: bool> WithSimd for Advance<'_, N, DRAWN> {
         let states = states.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<2>().0;
         let Some(states) = states.first_chunk_mut::<N>() else { return };
         let inside = usize::min(BLOCK, timeline.count - block * BLOCK);
-        let drawn = drawn_changes::<S, DRAWN>(simd, drawn);
         let mut state = *end;
         // A separate loop for the usual case of one component, whose count the compiler knows.
         if let [by_input] = by_input {
             let Some(changes) = changes.first_chunk::<BLOCK>() else { return };
             for k in 0..inside {
                 let (by_input, changes) = (core::slice::from_ref(by_input), &changes[k..k + 1]);
-                state = advanced::<S, N, DRAWN>(simd, step, by_input, changes, drawn[k], &state);
+                let drawn = drawn_change::<S, DRAWN>(simd, drawn, k);
+                state = advanced::<S, N, DRAWN>(simd, step, by_input, changes, drawn, &state);
                 for mode in 0..N {
                     (states[mode][0][k], states[mode][1][k]) = (state[mode][0], state[mode][1]);
                 }
@@ -197,7 +197,8 @@ impl<const N: usize, const DRAWN: bool> WithSimd for Advance<'_, N, DRAWN> {
         } else {
             for k in 0..inside {
                 let changes = &changes[k * components..(k + 1) * components];
-                state = advanced::<S, N, DRAWN>(simd, step, by_input, changes, drawn[k], &state);
+                let drawn = drawn_change::<S, DRAWN>(simd, drawn, k);
+                state = advanced::<S, N, DRAWN>(simd, step, by_input, changes, drawn, &state);
                 for mode in 0..N {
                     (states[mode][0][k], states[mode][1][k]) = (state[mode][0], state[mode][1]);
                 }
@@ -247,7 +248,7 @@ impl<const N: usize, const DRAWN: bool> WithSimd for AdvanceOnce<'_, N, DRAWN> {
         let Some(end) = end.vectors_mut::<S>().as_chunks_mut::<2>().0.first_chunk_mut::<N>() else { return };
         if at < timeline.count {
             let changes = &timeline.changes[at * components..(at + 1) * components];
-            let drawn = drawn_changes::<S, DRAWN>(simd, drawn)[sample];
+            let drawn = drawn_change::<S, DRAWN>(simd, drawn, sample);
             *end = advanced::<S, N, DRAWN>(simd, step, by_input, changes, drawn, end);
         }
         let states = states.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<2>().0;
@@ -257,11 +258,10 @@ impl<const N: usize, const DRAWN: bool> WithSimd for AdvanceOnce<'_, N, DRAWN> {
     }
 }
 
-/// Changes of the first component of the excitation at the samples of a block, if the motion of each scene is drawn.
+/// Change of the first component of the excitation at a sample of a block, if the motion of each scene is drawn.
 #[inline(always)]
-fn drawn_changes<S: Simd, const DRAWN: bool>(simd: S, drawn: &AlignedBuffer) -> [S::f64s; BLOCK] {
-    let zeros = [simd.splat_f64s(0.0); BLOCK];
-    if DRAWN { *drawn.vectors::<S>()[CHANGES..].first_chunk().unwrap_or(&zeros) } else { zeros }
+fn drawn_change<S: Simd, const DRAWN: bool>(simd: S, drawn: &AlignedBuffer, sample: usize) -> S::f64s {
+    if DRAWN { drawn.vectors::<S>()[CHANGES + sample] } else { simd.splat_f64s(0.0) }
 }
 
 /// One step: see [`Steps`]. `drawn`: the change of the first component, if the motion of each scene is drawn.

@@ -34,21 +34,16 @@ impl<const STORES_VALUES: bool, const DRAWN: bool> WithSimd for LaneLoads<'_, ST
         let Self { modal, timeline, drawn, block, is_first, states, values, extremes } = self;
         let components = timeline.components.len();
         let inputs = &timeline.values[block * BLOCK * components..][..BLOCK * components];
-        let input = |sample: usize, component: usize| {
-            if DRAWN && component == 0 {
-                Real::new(simd, drawn.vectors::<S>()[drawn::VALUES + sample])
-            } else {
-                Real::splat(simd, inputs[sample * components + component])
-            }
-        };
+        let inputs = Inputs::<DRAWN> { drawn, shared: inputs, components };
         let mut ranges = [[Real::splat(simd, 0.0); 2]; 9];
-        for (to, range) in ranges.iter_mut().zip(timeline.range(block)) {
-            *to = range.map(|end| Real::splat(simd, end));
+        for (to, [least, most]) in ranges.iter_mut().zip(timeline.range(block)) {
+            *to = [Real::splat(simd, 0.5 * (least + most)), Real::splat(simd, 0.5 * (most - least))];
         }
         if DRAWN {
-            ranges[0] = drawn::range(simd, drawn);
+            let ([least, most], half) = (drawn::range(simd, drawn), Real::splat(simd, 0.5));
+            ranges[0] = [half * (least + most), half * (most - least)];
         }
-        let ranges = &ranges.map(middle_and_half)[..components];
+        let ranges = &ranges[..components];
         let states = states.vectors::<S>().as_chunks::<BLOCK>().0;
         let width = 1 + 2 * components + states.len() / 2 * 3;
         let tiles = modal.tiles.vectors::<S>().as_chunks::<TILE>().0.chunks_exact(width);
@@ -59,9 +54,9 @@ impl<const STORES_VALUES: bool, const DRAWN: bool> WithSimd for LaneLoads<'_, ST
             let drives = modal.drive.vectors::<S>().as_chunks::<2>().0;
             let states = states.as_chunks::<2>().0;
             if ranges.len() == 1 {
-                deviations::<S, true>(simd, states, drives, input, ranges, &mut sizes);
+                deviations::<S, true, DRAWN>(simd, states, drives, inputs, ranges, &mut sizes);
             } else {
-                deviations::<S, false>(simd, states, drives, input, ranges, &mut sizes);
+                deviations::<S, false, DRAWN>(simd, states, drives, inputs, ranges, &mut sizes);
             }
         }
         for (index, (tile, extremes)) in tiles.zip(extremes).enumerate() {
@@ -74,7 +69,7 @@ impl<const STORES_VALUES: bool, const DRAWN: bool> WithSimd for LaneLoads<'_, ST
                 let mut sums = head[0].map(|lanes| [Real::new(simd, lanes); SAMPLES]);
                 for (component, feed) in head[1..].iter().enumerate() {
                     for sample in 0..SAMPLES {
-                        let input = input(part * SAMPLES + sample, component);
+                        let input = inputs.at(simd, part * SAMPLES + sample, component);
                         for row in 0..TILE {
                             sums[row][sample] = Real::new(simd, feed[row]).mul_add(input, sums[row][sample]);
                         }
@@ -114,22 +109,35 @@ const TINY: f64 = 1e-280;
 /// Rounding of a sum of some twenty terms over the sum of their sizes is far below this.
 const ROUNDING: f64 = 1e-13;
 
-/// Middle and half of a range.
-#[inline(always)]
-fn middle_and_half<S: Simd>([least, most]: [Real<S>; 2]) -> [Real<S>; 2] {
-    let half = least.constant(0.5);
-    [half * (least + most), half * (most - least)]
+/// The excitation at the samples of a block. (No closure, whose body would not have the instructions of the caller.)
+#[derive(Clone, Copy)]
+struct Inputs<'a, const DRAWN: bool> {
+    drawn: &'a AlignedBuffer,
+    /// Sample by sample.
+    shared: &'a [f64],
+    components: usize,
+}
+
+impl<const DRAWN: bool> Inputs<'_, DRAWN> {
+    #[inline(always)]
+    fn at<S: Simd>(&self, simd: S, sample: usize, component: usize) -> Real<S> {
+        if DRAWN && component == 0 {
+            Real::new(simd, self.drawn.vectors::<S>()[drawn::VALUES + sample])
+        } else {
+            Real::splat(simd, self.shared[sample * self.components + component])
+        }
+    }
 }
 
 /// Largest distance of z of each mode over a block from its quasi-static value in the middle of the range of the excitation, and more than
-/// rounding can add to its effect. `drives`: `g/λ` of each mode for each component; `input`: of a sample and a component; `ranges`: middle and half of each component. (Noise of the excitation is
-/// in v and in the quasi-static value, so that the two together are smaller than either.) `ONE`: whether there is one component, as usual.
+/// rounding can add to its effect. `drives`: `g/λ` of each mode for each component; `ranges`: middle and half of each component. (Noise of
+/// the excitation is in v and in the quasi-static value, so that the two together are smaller than either.) `ONE`: whether there is one component, as usual.
 #[inline(always)]
-fn deviations<S: Simd, const ONE: bool>(
+fn deviations<S: Simd, const ONE: bool, const DRAWN: bool>(
     simd: S,
     states: &[[[S::f64s; BLOCK]; 2]],
     drives: &[[S::f64s; 2]],
-    input: impl Fn(usize, usize) -> Real<S>,
+    inputs: Inputs<DRAWN>,
     ranges: &[[Real<S>; 2]],
     sizes: &mut [Real<S>; MAX_MODES],
 ) {
@@ -137,7 +145,7 @@ fn deviations<S: Simd, const ONE: bool>(
     let mut first = [simd.splat_f64s(0.0); BLOCK];
     if ONE {
         for k in 0..BLOCK {
-            first[k] = (ranges[0][0] - input(k, 0)).lanes;
+            first[k] = (ranges[0][0] - inputs.at(simd, k, 0)).lanes;
         }
     }
     for (mode, ([re, im], size)) in states.iter().zip(sizes).enumerate() {
@@ -150,8 +158,11 @@ fn deviations<S: Simd, const ONE: bool>(
         for k in 0..BLOCK {
             let mut z = Complex::of(simd, [re[k], im[k]]);
             for component in 0..count {
-                let off =
-                    if ONE { Real::new(simd, first[k]) } else { ranges[component][0] - input(k, component) };
+                let off = if ONE {
+                    Real::new(simd, first[k])
+                } else {
+                    ranges[component][0] - inputs.at(simd, k, component)
+                };
                 let drive = Complex::of(simd, drives[component * states.len() + mode]);
                 z = Complex::new(drive.re.mul_add(off, z.re), drive.im.mul_add(off, z.im));
             }
