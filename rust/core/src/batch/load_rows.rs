@@ -17,38 +17,32 @@ pub(super) const BLOCK: usize = 64;
 /// One number at each instant of a block.
 type Values = [f64; BLOCK];
 
-/// States and excitation at the instants of a block.
+/// States and excitation at the instants of a block, entry by entry.
 #[derive(Debug)]
 pub(super) struct StateBlock {
-    instants: [State; BLOCK],
-    /// The states entry by entry, once [`StateBlock::arrange`] has run.
     states: [Values; 12],
     inputs: [Values; 9],
 }
 
 impl StateBlock {
     pub(super) fn new() -> Self {
-        Self { instants: [[0.0; 12]; BLOCK], states: [[0.0; BLOCK]; 12], inputs: [[0.0; BLOCK]; 9] }
+        Self { states: [[0.0; BLOCK]; 12], inputs: [[0.0; BLOCK]; 9] }
     }
 
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn set(&mut self, at: usize, state: &State) {
-        self.instants[at] = *state;
+        for j in 0..12 {
+            self.states[j][at] = state[j];
+        }
     }
 
     /// Fills the rest of the block with its last instant.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn pad(&mut self, filled: usize) {
-        let last = self.instants[filled - 1];
-        self.instants[filled..].fill(last);
-    }
-
-    /// Arranges the states entry by entry, as the rows are evaluated.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn arrange(&mut self) {
-        for (j, entry) in self.states.iter_mut().enumerate() {
-            for (to, state) in entry.iter_mut().zip(&self.instants) {
-                *to = state[j];
+        if filled < BLOCK {
+            for entry in &mut self.states {
+                let last = entry[filled - 1];
+                entry[filled..].fill(last);
             }
         }
     }
@@ -56,12 +50,9 @@ impl StateBlock {
     /// The ranges of the entries of the states.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn ranges(&self) -> StateBox {
-        let (mut least, mut most) = ([f64::INFINITY; 12], [f64::NEG_INFINITY; 12]);
-        for state in &self.instants {
-            for j in 0..12 {
-                least[j] = if state[j] < least[j] { state[j] } else { least[j] };
-                most[j] = if state[j] > most[j] { state[j] } else { most[j] };
-            }
+        let (mut least, mut most) = ([0.0; 12], [0.0; 12]);
+        for (j, entry) in self.states.iter().enumerate() {
+            (least[j], most[j]) = extremes(entry);
         }
         StateBox::between(least, most)
     }
@@ -162,9 +153,6 @@ pub(super) struct LoadRows {
     /// Bounds on the forces of the nonlinear links, and on the loads, over a block.
     force_bounds: Vec<Bounded>,
     pub bounds: Vec<Bounded>,
-    /// Rows that are evaluated, and nonlinear links for them.
-    needed: Vec<bool>,
-    needed_links: Vec<bool>,
 }
 
 impl LoadRows {
@@ -179,8 +167,6 @@ impl LoadRows {
             values: Vec::new(),
             force_bounds: Vec::new(),
             bounds: Vec::new(),
-            needed: Vec::new(),
-            needed_links: Vec::new(),
         }
     }
 
@@ -283,35 +269,12 @@ impl LoadRows {
         }
     }
 
-    /// Sets whether all rows are evaluated, or none.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn need_all(&mut self, all: bool) {
-        self.needed.clear();
-        self.needed.resize(self.sums.len(), all);
-        self.needed_links.clear();
-        self.needed_links.resize(self.nonlinear.len(), all);
-    }
-
-    /// Has one row evaluated.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn need(&mut self, row: usize) {
-        self.needed[row] = true;
-        for terms in &self.sums[row].terms[2..] {
-            for &(link, _) in terms {
-                self.needed_links[link] = true;
-            }
-        }
-    }
-
-    /// Evaluates the rows that are needed at a block, and marks in `lost` the groups that lose contact in it.
+    /// Evaluates all rows at a block, and marks in `lost` the groups that lose contact in it.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn evaluate(&mut self, block: &StateBlock, lost: &mut [bool]) {
         let Self { sums, nonlinear, monitored, deflections, forces: elastic, dampers, values, .. } = self;
         let (states, inputs): (&[Values], &[Values]) = (&block.states, &block.inputs);
         for (place, link) in nonlinear.iter().enumerate() {
-            if !self.needed_links[place] {
-                continue;
-            }
             let at = &mut deflections[place];
             link.deflection.at([states, inputs, &[], &[]], at);
             elastic[place] = forces(&link.law, at);
@@ -329,10 +292,8 @@ impl LoadRows {
                 lost[group] = is_lost(&nonlinear[link].law, &deflections[link]);
             }
         }
-        for ((sum, out), needed) in sums.iter().zip(values).zip(&self.needed) {
-            if *needed {
-                sum.at([states, inputs, elastic, dampers], out);
-            }
+        for (sum, out) in sums.iter().zip(values) {
+            sum.at([states, inputs, elastic, dampers], out);
         }
     }
 }

@@ -21,8 +21,6 @@ pub(super) struct Memory {
     /// The last instant before the block, of each equivalent load.
     ends: Vec<Ends>,
     lost: Vec<bool>,
-    /// Whether each signal is within its extremes throughout the block.
-    within: Vec<bool>,
 }
 
 impl Memory {
@@ -33,7 +31,6 @@ impl Memory {
             statistics: Vec::new(),
             ends: Vec::new(),
             lost: Vec::new(),
-            within: Vec::new(),
         }
     }
 
@@ -45,8 +42,6 @@ impl Memory {
         self.ends.resize(requirements.equivalents.len(), Ends::default());
         self.lost.clear();
         self.lost.resize(requirements.contacts.len(), false);
-        self.within.clear();
-        self.within.resize(requirements.signals.len(), false);
     }
 
     /// Writes one number per measure to `out`; excitation: of the whole motion.
@@ -130,7 +125,7 @@ impl Kernel for FlushKernel<'_, '_> {
     fn run(self) {
         let Reduce { window, excitation, memory, before, filled, only_extremes, safe } = self.0;
         let Window { requirements, first: offset, .. } = *window;
-        let Memory { rows, block, statistics, ends, lost, within } = &mut **memory;
+        let Memory { rows, block, statistics, ends, lost } = &mut **memory;
         let (before, filled) = (*before, *filled);
         // The last instant is repeated past the end; these copies do not count.
         block.pad(filled);
@@ -140,42 +135,21 @@ impl Kernel for FlushKernel<'_, '_> {
                 return;
             }
             rows.bound(&here);
-            if all_within(&requirements.signals, &rows.bounds, statistics, within) {
+            if all_within(&requirements.signals, &rows.bounds, statistics) {
                 // A larger box holds more of the blocks to come.
                 *safe = here.widened();
                 rows.bound(safe);
-                if !all_within(&requirements.signals, &rows.bounds, statistics, within) {
+                if !all_within(&requirements.signals, &rows.bounds, statistics) {
                     *safe = here;
                 }
                 return;
             }
-            rows.need_all(false);
-            for (wanted, within) in requirements.signals.iter().zip(&*within) {
-                if *within {
-                    continue;
-                }
-                match wanted.signal {
-                    Signal::Resultant(y, z) => {
-                        rows.need(y);
-                        rows.need(z);
-                    }
-                    Signal::Row(row) => rows.need(row),
-                    Signal::Equivalent(_) | Signal::Power(_) => {}
-                }
-            }
-        } else {
-            rows.need_all(true);
-            within.fill(false);
         }
-        block.arrange();
         if requirements.needs_drive() {
             block.set_inputs(excitation, before, filled);
         }
         rows.evaluate(block, lost);
-        for ((wanted, statistics), within) in requirements.signals.iter().zip(statistics).zip(&*within) {
-            if *within {
-                continue;
-            }
+        for (wanted, statistics) in requirements.signals.iter().zip(statistics) {
             let mut values = [0.0; BLOCK];
             match wanted.signal {
                 Signal::Row(row) => values = rows.values[row],
@@ -227,16 +201,11 @@ impl Kernel for FlushKernel<'_, '_> {
     }
 }
 
-/// Whether all signals are within their extremes, by the bounds on the rows, and in `within` whether each is. False for NaN.
+/// Whether all signals are within their extremes, by the bounds on the rows. False for NaN.
 #[cfg_attr(feature = "std", inline(always))]
-fn all_within(
-    signals: &[SignalRequest],
-    rows: &[Bounded],
-    statistics: &[RunningStatistics],
-    within: &mut [bool],
-) -> bool {
-    let mut all = true;
-    for ((wanted, statistics), within) in signals.iter().zip(statistics).zip(within) {
+fn all_within(signals: &[SignalRequest], rows: &[Bounded], statistics: &[RunningStatistics]) -> bool {
+    let mut within = true;
+    for (wanted, statistics) in signals.iter().zip(statistics) {
         let (low, high) = match wanted.signal {
             Signal::Row(row) => (rows[row][0] - rows[row][1], rows[row][0] + rows[row][1]),
             Signal::Resultant(y, z) => {
@@ -250,10 +219,9 @@ fn all_within(
             }
             Signal::Equivalent(_) | Signal::Power(_) => return false,
         };
-        *within = !wanted.extremes | ((low >= statistics.smallest) & (high <= statistics.largest));
-        all &= *within;
+        within &= !wanted.extremes | ((low >= statistics.smallest) & (high <= statistics.largest));
     }
-    all
+    within
 }
 
 /// The first index of a value that occurs.

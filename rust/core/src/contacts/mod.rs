@@ -22,7 +22,7 @@ pub(crate) use smooth::{DENSE_POINTS, SmoothContacts};
 use segments::{Change, Segments, bow};
 
 use crate::equations::SegmentEquations;
-use crate::excitation::{Ramp, Ramps, Values};
+use crate::excitation::{Ramp, Values};
 use crate::numeric::float::fma;
 use crate::numeric::simd::{Kernel, dispatch};
 use crate::system::{State, System, size};
@@ -69,40 +69,10 @@ impl<'a> Contacts<'a> {
         &self.segments.current.equations
     }
 
-    /// How many steps through `states` are shown to contain no change, from the first on: all together by the distance of the states from
-    /// an earlier one, or else one by one.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn staying(&mut self, ramps: &Ramps, states: &[State]) -> usize {
-        let growth = self.segments.growth(ramps.h);
-        let (mut slopes, mut values, mut curvature) = (self.slopes, self.values, self.curvature);
-        for step in 0..ramps.count() {
-            let slope_change = growth * ramps.ramp(step).slope_change(&mut slopes, &mut values);
-            // It never falls, because the growth is at least one.
-            curvature = fma(growth, curvature, slope_change);
-        }
-        let (center, slack, strayed) = &mut self.haven;
-        let room = *slack - bow(ramps.h, curvature);
-        let (mut distance, mut near) = (*strayed, room >= 0.0 && *strayed <= room * room);
-        for state in &states[1..] {
-            distance = distance_squared(center, state);
-            near &= distance <= room * room;
-        }
-        if near {
-            *strayed = distance;
-            (self.curvature, self.slopes, self.values) = (curvature, slopes, values);
-            return ramps.count();
-        }
-        let mut step = 0;
-        while step < ramps.count() && self.stays(&ramps.ramp(step), &states[step], &states[step + 1]) {
-            step += 1;
-        }
-        step
-    }
-
     /// Whether the step from `state` to `next` is shown to contain no change by the bound that is carried from step to step: by the
     /// distance from an earlier state first, then by the deflections. If not, nothing has happened.
     #[cfg_attr(feature = "std", inline(always))]
-    fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool {
+    pub(crate) fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool {
         let growth = self.segments.growth(ramp.h);
         let (mut slopes, mut values) = (self.slopes, self.values);
         let slope_change = growth * ramp.slope_change(&mut slopes, &mut values);

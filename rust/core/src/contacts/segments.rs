@@ -93,20 +93,20 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
         let segment = &mut self.links.as_mut_slice()[crossed].1;
         *segment = if up { *segment + 1 } else { *segment - 1 };
         let mut changes = 1;
-        let links = self.links.as_mut_slice().chunks_mut(LANES).enumerate();
-        for ((index, links), block) in links.zip(self.blocks.as_slice()) {
-            let (at, moving) = (block.deflections(state), block.rates(state));
-            for (lane, (_, segment)) in links.iter_mut().enumerate() {
-                let tolerance = block.tolerance[lane];
-                // Compared as differences: where there is no edge they are infinite, or NaN for an infinite state, and the test fails.
-                let above = block.high[lane] - at[lane] <= tolerance && moving[lane] > 0.0;
-                let below = at[lane] - block.low[lane] <= tolerance && moving[lane] < 0.0;
-                if index * LANES + lane == crossed || !(above || below) {
-                    continue;
-                }
-                *segment = if above { *segment + 1 } else { *segment - 1 };
-                changes += 1;
+        for link in (0..self.links.as_slice().len()).filter(|&link| link != crossed) {
+            let (block, lane) = (&self.blocks.as_slice()[link / LANES], link % LANES);
+            let (at, moving) = (block.deflections(state)[lane], block.rates(state)[lane]);
+            let tolerance = block.tolerance[lane];
+            let segment = &mut self.links.as_mut_slice()[link].1;
+            // Compared as differences: where there is no edge they are infinite, or NaN for an infinite state, and the test fails.
+            if block.high[lane] - at <= tolerance && moving > 0.0 {
+                *segment += 1;
+            } else if at - block.low[lane] <= tolerance && moving < 0.0 {
+                *segment -= 1;
+            } else {
+                continue;
             }
+            changes += 1;
         }
         changes
     }

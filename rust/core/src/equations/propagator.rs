@@ -96,50 +96,25 @@ impl Propagator {
         (&self.change, &self.from_start[component], &self.from_end[component])
     }
 
-    /// The states at the ends of consecutive intervals, from the first of `states` on, by the same operations as [`Propagator::apply`].
-    /// `values`: of the excitation at the samples, one for each state.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn apply_in_turn(&self, values: &[Values], states: &mut [State]) {
-        for step in 1..states.len() {
-            let mut sum = self.from_constant;
-            for j in 0..self.components {
-                add_scaled(&mut sum, &self.from_start[j], values[step - 1][j]);
-                add_scaled(&mut sum, &self.from_end[j], values[step][j]);
-            }
-            states[step] = sum;
-        }
-        for step in 1..states.len() {
-            let state = states[step - 1];
-            self.add_free_motion(&mut states[step], &state);
-        }
-    }
-
     /// The state at the end of the interval.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn apply(&self, state: &State, start: &Values, end: &Values) -> State {
         // The excitation first, because it does not depend on the state. Then three sums side by side: each addition of a single sum
         // would wait for the one before.
-        let mut sum = self.from_constant;
+        let (mut sum, mut second, mut third) = (self.from_constant, *state, [0.0; 12]);
         for j in 0..self.components {
             add_scaled(&mut sum, &self.from_start[j], start[j]);
             add_scaled(&mut sum, &self.from_end[j], end[j]);
         }
-        self.add_free_motion(&mut sum, state);
-        sum
-    }
-
-    /// Adds the state at the end of an interval without force to `sum`.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn add_free_motion(&self, sum: &mut State, state: &State) {
-        let (mut second, mut third) = (*state, [0.0; 12]);
         for j in (0..12).step_by(3) {
-            add_scaled(sum, &self.change[j], state[j]);
+            add_scaled(&mut sum, &self.change[j], state[j]);
             add_scaled(&mut second, &self.change[j + 1], state[j + 1]);
             add_scaled(&mut third, &self.change[j + 2], state[j + 2]);
         }
         for i in 0..12 {
             sum[i] += second[i] + third[i];
         }
+        sum
     }
 }
 

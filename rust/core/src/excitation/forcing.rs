@@ -149,34 +149,6 @@ pub struct Ramp<'a> {
     pub(crate) begin: Instant,
 }
 
-/// Ramps over consecutive intervals of one length, from sample to sample.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Ramps<'a> {
-    /// Length of each interval, s.
-    pub h: f64,
-    /// Values at the samples, one more than intervals.
-    pub values: &'a [Values],
-    pub forcing: &'a Forcing,
-    /// The first sample.
-    pub first: usize,
-}
-
-impl<'a> Ramps<'a> {
-    /// Number of intervals.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn count(&self) -> usize {
-        self.values.len() - 1
-    }
-
-    /// The ramp over one of the intervals.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn ramp(&self, index: usize) -> Ramp<'a> {
-        let (start, end) = (&self.values[index], &self.values[index + 1]);
-        let begin = Instant { first: self.first + index, until: self.first + index + 1, since: 0.0 };
-        Ramp::whole(self.h, [start, end], self.forcing, begin)
-    }
-}
-
 impl<'a> Ramp<'a> {
     /// The ramp over a whole interval of `h` s.
     #[cfg_attr(feature = "std", inline(always))]

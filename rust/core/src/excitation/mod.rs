@@ -6,7 +6,7 @@ mod forcing;
 mod riding;
 
 pub use forcing::Ramp;
-pub(crate) use forcing::{Forcing, Ramps, ScaledExcitation, Values};
+pub(crate) use forcing::{Forcing, ScaledExcitation, Values};
 pub(crate) use riding::travel_after;
 pub use riding::{Instant, MAX_RIDERS, RiderMotion};
 

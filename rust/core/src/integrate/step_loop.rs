@@ -74,7 +74,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         while k + 1 < excitation.count() {
             if M::ERROR_ORDER.is_none() && k >= glide_from {
                 let start = k;
-                k = self.glide(forcing, k, state, from);
+                k = self.glide(forcing, k, [&mut state, &mut next], [&mut from, &mut to]);
                 if k + 1 == excitation.count() {
                     break;
                 }

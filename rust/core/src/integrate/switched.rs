@@ -3,7 +3,7 @@
 use super::method::Method;
 use crate::contacts::{Contacts, DENSE_POINTS, SmoothContacts};
 use crate::equations::{Equations, SegmentEquations, SmoothEquations};
-use crate::excitation::{Ramp, Ramps};
+use crate::excitation::Ramp;
 use crate::system::State;
 
 /// The equations of a run, which may switch at contact changes.
@@ -24,9 +24,8 @@ pub(super) trait SwitchedEquations {
         next: &State,
     ) -> Option<f64>;
 
-    /// How many of the steps of a method without step error, through these `states`, stay within these equations before the first that may
-    /// not, by cheap tests that may fail where a step does stay.
-    fn staying(&mut self, ramps: &Ramps, states: &[State]) -> usize;
+    /// Whether a step of a method without step error stays within these equations, by tests that are cheap and may fail where it does.
+    fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool;
 
     /// Time from `state` to the change that was found, s, if it matters.
     fn missed_by(&self, state: &State) -> Option<f64>;
@@ -68,8 +67,8 @@ impl<E: Equations> SwitchedEquations for Unswitched<'_, E> {
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn staying(&mut self, ramps: &Ramps, _: &[State]) -> usize {
-        ramps.count()
+    fn stays(&mut self, _: &Ramp, _: &State, _: &State) -> bool {
+        true
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -115,8 +114,8 @@ impl SwitchedEquations for Contacts<'_> {
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn staying(&mut self, ramps: &Ramps, states: &[State]) -> usize {
-        Contacts::staying(self, ramps, states)
+    fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool {
+        Contacts::stays(self, ramp, state, next)
     }
 
     /// Located on the exact solution, to rounding.
@@ -173,8 +172,8 @@ impl<'a> SwitchedEquations for SmoothContacts<'a> {
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn staying(&mut self, _: &Ramps, _: &[State]) -> usize {
-        0
+    fn stays(&mut self, _: &Ramp, _: &State, _: &State) -> bool {
+        false
     }
 
     #[cfg_attr(feature = "std", inline(always))]

@@ -1,11 +1,10 @@
 //! The one place where `std` ends: elementary functions that `core` lacks.
 //!
-//! With `std` all compute the same bits on every platform: `sqrt` and `fma` are correctly rounded, `ceil` and `floor` exact, the others come
-//! from `libm`.
+//! With `std` all compute the same bits on every platform: `sqrt` and `fma` are correctly rounded, the others come from `libm`.
 
 #[cfg(feature = "std")]
 pub(crate) use libm::log;
-pub(crate) use libm::{atanh, copysign, cos, exp, expm1, hypot, log1p, pow, sin, sinh};
+pub(crate) use libm::{atanh, ceil, copysign, cos, exp, expm1, floor, hypot, log1p, pow, sin, sinh};
 
 /// Square root. (With `std` not that of `libm`, which is assembly and would stop vectorisation.)
 #[cfg_attr(feature = "std", inline(always))]
@@ -14,24 +13,6 @@ pub(crate) fn sqrt(x: f64) -> f64 {
     return x.sqrt();
     #[cfg(not(feature = "std"))]
     return libm::sqrt(x);
-}
-
-/// The next whole number upwards. (With `std` not that of `libm`, which is a call instead of one instruction.)
-#[cfg_attr(feature = "std", inline(always))]
-pub(crate) fn ceil(x: f64) -> f64 {
-    #[cfg(feature = "std")]
-    return x.ceil();
-    #[cfg(not(feature = "std"))]
-    return libm::ceil(x);
-}
-
-/// The next whole number downwards.
-#[cfg_attr(feature = "std", inline(always))]
-pub(crate) fn floor(x: f64) -> f64 {
-    #[cfg(feature = "std")]
-    return x.floor();
-    #[cfg(not(feature = "std"))]
-    return libm::floor(x);
 }
 
 /// `a * b + c`.

@@ -341,25 +341,3 @@ fn the_first_contact_is_at_the_end_of_free_flight() {
         close(*load, want, 1e-11, 100.0 * omega * rate);
     }
 }
-
-/// At the samples, steps without a contact change are made several at a time, with tests of their own; at other times one by one.
-#[test]
-fn steps_made_together_end_where_steps_made_one_by_one_do() {
-    let machine = with_laws(cart(), |_, k| sided(k, k, 5e-6));
-    let mut random = Random::new(16);
-    let (smooth, rough) = (cycle()[560..1400].to_vec(), noise(&mut random, 840));
-    let mut changes = 0;
-    for samples in [smooth, rough] {
-        for count in (100..=samples.len()).step_by(183) {
-            let excitation = Excitation::uniform(0.0, 1e-3, &samples[..count]).expect("sound");
-            let (_, together) = machine.states(&Exact::<4>, ADAPTIVE, &excitation);
-            let (_, one_by_one) = machine.run(&Exact::<4>, ADAPTIVE, &excitation, Output::Times(&[]));
-            let one_by_one = one_by_one.expect("a run that succeeds");
-            assert_eq!(together.end.map(f64::to_bits), one_by_one.end.map(f64::to_bits), "{count} samples");
-            assert_eq!(together.contact_changes, one_by_one.contact_changes);
-            assert_eq!(together.steps, one_by_one.steps);
-            changes += together.contact_changes;
-        }
-    }
-    assert!(changes > 100, "{changes}");
-}
