@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from reference import DIGITS, precise
 
 from guideload import Machine, Motion
+from guideload.sensitivity import RunDerivatives
 
 Compute = Callable[[Machine, Motion], dict[str, Any]]
 STEP = mpmath.mpf(10) ** -20
@@ -34,6 +35,19 @@ def with_value(machine: Machine, path: str, value: Any) -> Machine:
     kind, name, key = match.groups()
     parts = [_with_key(one, key, value) if one.name == name else one for one in getattr(machine, kind)]
     return _unchecked(machine, kind, tuple(parts))
+
+
+def histories_of(run: RunDerivatives) -> dict[str, NDArray[np.float64]]:
+    """The derivatives (p, ...) of a run, by the names of the histories of `differences`."""
+    return {
+        "link_load": run.link_loads(),
+        "link_load_damping": run.link_loads("damping"),
+        "carriage": run.carriage_loads(),
+        "reaction": run.reaction(),
+        "displacement": run.displacement(),
+        "velocity": run.velocity(),
+        "acceleration": run.acceleration(),
+    }
 
 
 def _unchecked(part: Any, key: str, value: Any) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from precise_contacts import precise_contacts
-from precise_derivatives import differences
+from precise_derivatives import differences, histories_of
 from reference import on_rails, random_motion
 
 from guideload import Body, Link, Machine, Motion, sensitivities
@@ -63,15 +63,7 @@ def test_histories_in_50_digits(case: str) -> None:
     compute = partial(precise_contacts, machine.scene.static_position())
     assert compute(machine, motion)["changes"][0] >= 3
     exact = differences(machine, motion, path, varied.columns[0].value, compute)
-    for name, mine in {
-        "link_load": run.link_loads(),
-        "link_load_damping": run.link_loads("damping"),
-        "carriage": run.carriage_loads(),
-        "reaction": run.reaction(),
-        "displacement": run.displacement(),
-        "velocity": run.velocity(),
-        "acceleration": run.acceleration(),
-    }.items():
+    for name, mine in histories_of(run).items():
         wanted = exact[name].reshape(mine.shape[1:])
         assert np.abs(mine[0] - wanted).max() <= DIGITS_ASKED * np.abs(wanted).max(), name
 

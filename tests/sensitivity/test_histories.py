@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from precise_derivatives import differences
+from precise_derivatives import differences, histories_of
 from reference import (
     all_modes_critical,
     cart,
@@ -34,15 +34,7 @@ def errors(machine: Machine, motion: Motion, path: str) -> dict[str, float]:
     varied = VariedMachine(machine, path)
     run = varied.run(motion, start="rest")
     exact = differences(machine, motion, path, varied.columns[0].value)
-    mine = {
-        "link_load": run.link_loads(),
-        "link_load_damping": run.link_loads("damping"),
-        "carriage": run.carriage_loads(),
-        "reaction": run.reaction(),
-        "displacement": run.displacement(),
-        "velocity": run.velocity(),
-        "acceleration": run.acceleration(),
-    }
+    mine = histories_of(run)
     found = {}
     for name, values in mine.items():
         if not values.size:

@@ -5,6 +5,7 @@ import socket
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -30,12 +31,12 @@ def require_same(session: Session) -> None:
     assert session.period_now == periods[-1] and np.array_equal(session.loads, loads[-1])
 
 
-def send(write: object, text: bytes = TEXT) -> threading.Thread:
+def send(write: Callable[[bytes], object], text: bytes = TEXT) -> threading.Thread:
     """Write the text in pieces that end within lines, in a thread."""
 
     def pieces() -> None:
         for start in range(0, len(text), 5003):
-            write(text[start : start + 5003])  # type: ignore[operator]
+            write(text[start : start + 5003])
             time.sleep(0.001)
 
     thread = threading.Thread(target=pieces)

@@ -4,6 +4,7 @@ import json
 import random
 import threading
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -27,10 +28,10 @@ def parts(size: int) -> list[bytes]:
     return [TEXT[start : start + size] for start in range(0, len(TEXT), size)]
 
 
-def session_in(folder: Path, *pieces: bytes, **options: object) -> Session:
+def session_in(folder: Path, *pieces: bytes, **options: Any) -> Session:
     """A session whose inputs are these bytes, with its folder."""
     monitor = new_monitor()
-    return Session(monitor, Pieces(*pieces), Lines(), Store(folder, monitor, **options))  # type: ignore[arg-type]
+    return Session(monitor, Pieces(*pieces), Lines(), Store(folder, monitor, **options))
 
 
 def require_every_sample_once(folder: Path, count: int = STAMPS.size) -> pd.DataFrame:
@@ -65,12 +66,14 @@ def test_the_files_have_every_sample_with_the_loads_of_push_by_the_hour(tmp_path
     assert json.loads(parquet.read_schema(path).metadata[b"guideload"])["machine"] == machine().name
 
 
-def test_samples_come_in_while_the_file_of_an_hour_is_written(tmp_path: Path) -> None:
+def test_samples_come_in_while_the_file_of_an_hour_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     now, written = [NOON], threading.Event()
     session = session_in(tmp_path, *parts(5000), clock=lambda: now[0])
     assert session.store is not None
     convert = session.store._convert
-    session.store._convert = lambda path: (written.wait(60.0), convert(path))[1]  # type: ignore[method-assign]
+    monkeypatch.setattr(session.store, "_convert", lambda path: (written.wait(60.0), convert(path))[1])
     session.step()
     now[0] += 3600.0
     before = session.samples
@@ -80,7 +83,9 @@ def test_samples_come_in_while_the_file_of_an_hour_is_written(tmp_path: Path) ->
     require_every_sample_once(tmp_path)
 
 
-def test_a_file_of_an_hour_that_cannot_be_written_ends_the_watch(tmp_path: Path) -> None:
+def test_a_file_of_an_hour_that_cannot_be_written_ends_the_watch(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     now = [NOON]
     session = session_in(tmp_path, *parts(5000), clock=lambda: now[0])
 
@@ -88,7 +93,7 @@ def test_a_file_of_an_hour_that_cannot_be_written_ends_the_watch(tmp_path: Path)
         raise WriteError(28, "No space", str(path))
 
     assert session.store is not None
-    session.store._convert = fail  # type: ignore[method-assign]
+    monkeypatch.setattr(session.store, "_convert", fail)
     session.step()
     now[0] += 3600.0
     with pytest.raises(WriteError, match="No space"):

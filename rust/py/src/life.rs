@@ -33,6 +33,48 @@ pub fn equivalent_load((weights, minor, preload, formula): &Rule<'_>) -> PyResul
     Ok(EquivalentLoad { weights: [*first, *second], minor: *minor, preload })
 }
 
+/// Travel and loads at n instants.
+struct Course {
+    time: Vec<f64>,
+    velocity: Vec<f64>,
+    acceleration: Vec<f64>,
+    loads: Vec<[f64; 6]>,
+}
+
+impl Course {
+    fn new(
+        [time, velocity, acceleration]: [&PyReadonlyArray1<'_, f64>; 3],
+        loads: &PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Self> {
+        let course = Self {
+            time: numbers(time, "time")?,
+            velocity: numbers(velocity, "velocity")?,
+            acceleration: numbers(acceleration, "acceleration")?,
+            loads: rows::<6>(loads, "loads")?,
+        };
+        let lengths = [course.velocity.len(), course.acceleration.len(), course.loads.len()];
+        if lengths.iter().any(|&length| length != course.time.len()) {
+            return Err(PyValueError::new_err("time, velocity, acceleration, loads: lengths do not agree"));
+        }
+        Ok(course)
+    }
+
+    fn intervals(&self) -> usize {
+        self.time.len().saturating_sub(1)
+    }
+
+    /// The travel between instant k and the next one, and the loads Fy to Mz at both.
+    fn interval(&self, k: usize) -> (Interval, [[f64; 5]; 2]) {
+        let ends = |of: &[f64]| [of[k], of[k + 1]];
+        let travel = Interval {
+            length: self.time[k + 1] - self.time[k],
+            velocity: ends(&self.velocity),
+            acceleration: ends(&self.acceleration),
+        };
+        (travel, [self.loads[k], self.loads[k + 1]].map(|[_, rest @ ..]| rest))
+    }
+}
+
 /// Integrals of `P^p |v|` and `|v|` over each interval between n instants, two of (n - 1,).
 #[pyfunction]
 pub fn equivalent_load_integrals<'py>(
@@ -44,14 +86,8 @@ pub fn equivalent_load_integrals<'py>(
     rule: Rule<'py>,
     exponent: f64,
 ) -> PyResult<(Array1<'py>, Array1<'py>)> {
-    let rule = equivalent_load(&rule)?;
-    let (time, velocity) = (numbers(&time, "time")?, numbers(&velocity, "velocity")?);
-    let (acceleration, loads) = (numbers(&acceleration, "acceleration")?, rows::<6>(&loads, "loads")?);
-    let lengths = [velocity.len(), acceleration.len(), loads.len()];
-    if lengths.iter().any(|&length| length != time.len()) {
-        return Err(PyValueError::new_err("time, velocity, acceleration, loads: lengths do not agree"));
-    }
-    let count = time.len().saturating_sub(1);
+    let (rule, course) = (equivalent_load(&rule)?, Course::new([&time, &velocity, &acceleration], &loads)?);
+    let count = course.intervals();
     let (powers, paths) = (zeros(py, &[count])?, zeros(py, &[count])?);
     {
         let (mut powers, mut paths) = (powers.readwrite(), paths.readwrite());
@@ -61,12 +97,7 @@ pub fn equivalent_load_integrals<'py>(
                 if k % INTERVALS == 0 && watch.stops() {
                     return;
                 }
-                let travel = Interval {
-                    length: time[k + 1] - time[k],
-                    velocity: [velocity[k], velocity[k + 1]],
-                    acceleration: [acceleration[k], acceleration[k + 1]],
-                };
-                let [first, last] = [loads[k], loads[k + 1]].map(|[_, rest @ ..]| rest);
+                let (travel, [first, last]) = course.interval(k);
                 let found = rule.integrals(exponent, &travel, [&first, &last]);
                 (*power, *path) = (found.power, found.path);
             }
@@ -86,25 +117,14 @@ pub fn equivalent_load_weights<'py>(
     rule: Rule<'py>,
     exponent: f64,
 ) -> PyResult<Array2<'py>> {
-    let rule = equivalent_load(&rule)?;
-    let (time, velocity) = (numbers(&time, "time")?, numbers(&velocity, "velocity")?);
-    let (acceleration, loads) = (numbers(&acceleration, "acceleration")?, rows::<6>(&loads, "loads")?);
-    let lengths = [velocity.len(), acceleration.len(), loads.len()];
-    if lengths.iter().any(|&length| length != time.len()) {
-        return Err(PyValueError::new_err("time, velocity, acceleration, loads: lengths do not agree"));
-    }
-    let weights = zeros(py, &[time.len(), 6])?;
+    let (rule, course) = (equivalent_load(&rule)?, Course::new([&time, &velocity, &acceleration], &loads)?);
+    let weights = zeros(py, &[course.loads.len(), 6])?;
     {
         let mut weights = weights.readwrite();
         let weights = weights.as_slice_mut()?.as_chunks_mut::<6>().0;
         compute(py, |watch| {
-            for k in (0..time.len().saturating_sub(1)).take_while(|k| k % INTERVALS != 0 || !watch.stops()) {
-                let travel = Interval {
-                    length: time[k + 1] - time[k],
-                    velocity: [velocity[k], velocity[k + 1]],
-                    acceleration: [acceleration[k], acceleration[k + 1]],
-                };
-                let [first, last] = [loads[k], loads[k + 1]].map(|[_, rest @ ..]| rest);
+            for k in (0..course.intervals()).take_while(|k| k % INTERVALS != 0 || !watch.stops()) {
+                let (travel, [first, last]) = course.interval(k);
                 let ends = rule.integral_weights(exponent, &travel, [&first, &last]);
                 for (end, of) in ends.iter().enumerate() {
                     for (component, slope) in of.iter().enumerate() {

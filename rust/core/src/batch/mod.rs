@@ -27,6 +27,7 @@ pub use motion_draws::MotionDraws;
 pub use solver::Solver;
 pub use travel::Motion;
 
+use std::ops::Range;
 use std::sync::Mutex;
 
 use crate::error::{RunError, Stopped};
@@ -320,35 +321,27 @@ impl Worker {
                 let values = &values[start * columns..end * columns];
                 self.drawn.draw(batch.draws, values, columns, batch.watch);
             }
-            let end = usize::min(start + together, count);
-            let values = &values[start * columns..end * columns];
-            self.run_together(
-                batch,
-                first + start,
-                start % LANES,
-                values,
-                columns,
-                end - start,
-                &mut rows[start * width..end * width],
-            );
+            let samples = start..usize::min(start + together, count);
+            let values = &values[samples.start * columns..samples.end * columns];
+            let rows = &mut rows[samples.start * width..samples.end * width];
+            self.run_together(batch, first, samples, values, columns, rows);
         }
     }
 
-    /// Runs samples side by side, at most one per lane. `place`: of the first of them among the drawn motions.
-    #[allow(clippy::too_many_arguments)]
+    /// Runs some samples of the group side by side, at most one per lane, with the values and rows of these alone.
     fn run_together(
         &mut self,
         batch: &Batch,
         first: usize,
-        place: usize,
+        samples: Range<usize>,
         values: &[f64],
         columns: usize,
-        count: usize,
         rows: &mut [f64],
     ) {
-        let width = batch.measures.len();
-        let mut valid = Vec::with_capacity(count);
-        for (index, sample) in self.samples[..count].iter_mut().enumerate() {
+        // `first`: index of the first of these; `place`: where it is among the drawn motions.
+        let (first, place, width) = (first + samples.start, samples.start % LANES, batch.measures.len());
+        let mut valid = Vec::with_capacity(samples.len());
+        for (index, sample) in self.samples[..samples.len()].iter_mut().enumerate() {
             let values = &values[index * columns..(index + 1) * columns];
             match batch.plan.apply(&batch.base, values, sample) {
                 Ok(()) => valid.push(index),
