@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 ROWS = 24
 FIGURES = {"peak_resultant": "largest load", "mean_load": "mean load", "life": "life"}
 NOTE = (
-    "Exact derivatives from one run, times a change of 1 % of each number, 1 mm of a place, 10 um of a mounting error: "
+    "Derivatives from one run, times a change of 1 % of each number, 1 mm of a place, 10 um of a mounting error: "
     "the effect to first order, of each number alone."
 )
 
