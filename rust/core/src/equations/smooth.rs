@@ -65,13 +65,11 @@ impl BallLinks {
     }
 
     /// Loads above those at rest, N.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn loads(&self, state: &State) -> Lanes {
-        let mut at = self.deflections(state);
-        for i in 0..LANES {
-            at[i] = fma(self.coefficient[i], ball_force(self.opening[i], at[i]), -self.load[i]);
-        }
-        at
+    ///
+    /// Out of line: where the loads are used one by one at once, the compiler makes vectors of only two of them.
+    #[inline(never)]
+    fn loads(&self, state: &State, loads: &mut Lanes) {
+        dispatch(LoadsKernel { balls: self, state, loads });
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -85,15 +83,25 @@ impl BallLinks {
     }
 }
 
-/// [`BallLinks::loads`] at rest, by the same instructions as during the run.
-struct LoadsAtRest<'a>(&'a BallLinks);
+/// [`BallLinks::loads`] as a kernel.
+struct LoadsKernel<'a> {
+    balls: &'a BallLinks,
+    state: &'a State,
+    loads: &'a mut Lanes,
+}
 
-impl Kernel for LoadsAtRest<'_> {
-    type Output = Lanes;
+impl Kernel for LoadsKernel<'_> {
+    type Output = ();
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> Lanes {
-        self.0.loads(&[0.0; 12])
+    fn run(self) {
+        let Self { balls, state, loads } = self;
+        // In a local array, because the compiler makes no vectors of stores that might change what is read.
+        let mut at = balls.deflections(state);
+        for i in 0..LANES {
+            at[i] = fma(balls.coefficient[i], ball_force(balls.opening[i], at[i]), -balls.load[i]);
+        }
+        *loads = at;
     }
 }
 
@@ -111,8 +119,10 @@ impl<'a> SmoothEquations<'a> {
                 balls.as_mut_slice()[i / LANES].set(i % LANES, row, constants);
             }
         }
+        let mut at_rest = [0.0; LANES];
         for balls in balls.as_mut_slice() {
-            balls.load = dispatch(LoadsAtRest(balls));
+            balls.loads(&[0.0; 12], &mut at_rest);
+            balls.load = at_rest;
         }
         let mut others = BoundedVec::filled(&rows[0], rows.iter().filter(is_other).count());
         for (to, row) in others.as_mut_slice().iter_mut().zip(rows.iter().filter(is_other)) {
@@ -162,9 +172,9 @@ impl Equations for SmoothEquations<'_> {
     #[cfg_attr(feature = "std", inline(always))]
     fn rate(&self, state: &State, force: &Force, at: (&Moments, usize)) -> State {
         let mut rate = self.linear.rate(state, force, at);
-        let mut pull = NO_FORCE;
+        let (mut pull, mut loads) = (NO_FORCE, [0.0; LANES]);
         for balls in self.balls.as_slice() {
-            let loads = balls.loads(state);
+            balls.loads(state, &mut loads);
             for i in 0..LANES {
                 add_scaled(&mut pull, &balls.rate[i], loads[i]);
             }
