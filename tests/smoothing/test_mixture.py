@@ -37,8 +37,8 @@ def test_the_mixture_has_the_mean_and_the_variance_of_its_orders(monkeypatch):
     means = np.array([each.acceleration for each in alone])
     own = np.array([each.acceleration_variance for each in alone])
     np.testing.assert_allclose(found.acceleration, weights @ means, rtol=1e-9, atol=1e-12)
-    within_and_between = weights @ (own + (means - found.acceleration) ** 2)
-    np.testing.assert_allclose(found.acceleration_variance, within_and_between, rtol=1e-9)
+    variance = 1.0 / (weights @ (1.0 / own)) + weights @ (means - found.acceleration) ** 2
+    np.testing.assert_allclose(found.acceleration_variance, variance, rtol=1e-9)
     np.testing.assert_allclose(found.position, weights @ [each.position for each in alone], rtol=1e-9)
 
 

@@ -2,7 +2,7 @@
 
 A derivative of the position is white process noise. Its density and the measurement noise maximise the likelihood. The
 orders of the derivative are weighted by their leave-one-out predictive likelihood: the estimate is the mean of this
-mixture, and its variance is the mean variance of the orders plus the variance between them. Moves of drives are
+mixture, and its variance is the harmonic mean of their variances plus the variance between them. Moves of drives are
 piecewise smooth, so that one density does not suit all of a trace: it is adapted in segments of a few time constants
 (`adaptive`).
 
@@ -45,7 +45,7 @@ from guideload.smoothing.stationary import ScaledSamples, StationaryFit, fitted
 ORDERS = (3, 4, 5, 6)  # of the white derivative of the position
 # Factors on the standard deviations, calibrated by tests/benchmarks/encoder.py, by order; times ROUNDED if rounding
 # dominates the noise, because its errors are bounded.
-SCALE = {3: 0.77, 4: 0.88, 5: 0.85, 6: 0.96}
+SCALE = {3: 0.78, 4: 0.89, 5: 0.84, 6: 0.97}
 QUIET, ROUNDED = 0.1, 0.86  # quanta of measurement noise up to which rounding dominates; factor
 # Weight of the adapted models in the score of an order; below 1, as they have been fitted to the same samples.
 ADAPTED_WEIGHT = 0.5
@@ -198,9 +198,10 @@ def _estimate(
     weights = np.array([each.weight for each in candidates])
     posteriors = [each.posterior(at) for each in candidates]
     mean = np.asarray(sum(w * found for w, (found, _, _) in zip(weights, posteriors, strict=True)))
-    variance = np.zeros(time.size)
-    for weight, (found, _, own) in zip(weights, posteriors, strict=True):
-        variance += weight * (own + (found[:, at] - mean[:, at]) ** 2)
+    between = np.zeros(time.size)
+    for weight, (found, _, _) in zip(weights, posteriors, strict=True):
+        between += weight * (found[:, at] - mean[:, at]) ** 2
+    variance = _harmonic_mean(np.array([own for _, _, own in posteriors]), weights) + between
     # The chain of the best order carries the deviations of the mixture, scaled to its variance.
     chain = posteriors[0][1]
     calibration = np.sqrt(np.divide(variance, chain, out=np.ones_like(chain), where=chain > 0.0))
@@ -251,6 +252,11 @@ def _estimate(
             unit=unit,
         ),
     )
+
+
+def _harmonic_mean(values: Array, weights: Array) -> Array:
+    """(n,) weighted harmonic mean over the first axis of values (k, n) >= 0."""
+    return np.asarray(1.0 / (weights @ (1.0 / np.maximum(values, np.finfo(float).tiny))))
 
 
 def _shares(candidates: list[Candidate]) -> str:
