@@ -1,6 +1,7 @@
 """Laws of the mixture over the orders, and of the noise level where it hides among jumps."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,16 +25,21 @@ def undecided():
 
 
 def test_the_mixture_has_the_mean_and_the_variance_of_its_orders(monkeypatch):
+    """Each order takes part with uneven and with nearly even densities; each of them alone is an estimate too."""
     found = estimate(*undecided())
-    assert len(found.weights) > 1
-    assert sum(found.weights.values()) == pytest.approx(1.0) and min(found.weights.values()) > 0.0
+    time, value, kind, quantum = undecided()
+    candidates = estimation._weighted(ScaledSamples.of(time, value, quantum), kind)
+    weights = np.array([each.weight for each in candidates])
+    assert len(found.weights) > 1 and len(candidates) > len(found.weights)
+    assert weights.sum() == pytest.approx(1.0) and weights.min() > 0.0
+    for order, share in found.weights.items():
+        assert share == pytest.approx(sum(each.weight for each in candidates if each.order == order))
     assert found.order == max(found.weights, key=found.weights.__getitem__)
     alone = []
-    for order in found.weights:
-        monkeypatch.setattr(estimation, "ORDERS", (order,))
+    for each in candidates:
+        monkeypatch.setattr(estimation, "_weighted", lambda *_, each=each: [replace(each, weight=1.0)])
         alone.append(estimate(*undecided()))
-        assert alone[-1].weights == {order: 1.0} and alone[-1].order == order
-    weights = np.array(list(found.weights.values()))
+        assert alone[-1].weights == {each.order: 1.0} and alone[-1].order == each.order
     means = np.array([each.acceleration for each in alone])
     own = np.array([each.acceleration_variance for each in alone])
     np.testing.assert_allclose(found.acceleration, weights @ means, rtol=1e-9, atol=1e-12)
