@@ -4,6 +4,8 @@
     --cases                a line per case
     --peers N              PyNumDiff's methods at their own automatic choice, on cases up to N samples (minutes each)
     --random               cover of motions that are random at all times, as the model says
+    --alike                share of bands that cover as asked, as they are and scaled by a factor that is best for
+                           other moves of the same family, rate, quantum, jitter and noise
     --emps FILE            the measured trace emps_bangbang_1kHz.csv, against acceleration from force
 
 A case's ratio is the rms error of the acceleration over that of the best Savitzky-Golay filter, chosen with the truth
@@ -30,7 +32,7 @@ import numpy as np
 from peers.spline import smoothing_spline
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
-from traces import FAMILIES, Array, Case, draw, moves
+from traces import FAMILIES, JITTERS, NOISES, QUANTA, RATES, Array, Case, case, draw, moves
 
 from guideload import Machine, Motion, simulate
 from guideload.smoothing.estimation import Estimate, estimate
@@ -203,6 +205,30 @@ def random_motions() -> None:
         print(f"random motion of order {order}: cover {np.mean(covers):.2f}")
 
 
+def alike(settings: int = 6, number: int = 14) -> None:
+    """Whether scaling by what is known of a trace helps: each move with the factor of the others of its setting."""
+    rng = np.random.default_rng(4242)
+    for family in FAMILIES:
+        shares = []
+        for _ in range(settings):
+            rate, quantum = rng.choice(RATES[:3]), rng.choice(QUANTA)
+            jitter, noise = rng.choice(JITTERS), rng.choice(NOISES)
+            ranges = []  # of the logarithm of the factor with which a band covers as asked
+            for seed in range(number):
+                one = case(family, rate, quantum, jitter, noise, np.random.default_rng(7000 + seed))
+                found = estimate(one.time, one.value, "position", one.quantum)
+                error = np.abs(found.acceleration - one.acceleration) / np.sqrt(found.acceleration_variance)
+                ranges.append(np.log(np.quantile(error / 1.96, COVER)))
+            lower, upper = np.array(ranges).T
+            middle = 0.5 * (lower + upper)
+            factor = np.array([np.median(np.delete(middle, k)) for k in range(number)])
+            shares.append([np.mean((lower < x) & (x < upper)) for x in (0.0, factor)])
+        as_they_are, scaled = 100 * np.mean(shares, axis=0)
+        print(
+            f"{family:14} bands that cover as asked: {as_they_are:.0f} %, scaled as others alike {scaled:.0f} %"
+        )
+
+
 def twice(peer: str, case: Case) -> float:
     """Rms error of a PyNumDiff method applied twice, each time with the parameters that its optimiser chooses.
 
@@ -254,6 +280,7 @@ def main() -> None:
     parser.add_argument("--cases", action="store_true", help="a line per case")
     parser.add_argument("--peers", type=int, metavar="N", help="PyNumDiff as well, on cases up to N samples")
     parser.add_argument("--random", action="store_true", help="motions that are random at all times as well")
+    parser.add_argument("--alike", action="store_true", help="bands scaled as those of other moves alike")
     parser.add_argument("--emps", type=Path, metavar="FILE")
     asked = parser.parse_args()
     long_trace()
@@ -268,6 +295,8 @@ def main() -> None:
     table(scores)
     if asked.random:
         random_motions()
+    if asked.alike:
+        alike()
     if asked.emps:
         emps(asked.emps)
     if asked.peers:

@@ -2,9 +2,10 @@
 
 A derivative of the position is white process noise. Its density and the measurement noise maximise the likelihood. The
 orders of the derivative are weighted by their leave-one-out predictive likelihood: the estimate is the mean of this
-mixture, and its variance is the mean variance of the orders plus the variance between them. Moves of drives are
+mixture, and its variance is the harmonic mean of their variances plus the variance between them. Moves of drives are
 piecewise smooth, so that one density does not suit all of a trace: it is adapted in segments of a few time constants
-(`adaptive`).
+(`adaptive`). How much the densities differ is uncertain too: each order takes part twice, with densities that differ as
+the samples suggest, and with nearly even densities, as suits a motion that vibrates at all times.
 
 order 3   acceleration that jumps (trapezoids of velocity)
 order 4   jerk that jumps (jerk-limited moves)
@@ -22,6 +23,7 @@ estimate therefore contains only the process noise that the samples show (`Adapt
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -45,15 +47,17 @@ from guideload.smoothing.stationary import ScaledSamples, StationaryFit, fitted
 ORDERS = (3, 4, 5, 6)  # of the white derivative of the position
 # Factors on the standard deviations, calibrated by tests/benchmarks/encoder.py, by order; times ROUNDED if rounding
 # dominates the noise, because its errors are bounded.
-SCALE = {3: 0.77, 4: 0.88, 5: 0.85, 6: 0.96}
+SCALE = {3: 0.78, 4: 0.89, 5: 0.84, 6: 0.97}
 QUIET, ROUNDED = 0.1, 0.86  # quanta of measurement noise up to which rounding dominates; factor
 # Weight of the adapted models in the score of an order; below 1, as they have been fitted to the same samples.
 ADAPTED_WEIGHT = 0.5
 # Difference of two scores that makes an order e times as probable as another: above 1, as no order is the true model
 # and the scores of neighbouring samples err together. Least weight of an order that takes part.
-TEMPERATURE, LEAST_WEIGHT = 5.0, 0.01
+TEMPERATURE, LEAST_WEIGHT = 4.0, 0.01
+# Weight of the prior for nearly even densities, and score below the best order's down to which it is tried.
+EVEN, TRIED = 1.0, 30.0
 # Log density subtracted from the score of an order: jumps of acceleration are rare, but fit coarse samples well.
-HANDICAP = {3: 10.0, 4: 0.0, 5: 0.0, 6: 0.0}
+HANDICAP = {3: 12.0, 4: 0.0, 5: 0.0, 6: 0.0}
 JUMP = 20.0  # times the stationary density: a segment with at least this density is a jump
 # Limits within which powers of the step [s] and of the range of samples fit a double; largest range over quantum.
 STEPS, RANGES, FINEST = (1e-15, 1e15), (1e-25, 1e25), 1e15
@@ -143,30 +147,52 @@ class Candidate:
         return mean, variance[:, at], scale**2 * variance[:, at] * self.model.error_share(variance[:, at], at)
 
 
+class Trial(NamedTuple):
+    """An order of the white derivative, adapted to the excerpts, and its score; -inf if it failed."""
+
+    order: int
+    score: float
+    fit: StationaryFit
+    predictive: float  # score of the stationary fit
+    models: list[AdaptedModel]
+
+
+def _tried(excerpts: list[ScaledSamples], order: int, states: int) -> Trial:
+    """The stationary fit of an order, adapted with the weight of the prior that the samples suggest."""
+    fit = StationaryFit(states, 1.0, 1.0)
+    try:
+        fit, predictive = fitted(excerpts, states)
+        if np.isfinite(predictive) and 0.0 < fit.time_constant < np.inf:  # else long gaps, beyond doubles
+            return _adapted_trial(excerpts, Trial(order, -np.inf, fit, predictive, []), None)
+    except RunError:  # beyond the range of numbers
+        pass
+    return Trial(order, -np.inf, fit, -np.inf, [])
+
+
+def _adapted_trial(excerpts: list[ScaledSamples], trial: Trial, weight: float | None) -> Trial:
+    """The trial adapted with this weight of the prior."""
+    try:
+        models = [adapted(part, trial.fit, trial.order, weight) for part in excerpts]
+    except RunError:  # beyond the range of numbers
+        return trial._replace(score=-np.inf)
+    after = sum(float(model.fit.predictive.sum()) for model in models)
+    sound = np.isfinite(after) and all(np.isfinite(model.fit.density).all() for model in models)
+    score = trial.predictive + ADAPTED_WEIGHT * after - HANDICAP[trial.order]
+    return trial._replace(score=score if sound else -np.inf, models=models)
+
+
 def _weighted(samples: ScaledSamples, kind: Kind) -> list[Candidate]:
     """The orders by their leave-one-out predictive likelihood before and after adapting, the best first."""
     taken = 0 if kind == "position" else 1  # order of the derivative of the position that was sampled
     excerpts = samples.excerpts(2 - taken)
-
-    def trial(order: int) -> tuple[float, StationaryFit, list[AdaptedModel]]:
-        fit = StationaryFit(order - taken, 1.0, 1.0)
-        try:
-            fit, predictive = fitted(excerpts, order - taken)
-            if not (
-                np.isfinite(predictive) and 0.0 < fit.time_constant < np.inf
-            ):  # long gaps, beyond doubles
-                return -np.inf, fit, []
-            models = [adapted(part, fit, order) for part in excerpts]
-        except RunError:  # beyond the range of numbers
-            return -np.inf, fit, []
-        after = sum(float(model.fit.predictive.sum()) for model in models)
-        sound = np.isfinite(after) and all(np.isfinite(model.fit.density).all() for model in models)
-        score = predictive + ADAPTED_WEIGHT * after - HANDICAP[order]
-        return score if sound else -np.inf, fit, models
-
     with threads(cores()) as submit:
-        trials = [future.result() for future in [submit(trial, order) for order in ORDERS]]
-    scores = np.array([score for score, _, _ in trials])
+        first = [submit(lambda order: _tried(excerpts, order, order - taken), order) for order in ORDERS]
+        trials: list[Trial] = [future.result() for future in first]
+        best = max(trial.score for trial in trials)
+        near = [trial for trial in trials if trial.score > best - TRIED]
+        even = [submit(lambda trial: _adapted_trial(excerpts, trial, EVEN), trial) for trial in near]
+        trials += [future.result() for future in even]
+    scores = np.array([trial.score for trial in trials])
     if not np.isfinite(scores.max()):
         steps = samples.step * samples.time_unit
         raise TraceError(
@@ -180,7 +206,7 @@ def _weighted(samples: ScaledSamples, kind: Kind) -> list[Candidate]:
     weights /= weights.sum()
 
     def candidate(number: int) -> Candidate:
-        order, (_, fit, models) = ORDERS[number], trials[number]
+        order, _, fit, _, models = trials[number]
         if len(models) == 1:
             return Candidate(order, float(weights[number]), models[0])
         prior = float(np.mean([model.weight for model in models]))
@@ -194,15 +220,19 @@ def _estimate(
 ) -> Estimate:
     """The estimate of a mixture of adapted models, in SI units."""
     at = 2 if kind == "position" else 1  # index of the acceleration in the state
-    order, model = candidates[0].order, candidates[0].model
+    shares = _shares(candidates)
+    order = next(iter(shares))
+    leading = next(i for i, each in enumerate(candidates) if each.order == order)
+    model = candidates[leading].model
     weights = np.array([each.weight for each in candidates])
     posteriors = [each.posterior(at) for each in candidates]
     mean = np.asarray(sum(w * found for w, (found, _, _) in zip(weights, posteriors, strict=True)))
-    variance = np.zeros(time.size)
-    for weight, (found, _, own) in zip(weights, posteriors, strict=True):
-        variance += weight * (own + (found[:, at] - mean[:, at]) ** 2)
+    between = np.zeros(time.size)
+    for weight, (found, _, _) in zip(weights, posteriors, strict=True):
+        between += weight * (found[:, at] - mean[:, at]) ** 2
+    variance = _harmonic_mean(np.array([own for _, _, own in posteriors]), weights) + between
     # The chain of the best order carries the deviations of the mixture, scaled to its variance.
-    chain = posteriors[0][1]
+    chain = posteriors[leading][1]
     calibration = np.sqrt(np.divide(variance, chain, out=np.ones_like(chain), where=chain > 0.0))
     stationary = model.smoother.fit
     units = [samples.value_unit / samples.time_unit**power for power in range(3)]
@@ -231,13 +261,13 @@ def _estimate(
         acceleration=acceleration,
         acceleration_variance=chain * unit**2,
         order=order,
-        weights={each.order: each.weight for each in candidates},
+        weights=shares,
         noise=noise,
         density=density * density_unit,
         stationary_density=stationary.density * density_unit,
         jumps=np.column_stack([time[edge] for edge in runs_of(density >= JUMP * stationary.density)]),
         bandwidth=bandwidth,
-        note=f"smoother with white derivative {_shares(candidates)} of the position, adapted to jumps, by likelihood: "
+        note=f"smoother with white derivative {_in_words(shares)} of the position, adapted to jumps, by likelihood: "
         f"noise {noise:.2g} {UNIT[kind]} rms before rounding (quantum {quantum:.2g} {UNIT[kind]}), sudden changes "
         f"followed up to {bandwidth:.3g} Hz" + (f"; warning: {warning}" if warning else ""),
         warning=warning,
@@ -253,8 +283,21 @@ def _estimate(
     )
 
 
-def _shares(candidates: list[Candidate]) -> str:
+def _harmonic_mean(values: Array, weights: Array) -> Array:
+    """(n,) weighted harmonic mean over the first axis of values (k, n) >= 0."""
+    return np.asarray(1.0 / (weights @ (1.0 / np.maximum(values, np.finfo(float).tiny))))
+
+
+def _shares(candidates: list[Candidate]) -> dict[int, float]:
+    """Weight of each order, the largest first."""
+    shares: dict[int, float] = {}
+    for each in candidates:
+        shares[each.order] = shares.get(each.order, 0.0) + each.weight
+    return dict(sorted(shares.items(), key=lambda share: -share[1]))
+
+
+def _in_words(shares: dict[int, float]) -> str:
     """The orders in words: "4", or "4 (72 %) or 5 (28 %)"."""
-    if len(candidates) == 1:
-        return str(candidates[0].order)
-    return " or ".join(f"{each.order} ({100 * each.weight:.0f} %)" for each in candidates)
+    if len(shares) == 1:
+        return str(next(iter(shares)))
+    return " or ".join(f"{order} ({100 * share:.0f} %)" for order, share in shares.items())
