@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
 
 
 def print_table(description: str, columns: str, names: Iterable[str], row: Callable[[str, int], str]) -> None:
@@ -21,3 +23,12 @@ def print_table(description: str, columns: str, names: Iterable[str], row: Calla
     print(f"| {columns} |\n|{'---|' * (columns.count('|') + 1)}")
     for name in asked.names or known:
         print(row(name, asked.seeds), flush=True)
+
+
+def share(inside: Sequence[bool]) -> str:
+    """The share of intervals that hold the true value, its binomial standard error, and the number of intervals."""
+    if not inside:
+        return "no interval"
+    mean = float(np.mean(inside))
+    error = np.sqrt(mean * (1.0 - mean) / len(inside))
+    return f"{100 * mean:.1f} +- {100 * error:.1f} % of {len(inside)}"

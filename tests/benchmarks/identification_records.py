@@ -18,7 +18,7 @@ from scipy.signal import lfilter
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from coverage_table import print_table
+from coverage_table import print_table, share
 from hammer_tests import unknown
 from motor_records import OFFSET, SEAL, VISCOUS, axis, moves
 
@@ -130,7 +130,7 @@ CASES: dict[str, tuple[Machine, tuple[UnknownTable, ...], float, Maker]] = {
 
 
 def coverage(name: str, seeds: int) -> str:
-    """A row of the table: share of intervals that hold the truth, of the machine and of the data, and their numbers."""
+    """A row of the table: share of intervals that hold the truth, of the machine and of the data."""
     machine, tables, length, make = CASES[name]
     unknowns = unknown(machine, *tables)
     inside: list[bool] = []
@@ -146,10 +146,9 @@ def coverage(name: str, seeds: int) -> str:
         inside += [reach.low <= z <= reach.high for reach, z in zip(found.intervals, truth, strict=True)]
         estimates = {one.unknown.name: one for one in own_estimates(found, found.data[0])}
         own += [estimates[key].low <= value <= estimates[key].high for key, value in truths.items()]
-    of_machine, of_data = (f"{100 * np.mean(one):.1f} % of {len(one)}" for one in (inside, own))
-    return f"| {name} | {of_machine} | {of_data} | {np.median(seconds):.2f} s |"
+    return f"| {name} | {seeds} | {share(inside)} | {share(own)} | {np.median(seconds):.2f} s |"
 
 
 if __name__ == "__main__":
-    columns = "case | numbers of the machine | friction, offset, delay | time of one"
+    columns = "case | seeds | numbers of the machine | friction, offset, delay | time of one"
     print_table(str(__doc__), columns, CASES, coverage)

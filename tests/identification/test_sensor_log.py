@@ -12,6 +12,7 @@ from guideload import Machine, Motion, PointOfInterest
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, TraceError
 from guideload.identification.model import Model
+from guideload.identification.objective import COARSE, Objective
 from guideload.identification.places import place_of
 from guideload.identification.result import identify
 from guideload.identification.sensor_log import Channel, SensorLog
@@ -126,3 +127,16 @@ def test_machines_that_are_not_linear_are_refused(motion: Motion, log: tuple[Arr
         ArgumentError, match="links of the level piecewise linear.*give its stiffness as one number"
     ):
         SensorLog.of(machine, motion, channels_on(machine), *log)
+
+
+def test_a_search_does_not_depend_on_the_zero_of_a_clock(motion: Motion, log: tuple[Array, Array]) -> None:
+    """A coarse search, too, ends at the true stiffness, wherever the clock of the logger has its zero."""
+    machine, ends = machine_with(), []
+    for later in (0.0, 1e4):
+        data = SensorLog.of(machine, motion, channels_on(machine), log[0] + later, log[1])
+        objective = Objective(Model(machine, unknown(machine, *TABLES)), [data], np.ones(3))
+        end = objective.search(objective.expected, tolerance=COARSE)
+        ends.append(end.x - objective.expected)
+    assert np.exp(ends[0][0]) == pytest.approx(STIFFER, rel=1e-3)
+    # Stamps of 10 000 s are rounded to 2e-12 s.
+    assert ends[1] == pytest.approx(ends[0], abs=1e-6)

@@ -82,13 +82,19 @@ class Objective:
         return values / scale, slopes / scale[:, None]
 
     def search(self, start: Array, held: Sequence[int] = (), tolerance: float = FINE) -> End:
-        """The minimum that a search from `start` reaches; coordinates with an index in `held` keep their value."""
+        """The minimum that a search from `start` reaches; coordinates with an index in `held` keep their value.
+
+        SciPy takes its first step and its tolerance from the size of what it varies: so that they do not depend on the
+        zero of a clock, the moving coordinates are counted from a point one unit below the start.
+        """
         moving = np.setdiff1d(np.arange(start.size), held)
-        low, high = self.bounds[:, moving]
         x: Array = np.clip(start, *self.bounds)
+        unit = 1.0 / np.maximum(self.weights, 1.0)[moving]
+        origin = x[moving] - unit
+        low, high = self.bounds[:, moving] - origin
 
         def placed(part: Array) -> Array:
-            x[moving] = part
+            x[moving] = origin + part
             return x
 
         def residuals(part: Array) -> Array:
@@ -101,7 +107,7 @@ class Objective:
 
         found = least_squares(
             residuals,
-            x[moving],
+            unit,
             jacobian,
             (low, high),
             x_scale="jac",

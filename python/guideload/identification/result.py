@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
 
@@ -18,7 +18,7 @@ from guideload.identification.covariance import (
 )
 from guideload.identification.directions import Undetermined, undetermined
 from guideload.identification.fit import STARTS, Fit, fit
-from guideload.identification.intervals import Interval, interval, quantile
+from guideload.identification.intervals import Interval, interval
 from guideload.identification.machine_values import machine_with
 from guideload.identification.measured import Measured, OwnUnknown
 from guideload.identification.model import Model, ModelAt
@@ -160,20 +160,8 @@ def identify(
     widening = sigma / np.sqrt(np.diag(curvature(found)))
     each = zip(sigma.tolist(), degrees.tolist(), widening.tolist(), strict=True)
     intervals = tuple(interval(found, i, *one) for i, one in enumerate(islice(each, len(unknowns))))
-    intervals = tuple(_with_others(found, i, float(sigma[i]), one) for i, one in enumerate(intervals))
     groups = undetermined(unknowns, found.minimum.x, information(found), spread)
     return Identification(machine, unknowns, found, spread, intervals, groups, residual_tests(found))
-
-
-def _with_others(fit: Fit, index: int, sigma: float, one: Interval) -> Interval:
-    """The interval with those around the other minima that explain the data as well."""
-    if not fit.others:
-        return one
-    half = quantile(one.degrees) * sigma
-    centers = [float(other.x[index]) for other in fit.others]
-    low, high = min(one.low, min(centers) - half), max(one.high, max(centers) + half)
-    narrowed = one.narrowed * (high - low) / (one.high - one.low) if one.high > one.low else one.narrowed
-    return replace(one, low=low, high=high, narrowed=narrowed)
 
 
 def _parameters(machine: Machine) -> Parameters:

@@ -14,7 +14,8 @@ import numpy as np
 from guideload.base.arrays import Array
 from guideload.identification.objective import COARSE, Objective
 
-STEPS = (1.0, 2.0, 3.0, 4.5, 7.0, 10.0, 15.0, 22.0)  # standard deviations of the linear fit
+STEPS = (1.0, 2.0, *(3.0 * 1.5**k for k in range(16)))  # standard deviations of the linear fit
+FURTHEST = 1.0  # spreads before the data at which a walk ends; at a kink the standard deviation says little
 LOWER = 0.5  # of the increase of a linear fit, below which the walk is in another valley
 
 
@@ -24,11 +25,13 @@ def other_valleys(objective: Objective, best: Array, squares: float) -> Iterator
     covariance = np.linalg.inv(slopes.T @ slopes)
     for index in range(objective.p):
         sigma = float(np.sqrt(covariance[index, index]))
+        furthest = FURTHEST / float(objective.weights[index])
         for side in (-1.0, 1.0):
             x, before, last = best, squares, 0.0
             for step in STEPS:
                 held = best[index] + side * step * sigma
-                if not objective.bounds[0, index] < held < objective.bounds[1, index]:
+                inside = objective.bounds[0, index] < held < objective.bounds[1, index]
+                if not inside or step * sigma > furthest:
                     break
                 start = x + side * (step - last) / sigma * covariance[:, index]
                 start[index] = held
