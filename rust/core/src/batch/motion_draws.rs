@@ -171,11 +171,12 @@ impl<const N: usize, const ROWS: usize> Kernel for WalkKernel<'_, '_, N, ROWS> {
     #[inline(always)]
     fn run(self) {
         let Self { walk, places, out } = self;
+        let mut normals = walk.normals.clone();
         for (&(stamp, share), out) in places.iter().zip(out) {
             while BLOCK * walk.passed <= stamp {
                 let mut normal = [[0.0; LANES]; ROWS];
                 for number in &mut normal {
-                    *number = walk.normals.next();
+                    *number = normals.next();
                 }
                 walk.advance(&normal);
             }
@@ -190,6 +191,7 @@ impl<const N: usize, const ROWS: usize> Kernel for WalkKernel<'_, '_, N, ROWS> {
                 }
             }
         }
+        walk.normals = normals;
     }
 }
 

@@ -66,7 +66,8 @@ impl NormalStreams {
 
     #[inline(always)]
     fn bits(&mut self) -> [u64; LANES] {
-        let [a, b, c, d] = &mut self.state;
+        // Of local arrays the compiler makes vectors; updating the state in place it mixed widths, and waited for its own stores.
+        let [mut a, mut b, mut c, mut d] = self.state;
         let mut out = [0; LANES];
         for i in 0..LANES {
             out[i] = a[i].wrapping_add(d[i]).rotate_left(23).wrapping_add(a[i]);
@@ -78,6 +79,7 @@ impl NormalStreams {
             c[i] ^= shifted;
             d[i] = d[i].rotate_left(45);
         }
+        self.state = [a, b, c, d];
         out
     }
 }
