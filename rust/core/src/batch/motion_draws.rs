@@ -4,7 +4,7 @@ use super::error::BatchError;
 use crate::error::Stopped;
 use crate::numeric::float::add_scaled;
 use crate::numeric::normal::NormalStreams;
-use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch_wide};
+use crate::numeric::simd::{Aligned, Kernel, LANES, Lanes, dispatch_wide};
 use crate::numeric::watch::{Watch, check_memory};
 use crate::smoother::{BLOCK, BlockStep, Posterior};
 
@@ -50,7 +50,7 @@ impl MotionDraws {
         }
         assert!(derivative < order, "a number of the state");
         let (blocks, width) = (count.div_ceil(BLOCK), width(order, row_count(order)));
-        check_memory((8 * width + 8).saturating_mul(blocks))?;
+        check_memory((8 * width).saturating_mul(blocks))?;
         check_memory((16 + 2 * size_of::<Lanes>()).saturating_mul(time.len()))?;
         // The first block is the one that may have fewer stamps.
         let lead = BLOCK * blocks - count;
@@ -89,12 +89,12 @@ impl MotionDraws {
     pub fn deviation(&self, number: u64) -> Vec<f64> {
         let mut rows = Vec::new();
         self.draw([number; LANES], Watch::NEVER, &mut rows);
-        rows.iter().map(|row| row[0]).collect()
+        rows.iter().map(|row| row.0[0]).collect()
     }
 
     /// The draws of some numbers side by side: a row for each sample of the motion. Meaningless if the watch stops it.
-    pub(super) fn draw(&self, numbers: [u64; LANES], watch: Watch, out: &mut Vec<Lanes>) {
-        out.resize(self.count(), [0.0; LANES]);
+    pub(super) fn draw(&self, numbers: [u64; LANES], watch: Watch, out: &mut Vec<Aligned<Lanes>>) {
+        out.resize(self.count(), Aligned([0.0; LANES]));
         match self.order {
             2 => self.fill::<2, { row_count(2) }>(numbers, watch, out),
             3 => self.fill::<3, { row_count(3) }>(numbers, watch, out),
@@ -108,7 +108,7 @@ impl MotionDraws {
         &self,
         numbers: [u64; LANES],
         watch: Watch,
-        out: &mut [Lanes],
+        out: &mut [Aligned<Lanes>],
     ) {
         let mut walk = Walk::<N>::new(self, numbers);
         let places = self.places.chunks(SAMPLES_AT_A_TIME);
@@ -151,18 +151,18 @@ fn pack(step: &BlockStep, order: usize, unit: &[f64], to: &mut Vec<f64>) {
 struct Walk<'a, const N: usize> {
     draws: &'a MotionDraws,
     normals: NormalStreams,
-    state: [Lanes; N],
+    state: Aligned<[Lanes; N]>,
     /// Number of blocks passed.
     passed: usize,
     /// Deviations at the last stamp before the latest block and at its own, m/s².
-    values: [Lanes; 1 + BLOCK],
+    values: Aligned<[Lanes; 1 + BLOCK]>,
 }
 
 /// Writes the deviations at some samples.
 struct WalkKernel<'a, 'b, const N: usize, const ROWS: usize> {
     walk: &'a mut Walk<'b, N>,
     places: &'a [(usize, f64)],
-    out: &'a mut [Lanes],
+    out: &'a mut [Aligned<Lanes>],
 }
 
 impl<const N: usize, const ROWS: usize> Kernel for WalkKernel<'_, '_, N, ROWS> {
@@ -172,20 +172,20 @@ impl<const N: usize, const ROWS: usize> Kernel for WalkKernel<'_, '_, N, ROWS> {
     fn run(self) {
         let Self { walk, places, out } = self;
         let mut normals = walk.normals.clone();
-        for (&(stamp, share), out) in places.iter().zip(out) {
+        for (&(stamp, share), Aligned(out)) in places.iter().zip(out) {
             while BLOCK * walk.passed <= stamp {
-                let mut normal = [[0.0; LANES]; ROWS];
-                for number in &mut normal {
+                let mut normal = Aligned([[0.0; LANES]; ROWS]);
+                for number in &mut normal.0 {
                     *number = normals.next();
                 }
-                walk.advance(&normal);
+                walk.advance(&normal.0);
             }
             let at = 1 + stamp % BLOCK;
-            let now = &walk.values[at];
+            let now = &walk.values.0[at];
             if share == 1.0 {
                 *out = *now;
             } else {
-                let before = &walk.values[at - 1];
+                let before = &walk.values.0[at - 1];
                 for lane in 0..LANES {
                     out[lane] = (1.0 - share) * before[lane] + share * now[lane];
                 }
@@ -200,9 +200,9 @@ impl<'a, const N: usize> Walk<'a, N> {
         Self {
             draws,
             normals: NormalStreams::numbered(draws.seed, numbers),
-            state: [[0.0; LANES]; N],
+            state: Aligned([[0.0; LANES]; N]),
             passed: 0,
-            values: [[0.0; LANES]; 1 + BLOCK],
+            values: Aligned([[0.0; LANES]; 1 + BLOCK]),
         }
     }
 
@@ -211,8 +211,8 @@ impl<'a, const N: usize> Walk<'a, N> {
     fn advance<const ROWS: usize>(&mut self, normal: &[Lanes; ROWS]) {
         let width = width(N, ROWS);
         let mut step = &self.draws.steps[self.passed * width..][..width];
-        let before = self.state;
-        self.values[0] = self.values[BLOCK];
+        let before = self.state.0;
+        self.values.0[0] = self.values.0[BLOCK];
         for i in 0..ROWS {
             let (row, rest) = step.split_at(N + ROWS - i);
             let mut sum = [0.0; LANES];
@@ -223,12 +223,12 @@ impl<'a, const N: usize> Walk<'a, N> {
                 add_scaled(&mut sum, &normal[j], row[N + j - i]);
             }
             match i {
-                i if i + 1 < BLOCK => self.values[1 + i] = sum,
-                i => self.state[i + 1 - BLOCK] = sum,
+                i if i + 1 < BLOCK => self.values.0[1 + i] = sum,
+                i => self.state.0[i + 1 - BLOCK] = sum,
             }
             step = rest;
         }
-        self.values[BLOCK] = self.state[self.draws.derivative].map(|x| step[0] * x);
+        self.values.0[BLOCK] = self.state.0[self.draws.derivative].map(|x| step[0] * x);
         self.passed += 1;
     }
 }
@@ -251,7 +251,7 @@ mod tests {
             for block in 0..blocks {
                 let one = |row| [f64::from(u8::from(column == block * ROWS + row)); LANES];
                 walk.advance::<ROWS>(&core::array::from_fn(one));
-                for (at, value) in walk.values[1..].iter().enumerate() {
+                for (at, value) in walk.values.0[1..].iter().enumerate() {
                     // The first block is the one that is not full.
                     if let Some(stamp) = (BLOCK * block + at + COUNT).checked_sub(BLOCK * blocks) {
                         all[(stamp, column)] = value[0];
