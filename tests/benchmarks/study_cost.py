@@ -2,6 +2,7 @@
 
     --quick           fewer and smaller points
     --picture FILE    the chart
+    --drawn           only the last part: drawn motions
 
 The yardstick's cart and its draws (monte_carlo.py), peaks of the y and z load of four carriages, run by the
 core's `Batch` on one thread held on one core, in chunks of 8192 scenes, with linear links, with 5 um of
@@ -96,8 +97,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--quick", action="store_true", help="fewer and smaller points")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="where to write the chart")
+    parser.add_argument("--drawn", action="store_true", help="only what drawn motions cost")
     asked = parser.parse_args()
     on_cores(1)
+    if asked.drawn:
+        print(*drawn_motions(asked.quick), sep="\n")
+        return
     panels = measure(asked.quick)
     for lines in panels:
         for line in lines:

@@ -3,16 +3,16 @@
 use super::lanes::Deviations;
 use super::motion_draws::MotionDraws;
 use crate::excitation::Excitation;
-use crate::numeric::simd::{LANES, Lanes};
+use crate::numeric::simd::{Aligned, LANES, Lanes};
 use crate::numeric::watch::Watch;
 
 /// Drawn motions of up to eight samples.
 #[derive(Default)]
 pub(super) struct Drawn {
     /// Deviations from the estimate at the samples of the motion, m/s².
-    rows: Vec<Lanes>,
+    rows: Vec<Aligned<Lanes>>,
     /// The same in another order of the samples.
-    ordered: Vec<Lanes>,
+    ordered: Vec<Aligned<Lanes>>,
     /// Acceleration of one of the samples, m/s².
     acceleration: Vec<[f64; 3]>,
 }
@@ -42,7 +42,8 @@ impl Drawn {
         }
         let place = |lane: usize| places[usize::min(lane, places.len() - 1)];
         self.ordered.clear();
-        self.ordered.extend(self.rows.iter().map(|row| core::array::from_fn(|lane| row[place(lane)])));
+        let ordered = |Aligned(row): &Aligned<Lanes>| Aligned(core::array::from_fn(|lane| row[place(lane)]));
+        self.ordered.extend(self.rows.iter().map(ordered));
         Some(Deviations::new(&self.ordered, 0))
     }
 
@@ -52,7 +53,7 @@ impl Drawn {
             return None;
         }
         self.acceleration.clear();
-        self.acceleration.extend(self.rows.iter().enumerate().map(|(k, row)| {
+        self.acceleration.extend(self.rows.iter().enumerate().map(|(k, Aligned(row))| {
             let [x, y, z] = core::array::from_fn(|component| estimate.component(k, component));
             [x + row[place], y, z]
         }));

@@ -4,9 +4,9 @@ use super::error::BatchError;
 use crate::error::Stopped;
 use crate::numeric::float::add_scaled;
 use crate::numeric::normal::NormalStreams;
-use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch_wide};
+use crate::numeric::simd::{Aligned, Kernel, LANES, Lanes, dispatch_wide};
 use crate::numeric::watch::{Watch, check_memory};
-use crate::smoother::Posterior;
+use crate::smoother::{BLOCK, BlockStep, Posterior};
 
 /// The posterior of an estimated motion, from which each sample of a batch draws its own acceleration along x.
 ///
@@ -16,11 +16,10 @@ pub struct MotionDraws {
     order: usize,
     derivative: usize,
     seed: u64,
-    /// For each stamp of the posterior the step to it: the transition by rows, then the upper triangle of the noise root by rows.
+    /// For each block of stamps its step, as [`pack`] has it, then m/s² per unit of the state's acceleration at its last stamp.
     steps: Vec<f64>,
-    /// m/s² per unit of the state's acceleration at each stamp.
-    unit: Vec<f64>,
-    /// For each sample of the motion the first stamp that is not before it, and the weight of its deviation beside that of the stamp before.
+    /// For each sample of the motion the first stamp that is not before it, counted from the begin of the first block, and the weight of
+    /// its deviation beside that of the stamp before.
     places: Vec<(usize, f64)>,
 }
 
@@ -50,20 +49,21 @@ impl MotionDraws {
             }
         }
         assert!(derivative < order, "a number of the state");
-        let width = width(order);
-        check_memory((8 * width + 8).saturating_mul(count))?;
+        let (blocks, width) = (count.div_ceil(BLOCK), width(order, row_count(order)));
+        check_memory((8 * width).saturating_mul(blocks))?;
         check_memory((16 + 2 * size_of::<Lanes>()).saturating_mul(time.len()))?;
-        let mut steps = Vec::with_capacity(count * width);
-        for (k, step) in posterior.steps().enumerate() {
-            if posterior.watch().stops_at(k) {
+        // The first block is the one that may have fewer stamps.
+        let lead = BLOCK * blocks - count;
+        let (mut steps, mut chain) = (Vec::with_capacity(blocks * width), posterior.steps());
+        let mut ends = 0;
+        for block in 0..blocks {
+            if posterior.watch().stops_at(BLOCK * block) {
                 return Err(Stopped::Interrupted.into());
             }
-            for row in &step.transition[..order] {
-                steps.extend_from_slice(&row[..order]);
-            }
-            for (i, row) in step.noise_root[..order].iter().enumerate() {
-                steps.extend_from_slice(&row[i..order]);
-            }
+            let begin = ends;
+            ends = BLOCK * (block + 1) - lead;
+            let parts: Vec<_> = chain.by_ref().take(ends - begin).collect();
+            pack(&BlockStep::new(&parts, derivative), order, &unit[begin..ends], &mut steps);
         }
         let mut at = 0;
         let place = |&time: &f64| {
@@ -74,10 +74,10 @@ impl MotionDraws {
                 0 => 1.0,
                 _ => (time - stamps[at - 1]) / (stamps[at] - stamps[at - 1]),
             };
-            (at, share.min(1.0))
+            (lead + at, share.min(1.0))
         };
         let places = time.iter().map(place).collect();
-        Ok(Self { order, derivative, seed, steps, unit: unit.to_vec(), places })
+        Ok(Self { order, derivative, seed, steps, places })
     }
 
     /// Number of samples of the motion.
@@ -89,109 +89,222 @@ impl MotionDraws {
     pub fn deviation(&self, number: u64) -> Vec<f64> {
         let mut rows = Vec::new();
         self.draw([number; LANES], Watch::NEVER, &mut rows);
-        rows.iter().map(|row| row[0]).collect()
+        rows.iter().map(|row| row.0[0]).collect()
     }
 
-    /// The draws of some numbers side by side: a row for each sample of the motion. Incomplete if the watch stops it.
-    pub(super) fn draw(&self, numbers: [u64; LANES], watch: Watch, rows: &mut Vec<Lanes>) {
-        rows.clear();
-        rows.resize(self.count(), [0.0; LANES]);
+    /// The draws of some numbers side by side: a row for each sample of the motion. Meaningless if the watch stops it.
+    pub(super) fn draw(&self, numbers: [u64; LANES], watch: Watch, out: &mut Vec<Aligned<Lanes>>) {
+        out.resize(self.count(), Aligned([0.0; LANES]));
         match self.order {
-            2 => self.fill::<2>(numbers, watch, rows),
-            3 => self.fill::<3>(numbers, watch, rows),
-            4 => self.fill::<4>(numbers, watch, rows),
-            5 => self.fill::<5>(numbers, watch, rows),
-            _ => self.fill::<6>(numbers, watch, rows),
+            2 => self.fill::<2, { row_count(2) }>(numbers, watch, out),
+            3 => self.fill::<3, { row_count(3) }>(numbers, watch, out),
+            4 => self.fill::<4, { row_count(4) }>(numbers, watch, out),
+            5 => self.fill::<5, { row_count(5) }>(numbers, watch, out),
+            _ => self.fill::<6, { row_count(6) }>(numbers, watch, out),
         }
     }
 
-    fn fill<const N: usize>(&self, numbers: [u64; LANES], watch: Watch, rows: &mut [Lanes]) {
-        let mut walk = Walk::<N> {
-            draws: self,
-            normals: NormalStreams::numbered(self.seed, numbers),
-            state: [[0.0; LANES]; N],
-            passed: 0,
-            before: [0.0; LANES],
-            now: [0.0; LANES],
-        };
+    fn fill<const N: usize, const ROWS: usize>(
+        &self,
+        numbers: [u64; LANES],
+        watch: Watch,
+        out: &mut [Aligned<Lanes>],
+    ) {
+        let mut walk = Walk::<N>::new(self, numbers);
         let places = self.places.chunks(SAMPLES_AT_A_TIME);
-        for (places, rows) in places.zip(rows.chunks_mut(SAMPLES_AT_A_TIME)) {
+        for (places, out) in places.zip(out.chunks_mut(SAMPLES_AT_A_TIME)) {
             if watch.stops() {
                 return;
             }
-            dispatch_wide(WalkKernel { walk: &mut walk, places, rows });
+            dispatch_wide(WalkKernel::<N, ROWS> { walk: &mut walk, places, out });
         }
     }
 }
 
-/// Number of entries of a packed step.
-const fn width(order: usize) -> usize {
-    order * order + order * (order + 1) / 2
+/// Rows of a block of states with so many entries.
+const fn row_count(order: usize) -> usize {
+    BLOCK - 1 + order
+}
+
+/// Number of entries of a packed step, with the unit behind it.
+const fn width(order: usize, rows: usize) -> usize {
+    rows * order + rows * (rows + 1) / 2 + 1
+}
+
+/// Appends a step row by row, each with its entries of the transition and then those of the noise root from the diagonal on; accelerations
+/// by their unit at each stamp, m/s².
+fn pack(step: &BlockStep, order: usize, unit: &[f64], to: &mut Vec<f64>) {
+    let BlockStep { transition, noise_root } = step;
+    let empty = BLOCK - unit.len();
+    for i in 0..row_count(order) {
+        let unit = match i {
+            i if i < empty || i >= BLOCK - 1 => 1.0,
+            i => unit[i - empty],
+        };
+        to.extend(transition[i][..order].iter().map(|x| unit * x));
+        to.extend(noise_root[i..row_count(order)].iter().map(|column| unit * column[i]));
+    }
+    to.push(unit[unit.len() - 1]);
 }
 
 /// Eight draws on their way through the stamps.
 struct Walk<'a, const N: usize> {
     draws: &'a MotionDraws,
     normals: NormalStreams,
-    state: [Lanes; N],
-    /// Number of stamps passed.
+    state: Aligned<[Lanes; N]>,
+    /// Number of blocks passed.
     passed: usize,
-    /// Deviation at the last two of them, m/s².
-    before: Lanes,
-    now: Lanes,
+    /// Deviations at the last stamp before the latest block and at its own, m/s².
+    values: Aligned<[Lanes; 1 + BLOCK]>,
 }
 
 /// Writes the deviations at some samples.
-struct WalkKernel<'a, 'b, const N: usize> {
+struct WalkKernel<'a, 'b, const N: usize, const ROWS: usize> {
     walk: &'a mut Walk<'b, N>,
     places: &'a [(usize, f64)],
-    rows: &'a mut [Lanes],
+    out: &'a mut [Aligned<Lanes>],
 }
 
-impl<const N: usize> Kernel for WalkKernel<'_, '_, N> {
+impl<const N: usize, const ROWS: usize> Kernel for WalkKernel<'_, '_, N, ROWS> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        let Self { walk, places, rows } = self;
-        let Walk { draws, normals, state, passed, before, now } = walk;
-        for (&(stamp, share), row) in places.iter().zip(rows) {
-            while *passed <= stamp {
-                let step = &draws.steps[*passed * width(N)..][..width(N)];
-                advance(state, step, normals);
-                *before = *now;
-                *now = state[draws.derivative].map(|x| draws.unit[*passed] * x);
-                *passed += 1;
+        let Self { walk, places, out } = self;
+        let mut normals = walk.normals.clone();
+        for (&(stamp, share), Aligned(out)) in places.iter().zip(out) {
+            while BLOCK * walk.passed <= stamp {
+                let mut normal = Aligned([[0.0; LANES]; ROWS]);
+                for number in &mut normal.0 {
+                    *number = normals.next();
+                }
+                walk.advance(&normal.0);
             }
+            let at = 1 + stamp % BLOCK;
+            let now = &walk.values.0[at];
             if share == 1.0 {
-                *row = *now;
+                *out = *now;
             } else {
+                let before = &walk.values.0[at - 1];
                 for lane in 0..LANES {
-                    row[lane] = (1.0 - share) * before[lane] + share * now[lane];
+                    out[lane] = (1.0 - share) * before[lane] + share * now[lane];
                 }
             }
         }
+        walk.normals = normals;
     }
 }
 
-/// Advances by one packed step of the chain.
-#[inline(always)]
-fn advance<const N: usize>(state: &mut [Lanes; N], step: &[f64], normals: &mut NormalStreams) {
-    let (transition, root) = step.split_at(N * N);
-    let mut normal = [[0.0; LANES]; N];
-    for number in &mut normal {
-        *number = normals.next();
+impl<'a, const N: usize> Walk<'a, N> {
+    fn new(draws: &'a MotionDraws, numbers: [u64; LANES]) -> Self {
+        Self {
+            draws,
+            normals: NormalStreams::numbered(draws.seed, numbers),
+            state: Aligned([[0.0; LANES]; N]),
+            passed: 0,
+            values: Aligned([[0.0; LANES]; 1 + BLOCK]),
+        }
     }
-    let (before, mut at) = (*state, 0);
-    for i in 0..N {
-        let mut sum = [0.0; LANES];
-        for j in 0..N {
-            add_scaled(&mut sum, &before[j], transition[N * i + j]);
+
+    /// Advances by one block.
+    #[inline(always)]
+    fn advance<const ROWS: usize>(&mut self, normal: &[Lanes; ROWS]) {
+        let width = width(N, ROWS);
+        let mut step = &self.draws.steps[self.passed * width..][..width];
+        let before = self.state.0;
+        self.values.0[0] = self.values.0[BLOCK];
+        for i in 0..ROWS {
+            let (row, rest) = step.split_at(N + ROWS - i);
+            let mut sum = [0.0; LANES];
+            for j in 0..N {
+                add_scaled(&mut sum, &before[j], row[j]);
+            }
+            for j in i..ROWS {
+                add_scaled(&mut sum, &normal[j], row[N + j - i]);
+            }
+            match i {
+                i if i + 1 < BLOCK => self.values.0[1 + i] = sum,
+                i => self.state.0[i + 1 - BLOCK] = sum,
+            }
+            step = rest;
         }
-        for j in i..N {
-            add_scaled(&mut sum, &normal[j], root[at]);
-            at += 1;
+        self.values.0[BLOCK] = self.state.0[self.draws.derivative].map(|x| step[0] * x);
+        self.passed += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::smoother::{PosteriorInput, ProcessNoise};
+    use nalgebra::DMatrix;
+
+    /// Stamps: two blocks and a part of one.
+    const COUNT: usize = 21;
+
+    /// Deviations at all stamps per unit of each random number that the draws take, a column for each.
+    fn response<const N: usize, const ROWS: usize>(draws: &MotionDraws) -> DMatrix<f64> {
+        let blocks = COUNT.div_ceil(BLOCK);
+        let mut all = DMatrix::zeros(COUNT, blocks * ROWS);
+        for column in 0..blocks * ROWS {
+            let mut walk = Walk::<N>::new(draws, [0; LANES]);
+            for block in 0..blocks {
+                let one = |row| [f64::from(u8::from(column == block * ROWS + row)); LANES];
+                walk.advance::<ROWS>(&core::array::from_fn(one));
+                for (at, value) in walk.values.0[1..].iter().enumerate() {
+                    // The first block is the one that is not full.
+                    if let Some(stamp) = (BLOCK * block + at + COUNT).checked_sub(BLOCK * blocks) {
+                        all[(stamp, column)] = value[0];
+                    }
+                }
+            }
         }
-        state[i] = sum;
+        all
+    }
+
+    /// The largest difference between the covariance of the draws and that of the chain, relative to the standard deviations.
+    fn error<const N: usize, const ROWS: usize>(derivative: usize, variance: f64) -> f64 {
+        let step: Vec<f64> = (1..COUNT).map(|k| 1.1 + 0.8 * (k as f64).sin()).collect();
+        let variance: Vec<f64> = (0..COUNT).map(|k| variance * (1.0 + (k % 4) as f64)).collect();
+        let covariance: Vec<f64> = DMatrix::<f64>::identity(N, N).scale(9.0).iter().copied().collect();
+        let segment: Vec<u32> = (1..COUNT as u32).map(|k| k / 5 % 3).collect();
+        let noise = ProcessNoise { segment: &segment, density: &[0.3, 20.0, 1e-3] };
+        let watch = Watch::NEVER;
+        let given =
+            PosteriorInput { step: &step, variance: &variance, covariance: &covariance, noise, watch };
+        let chain = Posterior::new(N, given).expect("memory").expect("an order from 2 to 6");
+        let stamps: Vec<f64> = (0..COUNT).map(|k| step[..k].iter().sum()).collect();
+        let unit: Vec<f64> = (0..COUNT).map(|k| 1.0 + 0.1 * k as f64).collect();
+        let draws = MotionDraws::new(&chain, (derivative, &unit), &stamps, &stamps, 1).expect("valid");
+        // States per unit of each random number of the chain, stamp after stamp.
+        let mut state = DMatrix::zeros(N, N * COUNT);
+        let mut exact = DMatrix::zeros(COUNT, N * COUNT);
+        for (k, step) in chain.steps().enumerate() {
+            state = DMatrix::from_fn(N, N, |i, j| step.transition[i][j]) * state;
+            let root = DMatrix::from_fn(N, N, |i, j| step.noise_root[i][j]);
+            state.view_mut((0, N * k), (N, N)).copy_from(&root);
+            exact.set_row(k, &state.row(derivative).scale(unit[k]));
+        }
+        let exact = &exact * exact.transpose();
+        let found = response::<N, ROWS>(&draws);
+        let scale = exact.diagonal().map(f64::sqrt);
+        (&found * found.transpose() - exact).component_div(&(&scale * scale.transpose())).amax()
+    }
+
+    #[test]
+    fn draws_have_the_covariance_of_the_posterior() {
+        // From samples that tell little to such that tell nearly all.
+        for variance in [1e3, 1.0, 1e-6] {
+            let all = [
+                error::<2, { row_count(2) }>(1, variance),
+                error::<3, { row_count(3) }>(1, variance),
+                error::<3, { row_count(3) }>(2, variance),
+                error::<4, { row_count(4) }>(2, variance),
+                error::<5, { row_count(5) }>(2, variance),
+                error::<6, { row_count(6) }>(2, variance),
+            ];
+            // Some roundings of each variance.
+            assert!(all.iter().all(|error| *error < 1e-12), "{variance}: {all:?}");
+        }
     }
 }

@@ -4,12 +4,12 @@
 //! normal numbers of them, with polynomials for logarithm, sine and cosine, so that all of it is vector code.
 
 use super::float::{fma, sqrt};
-use super::simd::{LANES, Lanes};
+use super::simd::{Aligned, LANES, Lanes};
 
 /// One stream of standard normal numbers per lane.
 #[derive(Debug, Clone)]
 pub(crate) struct NormalStreams {
-    state: [[u64; LANES]; 4],
+    state: Aligned<[[u64; LANES]; 4]>,
     /// The second number of each pair, if it has not been used.
     spare: Option<Lanes>,
 }
@@ -31,7 +31,7 @@ impl NormalStreams {
                 word[lane] = mixed(at);
             }
         }
-        Self { state, spare: None }
+        Self { state: Aligned(state), spare: None }
     }
 
     /// The next number of each stream.
@@ -66,7 +66,8 @@ impl NormalStreams {
 
     #[inline(always)]
     fn bits(&mut self) -> [u64; LANES] {
-        let [a, b, c, d] = &mut self.state;
+        // Of local arrays the compiler makes vectors; updating the state in place it mixed widths, and waited for its own stores.
+        let [mut a, mut b, mut c, mut d] = self.state.0;
         let mut out = [0; LANES];
         for i in 0..LANES {
             out[i] = a[i].wrapping_add(d[i]).rotate_left(23).wrapping_add(a[i]);
@@ -78,6 +79,7 @@ impl NormalStreams {
             c[i] ^= shifted;
             d[i] = d[i].rotate_left(45);
         }
+        self.state.0 = [a, b, c, d];
         out
     }
 }

@@ -16,6 +16,12 @@ pub(crate) const LANES: usize = 8;
 /// One number in each lane.
 pub(crate) type Lanes = [f64; LANES];
 
+/// Aligned to cache lines: no vector lies across two of them. Across two, drawing normal numbers takes up to 1.4 times as long.
+#[cfg(feature = "std")]
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub(crate) struct Aligned<T>(pub T);
+
 /// A loop to be compiled for each instruction set. Everything it calls must be `#[cfg_attr(feature = "std", inline(always))]`, closures
 /// included: a function that is not inlined is compiled for the oldest processor. (Without `std` there is one instruction set, and inlining
 /// everything makes programs three times as large.)

@@ -12,11 +12,12 @@
 //!   (de Jong 1989; Durbin and Koopman 2012, section 4.4). They also give the derivative of the likelihood with respect to each noise
 //!   density, and the leave-one-out residual of each sample (de Jong and Penzer 1998).
 //! - `square_root` → `posterior`: deviations from the estimate as a Markov chain; `variance_recovery`, `draw`: variances and random
-//!   deviations from it.
+//!   deviations from it; `block_step`: several of its steps as one.
 //! - `rounding`: samples rounded to a quantum, replaced by normal ones (site approximations of expectation propagation).
 //! - `smooth`, `adapt`: the entry points.
 
 mod adapt;
+mod block_step;
 mod data;
 mod draw;
 mod passes;
@@ -28,6 +29,7 @@ mod transition;
 mod variance_recovery;
 
 pub use adapt::{AdaptationRule, Adapted, adapt};
+pub(crate) use block_step::{BLOCK, BlockStep};
 pub use data::{ProcessNoise, Rounded, Samples, SiteApproximations, Smoothed, Start};
 pub(crate) use draw::DeviationDraws;
 pub use draw::draw;

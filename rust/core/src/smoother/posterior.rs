@@ -35,6 +35,13 @@ pub struct MarkovStep {
     pub noise_root: Square,
 }
 
+impl MarkovStep {
+    /// Covariance of d', given that of d.
+    pub(super) fn covariance(&self, before: &Square) -> Square {
+        dispatch(CovarianceKernel { step: self, covariance: before })
+    }
+}
+
 /// The model without the values of the samples, on which deviations from the estimate do not depend.
 #[derive(Clone, Copy)]
 pub struct PosteriorInput<'a> {
@@ -104,7 +111,7 @@ impl<'a> Posterior<'a> {
     /// The variances of the first three entries of each state.
     pub(super) fn variances(&self) -> impl Iterator<Item = [f64; 3]> {
         self.steps().scan([[0.0; MAX_ORDER]; MAX_ORDER], |covariance, step| {
-            *covariance = dispatch(CovarianceKernel { step: &step, covariance });
+            *covariance = step.covariance(covariance);
             Some(core::array::from_fn(|i| covariance[i][i]))
         })
     }

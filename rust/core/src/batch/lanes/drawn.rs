@@ -5,19 +5,19 @@ use pulp::{Simd, WithSimd};
 use super::aligned_buffer::AlignedBuffer;
 use super::timeline::{BLOCK, Timeline};
 use super::vector::Real;
-use crate::numeric::simd::Lanes;
+use crate::numeric::simd::{Aligned, Lanes};
 
 /// Deviations of the first component of the excitation at all samples of the motion.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::batch) struct Deviations<'a> {
-    rows: &'a [Lanes],
+    rows: &'a [Aligned<Lanes>],
     /// Place in a row of the deviation of the first scene.
     offset: usize,
 }
 
 impl<'a> Deviations<'a> {
     /// `offset`: place in a row of the deviation of the first scene; those of the others follow.
-    pub(in crate::batch) fn new(rows: &'a [Lanes], offset: usize) -> Self {
+    pub(in crate::batch) fn new(rows: &'a [Aligned<Lanes>], offset: usize) -> Self {
         Self { rows, offset }
     }
 
@@ -29,7 +29,7 @@ impl<'a> Deviations<'a> {
     /// At a sample.
     #[inline(always)]
     pub(super) fn at<S: Simd>(self, simd: S, sample: usize) -> Real<S> {
-        Real::new(simd, S::as_simd_f64s(&self.rows[sample][self.offset..]).0[0])
+        Real::new(simd, S::as_simd_f64s(&self.rows[sample].0[self.offset..]).0[0])
     }
 }
 
