@@ -65,7 +65,8 @@ def ranked(
             if not was.is_identified and new / unknown.spread <= IDENTIFIED
         )
         rows.append(Candidate(one.name, share, identified))
-    return tuple(sorted(rows, key=lambda row: row.deviation))
+    # Candidates whose figures differ by rounding alone, as by symmetry, stay in the order given.
+    return tuple(sorted(rows, key=lambda row: float(f"{row.deviation:.6g}")))
 
 
 def _information(by_unknowns: Array, by_own: Array, spreads: Array) -> Array:
