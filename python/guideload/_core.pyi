@@ -298,6 +298,10 @@ class Scene:
         riders: Sequence[tuple[float, Vector, Sequence[Sequence[float]], Vector]] | None = None,
     ) -> Scene: ...
     @property
+    def has_segments(self) -> bool:
+        """Whether a link has clearance, one side or a curve."""
+
+    @property
     def model_level(self) -> str:
         """The lowest model level that covers all laws: linear, piecewise linear or smooth nonlinear."""
 

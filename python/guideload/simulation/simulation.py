@@ -21,7 +21,7 @@ from guideload.simulation.riders import ridden
 from guideload.simulation.run import Run
 from guideload.simulation.start import Start, start_of
 
-Method = Literal["auto", "exact", "rk45", "implicit"]
+Method = Literal["auto", "exact", "exponential", "rk45", "implicit"]
 STEP_COST = 4.0  # time of a step of implicit over that of rk45, on a smooth nonlinear scene
 
 
@@ -181,7 +181,9 @@ def _method_and_reason(
         return "exact", "all links are linear: the matrix exponential is cheapest and has no step error"
     if machine.scene.model_level == "piecewise linear":
         return "exact", "links are linear between contact changes, which are located: no step error"
-    return _by_stability(machine, motion, "preloaded contacts are not linear")
+    if not machine.scene.has_segments:
+        return "exponential", "preloaded contacts are not linear: the linear part has no step error, the rest a small one"
+    return _by_stability(machine, motion, "preloaded contacts beside clearance, sides or curves")
 
 
 def _by_stability(machine: Machine, motion: Motion, cause: str) -> tuple[str, str]:

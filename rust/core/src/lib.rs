@@ -88,7 +88,9 @@ pub use numeric::watch::Watch;
 pub use equations::SampledSystem;
 #[cfg(feature = "std")]
 pub use integrate::NamedMethod;
-pub use integrate::{Control, Exact, Method, Output, Radau, Rk45, Start, Summary, load_scale, run, run_from};
+pub use integrate::{
+    Control, Exact, Exponential, Method, Output, Radau, Rk45, Start, Summary, load_scale, run, run_from,
+};
 pub use system::{
     Input, Matrices, Mode, ModelLevel, State, System, assemble, eigenvalues, input_from, modes,
 };

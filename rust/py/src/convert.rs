@@ -110,6 +110,8 @@ impl From<CoreError> for PyErr {
                 | RunError::OutputTime { .. }
                 | RunError::NotExact { .. }
                 | RunError::NotExactRiders
+                | RunError::NotExponential { .. }
+                | RunError::NotExponentialRiders
                 | RunError::StartState { .. }),
             ) => errors::ArgumentError::new_err(error.to_string()),
             CoreError::Run(RunError::Interrupted { .. }) | CoreError::Stopped(Stopped::Interrupted) => {

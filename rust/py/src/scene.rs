@@ -67,6 +67,12 @@ impl PyScene {
         Ok(Self(Arc::new(system), riders))
     }
 
+    /// Whether a link has clearance, one side or a curve.
+    #[getter]
+    fn has_segments(&self) -> bool {
+        self.0.first_segmented().is_some()
+    }
+
     /// Model level of the scene.
     #[getter]
     fn model_level(&self) -> &'static str {

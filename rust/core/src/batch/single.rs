@@ -72,9 +72,11 @@ impl RunSettings<'_> {
     fn method_for(&self, system: &System) -> NamedMethod {
         match self.solver {
             Solver::Exact => NamedMethod::Exact,
+            Solver::Exponential => NamedMethod::Exponential,
             Solver::Rk45 => NamedMethod::Rk45,
             Solver::Implicit => NamedMethod::Implicit,
             Solver::Auto if system.model_level() != ModelLevel::SmoothNonlinear => NamedMethod::Exact,
+            Solver::Auto if system.first_segmented().is_none() => NamedMethod::Exponential,
             Solver::Auto => {
                 let fastest = eigenvalues(system).map_or(f64::INFINITY, |values| {
                     values.iter().fold(0.0, |most, value| f64::max(most, value.norm()))

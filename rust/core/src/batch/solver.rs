@@ -7,6 +7,8 @@ pub enum Solver {
     Auto,
     /// [`crate::Exact`].
     Exact,
+    /// [`crate::Exponential`].
+    Exponential,
     /// [`crate::Rk45`].
     Rk45,
     /// [`crate::Radau`].
@@ -14,11 +16,12 @@ pub enum Solver {
 }
 
 impl Solver {
-    /// The solver of that name: `auto`, `exact`, `rk45` or `implicit`.
+    /// The solver of that name: `auto`, `exact`, `exponential`, `rk45` or `implicit`.
     pub fn from_name(name: &str) -> Option<Self> {
         let all = [
             ("auto", Self::Auto),
             ("exact", Self::Exact),
+            ("exponential", Self::Exponential),
             ("rk45", Self::Rk45),
             ("implicit", Self::Implicit),
         ];

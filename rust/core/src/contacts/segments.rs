@@ -189,8 +189,8 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
         for &(index, segment) in self.links.as_slice() {
             let row = &self.system.rows()[index];
             if !row.link.law().is_piecewise_linear() {
-                // Its elastic load is no part of these equations.
-                equations.add(row, 0.0, 0.0, true);
+                // A spring with its stiffness at rest.
+                equations.add(row, row.stiffness, 0.0, true);
                 continue;
             }
             let (stiffness, excess, damped) = row.on_segment(segment as usize);

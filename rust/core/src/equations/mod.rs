@@ -7,9 +7,10 @@
 //! d/dt  η'   = -S (ω η) - Ĉ η' + c + f(t) - (nonlinear loads)
 //! ```
 //!
-//! `linear`, `piecewise`, `smooth`: the three kinds; `riding`: what moving riders add to the third. `propagator`, `series`: the exact
-//! solution of the first two over one step; `propagator_derivative`: its derivatives; `sampled`: at a fixed period.
+//! `linear`, `piecewise`, `smooth`: the three kinds; `riding`: what moving riders add to the third. `propagator`, `series`, `cubic`: the
+//! exact solution of the linear part over one step; `propagator_derivative`: its derivatives; `sampled`: at a fixed period.
 
+mod cubic;
 mod linear;
 mod piecewise;
 mod propagator;
@@ -20,6 +21,8 @@ mod sampled;
 mod series;
 mod smooth;
 
+pub use cubic::CubicPropagator;
+pub(crate) use cubic::{CubicForce, CubicStep, advance_cubic};
 pub(crate) use piecewise::SegmentEquations;
 pub use propagator::Propagator;
 #[cfg(feature = "std")]
@@ -31,7 +34,21 @@ pub(crate) use series::{PowerSeries, advance, work};
 pub(crate) use smooth::SmoothEquations;
 
 use crate::excitation::{Instant, Ramp};
-use crate::system::{Force, Square, State};
+use crate::system::{Force, NO_FORCE, Square, State};
+
+/// Nonlinear loads beyond the linear part of the equations.
+#[derive(Debug, Clone, Copy)]
+pub struct Remainder {
+    /// Their modal force, and its rate of change along the motion.
+    pub(crate) force: Force,
+    pub(crate) rate: Force,
+    /// Which rows of rolling elements are open: a digit from -1 to 1 per link, to the base three.
+    pub(crate) open_rows: f64,
+}
+
+impl Remainder {
+    pub(crate) const NONE: Self = Self { force: NO_FORCE, rate: NO_FORCE, open_rows: 0.0 };
+}
 
 /// Equations of motion over one or more steps.
 pub trait Equations {
@@ -58,6 +75,12 @@ pub trait Equations {
 
     /// The whole rate of change of a state under the modal force `force`, at one of the moments.
     fn rate(&self, state: &State, force: &Force, at: (&Moments, usize)) -> State;
+
+    /// The nonlinear loads of a state beyond the linear part of the equations.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn remainder(&self, _: &State) -> Remainder {
+        Remainder::NONE
+    }
 
     /// Stiffness S (columns, per unit of `ω η`) and damping Ĉ (columns) of the tangent at a state and an instant.
     fn tangent(&self, state: &State, at: Instant) -> (Square, Square);

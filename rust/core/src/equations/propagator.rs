@@ -13,11 +13,6 @@ pub(crate) type Columns<const N: usize> = [[f64; 12]; N];
 
 /// Exact step of length h: `x(h) = x(0) + E x(0) + B₀ f(0) + B₁ f(h)`, `E = exp(A h) - I`, for a force that is linear in between
 /// (first-order hold).
-///
-/// Scaling and doubling are applied to `E`, `∫ exp(A s) ds g` and `∫∫ exp(A s) ds² g` together, which works for defective, overdamped and
-/// undamped matrices. E is used instead of `exp(A h)`, because `1 + E` would lose digits of a slow mode of a strongly damped machine, twice
-/// as many with every doubling. In energy coordinates `|exp(A τ)| <= 1`, so nothing grows (cf. Higham 2005; Moler & Van Loan 2003, method
-/// 3).
 #[derive(Debug, Clone, Copy)]
 pub struct Propagator {
     /// E.
@@ -34,43 +29,7 @@ impl Propagator {
     /// The exact step of `h` > 0 s. `influence`: modal force of a unit of each component of the excitation.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn new<E: Equations>(equations: &E, influence: &[Force], h: f64) -> Self {
-        let a = matrix(equations);
-        let norm = h * norm_1(&a);
-        let mut halvings = 0;
-        let mut scale = 1.0;
-        while norm * scale > 1.0 {
-            scale *= 0.5;
-            halvings += 1;
-        }
-        let mut tau = h * scale;
-
-        // S₁ = Σ (Aτ)^k / (k+1)!, with E = Aτ S₁, and S₂ = Σ (Aτ)^k / (k+2)!. Of the integrals only the columns of the force are needed.
-        // Four terms at a time (Paterson & Stockmeyer 1973) take a third of the products.
-        let mut powers = [a; 4];
-        scale_by(&mut powers[0], tau);
-        for power in 1..4 {
-            powers[power] = product(&powers[power - 1], &powers[0]);
-        }
-        let inner = phi_series::<12>(&powers, 0, 1);
-        let mut twice = phi_series::<6>(&powers, 6, 2);
-        let mut change = product(&powers[0], &inner);
-        let mut once = identity::<6>(6);
-        once.copy_from_slice(&inner[6..]);
-        scale_by(&mut once, tau);
-        scale_by(&mut twice, tau * tau / 2.0);
-
-        // Two steps of τ make one of 2 τ; the force starts the second one at f + τ f'.
-        for _ in 0..halvings {
-            double(&mut twice, &change);
-            for (twice, once) in twice.iter_mut().zip(&once) {
-                add_scaled(twice, once, tau);
-            }
-            double(&mut once, &change);
-            let before = change;
-            double(&mut change, &before);
-            tau *= 2.0;
-        }
-
+        let (change, [once, twice]) = integrals(equations, h);
         // f(s) = f(0) + (f(h) - f(0)) s / h, summed over the components.
         let mut from_start = [[0.0; 12]; 9];
         let mut from_end = [[0.0; 12]; 9];
@@ -118,6 +77,64 @@ impl Propagator {
     }
 }
 
+/// `E = exp(A h) - I`, and the first to the Nth integral over h of `exp(A s)`, of which only the columns of the force are needed.
+///
+/// Scaling and doubling are applied to all of them together, which works for defective, overdamped and undamped matrices. E is used instead
+/// of `exp(A h)`, because `1 + E` would lose digits of a slow mode of a strongly damped machine, twice as many with every doubling. In
+/// energy coordinates `|exp(A τ)| <= 1`, so nothing grows (cf. Higham 2005; Moler & Van Loan 2003, method 3).
+#[cfg_attr(feature = "std", inline(always))]
+pub(super) fn integrals<E: Equations, const N: usize>(
+    equations: &E,
+    h: f64,
+) -> (Columns<12>, [Columns<6>; N]) {
+    let a = matrix(equations);
+    let norm = h * norm_1(&a);
+    let mut halvings = 0;
+    let mut scale = 1.0;
+    while norm * scale > 1.0 {
+        scale *= 0.5;
+        halvings += 1;
+    }
+    let mut tau = h * scale;
+
+    // S_n = Σ (Aτ)^k / (k+n)!, with E = Aτ S₁. Four terms at a time (Paterson & Stockmeyer 1973) take a third of the products.
+    let mut powers = [a; 4];
+    scale_by(&mut powers[0], tau);
+    for power in 1..4 {
+        powers[power] = product(&powers[power - 1], &powers[0]);
+    }
+    let first = phi_series::<12>(&powers, 0, 1);
+    let mut change = product(&powers[0], &first);
+    let mut integrals = [[[0.0; 12]; 6]; N];
+    integrals[0].copy_from_slice(&first[6..]);
+    scale_by(&mut integrals[0], tau);
+    let mut factor = tau;
+    for n in 2..=N {
+        integrals[n - 1] = phi_series::<6>(&powers, 6, n);
+        factor *= tau / n as f64;
+        scale_by(&mut integrals[n - 1], factor);
+    }
+
+    // Two steps of τ make one of 2 τ. In the second one, an integral starts as the Taylor polynomial that the lower ones make of it.
+    for _ in 0..halvings {
+        for n in (0..N).rev() {
+            double(&mut integrals[n], &change);
+            let mut factor = 1.0;
+            for lower in (0..n).rev() {
+                factor *= tau / (n - lower) as f64;
+                let below = integrals[lower];
+                for (column, below) in integrals[n].iter_mut().zip(&below) {
+                    add_scaled(column, below, factor);
+                }
+            }
+        }
+        let before = change;
+        double(&mut change, &before);
+        tau *= 2.0;
+    }
+    (change, integrals)
+}
+
 /// The system matrix A by columns.
 #[cfg_attr(feature = "std", inline(always))]
 pub(super) fn matrix<E: Equations>(equations: &E) -> Columns<12> {
@@ -162,7 +179,7 @@ pub(super) fn product<const N: usize>(left: &Columns<12>, right: &Columns<N>) ->
     out
 }
 
-/// `columns + columns + E columns`: the integrals over twice the time.
+/// `columns + columns + E columns`: E, or an integral of which no lower ones are added, over twice the time.
 #[cfg_attr(feature = "std", inline(always))]
 fn double<const N: usize>(columns: &mut Columns<N>, change: &Columns<12>) {
     let moved = product(change, columns);

@@ -1,10 +1,11 @@
 //! The exact solution over one step under a force that changes linearly, as a power series in time.
 
 use super::Equations;
+use super::cubic::CubicForce;
 use super::propagator::{Propagator, TERMS};
 use crate::excitation::{Instant, Ramp};
 use crate::numeric::float::{add_scaled, ceil, sqrt};
-use crate::system::{NO_FORCE, State, size};
+use crate::system::{Force, NO_FORCE, State, size};
 
 /// Power series of the solution over a step, or over equal parts of it that are short enough to converge in few terms.
 #[derive(Debug, Clone, Copy)]
@@ -53,7 +54,30 @@ impl PowerSeries {
         let mut part = 0.0;
         while part < parts {
             let mut sum = Sum { state, scale: size(&state), small: 0 };
-            power_series(equations, ramp, [part / parts, 1.0 / parts], &state, MAX_TERMS, &mut sum);
+            let force = force_of(equations, ramp, [part / parts, 1.0 / parts]);
+            power_series(equations, ramp.h * (1.0 / parts), &force, &state, MAX_TERMS, &mut sum);
+            state = sum.state;
+            part += 1.0;
+        }
+        state
+    }
+
+    /// The state `h` s later under a force that is a cubic.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn advance_cubic<E: Equations>(
+        &self,
+        equations: &E,
+        h: f64,
+        force: &CubicForce,
+        state: &State,
+    ) -> State {
+        let parts = f64::max(1.0, ceil(h * self.norm / LONGEST));
+        let mut state = *state;
+        let mut part = 0.0;
+        while part < parts {
+            let mut sum = Sum { state, scale: size(&state), small: 0 };
+            let CubicForce(force) = force.part(part / parts, 1.0 / parts);
+            power_series(equations, h / parts, &force, &state, MAX_TERMS, &mut sum);
             state = sum.state;
             part += 1.0;
         }
@@ -70,7 +94,7 @@ impl PowerSeries {
     ) -> [State; TERMS + 1] {
         let mut terms = [[0.0; 12]; TERMS + 1];
         terms[0] = *state;
-        power_series(equations, ramp, [0.0, 1.0], state, TERMS, &mut terms);
+        power_series(equations, ramp.h, &force_of(equations, ramp, [0.0, 1.0]), state, TERMS, &mut terms);
         terms
     }
 }
@@ -104,7 +128,7 @@ impl TermSink for Sum {
         add_scaled(&mut self.state, term, 1.0);
         // Two in a row, because one alone may be small only where it belongs to the other half of the state.
         let size = size(term);
-        self.scale = if k == 1 && size > self.scale { size } else { self.scale };
+        self.scale = if (k == 1 || self.scale == 0.0) && size > self.scale { size } else { self.scale };
         self.small = if size <= NEGLIGIBLE * self.scale { self.small + 1 } else { 0 };
         self.small < 2
     }
@@ -117,38 +141,44 @@ const LONGEST: f64 = 2.0;
 /// Fraction of a state below which a term does not change its last bit.
 const NEGLIGIBLE: f64 = 1e-18;
 
-/// Passes terms 1, 2, … of the solution to `sink` until it returns false or `most` is reached. The solution starts in `state` and covers the
-/// ramp from the fraction `from` to `from + length`.
+/// Passes terms 1, 2, … of the solution to `sink` until it returns false or `most` is reached. The solution starts in `state` and covers
+/// `tau` s, in which the force is a polynomial of the fraction of it, with these coefficients in ascending order.
 #[cfg_attr(feature = "std", inline(always))]
-fn power_series<E: Equations>(
+fn power_series<E: Equations, const N: usize>(
     equations: &E,
-    ramp: &Ramp,
-    [from, length]: [f64; 2],
+    tau: f64,
+    force: &[Force; N],
     state: &State,
     most: usize,
     sink: &mut impl TermSink,
 ) {
-    let tau = ramp.h * length;
-    let mut rise = ramp.rise();
-    for entry in &mut rise {
-        *entry *= length;
-    }
-    let mut force = ramp.force(from);
-    add_scaled(&mut force, equations.constant(), 1.0);
-    // x' = A x + f, x'' = A x' + f'; all further derivatives follow from A alone.
-    let mut term = equations.linear(state, &force);
+    // Term k + 1 is τ / (k + 1) times A times term k, plus coefficient k of the force.
+    let mut term = equations.linear(state, &force[0]);
     scale(&mut term, tau);
     sink.take(1, &term);
-    term = equations.linear(&term, &rise);
-    scale(&mut term, tau / 2.0);
-    sink.take(2, &term);
-    for k in 3..=most {
+    for k in 2..=N {
+        term = equations.linear(&term, &force[k - 1]);
+        scale(&mut term, tau / k as f64);
+        sink.take(k, &term);
+    }
+    for k in N + 1..=most {
         term = equations.linear(&term, &NO_FORCE);
         scale(&mut term, tau / k as f64);
         if !sink.take(k, &term) {
             return;
         }
     }
+}
+
+/// The force in the fraction of a ramp from `from` to `from + length`, with the constant one of the equations.
+#[cfg_attr(feature = "std", inline(always))]
+fn force_of<E: Equations>(equations: &E, ramp: &Ramp, [from, length]: [f64; 2]) -> [Force; 2] {
+    let (mut force, mut rise) = (ramp.force(from), ramp.rise());
+    add_scaled(&mut force, equations.constant(), 1.0);
+    for entry in &mut rise {
+        *entry *= length;
+    }
+    [force, rise]
 }
 
 /// The state at the end of a ramp whose length does not recur, by the series or by a propagator used once, whichever is cheaper.
@@ -166,7 +196,7 @@ pub(crate) fn advance<E: Equations>(
 }
 
 /// Parts of a series beyond which a propagator is cheaper.
-const LONG_SERIES: f64 = 16.0;
+pub(super) const LONG_SERIES: f64 = 16.0;
 
 /// Work of [`advance`] over a step of so many parts, in parts of a series. Of a propagator, each doubling counts as two.
 #[cfg_attr(feature = "std", inline(always))]

@@ -1,17 +1,18 @@
 //! The equations of a scene with preloaded laws or moving riders, which are evaluated at every state.
 
-use super::Equations;
 use super::piecewise::SegmentEquations;
 use super::riding::{Moments, Riders};
+use super::{Equations, Remainder};
 use crate::excitation::{Instant, Ramp};
-use crate::model::{ball_compressions, ball_force};
+use crate::model::ball_compressions;
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
 use crate::system::{Force, LinkRow, NO_FORCE, Square, State, System};
 
-/// Equations with preloaded links. The linear part contains the links with straight segments, each on its present one, and all dampers.
-/// Preloaded links enter by their loads minus those at rest, so a body at rest stays at rest to the last bit.
+/// Equations with preloaded links. The linear part contains the links with straight segments, each on its present one, the preloaded links
+/// with their stiffness at rest, and all dampers. To it, preloaded links add their loads less those at rest and less that stiffness times
+/// the deflection from rest, so a body at rest stays at rest to the last bit.
 #[derive(Debug)]
 pub(crate) struct SmoothEquations<'a> {
     linear: SegmentEquations,
@@ -31,8 +32,9 @@ struct BallLinks {
     rest: Lanes,
     opening: Lanes,
     coefficient: Lanes,
-    /// Load at rest, N, computed by `loads`.
+    /// Load at rest, N, computed by `loads`, and stiffness there, N/m.
     load: Lanes,
+    stiffness: Lanes,
 }
 
 impl BallLinks {
@@ -43,6 +45,7 @@ impl BallLinks {
         opening: [1.0; LANES],
         coefficient: [0.0; LANES],
         load: [0.0; LANES],
+        stiffness: [0.0; LANES],
     };
 
     fn set(&mut self, lane: usize, row: &LinkRow, [opening, coefficient]: [f64; 2]) {
@@ -53,41 +56,57 @@ impl BallLinks {
         self.rest[lane] = row.rest;
         self.opening[lane] = opening;
         self.coefficient[lane] = coefficient;
+        self.stiffness[lane] = row.stiffness;
     }
 
+    /// Deflections from rest, m.
     #[cfg_attr(feature = "std", inline(always))]
     fn deflections(&self, state: &State) -> Lanes {
-        let mut at = self.rest;
-        for j in 0..6 {
-            add_scaled(&mut at, &self.deflection[j], state[j]);
+        // Two sums side by side: each addition of a single sum would wait for the one before.
+        let [mut from_rest, mut second] = [[0.0; LANES]; 2];
+        for j in 0..3 {
+            add_scaled(&mut from_rest, &self.deflection[j], state[j]);
+            add_scaled(&mut second, &self.deflection[3 + j], state[3 + j]);
         }
-        at
+        add_scaled(&mut from_rest, &second, 1.0);
+        from_rest
     }
 
-    /// Loads above those at rest, N.
+    /// Loads beyond the linear part at a state, N, and their slopes over the deflection, N/m.
     ///
-    /// Out of line: where the loads are used one by one at once, the compiler makes vectors of only two of them.
+    /// Out of line and by reference: where single numbers of the arrays are used at once, the compiler makes vectors of two of them.
     #[inline(never)]
-    fn loads(&self, state: &State, loads: &mut Lanes) {
-        dispatch(LoadsKernel { balls: self, state, loads });
+    fn loads(&self, state: &State, out: &mut BallLoads) {
+        dispatch(LoadsKernel { balls: self, state, moving: None, out });
     }
 
-    #[cfg_attr(feature = "std", inline(always))]
-    fn tangents(&self, state: &State) -> Lanes {
-        let mut at = self.deflections(state);
-        for i in 0..LANES {
-            let [a, b] = ball_compressions(self.opening[i], at[i]);
-            at[i] = 1.5 * self.coefficient[i] * (sqrt(a) + sqrt(b));
-        }
-        at
+    /// The same with rates of change of the loads, N/s, in place of the slopes, and which rows are open. `moving`: a state whose deflections
+    /// are the rates of deflection.
+    #[inline(never)]
+    fn load_rates(&self, state: &State, moving: &State, out: &mut BallLoads) {
+        dispatch(LoadsKernel { balls: self, state, moving: Some(moving), out });
     }
 }
 
-/// [`BallLinks::loads`] as a kernel.
+/// What [`BallLinks::loads`] and [`BallLinks::load_rates`] find.
+#[derive(Debug, Clone, Copy)]
+struct BallLoads {
+    loads: Lanes,
+    slopes: Lanes,
+    /// `Σ ± 3^lane` over the open rows; the sign is that of the row.
+    open_rows: f64,
+}
+
+impl BallLoads {
+    const NONE: Self = Self { loads: [0.0; LANES], slopes: [0.0; LANES], open_rows: 0.0 };
+}
+
+/// [`BallLinks::loads`] and [`BallLinks::load_rates`].
 struct LoadsKernel<'a> {
     balls: &'a BallLinks,
     state: &'a State,
-    loads: &'a mut Lanes,
+    moving: Option<&'a State>,
+    out: &'a mut BallLoads,
 }
 
 impl Kernel for LoadsKernel<'_> {
@@ -95,17 +114,53 @@ impl Kernel for LoadsKernel<'_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
-        let Self { balls, state, loads } = self;
-        // In a local array, because the compiler makes no vectors of stores that might change what is read.
-        let mut at = balls.deflections(state);
+        let Self { balls, state, moving, out } = self;
+        let from_rest = balls.deflections(state);
+        // Local arrays and one loop for each: the compiler makes no vectors of stores that might overlap what is read.
+        let [mut a, mut b, mut root_a, mut root_b, mut loads, mut slopes] = [[0.0; LANES]; 6];
         for i in 0..LANES {
-            at[i] = fma(balls.coefficient[i], ball_force(balls.opening[i], at[i]), -balls.load[i]);
+            [a[i], b[i]] = ball_compressions(balls.opening[i], balls.rest[i] + from_rest[i]);
         }
-        *loads = at;
+        for i in 0..LANES {
+            (root_a[i], root_b[i]) = (sqrt(a[i]), sqrt(b[i]));
+        }
+        for i in 0..LANES {
+            let linear = fma(balls.stiffness[i], from_rest[i], balls.load[i]);
+            loads[i] = fma(balls.coefficient[i], a[i] * root_a[i] - b[i] * root_b[i], -linear);
+        }
+        for i in 0..LANES {
+            slopes[i] = fma(1.5 * balls.coefficient[i], root_a[i] + root_b[i], -balls.stiffness[i]);
+        }
+        let mut open_rows = 0.0;
+        if let Some(moving) = moving {
+            let speeds = balls.deflections(moving);
+            let mut open = [0.0; LANES];
+            for i in 0..LANES {
+                slopes[i] *= speeds[i];
+            }
+            for i in 0..LANES {
+                let [of_a, of_b] = [if a[i] > 0.0 { 0.0 } else { 1.0 }, if b[i] > 0.0 { 0.0 } else { 1.0 }];
+                open[i] = (of_a - of_b) * POWERS_OF_3[i];
+            }
+            open_rows = (open[0] + open[1] + (open[2] + open[3])) + (open[4] + open[5] + (open[6] + open[7]));
+        }
+        *out = BallLoads { loads, slopes, open_rows };
     }
 }
 
+/// 3^lane.
+const POWERS_OF_3: Lanes = [1.0, 3.0, 9.0, 27.0, 81.0, 243.0, 729.0, 2187.0];
+
 impl<'a> SmoothEquations<'a> {
+    /// The equations of a system without straight segments and riders.
+    pub(crate) fn at_rest(system: &'a System, riders: Riders<'a>) -> Self {
+        let mut linear = SegmentEquations::of_linear_links(system);
+        for row in system.rows().iter().filter(|row| !row.link.law().is_linear()) {
+            linear.add(row, row.stiffness, 0.0, true);
+        }
+        Self::new(system, linear, riders)
+    }
+
     /// The equations of the preloaded links and the riders beside a `linear` part.
     pub(crate) fn new(system: &'a System, linear: SegmentEquations, riders: Riders<'a>) -> Self {
         let rows = system.rows();
@@ -119,10 +174,10 @@ impl<'a> SmoothEquations<'a> {
                 balls.as_mut_slice()[i / LANES].set(i % LANES, row, constants);
             }
         }
-        let mut at_rest = [0.0; LANES];
+        let mut at_rest = BallLoads::NONE;
         for balls in balls.as_mut_slice() {
             balls.loads(&[0.0; 12], &mut at_rest);
-            balls.load = at_rest;
+            balls.load = at_rest.loads;
         }
         let mut others = BoundedVec::filled(&rows[0], rows.iter().filter(is_other).count());
         for (to, row) in others.as_mut_slice().iter_mut().zip(rows.iter().filter(is_other)) {
@@ -172,18 +227,21 @@ impl Equations for SmoothEquations<'_> {
     #[cfg_attr(feature = "std", inline(always))]
     fn rate(&self, state: &State, force: &Force, at: (&Moments, usize)) -> State {
         let mut rate = self.linear.rate(state, force, at);
-        let (mut pull, mut loads) = (NO_FORCE, [0.0; LANES]);
+        let ([mut pull, mut second], mut found) = ([NO_FORCE; 2], BallLoads::NONE);
         for balls in self.balls.as_slice() {
-            balls.loads(state, &mut loads);
-            for i in 0..LANES {
+            balls.loads(state, &mut found);
+            let loads = &found.loads;
+            for i in (0..LANES).step_by(2) {
                 add_scaled(&mut pull, &balls.rate[i], loads[i]);
+                add_scaled(&mut second, &balls.rate[i + 1], loads[i + 1]);
             }
         }
+        add_scaled(&mut pull, &second, 1.0);
         for j in 0..6 {
             rate[6 + j] -= pull[j];
         }
         for row in self.others.as_slice() {
-            let load = row.link.law().force(row.deflection_at(state)) - row.load;
+            let (load, _) = row.beyond_spring(state);
             for j in 0..6 {
                 rate[6 + j] -= row.rate[j] * load;
             }
@@ -194,11 +252,49 @@ impl Equations for SmoothEquations<'_> {
         rate
     }
 
+    /// Without the loads of the riders.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn remainder(&self, state: &State) -> Remainder {
+        // Two sums of each, side by side.
+        let ([mut force, mut second, mut rate, mut second_rate], mut open_rows) = ([NO_FORCE; 4], 0.0);
+        let mut found = BallLoads::NONE;
+        let mut moving = [0.0; 12];
+        for i in 0..6 {
+            moving[i] = self.frequency()[i] * state[6 + i];
+        }
+        for balls in self.balls.as_slice() {
+            balls.load_rates(state, &moving, &mut found);
+            let BallLoads { loads, slopes: rates, open_rows: open } = &found;
+            for i in (0..LANES).step_by(2) {
+                add_scaled(&mut force, &balls.rate[i], -loads[i]);
+                add_scaled(&mut rate, &balls.rate[i], -rates[i]);
+                add_scaled(&mut second, &balls.rate[i + 1], -loads[i + 1]);
+                add_scaled(&mut second_rate, &balls.rate[i + 1], -rates[i + 1]);
+            }
+            open_rows = fma(open_rows, POWERS_OF_3[LANES - 1] * 3.0, *open);
+        }
+        for row in self.others.as_slice() {
+            let (load, slope) = row.beyond_spring(state);
+            let load_rate = slope * (row.deflection_at(&moving) - row.rest);
+            for j in 0..6 {
+                force[j] -= row.rate[j] * load;
+                rate[j] -= row.rate[j] * load_rate;
+            }
+            let segment = row.link.law().segment_of(row.deflection_at(state));
+            open_rows = fma(open_rows, 3.0, segment as f64 - 1.0);
+        }
+        add_scaled(&mut force, &second, 1.0);
+        add_scaled(&mut rate, &second_rate, 1.0);
+        Remainder { force, rate, open_rows }
+    }
+
     #[cfg_attr(feature = "std", inline(always))]
     fn tangent(&self, state: &State, at: Instant) -> (Square, Square) {
         let (mut stiffness, mut damping) = self.linear.tangent(state, at);
+        let mut found = BallLoads::NONE;
         for balls in self.balls.as_slice() {
-            let tangents = balls.tangents(state);
+            balls.loads(state, &mut found);
+            let tangents = &found.slopes;
             for i in 0..LANES {
                 for j in 0..6 {
                     let pull = tangents[i] * balls.deflection[j][i];
@@ -209,7 +305,7 @@ impl Equations for SmoothEquations<'_> {
             }
         }
         for row in self.others.as_slice() {
-            let tangent = row.link.law().tangent(row.deflection_at(state));
+            let (_, tangent) = row.beyond_spring(state);
             for j in 0..6 {
                 add_scaled(&mut stiffness[j], &row.rate, tangent * row.deflection[j]);
             }

@@ -48,6 +48,13 @@ pub enum RunError {
     },
     /// The exact method with a moving rider.
     NotExactRiders,
+    /// The exponential method on a scene that has preloaded links, and links with straight segments beside them.
+    NotExponential {
+        /// Index of the first link with straight segments.
+        link: usize,
+    },
+    /// The exponential method with a moving rider.
+    NotExponentialRiders,
     /// The error stays above the tolerance at the shortest step.
     StepTooSmall {
         /// When, s.
@@ -138,7 +145,17 @@ impl fmt::Display for RunError {
             Self::Step { got } => write!(f, "step: expected > 0 s and at least 1e-9 of the intervals between samples, got {got} s"),
             Self::NotExact { link } => write!(
                 f,
-                "method: links[{link}] has a preloaded contact, which has no exact solution; expected \"rk45\", \"implicit\" or \"auto\""
+                "method: links[{link}] has a preloaded contact, which has no exact solution; expected \"exponential\", \"rk45\", \
+                 \"implicit\" or \"auto\""
+            ),
+            Self::NotExponential { link } => write!(
+                f,
+                "method: links[{link}] has clearance, one side or a curve beside preloaded contacts, whose changes \"exponential\" does not \
+                 locate; expected \"rk45\", \"implicit\" or \"auto\""
+            ),
+            Self::NotExponentialRiders => f.write_str(
+                "method: a rider moves, so the mass matrix changes, which \"exponential\" does not follow; expected \"rk45\", \"implicit\" \
+                 or \"auto\"",
             ),
             Self::NotExactRiders => f.write_str(
                 "method: a rider moves, so the mass matrix changes and there is no exact solution; expected \"rk45\", \"implicit\" \

@@ -187,9 +187,8 @@ impl Controller {
         no_margin: bool,
         rounding: impl FnOnce() -> f64,
     ) -> bool {
-        let share = f64::min(1.0, self.steps * h / self.memory);
         let penalty = if no_margin { NO_MARGIN_PENALTY } else { 1.0 };
-        let mut error_ratio = penalty * error / (self.rtol * share);
+        let mut error_ratio = penalty * error / self.most_error(h);
         if error == 0.0 || error_ratio > 1.0 && error <= rounding() {
             error_ratio = 0.0; // however small the share
         } else if error_ratio.is_nan() {
@@ -204,6 +203,12 @@ impl Controller {
             (self.reference_step, self.error_ratio) = (h, error_ratio);
         }
         error_ratio <= 1.0
+    }
+
+    /// Largest error of a step of length `h` that is accepted.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn most_error(&self, h: f64) -> f64 {
+        self.rtol * f64::min(1.0, self.steps * h / self.memory)
     }
 
     /// Whether thousands of steps with such an `error` would not matter.

@@ -13,6 +13,13 @@ use crate::system::State;
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Exact<const CACHE: usize = 1>;
 
+/// Cached propagators of a run: device clocks tick in a handful of interval lengths.
+#[cfg(feature = "std")]
+pub(super) const CACHED_STEPS: usize = 16;
+/// Cached propagators of a run.
+#[cfg(not(feature = "std"))]
+pub(super) const CACHED_STEPS: usize = 1;
+
 /// How often an interval length must have occurred before its propagator is computed: once for linear equations, where it recurs
 /// thousands of times; more often between contact changes, where it may not recur.
 const MIN_OCCURRENCES: [u32; 2] = [1, 6];

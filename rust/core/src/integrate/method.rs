@@ -12,6 +12,8 @@ pub trait Method {
     const ERROR_ORDER: Option<u32>;
     /// Whether it is stable at any step on a passive linear system.
     const STABLE: bool;
+    /// Whether it has no step error on linear equations, so that [`super::Exact`] runs scenes without smooth laws in its place.
+    const EXACT_IF_LINEAR: bool = false;
     /// Time of a step over that of [`crate::Rk45`], about, for the limit of a run's work.
     const WORK: usize = 1;
 
@@ -41,6 +43,11 @@ pub trait Method {
         state: &State,
         theta: f64,
     ) -> State;
+
+    /// Number of changes of contact that the steps show, for a method that does not end its steps at them.
+    fn contact_changes(&self, _: &Self::Memory) -> usize {
+        0
+    }
 }
 
 /// The instants that a run records.

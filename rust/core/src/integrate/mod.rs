@@ -6,6 +6,7 @@
 mod budget;
 mod control;
 mod exact;
+mod exponential;
 mod glide;
 mod landing;
 mod method;
@@ -23,6 +24,7 @@ mod tableau;
 
 pub use control::{Control, load_scale};
 pub use exact::Exact;
+pub use exponential::Exponential;
 pub use method::{Method, Output, Summary};
 #[cfg(feature = "std")]
 pub use named_method::NamedMethod;

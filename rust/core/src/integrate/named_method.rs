@@ -1,7 +1,8 @@
 //! The methods by name, for a choice at run time.
 
 use super::control::Control;
-use super::exact::Exact;
+use super::exact::{CACHED_STEPS, Exact};
+use super::exponential::Exponential;
 use super::method::{Output, Summary};
 use super::radau::Radau;
 use super::rk45::Rk45;
@@ -12,9 +13,6 @@ use crate::excitation::{Excitation, ScaledExcitation};
 use crate::output::Record;
 use crate::system::System;
 
-/// Cached propagators of an exact run: device clocks tick in a handful of interval lengths.
-const CACHED_STEPS: usize = 16;
-
 /// A method chosen by its name at run time.
 ///
 /// [`super::run`] is compiled for each method and kind of equations, which takes long. With this type all callers share one compiled copy.
@@ -22,6 +20,8 @@ const CACHED_STEPS: usize = 16;
 pub enum NamedMethod {
     /// [`Exact`] with 16 cached propagators.
     Exact,
+    /// [`Exponential`] with 16 cached propagators.
+    Exponential,
     /// [`Rk45`].
     Rk45,
     /// [`Radau`].
@@ -29,10 +29,11 @@ pub enum NamedMethod {
 }
 
 impl NamedMethod {
-    /// The method of that name: `exact`, `rk45` or `implicit`.
+    /// The method of that name: `exact`, `exponential`, `rk45` or `implicit`.
     pub fn from_name(name: &str) -> Option<Self> {
         match name {
             "exact" => Some(Self::Exact),
+            "exponential" => Some(Self::Exponential),
             "rk45" => Some(Self::Rk45),
             "implicit" => Some(Self::Implicit),
             _ => None,
@@ -67,6 +68,9 @@ impl NamedMethod {
     ) -> Result<Summary, RunError> {
         match self {
             Self::Exact => run_scaled(system, &Exact::<CACHED_STEPS>, control, start, scaled, output, record),
+            Self::Exponential => {
+                run_scaled(system, &Exponential::<CACHED_STEPS>, control, start, scaled, output, record)
+            }
             Self::Rk45 => run_scaled(system, &Rk45, control, start, scaled, output, record),
             Self::Implicit => run_scaled(system, &Radau, control, start, scaled, output, record),
         }

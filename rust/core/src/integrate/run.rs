@@ -2,13 +2,14 @@
 
 use super::budget::Budget;
 use super::control::{Control, Controller, ErrorNorm, scale_of};
+use super::exact::{CACHED_STEPS, Exact};
 use super::method::{Method, Output, Summary};
 use super::recorder::Recorder;
 use super::start::Start;
 use super::step_loop::{Runner, StepControl};
 use super::switched::{SwitchedEquations, Unswitched};
 use crate::contacts::{Contacts, SmoothContacts};
-use crate::equations::{Equations, Riders};
+use crate::equations::{Equations, Riders, SmoothEquations};
 use crate::error::{OtherMethod, RunError};
 use crate::excitation::{Excitation, Forcing, ScaledExcitation};
 use crate::numeric::float::sqrt;
@@ -72,6 +73,18 @@ pub(crate) fn run_scaled<M: Method>(
     if M::ERROR_ORDER.is_none() && !excitation.riders().is_empty() {
         return Err(RunError::NotExactRiders);
     }
+    if M::EXACT_IF_LINEAR {
+        if !excitation.riders().is_empty() {
+            return Err(RunError::NotExponentialRiders);
+        }
+        if system.first_smooth().is_none() {
+            let method = &Exact::<CACHED_STEPS>;
+            return run_scaled(system, method, control, start, scaled, output, record);
+        }
+        if let Some(link) = system.first_segmented() {
+            return Err(RunError::NotExponential { link });
+        }
+    }
     control.check(M::ERROR_ORDER.is_some())?;
     check_output(output, excitation)?;
     let expected = match output {
@@ -94,6 +107,9 @@ pub(crate) fn run_scaled<M: Method>(
     let level =
         if excitation.riders().is_empty() { system.model_level() } else { ModelLevel::SmoothNonlinear };
     let done = match level {
+        ModelLevel::Linear | ModelLevel::PiecewiseLinear if const { M::EXACT_IF_LINEAR } => {
+            unreachable!("run by the exact method")
+        }
         ModelLevel::Linear => dispatch(RunKernel { setup, equations: Unswitched(system) }),
         ModelLevel::PiecewiseLinear => {
             dispatch(RunKernel { setup, equations: Contacts::new(system, &start, load_scale) })
@@ -101,6 +117,9 @@ pub(crate) fn run_scaled<M: Method>(
         // Decided at compile time. Without this arm the loop of the exact method on smooth laws would be compiled too, a tenth of the
         // library.
         ModelLevel::SmoothNonlinear if const { M::ERROR_ORDER.is_none() } => unreachable!("refused above"),
+        ModelLevel::SmoothNonlinear if const { M::EXACT_IF_LINEAR } => {
+            dispatch(RunKernel { setup, equations: Unswitched(&SmoothEquations::at_rest(system, riders)) })
+        }
         ModelLevel::SmoothNonlinear => {
             let rtol = if let Control::Adaptive { rtol } = control { rtol } else { 0.0 };
             dispatch(RunKernel {
@@ -142,8 +161,7 @@ impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
         let Setup { system, method, control, start, excitation, output, record, forcing, load_scale, budget } =
             setup;
         let has_edges = !C::Equations::LINEAR;
-        let has_segments =
-            system.links().any(|link| !link.law().is_linear() && link.law().is_piecewise_linear());
+        let has_segments = system.first_segmented().is_some();
         let controller = match (control, M::ERROR_ORDER) {
             (Control::Adaptive { rtol }, Some(order)) => {
                 Some(Controller::new(rtol, system, excitation, order, has_edges && has_segments))

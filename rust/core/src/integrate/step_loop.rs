@@ -67,18 +67,19 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let (mut from, mut to): (&mut Values, &mut Values) = (&mut [0.0; 9], &mut [0.0; 9]);
         forcing.sample(excitation, 0, from);
         // A method with a step error may step over samples where the slope of the excitation does not change. With contact changes, short
-        // steps are cheaper, because they are cheaper to search.
-        let merges = self.steps.controller.is_some() && !C::Equations::PIECEWISE;
+        // steps are cheaper, because they are cheaper to search; those of a method with propagators recur.
+        let merges = self.steps.controller.is_some() && !C::Equations::PIECEWISE && !M::EXACT_IF_LINEAR;
         self.recorder.first_sample(state);
         let (mut k, mut glide_from) = (0, 0);
         while k + 1 < excitation.count() {
-            if M::ERROR_ORDER.is_none() && k >= glide_from {
+            if (M::ERROR_ORDER.is_none() || M::EXACT_IF_LINEAR) && k >= glide_from {
                 let start = k;
                 k = self.glide(forcing, k, [&mut state, &mut next], [&mut from, &mut to]);
                 if k + 1 == excitation.count() {
                     break;
                 }
-                glide_from = if k < start + SHORT_GLIDE { k + GLIDE_PAUSE } else { k };
+                let least = if M::EXACT_IF_LINEAR { 1 } else { SHORT_GLIDE };
+                glide_from = if k < start + least { k + GLIDE_PAUSE } else { k };
             }
             let until = if merges { forcing.straight_until(excitation, k) } else { k + 1 };
             let start = excitation.time(k);
@@ -102,7 +103,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         }
         self.recorder.remaining_times(state);
         (self.summary.recorded, self.summary.end) = (self.recorder.recorded, *state);
-        self.summary.contact_changes = self.equations.changes();
+        self.summary.contact_changes = self.equations.changes() + self.method.contact_changes(self.memory);
         Ok(self.summary)
     }
 

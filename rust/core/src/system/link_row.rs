@@ -90,6 +90,14 @@ impl LinkRow {
         at
     }
 
+    /// Elastic load at a state beyond that of a spring with the stiffness at rest, N, and its slope over the deflection, N/m.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn beyond_spring(&self, state: &State) -> (f64, f64) {
+        let (at, law) = (self.deflection_at(state), self.link.law());
+        let spring = fma(self.stiffness, at - self.rest, self.load);
+        (law.force(at) - spring, law.tangent(at) - self.stiffness)
+    }
+
     /// Load of the damper at a state, N, whether it acts there or not.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn damping_load(&self, state: &State) -> f64 {

@@ -183,6 +183,11 @@ impl System {
         self.links().position(|link| !link.law().is_piecewise_linear())
     }
 
+    /// Index of the first link with clearance, one side or a curve: a law of straight segments between edges.
+    pub fn first_segmented(&self) -> Option<usize> {
+        self.links().position(|link| !link.law().is_linear() && link.law().is_piecewise_linear())
+    }
+
     /// The links, in the order of the scene.
     pub fn links(&self) -> impl ExactSizeIterator<Item = &Link> {
         self.rows.as_slice().iter().map(|row| &row.link)

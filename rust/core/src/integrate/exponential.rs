@@ -1,0 +1,201 @@
+//! Exponential: the linear part exactly, the rest by collocation, for preloaded laws.
+//!
+//! In `x' = A x + f + g(x)` the nonlinear loads g beyond the springs at rest are small and change slowly, so that a step may be as long as
+//! the interval between samples. Over a step, g is the cubic that has its values and rates of change at both ends (Hermite collocation,
+//! order 4); the solution under this cubic is exact (variation of constants; cf. Hochbruck & Ostermann 2010, section 2). Its values at the
+//! end are those of the solution under the tangent of g at the start.
+
+use super::method::Method;
+use super::step_cache::StepCache;
+use crate::equations::{
+    CubicForce, CubicPropagator, CubicStep, Equations, PowerSeries, Remainder, advance_cubic,
+};
+use crate::excitation::Ramp;
+use crate::numeric::float::{add_scaled, floor, fma, sqrt};
+use crate::system::{Force, NO_FORCE, State};
+
+/// Exponential collocation of order 4, without moving riders. Scenes without preloaded links are run by [`super::Exact`].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Exponential<const CACHE: usize = 1>;
+
+/// How often a step length must have occurred before its propagator is computed: those that end at contact changes do not recur.
+const MIN_OCCURRENCES: u32 = 2;
+
+/// Error of the cubic in a step in which a row opens or closes, over what the cubic adds to the tangent; found by trial.
+const KINK: f64 = 0.1;
+
+/// Memory of one run.
+#[derive(Debug, Clone)]
+pub struct Memory<const CACHE: usize> {
+    propagators: StepCache<CubicPropagator, CACHE>,
+    /// Series of the equations with this key.
+    series: Option<(u32, PowerSeries)>,
+    /// The force of the last step.
+    force: CubicForce,
+    /// The end of the last step, with the nonlinear loads there.
+    end: State,
+    at_end: Remainder,
+    /// Rows that are open at the start of the last step, and how often a link has opened or closed one before.
+    open_rows: f64,
+    changes: usize,
+}
+
+impl<const CACHE: usize> Method for Exponential<CACHE> {
+    type Memory = Memory<CACHE>;
+    /// The estimate is that of the cubic against the parabola.
+    const ERROR_ORDER: Option<u32> = Some(3);
+    const STABLE: bool = true;
+    const EXACT_IF_LINEAR: bool = true;
+
+    fn memory(&self) -> Self::Memory {
+        Memory {
+            propagators: StepCache::new(),
+            series: None,
+            force: CubicForce([NO_FORCE; 4]),
+            end: [f64::NAN; 12],
+            at_end: Remainder::NONE,
+            open_rows: f64::NAN,
+            changes: 0,
+        }
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn step<E: Equations>(
+        &self,
+        equations: &E,
+        memory: &mut Self::Memory,
+        ramp: &Ramp,
+        state: &State,
+    ) -> (State, State) {
+        let Memory { propagators, series, force, end, at_end, open_rows, changes } = memory;
+        let (place, before) = propagators.entry(ramp.h, equations.key());
+        if place.is_none() && before >= MIN_OCCURRENCES {
+            *place = Some(CubicPropagator::new(equations, ramp.h));
+        }
+        let linear = match place {
+            Some(propagator) => CubicStep::Propagator(propagator),
+            None => CubicStep::Series(series_of(series, equations), ramp.h),
+        };
+        if *end != *state {
+            *at_end = equations.remainder(state);
+        }
+        if *open_rows != at_end.open_rows {
+            *changes += changed_digits(*open_rows, at_end.open_rows);
+            *open_rows = at_end.open_rows;
+        }
+        let step = Collocation::new(equations, &linear, ramp, state, at_end);
+        (*force, *end, *at_end) = (step.force, step.next, step.found);
+        (step.next, step.error)
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn between<E: Equations>(
+        &self,
+        equations: &E,
+        memory: &mut Self::Memory,
+        ramp: &Ramp,
+        state: &State,
+        theta: f64,
+    ) -> State {
+        if theta == 0.0 {
+            return *state;
+        }
+        let series = series_of(&mut memory.series, equations);
+        advance_cubic(equations, series, theta * ramp.h, &memory.force.part(0.0, theta), state)
+    }
+
+    fn contact_changes(&self, memory: &Self::Memory) -> usize {
+        memory.changes + changed_digits(memory.open_rows, memory.at_end.open_rows)
+    }
+}
+
+/// The series of the equations.
+#[cfg_attr(feature = "std", inline(always))]
+fn series_of<'s, E: Equations>(cached: &'s mut Option<(u32, PowerSeries)>, equations: &E) -> &'s PowerSeries {
+    // Without closures, which would be compiled for the oldest processor.
+    match cached {
+        Some((key, _)) if *key == equations.key() => {}
+        _ => *cached = Some((equations.key(), PowerSeries::new(equations))),
+    }
+    match cached {
+        Some((_, series)) => series,
+        None => unreachable!("just made"),
+    }
+}
+
+/// Number of digits to the base three, from -1 to 1, in which two whole numbers differ; none if one is NaN.
+#[cold]
+fn changed_digits(mut first: f64, mut second: f64) -> usize {
+    let mut count = 0;
+    while first != second && first.is_finite() && second.is_finite() {
+        let (above_first, above_second) = (floor((first + 1.0) / 3.0), floor((second + 1.0) / 3.0));
+        count += usize::from(first - 3.0 * above_first != second - 3.0 * above_second);
+        (first, second) = (above_first, above_second);
+    }
+    count
+}
+
+/// Coefficients of s² and s³ of the cubic over a step of length `h` with these values and rates of change at its start and its end.
+#[cfg_attr(feature = "std", inline(always))]
+fn curved(h: f64, start: &Remainder, end: &Remainder) -> (Force, Force) {
+    let (mut quadratic, mut cubic) = (NO_FORCE, NO_FORCE);
+    for i in 0..6 {
+        // Value and slope at the end beyond the tangent at the start.
+        let value = end.force[i] - fma(h, start.rate[i], start.force[i]);
+        let slope = h * (end.rate[i] - start.rate[i]);
+        quadratic[i] = 3.0 * value - slope;
+        cubic[i] = slope - 2.0 * value;
+    }
+    (quadratic, cubic)
+}
+
+/// One step.
+struct Collocation {
+    next: State,
+    error: State,
+    /// The force that the linear part takes.
+    force: CubicForce,
+    /// The nonlinear force at the end and its rate of change.
+    found: Remainder,
+}
+
+impl Collocation {
+    /// The step over a ramp from `state`, where the nonlinear force and its rate of change are `start`.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn new<E: Equations>(
+        equations: &E,
+        linear: &CubicStep,
+        ramp: &Ramp,
+        state: &State,
+        start: &Remainder,
+    ) -> Self {
+        let (mut f0, mut f1) = (ramp.force(0.0), ramp.rise());
+        add_scaled(&mut f0, equations.constant(), 1.0);
+        add_scaled(&mut f0, &start.force, 1.0);
+        add_scaled(&mut f1, &start.rate, ramp.h);
+        let tangent = linear.apply(equations, state, [&f0, &f1]);
+
+        let found = equations.remainder(&tangent);
+        let (f2, f3) = curved(ramp.h, start, &found);
+        let [correction, by_rate] = linear.curved(equations, [&f2, &f3]);
+        let mut next = tangent;
+        add_scaled(&mut next, &correction, 1.0);
+
+        // The nonlinear force at the end is that before the correction. How much the correction changes it follows from its change over
+        // the step.
+        let (mut moved, mut grown) = (0.0, 0.0);
+        for i in 0..6 {
+            let (way, growth) = (tangent[i] - state[i], found.force[i] - start.force[i]);
+            moved = fma(way, way, moved);
+            grown = fma(growth, growth, grown);
+        }
+        // The cubic shows the kink of a row that opens or closes only in part.
+        let kink = if found.open_rows == start.open_rows { 0.0 } else { KINK };
+        let contraction = kink + if moved > 0.0 { ramp.h * sqrt(grown / moved) } else { 0.0 };
+        let mut error = [0.0; 12];
+        for i in 0..12 {
+            error[i] = fma(contraction, correction[i].abs(), by_rate[i].abs());
+        }
+        Self { next, error, force: CubicForce([f0, f1, f2, f3]), found }
+    }
+}
