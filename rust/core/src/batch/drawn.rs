@@ -3,6 +3,7 @@
 use super::lanes::Deviations;
 use super::motion_draws::MotionDraws;
 use crate::excitation::Excitation;
+use crate::integrate::MAX_SCENES;
 use crate::numeric::simd::{Aligned, LANES, Lanes};
 use crate::numeric::watch::Watch;
 
@@ -13,8 +14,8 @@ pub(super) struct Drawn {
     rows: Vec<Aligned<Lanes>>,
     /// The same in another order of the samples.
     ordered: Vec<Aligned<Lanes>>,
-    /// Acceleration of one of the samples, m/s².
-    acceleration: Vec<[f64; 3]>,
+    /// Accelerations of some of the samples, m/s².
+    accelerations: [Vec<[f64; 3]>; MAX_SCENES],
 }
 
 impl Drawn {
@@ -49,14 +50,23 @@ impl Drawn {
 
     /// The acceleration of the sample at this place; none if the motion is not drawn.
     pub(super) fn motion(&mut self, estimate: &Excitation, place: usize) -> Option<&[[f64; 3]]> {
-        if self.rows.is_empty() {
-            return None;
+        self.set_motions(estimate, &[place]);
+        self.motion_in(0)
+    }
+
+    /// Computes the accelerations of the samples at up to [`MAX_SCENES`] places.
+    pub(super) fn set_motions(&mut self, estimate: &Excitation, places: &[usize]) {
+        for (acceleration, &place) in self.accelerations.iter_mut().zip(places) {
+            acceleration.clear();
+            acceleration.extend(self.rows.iter().enumerate().map(|(k, Aligned(row))| {
+                let [x, y, z] = core::array::from_fn(|component| estimate.component(k, component));
+                [x + row[place], y, z]
+            }));
         }
-        self.acceleration.clear();
-        self.acceleration.extend(self.rows.iter().enumerate().map(|(k, Aligned(row))| {
-            let [x, y, z] = core::array::from_fn(|component| estimate.component(k, component));
-            [x + row[place], y, z]
-        }));
-        Some(&self.acceleration)
+    }
+
+    /// The acceleration of the sample at the place of this index in the last [`Drawn::set_motions`]; none if the motion is not drawn.
+    pub(super) fn motion_in(&self, index: usize) -> Option<&[[f64; 3]]> {
+        (!self.rows.is_empty()).then_some(&self.accelerations[index][..])
     }
 }

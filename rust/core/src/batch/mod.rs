@@ -1,6 +1,6 @@
 //! Monte Carlo: many samples of one scene under one motion; values in, measures out, on any number of threads.
 //!
-//! Files in the order of the data: `variation` (the scene of a sample) → `motion_draws` (its motion, if drawn) → `windows` (of the motion, between changes of payload) → `lanes` (linear scenes, one per vector lane) or `single` (any other scene, with `load_rows` and `reduce`) →
+//! Files in the order of the data: `variation` (the scene of a sample) → `motion_draws` (its motion, if drawn) → `windows` (of the motion, between changes of payload) → `lanes` (linear scenes, one per vector lane), `preloaded` (some preloaded scenes side by side) or `single` (any other scene, these with with `load_rows` and `reduce`) →
 //! `requirements`, `statistics` (what the measures need) → `measure`. The result of a sample depends on its own values only, to the last bit.
 
 mod drawn;
@@ -11,6 +11,7 @@ mod load_rows;
 mod measure;
 mod motion_draws;
 mod power_integral;
+mod preloaded;
 mod reduce;
 mod requirements;
 mod single;
@@ -31,12 +32,13 @@ use std::ops::Range;
 use std::sync::Mutex;
 
 use crate::error::{RunError, Stopped};
-use crate::integrate::{Control, Start};
+use crate::integrate::{Control, MAX_SCENES, Start, scenes_side_by_side};
 use crate::model::Dof;
 use crate::numeric::simd::LANES;
 use crate::numeric::watch::{Watch, on_threads, room};
 use drawn::Drawn;
 use lanes::{LaneMemory, Lanes};
+use preloaded::{Beside, measure_side_by_side};
 use reduce::Memory;
 use requirements::Requirements;
 use single::RunSettings;
@@ -282,7 +284,8 @@ type Failures = Vec<(usize, SampleError)>;
 struct Worker {
     /// Scenes that run side by side, one per lane, so that they stay in the cache.
     samples: Vec<Instance>,
-    memory: Memory,
+    /// One for each scene that runs beside others.
+    memories: [Memory; MAX_SCENES],
     lanes: LaneMemory,
     statistics: Vec<RunningStatistics>,
     drawn: Drawn,
@@ -293,7 +296,7 @@ impl Worker {
     fn new(batch: &Batch) -> Self {
         Self {
             samples: vec![batch.first.clone(); batch.lanes.count()],
-            memory: Memory::new(),
+            memories: core::array::from_fn(|_| Memory::new()),
             lanes: LaneMemory::default(),
             statistics: Vec::new(),
             drawn: Drawn::default(),
@@ -369,25 +372,62 @@ impl Worker {
                     let out = &mut rows[index * width..(index + 1) * width];
                     let excitation = &batch.motion.excitation;
                     let done = batch.requirements().write_measures(excitation, &self.statistics, &lost, out);
-                    if let Err(error) = done {
-                        out.fill(f64::NAN);
-                        self.failures.push((first + index, error.into()));
-                    }
+                    self.note(first + index, done.map_err(SampleError::from), out);
                 } else {
                     rest.push(index);
                 }
             }
             valid = rest;
         }
-        for index in valid {
+        let side_by_side = matches!(batch.solver, Solver::Auto | Solver::Exponential);
+        let (preloaded, rest): (Vec<usize>, Vec<usize>) =
+            valid.into_iter().partition(|&index| side_by_side && self.samples[index].is_preloaded());
+        for some in preloaded.chunks(scenes_side_by_side()) {
+            self.run_preloaded(batch, some, (first, place), rows);
+        }
+        for index in rest {
             let out = &mut rows[index * width..(index + 1) * width];
             let sample = &self.samples[index];
             let runs = batch.runs(self.drawn.motion(&batch.motion.excitation, place + index));
-            let done = single::measure(&runs, batch.base.groups, sample, &mut self.memory, out);
-            if let Err(error) = done {
-                out.fill(f64::NAN);
-                self.failures.push((first + index, error));
-            }
+            let done = single::measure(&runs, batch.base.groups, sample, &mut self.memories[0], out);
+            self.note(first + index, done, out);
+        }
+    }
+
+    /// Runs up to [`MAX_SCENES`] preloaded samples with these indices, ascending, side by side. See [`Worker::run_together`].
+    fn run_preloaded(
+        &mut self,
+        batch: &Batch,
+        indices: &[usize],
+        (first, place): (usize, usize),
+        rows: &mut [f64],
+    ) {
+        let places: Vec<usize> = indices.iter().map(|index| place + index).collect();
+        self.drawn.set_motions(&batch.motion.excitation, &places);
+        let width = batch.measures.len();
+        let mut rows: Vec<&mut [f64]> = if width == 0 {
+            indices.iter().map(|_| &mut [][..]).collect()
+        } else {
+            let rows = rows.chunks_mut(width).enumerate();
+            rows.filter(|(index, _)| indices.contains(index)).map(|(_, row)| row).collect()
+        };
+        let mut samples = Vec::with_capacity(indices.len());
+        let each = indices.iter().zip(&mut rows).zip(&mut self.memories).enumerate();
+        for (lane, ((&index, out), memory)) in each {
+            let runs = batch.runs(self.drawn.motion_in(lane));
+            samples.push(Beside { runs, sample: &self.samples[index], memory, out });
+        }
+        let done = measure_side_by_side(&mut samples, batch.base.groups);
+        for ((index, done), out) in indices.iter().zip(done).zip(rows) {
+            self.note(first + index, done, out);
+        }
+    }
+
+    /// Notes a sample without result.
+    fn note(&mut self, index: usize, done: Result<(), SampleError>, out: &mut [f64]) {
+        if let Err(error) = done {
+            out.fill(f64::NAN);
+            self.failures.push((index, error));
         }
     }
 }

@@ -31,7 +31,7 @@ pub(super) struct RunSettings<'a> {
 
 impl RunSettings<'_> {
     /// The system and the start of a window; `last`: system and final state of the window before.
-    fn begin(
+    pub(super) fn begin(
         &self,
         window: &Window,
         sample: &Instance,
@@ -45,7 +45,7 @@ impl RunSettings<'_> {
     }
 
     /// The excitation of a window, and the largest magnitude of each of its components.
-    fn excitation<'b>(&'b self, window: &'b Window) -> (Excitation<'b>, [f64; 9]) {
+    pub(super) fn excitation<'b>(&'b self, window: &'b Window) -> (Excitation<'b>, [f64; 9]) {
         let Some(drawn) = self.drawn else { return (window.excitation, window.peak) };
         let samples = &drawn[window.first..][..window.excitation.count()];
         let excitation = window.excitation.with_acceleration(samples);

@@ -2,43 +2,16 @@
 
 use super::Equations;
 use super::propagator::{Columns, integrals};
-use super::series::{LONG_SERIES, PowerSeries};
+use super::series::{CubicForce, LONG_SERIES, PowerSeries};
 use crate::numeric::float::add_scaled;
 use crate::system::{Force, NO_FORCE, State};
-
-/// A modal force over one step: coefficients of a cubic in the fraction of the step, in ascending order.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct CubicForce(pub [Force; 4]);
-
-impl CubicForce {
-    /// The same force in the fraction of the part that starts at `from` and is `length` long.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn part(&self, from: f64, length: f64) -> Self {
-        let mut part = *self;
-        // Horner's scheme, again for each derivative.
-        for lowest in 0..3 {
-            for power in (lowest..3).rev() {
-                let above = part.0[power + 1];
-                add_scaled(&mut part.0[power], &above, from);
-            }
-        }
-        let mut factor = 1.0;
-        for coefficient in &mut part.0 {
-            for entry in coefficient {
-                *entry *= factor;
-            }
-            factor *= length;
-        }
-        part
-    }
-}
 
 /// Exact step of length h: `x(h) = x(0) + E x(0) + Σ R_k c_k` under the force `Σ c_k (t / h)^k`.
 #[derive(Debug, Clone, Copy)]
 pub struct CubicPropagator {
-    change: Columns<12>,
+    pub(super) change: Columns<12>,
     /// R₀, R₁, R₂, and R₃ - R₂.
-    response: [Columns<6>; 4],
+    pub(super) response: [Columns<6>; 4],
 }
 
 impl CubicPropagator {

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! `linear`, `piecewise`, `smooth`: the three kinds; `riding`: what moving riders add to the third. `propagator`, `series`, `cubic`: the
-//! exact solution of the linear part over one step; `propagator_derivative`: its derivatives; `sampled`: at a fixed period.
+//! exact solution of the linear part over one step; `side_by_side`: that of some preloaded scenes at once; `propagator_derivative`: its derivatives; `sampled`: at a fixed period.
 
 mod cubic;
 mod linear;
@@ -19,10 +19,12 @@ mod propagator_derivative;
 mod riding;
 mod sampled;
 mod series;
+#[cfg(feature = "std")]
+mod side_by_side;
 mod smooth;
 
 pub use cubic::CubicPropagator;
-pub(crate) use cubic::{CubicForce, CubicStep, advance_cubic};
+pub(crate) use cubic::{CubicStep, advance_cubic};
 pub(crate) use piecewise::SegmentEquations;
 pub use propagator::Propagator;
 #[cfg(feature = "std")]
@@ -30,7 +32,9 @@ pub(crate) use propagator_derivative::{EquationsDerivative, PropagatorDerivative
 pub use riding::Moments;
 pub(crate) use riding::Riders;
 pub use sampled::SampledSystem;
-pub(crate) use series::{PowerSeries, advance, work};
+pub(crate) use series::{CubicForce, PowerSeries, advance, work};
+#[cfg(feature = "std")]
+pub(crate) use side_by_side::{BallScenes, Forces, Propagators, Remainders, States, number, plus};
 pub(crate) use smooth::SmoothEquations;
 
 use crate::excitation::{Instant, Ramp};

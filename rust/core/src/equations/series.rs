@@ -1,7 +1,6 @@
 //! The exact solution over one step under a force that changes linearly, as a power series in time.
 
 use super::Equations;
-use super::cubic::CubicForce;
 use super::propagator::{Propagator, TERMS};
 use crate::excitation::{Instant, Ramp};
 use crate::numeric::float::{add_scaled, ceil, sqrt};
@@ -167,6 +166,33 @@ fn power_series<E: Equations, const N: usize>(
         if !sink.take(k, &term) {
             return;
         }
+    }
+}
+
+/// A modal force over one step: coefficients of a cubic in the fraction of the step, in ascending order.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CubicForce(pub [Force; 4]);
+
+impl CubicForce {
+    /// The same force in the fraction of the part that starts at `from` and is `length` long.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn part(&self, from: f64, length: f64) -> Self {
+        let mut part = *self;
+        // Horner's scheme, again for each derivative.
+        for lowest in 0..3 {
+            for power in (lowest..3).rev() {
+                let above = part.0[power + 1];
+                add_scaled(&mut part.0[power], &above, from);
+            }
+        }
+        let mut factor = 1.0;
+        for coefficient in &mut part.0 {
+            for entry in coefficient {
+                *entry *= factor;
+            }
+            factor *= length;
+        }
+        part
     }
 }
 

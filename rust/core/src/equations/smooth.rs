@@ -3,7 +3,7 @@
 use super::piecewise::SegmentEquations;
 use super::riding::{Moments, Riders};
 use super::{Equations, Remainder};
-use crate::excitation::{Instant, Ramp};
+use crate::excitation::{Excitation, Instant, Ramp};
 use crate::model::ball_compressions;
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
 use crate::numeric::float::{add_scaled, fma, sqrt};
@@ -25,16 +25,16 @@ pub(crate) struct SmoothEquations<'a> {
 
 /// Eight links with preloaded balls: `K [(d₀ + δ)₊^(3/2) - (d₀ - δ)₊^(3/2)]`. Unused lanes have no stiffness.
 #[derive(Debug, Clone, Copy)]
-struct BallLinks {
-    deflection: [Lanes; 6],
+pub(super) struct BallLinks {
+    pub deflection: [Lanes; 6],
     /// Modal force per unit of load of each link.
-    rate: [Force; LANES],
-    rest: Lanes,
-    opening: Lanes,
-    coefficient: Lanes,
+    pub rate: [Force; LANES],
+    pub rest: Lanes,
+    pub opening: Lanes,
+    pub coefficient: Lanes,
     /// Load at rest, N, computed by `loads`, and stiffness there, N/m.
-    load: Lanes,
-    stiffness: Lanes,
+    pub load: Lanes,
+    pub stiffness: Lanes,
 }
 
 impl BallLinks {
@@ -149,16 +149,16 @@ impl Kernel for LoadsKernel<'_> {
 }
 
 /// 3^lane.
-const POWERS_OF_3: Lanes = [1.0, 3.0, 9.0, 27.0, 81.0, 243.0, 729.0, 2187.0];
+pub(super) const POWERS_OF_3: Lanes = [1.0, 3.0, 9.0, 27.0, 81.0, 243.0, 729.0, 2187.0];
 
 impl<'a> SmoothEquations<'a> {
     /// The equations of a system without straight segments and riders.
-    pub(crate) fn at_rest(system: &'a System, riders: Riders<'a>) -> Self {
+    pub(crate) fn at_rest(system: &'a System, excitation: &'a Excitation<'a>) -> Self {
         let mut linear = SegmentEquations::of_linear_links(system);
         for row in system.rows().iter().filter(|row| !row.link.law().is_linear()) {
             linear.add(row, row.stiffness, 0.0, true);
         }
-        Self::new(system, linear, riders)
+        Self::new(system, linear, Riders::new(system, excitation))
     }
 
     /// The equations of the preloaded links and the riders beside a `linear` part.
@@ -184,6 +184,18 @@ impl<'a> SmoothEquations<'a> {
             *to = row;
         }
         Self { linear, balls, others, riders }
+    }
+
+    /// The links with preloaded balls, eight at a time.
+    #[cfg(feature = "std")]
+    pub(super) fn balls(&self) -> &[BallLinks] {
+        self.balls.as_slice()
+    }
+
+    /// Whether all preloaded links have balls.
+    #[cfg(feature = "std")]
+    pub(super) fn has_only_balls(&self) -> bool {
+        self.others.as_slice().is_empty()
     }
 
     /// The same equations with another linear part, whose key they take.

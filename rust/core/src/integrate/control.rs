@@ -97,6 +97,12 @@ impl ErrorNorm {
         Self { weight }
     }
 
+    /// Weight of each entry, 1/N times the load per unit.
+    #[cfg(feature = "std")]
+    pub(super) fn weight(&self) -> &State {
+        &self.weight
+    }
+
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn of(&self, error: &State) -> f64 {
         let mut sum = 0.0;

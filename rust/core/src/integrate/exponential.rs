@@ -22,12 +22,13 @@ pub struct Exponential<const CACHE: usize = 1>;
 const MIN_OCCURRENCES: u32 = 2;
 
 /// Error of the cubic in a step in which a row opens or closes, over what the cubic adds to the tangent; found by trial.
-const KINK: f64 = 0.1;
+pub(super) const KINK: f64 = 0.1;
 
 /// Memory of one run.
 #[derive(Debug, Clone)]
 pub struct Memory<const CACHE: usize> {
-    propagators: StepCache<CubicPropagator, CACHE>,
+    /// Of whole intervals between samples, and of parts of them, which must not displace them.
+    propagators: [StepCache<CubicPropagator, CACHE>; 2],
     /// Series of the equations with this key.
     series: Option<(u32, PowerSeries)>,
     /// The force of the last step.
@@ -49,7 +50,7 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
 
     fn memory(&self) -> Self::Memory {
         Memory {
-            propagators: StepCache::new(),
+            propagators: [StepCache::new(), StepCache::new()],
             series: None,
             force: CubicForce([NO_FORCE; 4]),
             end: [f64::NAN; 12],
@@ -68,7 +69,7 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
         state: &State,
     ) -> (State, State) {
         let Memory { propagators, series, force, end, at_end, open_rows, changes } = memory;
-        let (place, before) = propagators.entry(ramp.h, equations.key());
+        let (place, before) = propagators[usize::from(!ramp.spans_interval)].entry(ramp.h, equations.key());
         if place.is_none() && before >= MIN_OCCURRENCES {
             *place = Some(CubicPropagator::new(equations, ramp.h));
         }
@@ -106,6 +107,14 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
 
     fn contact_changes(&self, memory: &Self::Memory) -> usize {
         memory.changes + changed_digits(memory.open_rows, memory.at_end.open_rows)
+    }
+}
+
+impl<const CACHE: usize> Memory<CACHE> {
+    /// The propagator of a whole interval of `h` s, if it has recurred.
+    #[cfg(feature = "std")]
+    pub(super) fn propagator(&mut self, h: f64, key: u32) -> Option<&CubicPropagator> {
+        self.propagators[0].ready(h, key)
     }
 }
 

@@ -5,11 +5,12 @@ use super::method::{Method, Output};
 use super::step_loop::Runner;
 use super::switched::SwitchedEquations;
 use crate::equations::Equations;
+use crate::error::RunError;
 use crate::excitation::{Forcing, Instant, Ramp, Values};
 use crate::system::State;
 
 impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
-    /// Steps from sample to sample, from sample `k` with `state` on, as far as a single step is enough and the equations do not
+    /// Steps from sample to sample, from sample `k` with `state` on, as far as the method has an exact step ready and the equations do not
     /// change; returns the sample reached, to which `state` and the values `from` then belong. The states are those of
     /// [`Runner::step_over`], to the last bit, without its preparations for steps that end within an interval.
     #[cfg_attr(feature = "std", inline(always))]
@@ -23,13 +24,10 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let excitation = self.recorder.excitation;
         let (key, h) = (self.equations.equations().key(), excitation.interval(k));
         let Output::Samples = self.recorder.output else { return k };
+        let Some(propagator) = self.method.propagator(self.memory, h, key) else { return k };
         // The loop of all steps looks up the budget.
         let work = M::WORK * (self.summary.steps + self.summary.rejected) + self.equations.searched();
         let most = usize::min(self.budget.pause.saturating_sub(work), excitation.count() - 1 - k);
-        if M::ERROR_ORDER.is_some() {
-            return self.glide_by_steps(forcing, k..k + most, [state, next], [from, to]);
-        }
-        let Some(propagator) = self.method.propagator(self.memory, h, key) else { return k };
         let first = k;
         while k < first + most && excitation.interval(k) == h {
             forcing.sample(excitation, k + 1, to);
@@ -47,39 +45,71 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         k
     }
 
-    /// [`Runner::glide`] of a method with a step error, over intervals in which the error of a single step is small enough.
+    /// Steps from sample `k`, at which `state` and the values `from` are, to the next, if a single step has a small enough error; true if it
+    /// does. For methods with a step error whose steps are cheapest where their length recurs.
     #[cfg_attr(feature = "std", inline(always))]
-    fn glide_by_steps(
+    pub(super) fn whole_interval<'s>(
         &mut self,
         forcing: &Forcing,
-        samples: core::ops::Range<usize>,
-        [state, next]: [&mut &mut State; 2],
+        k: usize,
+        [state, next]: [&mut &'s mut State; 2],
         [from, to]: [&mut &mut Values; 2],
-    ) -> usize {
-        let (excitation, mut k) = (self.recorder.excitation, samples.start);
+    ) -> Result<bool, RunError> {
+        let excitation = self.recorder.excitation;
         let h = excitation.interval(k);
-        let Some(controller) = &mut self.steps.controller else { return k };
-        let most_error = controller.most_error(h);
-        while k < samples.end && excitation.interval(k) == h {
-            forcing.sample(excitation, k + 1, to);
-            let begin = Instant { first: k, until: k + 1, since: 0.0 };
-            let ramp = Ramp::whole(h, [&**from, &**to], forcing, begin);
-            let error;
-            (**next, error) = self.method.step(self.equations.equations(), self.memory, &ramp, state);
-            let error = self.steps.norm.of(&error);
-            // Not for NaN either.
-            let accurate = error <= most_error;
-            if !accurate {
-                controller.accept(h, error, false, || 0.0);
-                self.summary.rejected += 1;
-                break;
-            }
-            core::mem::swap(state, next);
-            core::mem::swap(from, to);
-            k += 1;
-            self.recorder.sample(k, state);
+        if !self.may_be_whole(h) {
+            return Ok(false);
         }
-        self.summary.steps += k - samples.start;
-        k
+        self.look_up_budget(k, state)?;
+        forcing.sample(excitation, k + 1, to);
+        let begin = Instant { first: k, until: k + 1, since: 0.0 };
+        let ramp = Ramp::whole(h, [&**from, &**to], forcing, begin);
+        let error;
+        (**next, error) = self.method.step(self.equations.equations(), self.memory, &ramp, state);
+        let error = self.steps.norm.of(&error);
+        if !self.is_whole(h, error) {
+            return Ok(false);
+        }
+        core::mem::swap(state, next);
+        core::mem::swap(from, to);
+        self.recorder.sample(k + 1, state);
+        Ok(true)
+    }
+
+    /// Whether a single step over an interval of `h` s is worth trying: after one over which more were needed, if the step size allows it.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn may_be_whole(&mut self, h: f64) -> bool {
+        match (&mut self.steps.controller, self.recorder.output) {
+            (Some(controller), Output::Samples) => self.steps.was_whole || controller.split(h) == 1.0,
+            _ => false,
+        }
+    }
+
+    /// Whether a single step over an interval of `h` s is accepted with this error; counts it.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn is_whole(&mut self, h: f64, error: f64) -> bool {
+        let Some(controller) = &mut self.steps.controller else { return false };
+        // Not for NaN either.
+        self.steps.was_whole = error <= controller.most_error(h);
+        if self.steps.was_whole {
+            self.summary.steps += 1;
+        } else {
+            controller.accept(h, error, false, || 0.0);
+            self.summary.rejected += 1;
+        }
+        self.steps.was_whole
+    }
+
+    /// Looks up the budget at sample `k`, if that is due.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn look_up_budget(&mut self, k: usize, state: &State) -> Result<(), RunError> {
+        let steps = self.summary.steps + self.summary.rejected;
+        let work = M::WORK * steps;
+        if self.budget.is_due(work) {
+            let excitation = self.recorder.excitation;
+            let (at, other) = ([excitation.time(k), excitation.interval(k)], self.steps.other);
+            self.budget.pause = self.budget.look_up(work, steps, self.recorder.record, state, at, other)?;
+        }
+        Ok(())
     }
 }

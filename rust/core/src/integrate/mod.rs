@@ -16,6 +16,8 @@ mod radau;
 mod recorder;
 mod rk45;
 mod run;
+#[cfg(feature = "std")]
+mod side_by_side;
 mod start;
 mod step_cache;
 mod step_loop;
@@ -33,4 +35,6 @@ pub use rk45::Rk45;
 #[cfg(feature = "std")]
 pub(crate) use run::check_output;
 pub use run::{run, run_from};
+#[cfg(feature = "std")]
+pub(crate) use side_by_side::{MAX_SCENES, SceneRun, run_side_by_side, scenes_side_by_side};
 pub use start::Start;

@@ -65,45 +65,12 @@ pub(crate) fn run_scaled<M: Method>(
     record: &mut dyn Record,
 ) -> Result<Summary, RunError> {
     let excitation = scaled.excitation;
-    if M::ERROR_ORDER.is_none()
-        && let Some(link) = system.first_smooth()
-    {
-        return Err(RunError::NotExact { link });
+    if M::EXACT_IF_LINEAR && excitation.riders().is_empty() && system.first_smooth().is_none() {
+        return run_scaled(system, &Exact::<CACHED_STEPS>, control, start, scaled, output, record);
     }
-    if M::ERROR_ORDER.is_none() && !excitation.riders().is_empty() {
-        return Err(RunError::NotExactRiders);
-    }
-    if M::EXACT_IF_LINEAR {
-        if !excitation.riders().is_empty() {
-            return Err(RunError::NotExponentialRiders);
-        }
-        if system.first_smooth().is_none() {
-            let method = &Exact::<CACHED_STEPS>;
-            return run_scaled(system, method, control, start, scaled, output, record);
-        }
-        if let Some(link) = system.first_segmented() {
-            return Err(RunError::NotExponential { link });
-        }
-    }
-    control.check(M::ERROR_ORDER.is_some())?;
-    check_output(output, excitation)?;
-    let expected = match output {
-        Output::Samples => excitation.count(),
-        Output::Times(times) => times.len(),
-    };
-    record.reserve(expected)?;
-    let load_scale = scale_of(system, &scaled.scaled_peak(), excitation);
-    if !load_scale.is_finite() {
-        return Err(RunError::OutOfRange);
-    }
-    let mut forcing = Forcing::new(system, &scaled.peak, scaled.factors).with_riders(excitation);
-    let riders = Riders::new(system, excitation);
-    riders.peak_forces(&scaled.peak, |force| forcing.riders += sqrt(force.iter().map(|f| f * f).sum()));
-    let start = start.state(system, &forcing, &riders, excitation)?;
-    let budget = Budget::new::<M>(system, excitation, expected, control);
     let of = &mut *record;
-    let setup =
-        Setup { system, method, control, start, excitation, output, record: of, forcing, load_scale, budget };
+    let setup = Setup::new(system, method, control, start, scaled, output, of)?;
+    let (start, load_scale) = (setup.start, setup.load_scale);
     let level =
         if excitation.riders().is_empty() { system.model_level() } else { ModelLevel::SmoothNonlinear };
     let done = match level {
@@ -118,7 +85,8 @@ pub(crate) fn run_scaled<M: Method>(
         // library.
         ModelLevel::SmoothNonlinear if const { M::ERROR_ORDER.is_none() } => unreachable!("refused above"),
         ModelLevel::SmoothNonlinear if const { M::EXACT_IF_LINEAR } => {
-            dispatch(RunKernel { setup, equations: Unswitched(&SmoothEquations::at_rest(system, riders)) })
+            let equations = &SmoothEquations::at_rest(system, excitation);
+            dispatch(RunKernel { setup, equations: Unswitched(equations) })
         }
         ModelLevel::SmoothNonlinear => {
             let rtol = if let Control::Adaptive { rtol } = control { rtol } else { 0.0 };
@@ -133,17 +101,108 @@ pub(crate) fn run_scaled<M: Method>(
 }
 
 /// A checked run, before its first step.
-struct Setup<'a, M> {
+pub(super) struct Setup<'a, M> {
     system: &'a System,
     method: &'a M,
     control: Control,
-    start: State,
+    pub start: State,
     excitation: &'a Excitation<'a>,
     output: Output<'a>,
     record: &'a mut dyn Record,
-    forcing: Forcing,
-    load_scale: f64,
+    pub forcing: Forcing,
+    pub load_scale: f64,
     budget: Budget,
+}
+
+impl<'a, M: Method> Setup<'a, M> {
+    /// Checks a run, and finds its first state.
+    pub(super) fn new(
+        system: &'a System,
+        method: &'a M,
+        control: Control,
+        start: Start,
+        scaled: &ScaledExcitation<'a>,
+        output: Output<'a>,
+        record: &'a mut dyn Record,
+    ) -> Result<Self, RunError> {
+        let excitation = scaled.excitation;
+        if M::ERROR_ORDER.is_none()
+            && let Some(link) = system.first_smooth()
+        {
+            return Err(RunError::NotExact { link });
+        }
+        if M::ERROR_ORDER.is_none() && !excitation.riders().is_empty() {
+            return Err(RunError::NotExactRiders);
+        }
+        if M::EXACT_IF_LINEAR && !excitation.riders().is_empty() {
+            return Err(RunError::NotExponentialRiders);
+        }
+        if M::EXACT_IF_LINEAR
+            && let Some(link) = system.first_segmented()
+        {
+            return Err(RunError::NotExponential { link });
+        }
+        control.check(M::ERROR_ORDER.is_some())?;
+        check_output(output, excitation)?;
+        let expected = match output {
+            Output::Samples => excitation.count(),
+            Output::Times(times) => times.len(),
+        };
+        record.reserve(expected)?;
+        let load_scale = scale_of(system, &scaled.scaled_peak(), excitation);
+        if !load_scale.is_finite() {
+            return Err(RunError::OutOfRange);
+        }
+        let mut forcing = Forcing::new(system, &scaled.peak, scaled.factors).with_riders(excitation);
+        let riders = Riders::new(system, excitation);
+        riders.peak_forces(&scaled.peak, |force| forcing.riders += sqrt(force.iter().map(|f| f * f).sum()));
+        let start = start.state(system, &forcing, &riders, excitation)?;
+        let budget = Budget::new::<M>(system, excitation, expected, control);
+        Ok(Self { system, method, control, start, excitation, output, record, forcing, load_scale, budget })
+    }
+
+    /// The run on equations of one kind, with the memory of the method.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn runner<'r, C: SwitchedEquations>(
+        self,
+        memory: &'r mut M::Memory,
+        equations: &'r mut C,
+    ) -> Runner<'r, M, C>
+    where
+        'a: 'r,
+    {
+        let Self { system, method, control, start, excitation, output, record, load_scale, budget, .. } =
+            self;
+        let has_edges = !C::Equations::LINEAR;
+        let has_segments = system.first_segmented().is_some();
+        let controller = match (control, M::ERROR_ORDER) {
+            (Control::Adaptive { rtol }, Some(order)) => {
+                Some(Controller::new(rtol, system, excitation, order, has_edges && has_segments))
+            }
+            _ => None,
+        };
+        let other = match system.first_smooth() {
+            None if excitation.riders().is_empty() => OtherMethod::Exact,
+            _ if M::STABLE => OtherMethod::None,
+            _ => OtherMethod::Implicit,
+        };
+        let steps = StepControl {
+            control,
+            controller,
+            norm: ErrorNorm::new(system, load_scale),
+            has_error: M::ERROR_ORDER.is_some(),
+            has_edges,
+            at_edge: false,
+            was_whole: true,
+            other,
+            reach: size(&start),
+        };
+        let needs_input = record.needs_input();
+        let recorder = Recorder { excitation, output, needs_input, record, recorded: 0 };
+        let summary =
+            Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale, end: start };
+        Runner { method, memory, equations, steps, recorder, summary, budget }
+    }
 }
 
 /// A run on equations of one kind.
@@ -158,40 +217,9 @@ impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> Self::Output {
         let Self { setup, mut equations } = self;
-        let Setup { system, method, control, start, excitation, output, record, forcing, load_scale, budget } =
-            setup;
-        let has_edges = !C::Equations::LINEAR;
-        let has_segments = system.first_segmented().is_some();
-        let controller = match (control, M::ERROR_ORDER) {
-            (Control::Adaptive { rtol }, Some(order)) => {
-                Some(Controller::new(rtol, system, excitation, order, has_edges && has_segments))
-            }
-            _ => None,
-        };
-        let (norm, has_error) = (ErrorNorm::new(system, load_scale), M::ERROR_ORDER.is_some());
-        let other = match system.first_smooth() {
-            None if excitation.riders().is_empty() => OtherMethod::Exact,
-            _ if M::STABLE => OtherMethod::None,
-            _ => OtherMethod::Implicit,
-        };
-        let steps = StepControl {
-            control,
-            controller,
-            norm,
-            has_error,
-            has_edges,
-            at_edge: false,
-            other,
-            reach: size(&start),
-        };
-        let needs_input = record.needs_input();
-        let recorder = Recorder { excitation, output, needs_input, record, recorded: 0 };
-        let summary =
-            Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale, end: start };
-        let (mut memory, equations) = (method.memory(), &mut equations);
-        let memory = &mut memory;
-        let runner = Runner { method, memory, equations, steps, recorder, summary, budget };
-        runner.run(&forcing, start)
+        let (forcing, start) = (setup.forcing, setup.start);
+        let mut memory = setup.method.memory();
+        setup.runner(&mut memory, &mut equations).run(&forcing, start)
     }
 }
 

@@ -37,6 +37,8 @@ pub(super) struct StepControl {
     pub at_edge: bool,
     /// Way out if the run fails.
     pub other: OtherMethod,
+    /// Whether the last interval was one step, if the method tries that first.
+    pub was_whole: bool,
     /// Bound on the speed `|η'|`: the size of the first state and the impulse of the excitation so far, for fixed steps.
     pub reach: f64,
 }
@@ -66,38 +68,63 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let (mut state, mut next): (&mut State, &mut State) = (&mut { start }, &mut [0.0; 12]);
         let (mut from, mut to): (&mut Values, &mut Values) = (&mut [0.0; 9], &mut [0.0; 9]);
         forcing.sample(excitation, 0, from);
-        // A method with a step error may step over samples where the slope of the excitation does not change. With contact changes, short
-        // steps are cheaper, because they are cheaper to search; those of a method with propagators recur.
-        let merges = self.steps.controller.is_some() && !C::Equations::PIECEWISE && !M::EXACT_IF_LINEAR;
         self.recorder.first_sample(state);
         let (mut k, mut glide_from) = (0, 0);
         while k + 1 < excitation.count() {
-            if (M::ERROR_ORDER.is_none() || M::EXACT_IF_LINEAR) && k >= glide_from {
+            if M::EXACT_IF_LINEAR
+                && self.whole_interval(forcing, k, [&mut state, &mut next], [&mut from, &mut to])?
+            {
+                k += 1;
+                continue;
+            }
+            if M::ERROR_ORDER.is_none() && k >= glide_from {
                 let start = k;
                 k = self.glide(forcing, k, [&mut state, &mut next], [&mut from, &mut to]);
                 if k + 1 == excitation.count() {
                     break;
                 }
-                let least = if M::EXACT_IF_LINEAR { 1 } else { SHORT_GLIDE };
-                glide_from = if k < start + least { k + GLIDE_PAUSE } else { k };
+                glide_from = if k < start + SHORT_GLIDE { k + GLIDE_PAUSE } else { k };
             }
-            let until = if merges { forcing.straight_until(excitation, k) } else { k + 1 };
-            let start = excitation.time(k);
-            let length = if until == k + 1 { excitation.interval(k) } else { excitation.time(until) - start };
-            forcing.sample(excitation, until, to);
-            let ramp = Ramp::whole(length, [&*from, &*to], forcing, Instant { first: k, until, since: 0.0 });
-            if let Control::Fixed { step } = self.steps.control
-                && step < SHORTEST * length
-            {
-                return Err(RunError::Step { got: step });
-            }
-            self.step_over(Interval { first: k, until, start, length }, &ramp, &mut state, &mut next)?;
-            core::mem::swap(&mut from, &mut to);
-            k = until;
-            if let Output::Samples = self.recorder.output {
-                self.recorder.sample(k, state);
-            }
+            k = self.interval(forcing, k, [&mut state, &mut next], [&mut from, &mut to])?;
         }
+        self.end(state)
+    }
+
+    /// Steps from sample `k`, at which `state` and the values `from` are, over one interval, or several that lie on a straight line;
+    /// returns the sample reached, to which they then belong.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn interval<'s>(
+        &mut self,
+        forcing: &Forcing,
+        k: usize,
+        [state, next]: [&mut &'s mut State; 2],
+        [from, to]: [&mut &mut Values; 2],
+    ) -> Result<usize, RunError> {
+        let excitation = self.recorder.excitation;
+        // A method with a step error may step over samples where the slope of the excitation does not change. With contact changes, short
+        // steps are cheaper, because they are cheaper to search; those of a method with propagators recur.
+        let merges = self.steps.controller.is_some() && !C::Equations::PIECEWISE && !M::EXACT_IF_LINEAR;
+        let until = if merges { forcing.straight_until(excitation, k) } else { k + 1 };
+        let start = excitation.time(k);
+        let length = if until == k + 1 { excitation.interval(k) } else { excitation.time(until) - start };
+        forcing.sample(excitation, until, to);
+        let ramp = Ramp::whole(length, [&**from, &**to], forcing, Instant { first: k, until, since: 0.0 });
+        if let Control::Fixed { step } = self.steps.control
+            && step < SHORTEST * length
+        {
+            return Err(RunError::Step { got: step });
+        }
+        self.step_over(Interval { first: k, until, start, length }, &ramp, state, next)?;
+        core::mem::swap(from, to);
+        if let Output::Samples = self.recorder.output {
+            self.recorder.sample(until, state);
+        }
+        Ok(until)
+    }
+
+    /// The summary of a run that has reached the last sample, in `state`.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn end(mut self, state: &State) -> Result<Summary, RunError> {
         if !finite(state) {
             return Err(RunError::OutOfRange);
         }

@@ -9,6 +9,7 @@ use super::error::{ChangeError, SampleError};
 use crate::life::EquivalentLoad;
 use crate::model::Body;
 use crate::model::Free;
+use crate::model::Law;
 use crate::model::Link;
 use crate::model::Scene;
 use crate::output::Axes;
@@ -181,6 +182,13 @@ impl Instance {
     /// Whether all links are linear, and on a rigid base.
     pub fn is_linear(&self) -> bool {
         self.base_compliance.is_none() && self.links.iter().all(|link| link.law().is_linear())
+    }
+
+    /// Whether links are preloaded, and none has clearance, one side or a curve.
+    pub fn is_preloaded(&self) -> bool {
+        let has_no_segments = |law: &Law| law.is_linear() || !law.is_piecewise_linear();
+        self.links.iter().any(|link| !link.law().is_piecewise_linear())
+            && self.links.iter().all(|link| has_no_segments(link.law()))
     }
 
     /// Gravity, m/s².

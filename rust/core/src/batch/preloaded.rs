@@ -1,0 +1,90 @@
+//! Runs of some samples with preloaded links side by side.
+
+use super::reduce::{Memory, Reduce};
+use super::single::RunSettings;
+use super::windows::Window;
+use crate::error::RunError;
+use crate::excitation::ScaledExcitation;
+use crate::integrate::{SceneRun, Start, run_side_by_side};
+use crate::output::Watched;
+use crate::system::{State, System};
+use crate::variation::{Group, Instance, SampleError};
+
+/// A sample that runs beside others.
+pub(super) struct Beside<'a> {
+    /// With its drawn motion, if it has one.
+    pub runs: RunSettings<'a>,
+    pub sample: &'a Instance,
+    pub memory: &'a mut Memory,
+    /// Its measures.
+    pub out: &'a mut [f64],
+}
+
+/// Runs up to [`crate::integrate::scenes_side_by_side`] samples by the exponential method and writes their measures, as [`super::single::measure`] does.
+pub(super) fn measure_side_by_side(samples: &mut [Beside], groups: &[Group]) -> Vec<Result<(), SampleError>> {
+    let Some(RunSettings { windows, .. }) = samples.first().map(|one| one.runs) else { return Vec::new() };
+    let mut done: Vec<Result<(), SampleError>> = samples.iter().map(|_| Ok(())).collect();
+    let mut last: Vec<Option<(System, State)>> = samples.iter().map(|_| None).collect();
+    for one in &mut *samples {
+        one.memory.begin(&windows[0].requirements);
+    }
+    for window in windows {
+        let mut begun = Vec::with_capacity(samples.len());
+        for (index, (one, last)) in samples.iter().zip(&mut last).enumerate() {
+            match one.runs.begin(window, one.sample, last.take()) {
+                Ok(begin) if done[index].is_ok() => begun.push((index, begin)),
+                Ok(_) => {}
+                Err(error) => done[index] = done[index].clone().and(Err(error)),
+            }
+        }
+        let ends = run_window(window, samples, groups, &begun);
+        for ((index, (system, _)), end) in begun.into_iter().zip(ends) {
+            match end {
+                Ok(end) => last[index] = Some((system, end)),
+                Err(error) => done[index] = Err(error.into()),
+            }
+        }
+    }
+    for (one, done) in samples.iter_mut().zip(&mut done) {
+        if done.is_ok() {
+            let written = one.memory.write(&windows[0].requirements, one.runs.excitation, one.out);
+            *done = written.map_err(SampleError::from);
+        }
+    }
+    done
+}
+
+/// Runs the samples that have `begun`, each with its index, through a window; their final states.
+fn run_window(
+    window: &Window,
+    samples: &mut [Beside],
+    groups: &[Group],
+    begun: &[(usize, (System, Start))],
+) -> Vec<Result<State, RunError>> {
+    let settings: Vec<RunSettings> = begun.iter().map(|(index, _)| samples[*index].runs).collect();
+    let Some(RunSettings { rtol, typical_interval, .. }) = settings.first().copied() else {
+        return Vec::new();
+    };
+    let excitations: Vec<_> = settings.iter().map(|one| one.excitation(window)).collect();
+    let mut records = Vec::with_capacity(begun.len());
+    for (index, one) in samples.iter_mut().enumerate() {
+        let Some(place) = begun.iter().position(|(other, _)| *other == index) else { continue };
+        let (system, sample) = (&begun[place].1.0, one.sample);
+        let requirements = &window.requirements;
+        one.memory.rows.set_system(system, requirements, groups, sample.centers(), sample.factors());
+        let record = Reduce::new(window, &excitations[place].0, one.memory);
+        records.push((Watched { record, watch: one.runs.watch }, sample.factors()));
+    }
+    let runs = begun.iter().zip(&excitations).zip(&mut records);
+    let runs = runs.map(|(((_, (system, start)), (excitation, peak)), (record, factors))| SceneRun {
+        system,
+        start: *start,
+        scaled: ScaledExcitation { excitation, peak: *peak, factors: *factors },
+        record,
+    });
+    let ends = run_side_by_side(runs.collect(), rtol, typical_interval);
+    for (record, _) in &mut records {
+        record.record.flush();
+    }
+    ends
+}
