@@ -46,7 +46,7 @@ pub struct Remainder {
     /// Their modal force, and its rate of change along the motion.
     pub(crate) force: Force,
     pub(crate) rate: Force,
-    /// Which rows of rolling elements are open: a digit from -1 to 1 per link, to the base three.
+    /// Which rows of rolling elements are open: a number that changes whenever one opens or closes.
     pub(crate) open_rows: f64,
 }
 
@@ -84,6 +84,11 @@ pub trait Equations {
     #[cfg_attr(feature = "std", inline(always))]
     fn remainder(&self, _: &State) -> Remainder {
         Remainder::NONE
+    }
+
+    /// Number of links that have other rows open in one state than in another.
+    fn changed_rows(&self, _: &State, _: &State) -> usize {
+        0
     }
 
     /// Stiffness S (columns, per unit of `ω η`) and damping Ĉ (columns) of the tangent at a state and an instant.

@@ -6,7 +6,7 @@
 use pulp::{Simd, bytemuck};
 
 use super::cubic::CubicPropagator;
-use super::smooth::{BallLinks, POWERS_OF_3, SmoothEquations};
+use super::smooth::{BallLinks, MIX, POWERS_OF_3, SmoothEquations};
 use super::{Equations, Remainder};
 use crate::numeric::simd::LANES;
 
@@ -226,7 +226,7 @@ impl<S: Simd, const N: usize> BallScenes<S, N> {
                 open = simd.mul_add_f64s(digit, simd.splat_f64s(POWERS_OF_3[2 * lane]), open);
                 open = simd.mul_add_f64s(other_digit, simd.splat_f64s(POWERS_OF_3[2 * lane + 1]), open);
             }
-            open_rows = simd.mul_add_f64s(open_rows, simd.splat_f64s(POWERS_OF_3[LANES - 1] * 3.0), open);
+            open_rows = simd.mul_add_f64s(open_rows, simd.splat_f64s(MIX), open);
         }
         let (force, rate) = (plus(simd, force, &second), plus(simd, rate, &second_rate));
         Remainders { force, rate, open_rows }

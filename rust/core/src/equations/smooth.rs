@@ -148,6 +148,9 @@ impl Kernel for LoadsKernel<'_> {
     }
 }
 
+/// Weight of the open rows of earlier links; no sums of whole numbers below ten cancel with it.
+pub(super) const MIX: f64 = 0.9;
+
 /// 3^lane.
 pub(super) const POWERS_OF_3: Lanes = [1.0, 3.0, 9.0, 27.0, 81.0, 243.0, 729.0, 2187.0];
 
@@ -283,7 +286,7 @@ impl Equations for SmoothEquations<'_> {
                 add_scaled(&mut second, &balls.rate[i + 1], -loads[i + 1]);
                 add_scaled(&mut second_rate, &balls.rate[i + 1], -rates[i + 1]);
             }
-            open_rows = fma(open_rows, POWERS_OF_3[LANES - 1] * 3.0, *open);
+            open_rows = fma(open_rows, MIX, *open);
         }
         for row in self.others.as_slice() {
             let (load, slope) = row.beyond_spring(state);
@@ -293,11 +296,30 @@ impl Equations for SmoothEquations<'_> {
                 rate[j] -= row.rate[j] * load_rate;
             }
             let segment = row.link.law().segment_of(row.deflection_at(state));
-            open_rows = fma(open_rows, 3.0, segment as f64 - 1.0);
+            open_rows = fma(open_rows, MIX, segment as f64 - 1.0);
         }
         add_scaled(&mut force, &second, 1.0);
         add_scaled(&mut rate, &second_rate, 1.0);
         Remainder { force, rate, open_rows }
+    }
+
+    fn changed_rows(&self, state: &State, other: &State) -> usize {
+        let mut count = 0;
+        for balls in self.balls.as_slice() {
+            let [one, other] = [state, other].map(|state| balls.deflections(state));
+            for i in 0..LANES {
+                let open = |from_rest: f64| {
+                    ball_compressions(balls.opening[i], balls.rest[i] + from_rest).map(|row| row > 0.0)
+                };
+                count += usize::from(open(one[i]) != open(other[i]));
+            }
+        }
+        for row in self.others.as_slice() {
+            let [one, other] =
+                [state, other].map(|state| row.link.law().segment_of(row.deflection_at(state)));
+            count += usize::from(one != other);
+        }
+        count
     }
 
     #[cfg_attr(feature = "std", inline(always))]

@@ -142,24 +142,30 @@ pub(crate) struct Controller {
     memory: f64,
     steps: f64,
     exponent: f64,
+    /// Longest step, s.
+    longest: f64,
     /// The step from which the next step size follows, s, and its error over the tolerance.
     reference_step: f64,
     error_ratio: f64,
 }
 
 impl Controller {
-    /// `order`: that of the error estimate, which falls as `h^(order + 1)`; `changes`: whether contacts change between smooth laws.
+    /// `order`: that of the error estimate, which falls as `h^(order + 1)`; `changes`: whether contacts change between smooth laws;
+    /// `angle`: longest step in radians of the fastest mode that vibrates.
     pub(crate) fn new(
         rtol: f64,
         system: &System,
         excitation: &Excitation,
         order: u32,
         changes: bool,
+        angle: f64,
     ) -> Self {
         // From the eigenvalues, not the modal damping ratios, because modes that are coupled by damping ring longer than each alone.
-        let slowest = eigenvalues(system).map_or(0.0, |values| {
-            values[..2 * system.mode_count()].iter().map(|value| value.re.abs()).fold(f64::INFINITY, f64::min)
-        });
+        let values = eigenvalues(system);
+        let values = values.as_ref().map_or(&[][..], |values| &values[..2 * system.mode_count()]);
+        let fastest = values.iter().fold(0.0, |most, value| f64::max(most, value.im.abs()));
+        let slowest = values.iter().fold(f64::INFINITY, |least, value| f64::min(least, value.re.abs()));
+        let slowest = if values.is_empty() { 0.0 } else { slowest };
         let memory = f64::min(excitation.duration(), 1.0 / slowest);
         let steps = if changes { STEPS_WITHIN_MARGIN_OF_CHANGES } else { STEPS_WITHIN_MARGIN };
         Self {
@@ -167,18 +173,25 @@ impl Controller {
             memory,
             steps,
             exponent: -1.0 / f64::from(order + 1),
+            longest: angle / fastest,
             reference_step: f64::INFINITY,
             error_ratio: 0.0,
         }
     }
 
+    /// Whether a step of length `h` is not longer than the longest.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn allows(&self, h: f64) -> bool {
+        h <= self.longest
+    }
+
     /// Number of equal steps for the remaining time `rest` of an interval.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn split(&mut self, rest: f64) -> f64 {
-        if rest <= self.reference_step && self.error_ratio <= SAME_STEP_RATIO {
+        if rest <= self.reference_step && self.error_ratio <= SAME_STEP_RATIO && rest <= self.longest {
             return 1.0;
         }
-        let allowed = self.allowed(self.reference_step, self.error_ratio);
+        let allowed = f64::min(self.allowed(self.reference_step, self.error_ratio), self.longest);
         // Up to a few ulp more is the same step, not one step and a tiny one.
         if rest <= allowed { 1.0 } else { ceil(rest / allowed * (1.0 - 1e-12)) }
     }

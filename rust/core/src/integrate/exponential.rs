@@ -11,7 +11,7 @@ use crate::equations::{
     CubicForce, CubicPropagator, CubicStep, Equations, PowerSeries, Remainder, advance_cubic,
 };
 use crate::excitation::Ramp;
-use crate::numeric::float::{add_scaled, floor, fma, sqrt};
+use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::system::{Force, NO_FORCE, State};
 
 /// Exponential collocation of order 4, without moving riders. Scenes without preloaded links are run by [`super::Exact`].
@@ -36,7 +36,8 @@ pub struct Memory<const CACHE: usize> {
     /// The end of the last step, with the nonlinear loads there.
     end: State,
     at_end: Remainder,
-    /// Rows that are open at the start of the last step, and how often a link has opened or closed one before.
+    /// The start of the last step, the rows that are open there, and how often a link has opened or closed one before.
+    start: State,
     open_rows: f64,
     changes: usize,
 }
@@ -47,6 +48,8 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
     const ERROR_ORDER: Option<u32> = Some(3);
     const STABLE: bool = true;
     const EXACT_IF_LINEAR: bool = true;
+    /// Within a longer one, a mode may swing out and back, and open a row, while the loads at the ends show nothing of it.
+    const LONGEST_STEP: f64 = 2.0;
 
     fn memory(&self) -> Self::Memory {
         Memory {
@@ -55,6 +58,7 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
             force: CubicForce([NO_FORCE; 4]),
             end: [f64::NAN; 12],
             at_end: Remainder::NONE,
+            start: [0.0; 12],
             open_rows: f64::NAN,
             changes: 0,
         }
@@ -68,7 +72,7 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
         ramp: &Ramp,
         state: &State,
     ) -> (State, State) {
-        let Memory { propagators, series, force, end, at_end, open_rows, changes } = memory;
+        let Memory { propagators, series, force, end, at_end, start, open_rows, changes } = memory;
         let (place, before) = propagators[usize::from(!ramp.spans_interval)].entry(ramp.h, equations.key());
         if place.is_none() && before >= MIN_OCCURRENCES {
             *place = Some(CubicPropagator::new(equations, ramp.h));
@@ -81,9 +85,12 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
             *at_end = equations.remainder(state);
         }
         if *open_rows != at_end.open_rows {
-            *changes += changed_digits(*open_rows, at_end.open_rows);
+            if !open_rows.is_nan() {
+                *changes += equations.changed_rows(start, state);
+            }
             *open_rows = at_end.open_rows;
         }
+        *start = *state;
         let step = Collocation::new(equations, &linear, ramp, state, at_end);
         (*force, *end, *at_end) = (step.force, step.next, step.found);
         (step.next, step.error)
@@ -105,8 +112,11 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
         advance_cubic(equations, series, theta * ramp.h, &memory.force.part(0.0, theta), state)
     }
 
-    fn contact_changes(&self, memory: &Self::Memory) -> usize {
-        memory.changes + changed_digits(memory.open_rows, memory.at_end.open_rows)
+    fn contact_changes<E: Equations>(&self, equations: &E, memory: &Self::Memory) -> usize {
+        if memory.open_rows.is_nan() {
+            return 0; // before the first step
+        }
+        memory.changes + equations.changed_rows(&memory.start, &memory.end)
     }
 }
 
@@ -130,18 +140,6 @@ fn series_of<'s, E: Equations>(cached: &'s mut Option<(u32, PowerSeries)>, equat
         Some((_, series)) => series,
         None => unreachable!("just made"),
     }
-}
-
-/// Number of digits to the base three, from -1 to 1, in which two whole numbers differ; none if one is NaN.
-#[cold]
-fn changed_digits(mut first: f64, mut second: f64) -> usize {
-    let mut count = 0;
-    while first != second && first.is_finite() && second.is_finite() {
-        let (above_first, above_second) = (floor((first + 1.0) / 3.0), floor((second + 1.0) / 3.0));
-        count += usize::from(first - 3.0 * above_first != second - 3.0 * above_second);
-        (first, second) = (above_first, above_second);
-    }
-    count
 }
 
 /// Coefficients of s² and s³ of the cubic over a step of length `h` with these values and rates of change at its start and its end.

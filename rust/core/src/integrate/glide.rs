@@ -80,7 +80,9 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn may_be_whole(&mut self, h: f64) -> bool {
         match (&mut self.steps.controller, self.recorder.output) {
-            (Some(controller), Output::Samples) => self.steps.was_whole || controller.split(h) == 1.0,
+            (Some(controller), Output::Samples) => {
+                controller.allows(h) && (self.steps.was_whole || controller.split(h) == 1.0)
+            }
             _ => false,
         }
     }

@@ -14,6 +14,8 @@ pub trait Method {
     const STABLE: bool;
     /// Whether it has no step error on linear equations, so that [`super::Exact`] runs scenes without smooth laws in its place.
     const EXACT_IF_LINEAR: bool = false;
+    /// Longest step with step-size control, in radians of the fastest mode that vibrates.
+    const LONGEST_STEP: f64 = f64::INFINITY;
     /// Time of a step over that of [`crate::Rk45`], about, for the limit of a run's work.
     const WORK: usize = 1;
 
@@ -45,7 +47,7 @@ pub trait Method {
     ) -> State;
 
     /// Number of changes of contact that the steps show, for a method that does not end its steps at them.
-    fn contact_changes(&self, _: &Self::Memory) -> usize {
+    fn contact_changes<E: Equations>(&self, _: &E, _: &Self::Memory) -> usize {
         0
     }
 }

@@ -176,9 +176,14 @@ impl<'a, M: Method> Setup<'a, M> {
         let has_edges = !C::Equations::LINEAR;
         let has_segments = system.first_segmented().is_some();
         let controller = match (control, M::ERROR_ORDER) {
-            (Control::Adaptive { rtol }, Some(order)) => {
-                Some(Controller::new(rtol, system, excitation, order, has_edges && has_segments))
-            }
+            (Control::Adaptive { rtol }, Some(order)) => Some(Controller::new(
+                rtol,
+                system,
+                excitation,
+                order,
+                has_edges && has_segments,
+                M::LONGEST_STEP,
+            )),
             _ => None,
         };
         let other = match system.first_smooth() {

@@ -130,7 +130,8 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         }
         self.recorder.remaining_times(state);
         (self.summary.recorded, self.summary.end) = (self.recorder.recorded, *state);
-        self.summary.contact_changes = self.equations.changes() + self.method.contact_changes(self.memory);
+        let seen = self.method.contact_changes(self.equations.equations(), self.memory);
+        self.summary.contact_changes = self.equations.changes() + seen;
         Ok(self.summary)
     }
 
