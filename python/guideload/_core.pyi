@@ -325,13 +325,14 @@ class Scene:
         """Integrate from static equilibrium.
 
         time: (n,) s. acceleration: (n, 3) m/s2 of L. wrench: (n, 6) external force [N] and moment about L [N
-        m]. method: exact (linear and piecewise linear scenes only), rk45 or implicit. rtol: tolerance of the
-        link loads, relative to the load scale: largest link load at rest plus quasi-static link load under the peaks of
-        the excitation. step: s, fixed step instead of step-size control; exact uses neither. times: (m,) s, ascending
+        m]. method: exact (linear and piecewise linear scenes only), exponential (not on smooth nonlinear scenes with
+        segments; exact where nothing is preloaded), rk45 or implicit. rtol: tolerance of the link loads, relative to
+        the load scale: largest link load at rest plus quasi-static link load under the peaks of the excitation. step:
+        s, fixed step instead of step-size control; exact uses neither. times: (m,) s, ascending
         instants between the first and the last sample, reported instead of the samples. start: rest (equilibrium under
         the weight), quasi-static (under the weight, the first sample of the excitation, and the riders' inertia
         forces there), or a state as `Solution.end` gives it. travel: (riders, n, 3) travel [m] from where they stand in
-        the scene, speed [m/s] and acceleration [m/s2] of the riders, which then move; not with exact. Raises
+        the scene, speed [m/s] and acceleration [m/s2] of the riders, which then move; by rk45 or implicit. Raises
         TraceError, ArgumentError, RunError; ValueError or TypeError for an array that is not float64 or not
         C-contiguous.
         """
@@ -429,7 +430,7 @@ class Solution:
 
     @property
     def contact_changes(self) -> int:
-        """Number of contact changes; 0 if all links are linear."""
+        """Number of contact changes; 0 if all links are linear. By exponential those between the ends of steps."""
 
     @property
     def load_scale(self) -> float:
@@ -523,10 +524,10 @@ class Batch:
 
     time, acceleration, wrench: as in `Scene.solve`; where payloads of the scene change, two stamps at one time. speed:
     (n,) m/s, of the cart along x at the stamps, with its sign, for the mean load. exponent: p of the mean load. method:
-    as in `Scene.solve`, or auto: exact if the laws of a sample allow it, else rk45, or implicit if rk45 would be
-    unstable. rules: of each group, the equivalent loads of ("load", group, "mean") and of ("load", group, "max"), as in
-    `equivalent_load_integrals`; by default |Fy| + |Fz|. start: of all samples, as in `Scene.solve`. draws: each sample
-    runs under the motion plus the draw whose number, a whole one, is in this column of values.
+    as in `Scene.solve`, or auto: exact or else exponential if the laws of a sample allow it, else rk45, or implicit if
+    rk45 would be unstable. rules: of each group, the equivalent loads of ("load", group, "mean") and of ("load", group,
+    "max"), as in `equivalent_load_integrals`; by default |Fy| + |Fz|. start: of all samples, as in `Scene.solve`.
+    draws: each sample runs under the motion plus the draw whose number, a whole one, is in this column of values.
 
     measures: (quantity, index, statistic) over the stamps of the motion. Quantities: Fx Fy Fz [N], Mx My Mz [N m]
     (about the centre) and resultant (hypot(Fy, Fz)) [N] of the group with this index; drive (reaction along x [N];

@@ -145,6 +145,21 @@ def test_coarse_samples_do_not_make_a_right_result_doubtful(
         assert found.energy.residual > 0.1
 
 
+@pytest.mark.parametrize(("damping", "other"), [(5e4, "rk45"), (2e6, "implicit")])
+def test_a_result_by_exponential_is_checked_by_a_method_that_does_not_share_its_errors(
+    damping: float, other: str
+) -> None:
+    """rk45 where stability allows its steps to be as long as those of the result."""
+    machine = ref.cart(damping, preload_y=1200.0, preload_z=1200.0, rolling="ball")
+    found = simulate(machine, rough(), "exponential").audit
+    assert found.second_look.method == other and found.second_look.agrees and not found.doubts
+
+
+def test_a_fixed_step_of_exponential_that_is_too_long_is_doubted() -> None:
+    loose = simulate(ref.preloaded(), rough(50, 0.04), "exponential", step=0.04).audit
+    assert DIFFERS in loose.doubts[0] and "Use a shorter step" in loose.doubts[0]
+
+
 def test_given_instants_do_not_matter_to_the_second_look() -> None:
     """They need not contain the samples: the run itself is repeated."""
     times = np.sort(np.random.default_rng(2).uniform(0.0, 1.5, 300))

@@ -64,7 +64,7 @@ from guideload.simulation.simulation import Method, prepared_run
 
 TURNS, CALLS = 15, 5
 SLOW, EVERY = 0.1, 5  # s, from which on a call is timed once, and in every fifth turn only
-METHODS = [method for method in get_args(Method) if method != "auto"]
+METHODS = [method for method in get_args(Method) if method not in ("auto", "exponential")]
 EXACT = "guideload exact"
 NAMES = "from guideload import Machine, motion_from_trace, read_trace, simulate"
 

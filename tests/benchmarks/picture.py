@@ -12,7 +12,8 @@ from measure import ROUNDING, Job, Measured
 from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, look, new_figure
 
 OURS = dict(
-    zip(("guideload exact", "guideload rk45", "guideload implicit"), CARRIAGE_COLORS[:3], strict=True)
+    zip(("guideload exact", "guideload rk45", "guideload implicit"), CARRIAGE_COLORS[:3], strict=True),
+    **{"guideload exponential": CARRIAGE_COLORS[0]},  # in the place of exact, where contacts are preloaded
 )
 BEST = ("#CC79A7", "#E69F00", "#56B4E9")
 DIM = "#c3c7cd"

@@ -265,9 +265,12 @@ def test_what_sets_the_steps_of_rk45_and_what_is_not_run() -> None:
     rk45 = found.costs[1]
     assert rk45.needed > 1e8 and rk45.steps is None and "not worth" in rk45.note
     assert found.limited_by == "stability"
-    exact, rk45, _ = stability(ref.preloaded()).costs
+    found = stability(ref.preloaded())
+    exact, rk45, _, exponential = found.costs
     assert (exact.steps, exact.note) == (None, "preloaded contacts have no exact solution")
     assert rk45.steps is not None
+    assert exponential.method == "exponential"
+    assert exponential.steps >= exponential.needed == found.motion.time.size - 1
 
 
 def test_needed_steps_end_at_every_sample_and_rest_costs_one_each() -> None:

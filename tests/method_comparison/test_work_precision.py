@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from command_line import MACHINE, guideload, names, refused, write_trace
-from reference import cart, cart_stiff, cycle, noisy, paper, piece
+from reference import cart, cart_stiff, cycle, noisy, paper, piece, preloaded
 
 from guideload import Body, Link, Machine, Motion, WorkPrecision, plots, simulate
 from guideload.base.errors import ArgumentError, RunError
@@ -22,6 +22,7 @@ from guideload.reports.work_precision import chart_report
 
 SETTINGS = 1 + 2 * len(RTOLS) + 2 * len(STEPS_PER_SAMPLE)
 START = piece(cycle(), 500, 1200)  # from rest up to speed, and on
+SHORT = piece(cycle(), 560, 760)
 AT_REST = Motion.along_x(START.time, 0.0 * START.time)
 
 
@@ -312,6 +313,33 @@ def test_bad_arguments_are_refused() -> None:
         work_precision("machine.toml", START)
     with pytest.raises(TypeError, match="motion: expected a Motion"):
         work_precision(cart(), "trace.csv")
+
+
+# ---- preload
+
+
+def test_preload_has_curves_of_the_exponential_method_and_other_machines_have_none(
+    chart: WorkPrecision,
+) -> None:
+    assert not curve(chart, "exponential", "rtol")
+    assert not curve(work_precision(mixed(), SHORT, budget=0.5), "exponential", "rtol")
+    found = work_precision(preloaded(5000.0), SHORT)
+    rows, steps = (curve(found, "exponential", kind) for kind in ("rtol", "step"))
+    assert len(rows) == len(RTOLS) and len(steps) == len(STEPS_PER_SAMPLE)
+    assert found.auto_row in rows and found.auto_row.setting.value == 1e-6
+    assert all(row.load_error <= 10.0 * row.setting.value for row in rows if row.setting.value >= 1e-11)
+    errors = [row.error for row in steps[:4]]  # no row opens
+    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx(4.0, abs=0.2)
+    text = chart_report(found)
+    assert "auto picks exponential" in " ".join(text.split())
+    assert max(len(line) for line in text.splitlines()) <= 80 and "…" not in text
+    legend = plots.work_precision(found).get_legend().get_texts()
+    assert {"exponential, tolerance", "exponential, fixed step"} <= {label.get_text() for label in legend}
+
+
+def mixed() -> Machine:
+    """Preload across, clearance along z."""
+    return cart(preload_y=1200.0, rolling="ball", clearance_z=3e-6)
 
 
 # ---- text and picture

@@ -149,6 +149,11 @@ def test_motion_and_method_are_described(result: Result) -> None:
     assert "fixed step 0.5 ms" in said(simulate(MACHINE, PUSH, "implicit", step=5e-4))
     loose = simulate(with_carriages(clearance_z=5e-6), PUSH)
     assert f"{loose.audit.contact.changes} contact changes, located" in said(loose)
+    light = simulate(with_carriages(preload_y=300.0, preload_z=300.0, rolling="ball"), PUSH)
+    changes = light.audit.contact.changes
+    assert f"{changes} contact changes, counted from step to step" in said(light) and changes
+    assert "method exponential: preloaded contacts are not linear" in said(light)
+    assert "error tolerance of the link loads 1e-06" in said(light)
 
 
 def test_uneven_samples_are_said() -> None:

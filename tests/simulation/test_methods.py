@@ -261,9 +261,10 @@ def test_auto_is_exact_for_linear_scenes_and_says_why() -> None:
 
 
 REFUSED: list[tuple[dict[str, Any], str]] = [
-    ({"method": "bdf"}, r"method: expected one of auto, exact, rk45, implicit, got 'bdf'"),
+    ({"method": "bdf"}, r"method: expected one of auto, exact, exponential, rk45, implicit, got 'bdf'"),
     ({"method": "exact", "step": 1e-3}, r'step: method "exact".*use rk45 or implicit'),
     ({"method": "auto", "step": 1e-3}, r'step: method "auto".*use rk45 or implicit'),
+    ({"method": "exponential", "step": 1e-3}, r'step: method "exponential".*use rk45 or implicit'),
     ({"method": "rk45", "rtol": 0.0}, r"rtol: expected 1e-13 to 0.1.*got 0"),
     ({"method": "rk45", "rtol": -1e-6}, r"rtol: .*got -1e-6"),
     ({"method": "implicit", "rtol": 1e-15}, r'rtol: .*method "exact" has no step error'),

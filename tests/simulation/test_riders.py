@@ -184,6 +184,7 @@ def test_peaks_bands_audit_and_files(tmp_path: Path):
     ("call", "words"),
     [
         (lambda m, x: simulate(m, x, "exact", riders={"slide": swing(0.02, 15.0)}), "a rider moves"),
+        (lambda m, x: simulate(m, x, "exponential", riders={"slide": swing(0.02, 15.0)}), 'expected "rk45"'),
         (lambda m, x: simulate(m, x, riders={"arm": x}), "expected a rider of the machine"),
         (lambda m, x: simulate(gantry(SLIDE.model_copy(update={"motion": "a.csv"})), x), "has the motion"),
         (lambda m, x: simulate(m, x, riders={"slide": x.with_force([0, 0, 0], [1, 0, 0])}), "without forces"),

@@ -67,7 +67,7 @@ def test_linear_samples_without_step_error_need_no_second_solution(machine: Any)
 
 
 @pytest.mark.parametrize("machine", [ref.cart, ref.cart_clear, ref.preloaded])
-@pytest.mark.parametrize("method", ["auto", "rk45", "implicit"])
+@pytest.mark.parametrize("method", ["auto", "exponential", "rk45", "implicit"])
 def test_right_samples_are_not_doubted(machine: Any, method: str) -> None:
     for rtol in (1e-3, 1e-6):
         result = run_study(study(machine(), method=method, rtol=rtol))

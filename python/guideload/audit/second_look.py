@@ -36,9 +36,9 @@ UNCONTROLLED = (
     1e-3  # of the load scale, for a fixed step: no tolerance was asked for; about the error of the model
 )
 ROUNDING = 1e-7  # of the load scale: differences below it are rounding, which stiff scenes amplify
-MOST_STEPS = (
-    20  # steps of rk45 per step of the result up to which it checks implicit; a step costs about a fifth
-)
+# Steps of rk45 per step of the result up to which it checks a method: a step costs about a fifth of one of implicit and
+# as much as one of exponential, for which implicit is the other choice.
+MOST_STEPS = {"implicit": 20, "exponential": 1}
 
 NO_MOTION = (
     "the samples of its motion are not stored with it; compute it again, or keep the result of `simulate`"
@@ -167,10 +167,11 @@ def _other_method(histories: Histories) -> str:
     """Another method than that of the result: exact where it can be, else one that does not share its errors."""
     if histories.machine.scene.model_level != "smooth nonlinear" and not histories.rides:
         return "exact"
-    if histories.data.attrs["method"] == "rk45":
+    method = str(histories.data.attrs["method"])
+    if method == "rk45":
         return "implicit"
     steps = fastest_rate(histories) * float(np.ptp(histories.time)) / 3.0  # of rk45 at its limit of stability
-    return "rk45" if steps <= MOST_STEPS * float(histories.data.attrs["steps"]) else "implicit"
+    return "rk45" if steps <= MOST_STEPS[method] * float(histories.data.attrs["steps"]) else "implicit"
 
 
 def fastest_rate(histories: Histories) -> float:

@@ -83,7 +83,7 @@ rider_option = click.option(
 )
 method_option = click.option(
     "--method",
-    type=click.Choice(("auto", "exact", "rk45", "implicit")),
+    type=click.Choice(("auto", "exact", "exponential", "rk45", "implicit")),
     default="auto",
     show_default=True,
     help="Integration method; auto is the cheapest that the machine allows.",

@@ -85,7 +85,9 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
 @options.method_option
 @options.rtol_option
 @options.start_option
-@click.option("--step", type=options.POSITIVE, help="Fixed step in seconds, for rk45 and implicit.")
+@click.option(
+    "--step", type=options.POSITIVE, help="Fixed step in seconds, for exponential, rk45 and implicit."
+)
 @options.free_option
 @options.rider_option
 @click.option(
@@ -125,7 +127,10 @@ def run(
     from guideload.simulation.simulation import simulate
 
     if step is not None and method in ("auto", "exact"):
-        raise click.UsageError(f"--step needs --method rk45 or implicit; {method} has no fixed step")
+        raise click.UsageError(
+            "--step needs --method rk45 or implicit, or exponential for preloaded contacts; "
+            f"{method} has no fixed step"
+        )
     if output is None:
         _require_report_alone(report, file_format, no_pictures)
     form = file_format or "netcdf"

@@ -59,7 +59,7 @@ def work_precision(machine: Machine, motion: Motion, *, budget: float = 20.0) ->
     machine.require_no_payloads("the comparison of methods")
     reference, loads, metric = _reference(machine, motion)
     runner = _Runner(machine, motion, metric, loads, reference, float(budget), deadline)
-    curves = _curves(motion)
+    curves = _curves(machine, motion)
     for settings in zip_longest(*curves):
         for setting in filter(None, settings):
             runner.run(setting)
@@ -100,16 +100,22 @@ def _auto(machine: Machine, motion: Motion) -> tuple[str | None, str]:
     return result.method, result.reason
 
 
-def _curves(motion: Motion) -> list[list[Setting]]:
+def has_exponential(machine: Machine) -> bool:
+    """Whether method exponential runs a machine, and not in the place of exact."""
+    return machine.model_level == "smooth nonlinear" and not machine.scene.has_segments
+
+
+def _curves(machine: Machine, motion: Motion) -> list[list[Setting]]:
     """The settings of each curve of the diagram, from coarse to fine."""
     intervals = np.diff(motion.time)
     intervals = intervals[intervals > 0.0]
     interval = float(np.median(intervals)) if intervals.size else None
     steps = [] if interval is None else [interval / steps for steps in STEPS_PER_SAMPLE]
+    methods = ("exponential", "implicit", "rk45")[0 if has_exponential(machine) else 1 :]
     return [
         [Setting("exact")],
-        *([Setting(method, "rtol", rtol) for rtol in RTOLS] for method in ("implicit", "rk45")),
-        *([Setting(method, "step", step) for step in steps] for method in ("implicit", "rk45")),
+        *([Setting(method, "rtol", rtol) for rtol in RTOLS] for method in methods),
+        *([Setting(method, "step", step) for step in steps] for method in methods),
     ]
 
 

@@ -1,7 +1,7 @@
 """Step stability: the longest stable step of rk45 on a machine, and the cost of every method.
 
 The modes of a scene decay or vibrate with its eigenvalues λ, and a fixed step h of rk45 is stable while |R(h λ)| <= 1
-for all of them; R is its stability function. exact and implicit are stable at any step.
+for all of them; R is its stability function. The other methods are stable at any step.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from guideload.machine.laws import NO_EXACT
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import moving_dofs
 from guideload.method_comparison.diagram import Setting
-from guideload.method_comparison.runner import solve
+from guideload.method_comparison.runner import has_exponential, solve
 from guideload.motion.motion import Motion
 from guideload.simulation.stability_function import (
     UNDAMPED,
@@ -27,7 +27,7 @@ from guideload.simulation.stability_function import (
     longest_stable_steps,
 )
 
-METHODS: tuple[MethodName, ...] = ("exact", "rk45", "implicit")
+METHODS: tuple[MethodName, ...] = ("exact", "rk45", "implicit")  # on any machine
 
 MOST_STEPS = 3_000_000  # of rk45 for its cost to be measured, about a second
 STRAIGHT = (
@@ -62,7 +62,7 @@ class Stability:
     longest_steps (m,) s, longest stable step of rk45 for each
     motion        that the costs are for
     rtol          tolerance of those runs
-    costs         of exact, rk45 and implicit
+    costs         of exact, rk45 and implicit, then of exponential if links are preloaded, none with edges beside it
     """
 
     machine: Machine
@@ -120,7 +120,7 @@ def stability(machine: Machine, motion: Motion | None = None, *, rtol: float = 1
     """The longest stable step of rk45 on a machine, and the cost of every method.
 
     motion  that the costs are for; if left out, a jerk-limited move by 1.6 m at 1 kHz, up to 1 m/s and 2 m/s2
-    rtol    tolerance of rk45 and implicit there
+    rtol    tolerance of exponential, rk45 and implicit there
 
     Raises SceneError (unsupported body), ArgumentError (rtol, motion), RunError.
     """
@@ -134,13 +134,14 @@ def stability(machine: Machine, motion: Motion | None = None, *, rtol: float = 1
     eigenvalues = np.where(undamped, 0.0, eigenvalues.real) + 1j * eigenvalues.imag
     eigenvalues = eigenvalues[np.argsort(np.abs(eigenvalues), kind="stable")]
     longest = longest_stable_steps(eigenvalues)
+    methods: tuple[MethodName, ...] = (*METHODS, "exponential") if has_exponential(machine) else METHODS
     return Stability(
         machine=machine,
         eigenvalues=eigenvalues,
         longest_steps=longest,
         motion=motion,
         rtol=rtol,
-        costs=tuple(_cost(machine, motion, method, rtol, float(longest.min())) for method in METHODS),
+        costs=tuple(_cost(machine, motion, method, rtol, float(longest.min())) for method in methods),
     )
 
 
@@ -173,7 +174,8 @@ def step_ends(machine: Machine, motion: Motion, method: MethodName) -> NDArray[n
 
     rk45 and implicit step over samples that lie on a straight line, unless contact changes are to be located.
     """
-    if method == "exact" or machine.model_level == "piecewise linear" or motion.time.size < 3:
+    piecewise = machine.model_level == "piecewise linear"
+    if method in ("exact", "exponential") or piecewise or motion.time.size < 3:
         return np.arange(motion.time.size)
     columns = _excitation(motion)
     steps = np.diff(motion.time)

@@ -100,7 +100,7 @@ def _draw_periods(ax: Axes, stability: Stability) -> None:
     for index, count in enumerate(samples[(samples >= steps[0]) & (samples <= steps[-1])]):
         label = None if index else "modes of the machine, one step per sample"
         ax.axvline(count, color=GREY, linewidth=1.0, linestyle=(0, (4, 2)), zorder=1, label=label)
-    ax.plot([], [], " ", label="exact: no error at any step")
+    ax.plot([], [], " ", label="exact, exponential: no error at any step")
     ax.set(xscale="log", yscale="log", xlim=(steps[0], steps[-1]), ylim=(SMALLEST, LARGEST))
     ax.set_xticks(STEPS_PER_PERIOD, [str(count) for count in STEPS_PER_PERIOD])
     ax.set_xticks([], minor=True)

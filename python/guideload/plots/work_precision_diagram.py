@@ -20,7 +20,12 @@ if TYPE_CHECKING:
     Curves = dict[tuple[str, str | None], list[tuple[list[Row], Point]]]
 
 # Colour and marker of each method; fixed steps have dashed lines and hollow markers.
-METHODS = {"exact": ("#009E73", "D"), "implicit": ("#0072B2", "o"), "rk45": ("#D55E00", "s")}
+METHODS = {
+    "exact": ("#009E73", "D"),
+    "exponential": ("#CC79A7", "^"),
+    "implicit": ("#0072B2", "o"),
+    "rk45": ("#D55E00", "s"),
+}
 KINDS = {"rtol": ", tolerance", "step": ", fixed step", None: ""}
 PARETO_COLOR = "#f2c14e"
 ROOM = 0.5  # decades right of the last point

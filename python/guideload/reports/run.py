@@ -249,5 +249,7 @@ def solution_lines(data: Quantities) -> list[str]:
         )
     lines += payload_lines(data)
     if changes := int(attributes["contact_changes"]):
-        lines.append(f"{changes} contact changes, located between the samples")
+        located = attributes["method"] != "exponential"
+        how = "located between the samples" if located else "counted from step to step"
+        lines.append(f"{changes} contact changes, {how}")
     return lines

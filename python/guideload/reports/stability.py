@@ -24,13 +24,13 @@ ROUNDING = 1e-13  # in the error over one period
 ALMOST_UNDAMPED = 1e-3  # damping ratio
 
 STEP_DEFINITIONS = (
-    "Stable: longest fixed step at which rk45 does not amplify the motion of this eigenvalue. exact and implicit are "
+    "Stable: longest fixed step at which rk45 does not amplify the motion of this eigenvalue. The other methods are "
     "stable at any step."
 )
 PERIOD_DEFINITIONS = (
     "Lost, leads: relative loss of amplitude (negative: gain) and phase lead of an undamped mode over one period, "
     "against the exact solution. Both fall with the fifth (rk45) and ninth (implicit) power of the step or faster. "
-    "exact has neither error at any step."
+    "exact and exponential have neither error at any step."
 )
 
 
@@ -98,7 +98,7 @@ def eigenvalues_table(stability: Stability) -> Table:
 
 def cost_line(stability: Stability) -> str:
     """What limits the steps of rk45, and which method needs fewer."""
-    exact, rk45, implicit = stability.costs
+    exact, rk45, implicit, *exponential = stability.costs
     if stability.limited_by == "samples":
         share = stability.sample_interval / stability.predicted_step
         return (
@@ -111,7 +111,8 @@ def cost_line(stability: Stability) -> str:
     samples = np.count_nonzero(np.diff(stability.motion.time))
     advice = "This takes little time here."
     if counted > NEAR * samples:
-        advice = f"Use {'exact or implicit' if exact.steps else 'implicit'} here."
+        stable = "exact or " if exact.steps else "exponential or " if exponential else ""
+        advice = f"Use {stable}implicit here."
     return (
         f"Stability limits the steps of rk45 at any tolerance: {counted / samples:.3g} per sample, "
         f"{counted / (implicit.steps or implicit.needed):.3g} times as many as implicit. {advice}"

@@ -25,7 +25,7 @@ MOST_DEVIATION = 6.0  # standard deviations; none of some hundred samples deviat
 # For other scenes: limits of the number of samples, number of samples in memory at a time, and number of steps of all
 # samples together, which take some seconds.
 MOST_SAMPLES, FEWEST_SAMPLES, IN_MEMORY = 40, 8, 8
-STEPS = {"exact": 4_000_000, "rk45": 4_000_000, "implicit": 1_000_000}
+STEPS = {"exact": 4_000_000, "exponential": 4_000_000, "rk45": 4_000_000, "implicit": 1_000_000}
 
 
 @dataclass(frozen=True, eq=False)

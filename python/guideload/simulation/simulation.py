@@ -42,13 +42,16 @@ def simulate(
     If the drive has a pressure angle, the push of its rack acts too: see `guideload.simulation.drive_force`.
 
     method  exact (matrix exponential between samples and contact changes: no step error; not for preloaded
-            contacts), rk45 (Dormand-Prince 5(4)), implicit (Radau IIA of order 9), or auto: the cheapest method that
-            the scene allows; `Result.reason` explains the choice
-    riders  the motion of each rider that moves, by its name: along x, which is its travel; method exact then has no
-            solution. Without riders that move, each is a part of the body at its position
-    rtol    error tolerance of rk45 and implicit for the link loads, relative to the load scale: largest link load at
-            rest plus quasi-static link load under the peaks of the motion (`load_scale_N` of the result)
-    step    s, fixed step of rk45 and implicit instead of step-size control; steps end at samples of the motion
+            contacts), exponential (for preloaded contacts: the linear part exactly, the rest by collocation of order 4;
+            not beside clearance, sides or curves; without preload it is exact), rk45 (Dormand-Prince 5(4)), implicit
+            (Radau IIA of order 9), or auto: the cheapest method that the scene allows; `Result.reason` explains the
+            choice
+    riders  the motion of each rider that moves, by its name: along x, which is its travel; the methods are then rk45
+            and implicit. Without riders that move, each is a part of the body at its position
+    rtol    error tolerance of exponential, rk45 and implicit for the link loads, relative to the load scale: largest
+            link load at rest plus quasi-static link load under the peaks of the motion (`load_scale_N` of the result)
+    step    s, fixed step of exponential, rk45 and implicit instead of step-size control; steps end at samples of the
+            motion
     times   (m,) s, instants to report, ascending; default: the samples of the motion
     start   rest (static equilibrium under the weight), quasi-static (static equilibrium under the weight, the first
             acceleration and the first external load, as if they had acted for long), or auto:
@@ -172,7 +175,15 @@ def _method_and_reason(
     if method not in get_args(Method):
         raise ArgumentError(f"method: expected one of {', '.join(get_args(Method))}, got {method!r}")
     if method in ("auto", "exact") and step is not None:
-        raise ArgumentError(f'step: method "{method}" has none; leave step out, or use rk45 or implicit')
+        others = "rk45 or implicit, or exponential for preloaded contacts"
+        raise ArgumentError(f'step: method "{method}" has none; leave step out, or use {others}')
+    if method == "exponential" and machine.scene.model_level != "smooth nonlinear" and not riding:
+        if step is not None:
+            raise ArgumentError(
+                'step: method "exponential" has none where no contact is preloaded, because it is exact there; leave '
+                "step out, or use rk45 or implicit"
+            )
+        return "exact", "exponential was asked for, which is exact where no contact is preloaded"
     if method != "auto":
         return method, "asked for"
     if riding:
@@ -182,7 +193,8 @@ def _method_and_reason(
     if machine.scene.model_level == "piecewise linear":
         return "exact", "links are linear between contact changes, which are located: no step error"
     if not machine.scene.has_segments:
-        return "exponential", "preloaded contacts are not linear: the linear part has no step error, the rest a small one"
+        why = "preloaded contacts are not linear: the linear part has no step error, the rest a small one"
+        return "exponential", why
     return _by_stability(machine, motion, "preloaded contacts beside clearance, sides or curves")
 
 

@@ -1,7 +1,7 @@
 """The stability function R(z) of each method: the factor by which a step multiplies a mode.
 
 A mode of a linear scene obeys q' = λ q with its eigenvalue λ. A step of length h multiplies q by R(h λ), the exact
-solution by exp(h λ). A method is stable where |R| <= 1; exact has R = exp and no step error.
+solution by exp(h λ). A method is stable where |R| <= 1; exact and exponential have R = exp and no step error.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from guideload.base.arrays import Array
 
-MethodName = Literal["exact", "rk45", "implicit"]
+MethodName = Literal["exact", "exponential", "rk45", "implicit"]
 
 # Dormand-Prince, order 5, in ascending powers of z: the series of exp up to z^5, then 1/600.
 RK45 = np.array([1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 600.0])
@@ -29,7 +29,7 @@ UNDAMPED = 1e-12
 def stability_function(method: MethodName, z: ArrayLike) -> NDArray[np.complex128]:
     """R(z) of a method, for an array z = h λ of complex numbers [1]."""
     z = np.asarray(z, dtype=np.complex128)
-    if method == "exact":
+    if method in ("exact", "exponential"):
         return np.asarray(np.exp(z))
     if method == "rk45":
         return np.asarray(polyval(z, RK45))

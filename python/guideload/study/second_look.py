@@ -22,6 +22,7 @@ FEWEST, MOST = (
     20,
     200,
 )  # samples: 20 find with 95 % what happens in one of seven, 200 what happens in one of 67
+EXACT_IF_LINEAR = ("auto", "exact", "exponential")  # exact where no contact is preloaded
 
 Indices = NDArray[np.intp]
 
@@ -40,16 +41,16 @@ def _second_look(plan: Plan, result: StudyResult, threads: int) -> SecondLooks |
     linear = level == "linear" and all(
         target[0] != "law" or target[2] == "stiffness" for target, *_ in plan.changes
     )
-    if linear and method in ("auto", "exact"):
+    if linear and method in EXACT_IF_LINEAR:
         return "none was needed: linear links by method exact have no step error and no impacts"
     samples = samples_solved_again(plan, result)
     if not samples.size:
         return "no sample has a result"
     if level != "smooth nonlinear":
         other = "exact"
-    else:  # auto: rk45, or implicit where the sample is stiff
+    else:  # auto: exponential, and beside edges rk45, or implicit where the sample is stiff
         other = "auto" if method == "implicit" else "implicit"
-    exact = other == "exact" and method in ("auto", "exact")
+    exact = other == "exact" and method in EXACT_IF_LINEAR
     explained = explained_error({"method": "exact" if exact else method, "rtol": rtol})
     tight = tighter(rtol)
     perturbation = PERTURBATION if other == "exact" else max(PERTURBATION, tight)

@@ -139,7 +139,7 @@ class StudyOptions(ConfigModel):
     )
     statistics: tuple[Statistic, ...] = optional("statistics of loads over time", STATISTICS, min_length=1)
     method: Method = optional("method of integration, as in `guideload run`", "auto")
-    rtol: Positive = optional("relative tolerance of the loads, for rk45 and implicit", 1e-6)
+    rtol: Positive = optional("relative tolerance of the loads, for all methods but exact", 1e-6)
     start: Start = optional("state in which every run starts, as in `guideload run`", "auto")
     limits: dict[str, NumberOrText] = optional('limits for exceedance, e.g. peak_resultant = "8 kN"', {})
     vary: tuple[DistributionSpec, ...] = optional("one [[vary]] table for each varied parameter", ())
