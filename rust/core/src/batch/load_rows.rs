@@ -17,44 +17,50 @@ pub(super) const BLOCK: usize = 64;
 /// One number at each instant of a block.
 type Values = [f64; BLOCK];
 
-/// States and excitation at the instants of a block, entry by entry.
+/// States and excitation at the instants of a block.
 #[derive(Debug)]
 pub(super) struct StateBlock {
-    states: [Values; 12],
+    states: [State; BLOCK],
+    /// The same, entry by entry; set when they are needed.
+    entries: [Values; 12],
     inputs: [Values; 9],
 }
 
 impl StateBlock {
     pub(super) fn new() -> Self {
-        Self { states: [[0.0; BLOCK]; 12], inputs: [[0.0; BLOCK]; 9] }
+        Self {
+            states: [[0.0; 12]; BLOCK],
+            entries: [[0.0; BLOCK]; 12],
+            inputs: [[0.0; BLOCK]; 9],
+        }
     }
 
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn set(&mut self, at: usize, state: &State) {
-        for j in 0..12 {
-            self.states[j][at] = state[j];
-        }
+        self.states[at] = *state;
     }
 
     /// Fills the rest of the block with its last instant.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn pad(&mut self, filled: usize) {
-        if filled < BLOCK {
-            for entry in &mut self.states {
-                let last = entry[filled - 1];
-                entry[filled..].fill(last);
-            }
-        }
+        let last = self.states[filled - 1];
+        self.states[filled..].fill(last);
     }
 
     /// The ranges of the entries of the states.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn ranges(&self) -> StateBox {
-        let (mut least, mut most) = ([0.0; 12], [0.0; 12]);
-        for (j, entry) in self.states.iter().enumerate() {
-            (least[j], most[j]) = extremes(entry);
+        StateBox::of(&self.states)
+    }
+
+    /// Sets the entries of the states.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn set_entries(&mut self) {
+        for (at, state) in self.states.iter().enumerate() {
+            for j in 0..12 {
+                self.entries[j][at] = state[j];
+            }
         }
-        StateBox::between(least, most)
     }
 
     /// Sets the excitation from sample `from` on.
@@ -273,7 +279,7 @@ impl LoadRows {
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn evaluate(&mut self, block: &StateBlock, lost: &mut [bool]) {
         let Self { sums, nonlinear, monitored, deflections, forces: elastic, dampers, values, .. } = self;
-        let (states, inputs): (&[Values], &[Values]) = (&block.states, &block.inputs);
+        let (states, inputs): (&[Values], &[Values]) = (&block.entries, &block.inputs);
         for (place, link) in nonlinear.iter().enumerate() {
             let at = &mut deflections[place];
             link.deflection.at([states, inputs, &[], &[]], at);

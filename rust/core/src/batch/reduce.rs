@@ -148,6 +148,7 @@ impl Kernel for FlushKernel<'_, '_> {
         if requirements.needs_drive() {
             block.set_inputs(excitation, before, filled);
         }
+        block.set_entries();
         rows.evaluate(block, lost);
         for (wanted, statistics) in requirements.signals.iter().zip(statistics) {
             let mut values = [0.0; BLOCK];

@@ -176,7 +176,8 @@ impl Collocation {
         state: &State,
         start: &Remainder,
     ) -> Self {
-        let (mut f0, mut f1) = (ramp.force(0.0), ramp.rise());
+        let (mut f0, mut f1) = (ramp.force(0.0), ramp.force(1.0));
+        add_scaled(&mut f1, &f0, -1.0);
         add_scaled(&mut f0, equations.constant(), 1.0);
         add_scaled(&mut f0, &start.force, 1.0);
         add_scaled(&mut f1, &start.rate, ramp.h);
