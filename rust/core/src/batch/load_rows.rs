@@ -28,11 +28,7 @@ pub(super) struct StateBlock {
 
 impl StateBlock {
     pub(super) fn new() -> Self {
-        Self {
-            states: [[0.0; 12]; BLOCK],
-            entries: [[0.0; BLOCK]; 12],
-            inputs: [[0.0; BLOCK]; 9],
-        }
+        Self { states: [[0.0; 12]; BLOCK], entries: [[0.0; BLOCK]; 12], inputs: [[0.0; BLOCK]; 9] }
     }
 
     #[cfg_attr(feature = "std", inline(always))]

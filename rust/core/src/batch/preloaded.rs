@@ -1,11 +1,11 @@
 //! Runs of some samples with preloaded links side by side.
 
 use super::reduce::{Memory, Reduce};
-use super::single::RunSettings;
+use super::single::{RunSettings, measure};
 use super::windows::Window;
 use crate::error::RunError;
 use crate::excitation::ScaledExcitation;
-use crate::integrate::{SceneRun, Start, run_side_by_side};
+use crate::integrate::{NamedMethod, SceneRun, Start, run_side_by_side};
 use crate::output::Watched;
 use crate::system::{State, System};
 use crate::variation::{Group, Instance, SampleError};
@@ -20,7 +20,8 @@ pub(super) struct Beside<'a> {
     pub out: &'a mut [f64],
 }
 
-/// Runs up to [`crate::integrate::scenes_side_by_side`] samples by the exponential method and writes their measures, as [`super::single::measure`] does.
+/// Runs up to [`crate::integrate::scenes_side_by_side`] samples and writes their measures, as [`measure`] does: side by side those for which
+/// the exponential method is the right one.
 pub(super) fn measure_side_by_side(samples: &mut [Beside], groups: &[Group]) -> Vec<Result<(), SampleError>> {
     let Some(RunSettings { windows, .. }) = samples.first().map(|one| one.runs) else { return Vec::new() };
     let mut done: Vec<Result<(), SampleError>> = samples.iter().map(|_| Ok(())).collect();
@@ -28,13 +29,19 @@ pub(super) fn measure_side_by_side(samples: &mut [Beside], groups: &[Group]) -> 
     for one in &mut *samples {
         one.memory.begin(&windows[0].requirements);
     }
+    let mut by_itself = vec![false; samples.len()];
     for window in windows {
         let mut begun = Vec::with_capacity(samples.len());
         for (index, (one, last)) in samples.iter().zip(&mut last).enumerate() {
+            if done[index].is_err() || by_itself[index] {
+                continue;
+            }
             match one.runs.begin(window, one.sample, last.take()) {
-                Ok(begin) if done[index].is_ok() => begun.push((index, begin)),
-                Ok(_) => {}
-                Err(error) => done[index] = done[index].clone().and(Err(error)),
+                Ok((system, _)) if one.runs.method_for(&system) != NamedMethod::Exponential => {
+                    by_itself[index] = true;
+                }
+                Ok(begin) => begun.push((index, begin)),
+                Err(error) => done[index] = Err(error),
             }
         }
         let ends = run_window(window, samples, groups, &begun);
@@ -45,8 +52,10 @@ pub(super) fn measure_side_by_side(samples: &mut [Beside], groups: &[Group]) -> 
             }
         }
     }
-    for (one, done) in samples.iter_mut().zip(&mut done) {
-        if done.is_ok() {
+    for ((one, done), by_itself) in samples.iter_mut().zip(&mut done).zip(by_itself) {
+        if by_itself {
+            *done = measure(&one.runs, groups, one.sample, one.memory, one.out);
+        } else if done.is_ok() {
             let written = one.memory.write(&windows[0].requirements, one.runs.excitation, one.out);
             *done = written.map_err(SampleError::from);
         }

@@ -6,7 +6,7 @@ use super::windows::Window;
 use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::excitation::ScaledExcitation;
-use crate::integrate::{Control, NamedMethod, Output, Start};
+use crate::integrate::{Control, Exponential, Method, NamedMethod, Output, Start};
 use crate::numeric::watch::Watch;
 use crate::output::{Part, Record, Watched, evaluate, group_load_along};
 use crate::system::eigenvalues;
@@ -69,30 +69,37 @@ impl RunSettings<'_> {
     }
 
     /// The method for a system; resolves `Auto`.
-    fn method_for(&self, system: &System) -> NamedMethod {
+    pub(super) fn method_for(&self, system: &System) -> NamedMethod {
         match self.solver {
             Solver::Exact => NamedMethod::Exact,
             Solver::Exponential => NamedMethod::Exponential,
             Solver::Rk45 => NamedMethod::Rk45,
             Solver::Implicit => NamedMethod::Implicit,
             Solver::Auto if system.model_level() != ModelLevel::SmoothNonlinear => NamedMethod::Exact,
-            Solver::Auto if system.first_segmented().is_none() => NamedMethod::Exponential,
             Solver::Auto => {
-                let fastest = eigenvalues(system).map_or(f64::INFINITY, |values| {
-                    values.iter().fold(0.0, |most, value| f64::max(most, value.norm()))
+                let values = eigenvalues(system);
+                let [fastest, turning] = values.map_or([f64::INFINITY; 2], |values| {
+                    values.iter().fold([0.0; 2], |[most, turning], value| {
+                        [f64::max(most, value.norm()), f64::max(turning, value.im.abs())]
+                    })
                 });
-                if STEP_COST * STABLE < fastest * self.typical_interval {
-                    NamedMethod::Implicit
-                } else {
-                    NamedMethod::Rk45
+                let only_preloaded = system.first_segmented().is_none();
+                let per_interval = self.typical_interval * if only_preloaded { turning } else { fastest };
+                match only_preloaded {
+                    true if per_interval <= STEP_COST[0] * LONGEST => NamedMethod::Exponential,
+                    false if per_interval <= STEP_COST[1] * STABLE => NamedMethod::Rk45,
+                    _ => NamedMethod::Implicit,
                 }
             }
         }
     }
 }
 
-/// Cost of a step of the implicit method on a scene with smooth laws, in steps of rk45.
-const STEP_COST: f64 = 4.0;
+/// Cost of a step of the implicit method on a scene with smooth laws, in steps of the exponential method and of rk45.
+const STEP_COST: [f64; 2] = [8.0, 4.0];
+
+/// Longest step of the exponential method, in radians of the fastest mode that vibrates.
+const LONGEST: f64 = <Exponential as Method>::LONGEST_STEP;
 
 /// Product of step and largest eigenvalue magnitude up to which rk45 is about stable.
 const STABLE: f64 = 3.3;

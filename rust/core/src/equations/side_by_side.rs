@@ -127,12 +127,13 @@ impl<S: Simd, const N: usize> Propagators<S, N> {
 #[derive(Debug, Clone, Copy)]
 struct BallLink<S: Simd> {
     deflection: Forces<S>,
-    rate: Forces<S>,
+    /// Less the modal force per unit of load, the load at rest, and the stiffness there, so that no signs are left to change.
+    minus_rate: Forces<S>,
+    minus_load: S::f64s,
+    minus_stiffness: S::f64s,
     rest: S::f64s,
     opening: S::f64s,
     coefficient: S::f64s,
-    load: S::f64s,
-    stiffness: S::f64s,
 }
 
 /// A [`Remainder`] of each scene.
@@ -159,6 +160,16 @@ impl<S: Simd> Remainders<S> {
         }
         *number::<S>(&mut self.open_rows, scene) = one.open_rows;
     }
+
+    /// That of one scene.
+    pub(crate) fn one(&mut self, scene: usize) -> Remainder {
+        let mut one = Remainder { open_rows: *number::<S>(&mut self.open_rows, scene), ..Remainder::NONE };
+        for i in 0..6 {
+            one.force[i] = *number::<S>(&mut self.force[i], scene);
+            one.rate[i] = *number::<S>(&mut self.rate[i], scene);
+        }
+        one
+    }
 }
 
 /// The nonlinear loads of scenes of at most N modes, with the same number of links with preloaded balls.
@@ -183,12 +194,12 @@ impl<S: Simd, const N: usize> BallScenes<S, N> {
         let zero = simd.splat_f64s(0.0);
         let none = BallLink {
             deflection: [zero; 6],
-            rate: [zero; 6],
+            minus_rate: [zero; 6],
+            minus_load: zero,
+            minus_stiffness: zero,
             rest: zero,
             opening: zero,
             coefficient: zero,
-            load: zero,
-            stiffness: zero,
         };
         let mut all = Self { frequency: [zero; 6], blocks: vec![[none; LANES]; count] };
         for (scene, one) in each.enumerate() {
@@ -219,10 +230,10 @@ impl<S: Simd, const N: usize> BallScenes<S, N> {
             for (lane, pair) in block.as_chunks::<2>().0.iter().enumerate() {
                 let [load, load_rate, digit] = pair[0].loads::<N>(simd, states, &moving);
                 let [other, other_rate, other_digit] = pair[1].loads::<N>(simd, states, &moving);
-                add_product::<S, N, _>(simd, &mut force, &pair[0].rate, load);
-                add_product::<S, N, _>(simd, &mut rate, &pair[0].rate, load_rate);
-                add_product::<S, N, _>(simd, &mut second, &pair[1].rate, other);
-                add_product::<S, N, _>(simd, &mut second_rate, &pair[1].rate, other_rate);
+                add_product::<S, N, _>(simd, &mut force, &pair[0].minus_rate, load);
+                add_product::<S, N, _>(simd, &mut rate, &pair[0].minus_rate, load_rate);
+                add_product::<S, N, _>(simd, &mut second, &pair[1].minus_rate, other);
+                add_product::<S, N, _>(simd, &mut second_rate, &pair[1].minus_rate, other_rate);
                 open = simd.mul_add_f64s(digit, simd.splat_f64s(POWERS_OF_3[2 * lane]), open);
                 open = simd.mul_add_f64s(other_digit, simd.splat_f64s(POWERS_OF_3[2 * lane + 1]), open);
             }
@@ -238,41 +249,37 @@ impl<S: Simd> BallLink<S> {
     fn set(&mut self, scene: usize, from: &BallLinks, lane: usize) {
         for j in 0..6 {
             *number::<S>(&mut self.deflection[j], scene) = from.deflection[j][lane];
-            *number::<S>(&mut self.rate[j], scene) = from.rate[lane][j];
+            *number::<S>(&mut self.minus_rate[j], scene) = -from.rate[lane][j];
         }
         for (to, from) in [
             (&mut self.rest, from.rest),
             (&mut self.opening, from.opening),
             (&mut self.coefficient, from.coefficient),
-            (&mut self.load, from.load),
-            (&mut self.stiffness, from.stiffness),
         ] {
             *number::<S>(to, scene) = from[lane];
         }
+        *number::<S>(&mut self.minus_load, scene) = -from.load[lane];
+        *number::<S>(&mut self.minus_stiffness, scene) = -from.stiffness[lane];
     }
 
-    /// Negative load beyond the linear part, its negative rate of change, and the digit of the open row.
+    /// Load beyond the linear part, its rate of change, and the digit of the open row.
     #[inline(always)]
     fn loads<const N: usize>(&self, simd: S, states: &States<S>, moving: &Forces<S>) -> [S::f64s; 3] {
         let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
         let from_rest = self.deflections::<N>(simd, states);
         let at = simd.add_f64s(self.rest, from_rest);
         let (a, b) = (simd.add_f64s(self.opening, at), simd.sub_f64s(self.opening, at));
-        let [has_a, has_b] = [a, b].map(
-            #[inline(always)]
-            |row| simd.less_than_f64s(zero, row),
-        );
+        let (has_a, has_b) = (simd.less_than_f64s(zero, a), simd.less_than_f64s(zero, b));
         let (a, b) = (simd.select_f64s(has_a, a, zero), simd.select_f64s(has_b, b, zero));
         let (root_a, root_b) = (simd.sqrt_f64s(a), simd.sqrt_f64s(b));
-        let linear = simd.mul_add_f64s(self.stiffness, from_rest, self.load);
+        let minus_linear = simd.mul_add_f64s(self.minus_stiffness, from_rest, self.minus_load);
         let force = simd.sub_f64s(simd.mul_f64s(a, root_a), simd.mul_f64s(b, root_b));
-        let load = simd.mul_add_f64s(self.coefficient, force, simd.neg_f64s(linear));
+        let load = simd.mul_add_f64s(self.coefficient, force, minus_linear);
         let coefficient = simd.mul_f64s(simd.splat_f64s(1.5), self.coefficient);
-        let slope =
-            simd.mul_add_f64s(coefficient, simd.add_f64s(root_a, root_b), simd.neg_f64s(self.stiffness));
+        let slope = simd.mul_add_f64s(coefficient, simd.add_f64s(root_a, root_b), self.minus_stiffness);
         let rate = simd.mul_f64s(slope, self.deflections::<N>(simd, moving));
         let open = simd.sub_f64s(simd.select_f64s(has_a, zero, one), simd.select_f64s(has_b, zero, one));
-        [simd.neg_f64s(load), simd.neg_f64s(rate), open]
+        [load, rate, open]
     }
 
     /// Deflections from rest, or their rates of change.

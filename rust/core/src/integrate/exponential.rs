@@ -120,11 +120,23 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
     }
 }
 
+#[cfg(feature = "std")]
 impl<const CACHE: usize> Memory<CACHE> {
     /// The propagator of a whole interval of `h` s, if it has recurred.
-    #[cfg(feature = "std")]
     pub(super) fn propagator(&mut self, h: f64, key: u32) -> Option<&CubicPropagator> {
         self.propagators[0].ready(h, key)
+    }
+
+    /// The nonlinear loads with which a step from this state starts.
+    #[inline(always)]
+    pub(super) fn start<E: Equations>(&self, equations: &E, state: &State) -> Remainder {
+        if self.end == *state { self.at_end } else { equations.remainder(state) }
+    }
+
+    /// Takes the end of a step that was made elsewhere, with the nonlinear loads there.
+    #[inline(always)]
+    pub(super) fn set_end(&mut self, state: &State, remainder: Remainder) {
+        (self.end, self.at_end) = (*state, remainder);
     }
 }
 

@@ -78,7 +78,7 @@ pub(crate) fn run_side_by_side(runs: Vec<SceneRun>, rtol: f64, usual: f64) -> Ve
             Ok(setup) => {
                 let (forcing, state) = (setup.forcing, setup.start);
                 let runner = setup.runner(memory, equations);
-                scenes.push(Scene { runner, forcing, state, values: [0.0; 9], place: ends.len() });
+                scenes.push(Scene { runner, forcing, state, values: [0.0; 9], due: None, place: ends.len() });
                 ends.push(Ok(state));
             }
             Err(error) => ends.push(Err(error)),
@@ -97,11 +97,21 @@ struct Scene<'a, 'e> {
     state: State,
     /// Of the excitation at the last sample.
     values: Values,
+    /// The sample of the state, if it is not recorded yet.
+    due: Option<usize>,
     /// Index of the run.
     place: usize,
 }
 
 impl Scene<'_, '_> {
+    /// Records the state, if that is due. (Vectors of numbers that were stored one by one just before would wait for them.)
+    #[inline(always)]
+    fn record(&mut self) {
+        if let Some(k) = self.due.take() {
+            self.runner.recorder.sample(k, &self.state);
+        }
+    }
+
     /// Modal force of the excitation at sample `k`, whose values it takes.
     #[inline(always)]
     fn force(&mut self, k: usize) -> Force {
@@ -215,12 +225,25 @@ impl<S: Simd, const N: usize> Group<S, N> {
         for (entry, one) in self.states.iter_mut().zip(scene.state) {
             *number::<S>(entry, s) = one;
         }
-        self.remainders.set(s, &scene.runner.equations.equations().remainder(&scene.state));
+        let Runner { memory, equations, .. } = &scene.runner;
+        self.remainders.set(s, &memory.start(equations.equations(), &scene.state));
+    }
+
+    /// Hands the nonlinear loads at the states to the scenes that stepped in lanes.
+    fn hand_over(&mut self, scenes: &mut [Scene]) {
+        for (s, scene) in scenes.iter_mut().enumerate() {
+            if scene.runner.steps.was_whole {
+                scene.runner.memory.set_end(&scene.state, self.remainders.one(s));
+            }
+        }
     }
 
     /// Steps all scenes from sample `k` to the next. An error is that of the scene at the same index.
     #[inline(always)]
     fn advance(&mut self, scenes: &mut [Scene], k: usize) -> Failures {
+        for scene in &mut *scenes {
+            scene.record();
+        }
         let after = self.forces(scenes, k + 2);
         let mut errors = self.step();
         self.force = [self.force[1], after];
@@ -232,7 +255,7 @@ impl<S: Simd, const N: usize> Group<S, N> {
                     for (one, entry) in scene.state.iter_mut().zip(&mut self.states) {
                         *one = *number::<S>(entry, s);
                     }
-                    scene.runner.recorder.sample(k + 1, &scene.state);
+                    scene.due = Some(k + 1);
                     continue;
                 }
                 Ok(()) => step_by_itself(scene, k, false),
@@ -334,7 +357,11 @@ impl RunKernel<'_, '_, '_> {
                 Some(group) if is_usual => group.advance(scenes, k),
                 _ => {
                     let mut failures = NO_FAILURES;
+                    if let Some(group) = &mut group {
+                        group.hand_over(scenes);
+                    }
                     for (failure, scene) in failures.iter_mut().zip(scenes.iter_mut()) {
+                        scene.record();
                         *failure = step_by_itself(scene, k, true).err();
                     }
                     if let Some(group) = &mut group {
@@ -343,17 +370,24 @@ impl RunKernel<'_, '_, '_> {
                     failures
                 }
             };
+            if failures.iter().all(Option::is_none) {
+                continue;
+            }
+            // The others go on in another group.
+            if let Some(mut group) = group.take() {
+                group.hand_over(scenes);
+            }
             for s in (0..scenes.len()).rev() {
                 if let Some(error) = &failures[s] {
                     ends[scenes.remove(s).place] = Err(error.clone());
-                    group = None;
                 }
             }
             if scenes.is_empty() {
                 return;
             }
         }
-        for scene in scenes.drain(..) {
+        for mut scene in scenes.drain(..) {
+            scene.record();
             ends[scene.place] = scene.runner.end(&scene.state).map(|summary| summary.end);
         }
     }
