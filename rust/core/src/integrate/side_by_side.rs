@@ -14,7 +14,7 @@ use super::start::Start;
 use super::step_loop::Runner;
 use super::switched::{SwitchedEquations, Unswitched};
 use crate::equations::{
-    BallScenes, Equations, Forces, Propagators, Remainders, SmoothEquations, States, number, plus,
+    BallScenes, Equations, Forces, Propagators, Remainder, Remainders, SmoothEquations, States, number, plus,
 };
 use crate::error::RunError;
 use crate::excitation::{Forcing, ScaledExcitation, Values};
@@ -250,19 +250,26 @@ impl<S: Simd, const N: usize> Group<S, N> {
         let mut failures = NO_FAILURES;
         for (s, scene) in scenes.iter_mut().enumerate() {
             let error = *number::<S>(&mut errors, s);
-            let failure = match scene.runner.look_up_budget(k, &scene.state) {
-                Ok(()) if scene.runner.may_be_whole(self.h) && scene.runner.is_whole(self.h, error) => {
-                    for (one, entry) in scene.state.iter_mut().zip(&mut self.states) {
-                        *one = *number::<S>(entry, s);
-                    }
-                    scene.due = Some(k + 1);
+            let tried = match scene.runner.look_up_budget(k, &scene.state) {
+                Ok(()) => scene.runner.may_be_whole(self.h),
+                Err(failure) => {
+                    failures[s] = Some(failure);
                     continue;
                 }
-                Ok(()) => step_by_itself(scene, k, false),
-                Err(error) => Err(error),
             };
+            if tried && scene.runner.is_whole(self.h, error) {
+                for (one, entry) in scene.state.iter_mut().zip(&mut self.states) {
+                    *one = *number::<S>(entry, s);
+                }
+                scene.due = Some(k + 1);
+                continue;
+            }
+            if tried {
+                // As after a step that the scene tried by itself.
+                scene.runner.memory.set_end(&[f64::NAN; 12], Remainder::NONE);
+            }
+            failures[s] = step_by_itself(scene, k, false).err();
             self.set(s, scene);
-            failures[s] = failure.err();
         }
         failures
     }

@@ -99,10 +99,29 @@ pub struct Trace {
 
 impl Trace {
     pub fn new(random: &mut Random, count: usize) -> Self {
-        let mut now = 0.3;
+        Self::with_intervals(
+            random,
+            count,
+            |random, k| {
+                if k == count / 2 { 0.0 } else { random.between(5e-4, 3e-3) }
+            },
+        )
+    }
+
+    /// Of a clock that ticks every millisecond, and now and then half a millisecond late.
+    fn ticking(random: &mut Random, count: usize) -> Self {
+        Self::with_intervals(random, count, |_, k| if k % 40 == 39 { 1.5 / 1024.0 } else { 1.0 / 1024.0 })
+    }
+
+    fn with_intervals(
+        random: &mut Random,
+        count: usize,
+        interval: impl Fn(&mut Random, usize) -> f64,
+    ) -> Self {
+        let mut now = 0.3125;
         let time = (0..count)
             .map(|k| {
-                now += if k == count / 2 { 0.0 } else { random.between(5e-4, 3e-3) };
+                now += interval(random, k);
                 now
             })
             .collect();
@@ -325,8 +344,11 @@ fn damped(base: &Machine, values: &[f64; 14]) -> Machine {
 #[test]
 fn rows_do_not_depend_on_threads_or_other_rows() {
     let mut random = Random::new(5);
-    let trace = Trace::new(&mut random, 12);
-    for (law, solver) in [laws()[0], laws()[1], laws()[4]] {
+    let uneven = Trace::new(&mut random, 12);
+    let ticking = Trace::ticking(&mut random, 50);
+    let preloaded = (Law::preloaded(6e7, 300.0, 1.5).expect("a law"), Solver::Exponential);
+    for (law, solver) in [laws()[0], laws()[1], laws()[4], preloaded] {
+        let trace = if solver == Solver::Exponential { &ticking } else { &uneven };
         let (machine, groups) = cart_on(law);
         let measures = all_measures(groups.len());
         let batch =
@@ -508,5 +530,41 @@ fn auto_chooses_the_method_by_the_laws_of_the_sample() {
         let load = group_load(&system, 0..4, groups[0].center, Part::Total);
         let peak = states.iter().map(|state| load.at(state, &[0.0; 9])[1]).fold(f64::MIN, f64::max);
         close(table[2 * row + 1], peak, 1e-12, 1e4);
+    }
+}
+
+/// In vector lanes, and by themselves where the error or the interval asks for it; also beside a sample that fails.
+#[test]
+fn preloaded_samples_side_by_side_take_the_steps_that_they_take_by_themselves() {
+    let mut random = Random::new(8);
+    let trace = Trace::ticking(&mut random, 400);
+    let (machine, groups) = cart_on(Law::preloaded(6e7, 300.0, 1.5).expect("a law"));
+    let measures: Vec<Measure> = (0..groups.len())
+        .flat_map(|group| [Statistic::Min, Statistic::Max].map(|of| Measure::Load(group, Quantity::Fy, of)))
+        .collect();
+    for rtol in [1e-3, 1e-5, 1e-7] {
+        let motion = trace.motion(3.0);
+        let count = motion.excitation.count();
+        let base = base(&machine, &groups);
+        let batch = Batch::new(base, motion, &yardstick(16), &measures, Solver::Auto, rtol).expect("a batch");
+        let mut values = draws(&mut random, 11);
+        values[5][12] = 1e306;
+        let mut table = vec![0.0; values.len() * measures.len()];
+        let failures =
+            batch.run(values.len(), values.as_flattened(), 1, &mut table).expect("tables that fit");
+        assert_eq!(failures.iter().map(|(index, _)| *index).collect::<Vec<_>>(), [5]);
+        let mut loads = vec![0.0; values.len() * count * groups.len() * 6];
+        batch.histories(values.len(), values.as_flattened(), &mut loads).expect("tables that fit");
+        for (index, row) in table.chunks_exact(measures.len()).enumerate().filter(|(index, _)| *index != 5) {
+            let loads = &loads[index * count * groups.len() * 6..][..count * groups.len() * 6];
+            for (group, got) in row.chunks_exact(2).enumerate() {
+                let fy = loads.iter().skip(6 * group + 1).step_by(6 * groups.len());
+                let (least, most) = fy.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), fy| {
+                    (f64::min(least, *fy), f64::max(most, *fy))
+                });
+                close(got[0], least, 1e-13, 10_000.0);
+                close(got[1], most, 1e-13, 10_000.0);
+            }
+        }
     }
 }
