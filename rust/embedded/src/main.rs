@@ -1,4 +1,4 @@
-//! The core without std and without an allocator: one scene, all three methods, running peaks; exits with 0 if they agree.
+//! The core without std and without an allocator: one scene, all four methods, running peaks; exits with 0 if they agree.
 //!
 //! On a microcontroller the start-up code calls the entry point; here Linux calls it, on x86-64 and AArch64.
 #![no_std]
@@ -9,8 +9,8 @@ mod memory;
 use core::panic::PanicInfo;
 
 use guideload::{
-    Body, Control, Exact, Excitation, Extremes, Free, Method, Output, Part, Peaks, Radau, Rk45, Scene,
-    System, Wrench, carriage_links, group_load, run,
+    Body, Control, Exact, Excitation, Exponential, Extremes, Free, Method, Output, Part, Peaks, Radau, Rk45,
+    Scene, System, Wrench, carriage_links, group_load, run,
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -27,7 +27,7 @@ const MOTION: [[f64; 3]; 16] = {
 };
 
 /// Peak resultant load of guide 2 by each method, N; `None` if anything is refused.
-fn peaks() -> Option<[f64; 3]> {
+fn peaks() -> Option<[f64; 4]> {
     let inertia = Matrix3::new(420.0, 15.0, -8.0, 15.0, 310.0, 22.0, -8.0, 22.0, 380.0);
     let body = Body::new(1250.0, Vector3::new(0.12, -0.65, 0.18), inertia).ok()?;
     let centers = [Vector3::new(0.0, 0.05, -0.35), Vector3::new(0.0, 0.05, 0.35)];
@@ -42,6 +42,7 @@ fn peaks() -> Option<[f64; 3]> {
     let excitation = Excitation::uniform(0.0, 0.02, &MOTION).ok()?;
     Some([
         peak(&system, &Exact::<1>, &excitation, &loads)?,
+        peak(&system, &Exponential::<1>, &excitation, &loads)?,
         peak(&system, &Rk45, &excitation, &loads)?,
         peak(&system, &Radau, &excitation, &loads)?,
     ])

@@ -44,7 +44,7 @@ fuzz_target!(|bytes: &[u8]| {
             Measure::from_names(quantity, source.below(2), statistic)
         })
         .collect();
-    let solver = [Solver::Auto, Solver::Exact, Solver::Rk45, Solver::Implicit][source.below(4)];
+    let solver = [Solver::Auto, Solver::Exact, Solver::Exponential, Solver::Rk45, Solver::Implicit][source.below(5)];
     let Ok(batch) = Batch::new(base, motion, &changes, &measures, solver, 1e-6) else { return };
     let count = 1 + source.below(5);
     let values: Vec<f64> = (0..count * batch.columns()).map(|_| source.number(1.0)).collect();

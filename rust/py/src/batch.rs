@@ -170,6 +170,8 @@ fn measure((quantity, index, statistic): &(String, usize, String)) -> PyResult<M
 
 fn solver(name: &str) -> PyResult<Solver> {
     Solver::from_name(name).ok_or_else(|| {
-        PyValueError::new_err(format!("method: expected auto, exact, rk45 or implicit, got {name:?}"))
+        PyValueError::new_err(format!(
+            "method: expected auto, exact, exponential, rk45 or implicit, got {name:?}"
+        ))
     })
 }

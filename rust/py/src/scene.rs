@@ -26,7 +26,7 @@ pub struct PyScene(pub Arc<System>, pub Vec<Rider>);
 /// The method of that name.
 pub fn named_method(name: &str) -> PyResult<NamedMethod> {
     NamedMethod::from_name(name).ok_or_else(|| {
-        PyValueError::new_err(format!("method: expected exact, rk45 or implicit, got {name:?}"))
+        PyValueError::new_err(format!("method: expected exact, exponential, rk45 or implicit, got {name:?}"))
     })
 }
 

@@ -3,7 +3,8 @@
 /// Integrator of the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Solver {
-    /// The exact method if the laws of a sample allow it; with preloaded links rk45, or the implicit method if rk45 would be unstable.
+    /// The exact method if the laws of a sample allow it; with preloaded links the exponential method; with clearance, sides or curves beside
+    /// them rk45, or the implicit method if rk45 would be unstable.
     Auto,
     /// [`crate::Exact`].
     Exact,

@@ -133,3 +133,128 @@ pub(crate) fn advance_cubic<E: Equations>(
     add_scaled(&mut end, &curved, 1.0);
     end
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix3, Vector3};
+
+    use super::*;
+    use crate::excitation::Instant;
+    use crate::system::{System, size};
+    use crate::{Body, Free, Scene, carriage_links};
+
+    /// A cart with 16 links, undamped, damped, or overdamped by a factor of 40 and of 40 000.
+    fn systems() -> [System; 4] {
+        [0.0, 1e5, 4e6, 4e9].map(|damping| {
+            let inertia = Matrix3::new(420.0, 15.0, -8.0, 15.0, 310.0, 22.0, -8.0, 22.0, 380.0);
+            let body = Body::new(1250.0, Vector3::new(0.12, -0.65, 0.18), inertia).unwrap();
+            let links = [(-0.5, -0.35), (-0.5, 0.35), (0.5, -0.35), (0.5, 0.35)].map(|(x, z)| {
+                carriage_links(Vector3::new(x, 0.05, z), 0.12, [1.2e8; 2], [damping; 2]).unwrap()
+            });
+            let down = Vector3::new(0.0, -9.80665, 0.0);
+            System::new(&Scene::new(body, links.as_flattened(), down, Free::GUIDED).unwrap()).unwrap()
+        })
+    }
+
+    /// Numbers from -1 to 1 that differ.
+    fn number(at: usize) -> f64 {
+        (1.0 + 7.3 * at as f64).sin()
+    }
+
+    /// A motion whose velocity is a parabola in time, and the force under which the system takes it: a cubic over `h` s.
+    fn motion(system: &System, h: f64) -> (impl Fn(f64) -> State, CubicForce) {
+        let (stiffness, damping) = system.tangent(&[0.0; 12], Instant::FIRST);
+        let frequency = *system.frequency();
+        // Coefficients of velocity and of ω times the displacement, in the fraction of the step.
+        let free = |mode: usize| if frequency[mode] > 0.0 { 1.0 } else { 0.0 };
+        let speed = [0, 1, 2].map(|k| [0, 1, 2, 3, 4, 5].map(|mode| free(mode) * number(6 * k + mode)));
+        let mut place = [[0.0; 6]; 4];
+        for mode in 0..6 {
+            place[0][mode] = free(mode) * number(50 + mode);
+            for k in 0..3 {
+                place[k + 1][mode] = frequency[mode] * h * speed[k][mode] / (k + 1) as f64;
+            }
+        }
+        let mut force = [NO_FORCE; 4];
+        for k in 0..4 {
+            for i in 0..6 {
+                force[k][i] = if k < 2 { (k + 1) as f64 * speed[k + 1][i] / h } else { 0.0 };
+                for j in 0..6 {
+                    force[k][i] += stiffness[j][i] * place[k][j];
+                    force[k][i] += if k < 3 { damping[j][i] * speed[k][j] } else { 0.0 };
+                }
+            }
+        }
+        let state = move |at: f64| {
+            core::array::from_fn(|i| {
+                let coefficient = |k: usize| {
+                    if i < 6 {
+                        place[k][i]
+                    } else if k < 3 {
+                        speed[k][i - 6]
+                    } else {
+                        0.0
+                    }
+                };
+                coefficient(0) + at * (coefficient(1) + at * (coefficient(2) + at * coefficient(3)))
+            })
+        };
+        (state, CubicForce(force))
+    }
+
+    /// What is lost of a state, over the size of the states that are added up.
+    fn lost(got: &State, want: &State, begin: &State) -> f64 {
+        let mut off = *got;
+        add_scaled(&mut off, want, -1.0);
+        size(&off) / f64::max(size(want), size(begin))
+    }
+
+    fn end(step: &CubicStep, system: &System, CubicForce(force): &CubicForce, begin: &State) -> State {
+        let mut end = step.apply(system, begin, [&force[0], &force[1]]);
+        let [curved, _] = step.curved(system, [&force[2], &force[3]]);
+        add_scaled(&mut end, &curved, 1.0);
+        end
+    }
+
+    #[test]
+    fn a_motion_in_closed_form_is_exact_by_propagator_and_by_series() {
+        for system in systems() {
+            let series = PowerSeries::new(&system);
+            for h in [1e-6, 1e-4, 1e-3, 1e-2, 0.1] {
+                let (state, force) = motion(&system, h);
+                let propagator = CubicPropagator::new(&system, h);
+                for step in [CubicStep::Propagator(&propagator), CubicStep::Series(&series, h)] {
+                    let off = lost(&end(&step, &system, &force, &state(0.0)), &state(1.0), &state(0.0));
+                    assert!(off < 2e-12, "{h}: {off:e}");
+                }
+                // Any part of the step, by the part of its force.
+                for at in [0.1, 0.5, 0.9] {
+                    let got = advance_cubic(&system, &series, at * h, &force.part(0.0, at), &state(0.0));
+                    let off = lost(&got, &state(at), &state(0.0));
+                    assert!(off < 2e-12, "{h} {at}: {off:e}");
+                    let rest = force.part(at, 1.0 - at);
+                    let got = advance_cubic(&system, &series, (1.0 - at) * h, &rest, &state(at));
+                    assert!(lost(&got, &state(1.0), &state(0.0)) < 2e-12, "{h} {at}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_difference_is_that_of_a_cubic_and_a_parabola() {
+        for system in systems() {
+            let h = 1e-3;
+            let (_, CubicForce([_, _, quadratic, cubic])) = motion(&system, h);
+            let (propagator, series) = (CubicPropagator::new(&system, h), PowerSeries::new(&system));
+            let mut parabola = quadratic;
+            add_scaled(&mut parabola, &cubic, 1.0);
+            for step in [CubicStep::Propagator(&propagator), CubicStep::Series(&series, h)] {
+                let [both, difference] = step.curved(&system, [&quadratic, &cubic]);
+                let [less, _] = step.curved(&system, [&parabola, &NO_FORCE]);
+                let mut want = both;
+                add_scaled(&mut want, &less, -1.0);
+                assert!(lost(&difference, &want, &both) < 1e-13);
+            }
+        }
+    }
+}

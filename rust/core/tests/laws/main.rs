@@ -10,6 +10,7 @@ mod batch;
 mod changes;
 mod dynamics;
 mod excitation;
+mod exponential;
 mod extremes;
 mod invariance;
 mod lanes;

@@ -1,7 +1,8 @@
-//! The three methods: agreement of loads, work, and steps at samples.
+//! The methods: agreement of loads, work, and steps at samples.
 
 use guideload::{
-    Control, Exact, Excitation, Method, NamedMethod, Output, Radau, Rk45, RunError, Start, State, Summary,
+    Control, Exact, Excitation, Exponential, Law, Link, Method, NamedMethod, Output, Radau, Rk45, RunError,
+    Start, State, Summary,
 };
 
 use crate::common::{
@@ -223,18 +224,31 @@ fn times_are_the_samples_and_what_lies_between_is_exact() {
 
 #[test]
 fn a_method_by_its_name_equals_the_method() {
-    let (machine, motion) = (cart(), start_of_cycle());
+    let (machine, motion) = (preloaded(), start_of_cycle());
     let excitation = Excitation::uniform(0.0, 1e-3, &motion).expect("sound");
-    let by_name = |name| {
+    let by_name_on = |machine: &Machine, name| {
         let (named, mut states): (_, Vec<State>) = (NamedMethod::from_name(name).expect("known"), Vec::new());
         let done =
             named.run(&machine.system(), ADAPTIVE, Start::AtRest, &excitation, Output::Samples, &mut states);
         (states, done.expect("a run that succeeds"))
     };
+    assert!(by_name_on(&machine, "exponential") == machine.states(&Exponential::<16>, ADAPTIVE, &excitation));
+    let machine = cart();
+    let by_name = |name| by_name_on(&machine, name);
     assert!(by_name("exact") == machine.states(&Exact::<16>, ADAPTIVE, &excitation));
     assert!(by_name("rk45") == machine.states(&Rk45, ADAPTIVE, &excitation));
     assert!(by_name("implicit") == machine.states(&Radau, ADAPTIVE, &excitation));
     assert_eq!(NamedMethod::from_name("Exact"), None);
+}
+
+/// The cart on preloaded balls.
+fn preloaded() -> Machine {
+    let mut machine = cart();
+    for link in &mut machine.links {
+        let law = Law::preloaded(link.stiffness(), 600.0, 1.5).expect("a law");
+        *link = Link::with_law(link.point(), link.direction(), law, link.damping()).expect("a link");
+    }
+    machine
 }
 
 fn same<M: Method>(
@@ -277,10 +291,12 @@ impl guideload::Record for Until {
 fn a_record_stops_a_run() {
     let motion = cycle();
     let excitation = Excitation::uniform(0.0, 1e-3, &motion).expect("a motion");
-    let system = cart().system();
-    for method in [NamedMethod::Exact, NamedMethod::Rk45, NamedMethod::Implicit] {
+    let (system, preloaded) = (cart().system(), preloaded().system());
+    let methods = [NamedMethod::Exact, NamedMethod::Exponential, NamedMethod::Rk45, NamedMethod::Implicit];
+    for method in methods {
         let mut record = Until { instants: 0, most: 2000 };
-        let stopped = method.run(&system, ADAPTIVE, Start::AtRest, &excitation, Output::Samples, &mut record);
+        let system = if method == NamedMethod::Exponential { &preloaded } else { &system };
+        let stopped = method.run(system, ADAPTIVE, Start::AtRest, &excitation, Output::Samples, &mut record);
         let Err(RunError::Interrupted { time }) = stopped else { panic!("{method:?}: {stopped:?}") };
         assert!((2000..motion.len()).contains(&record.instants), "{method:?}: {}", record.instants);
         assert!(time >= 1.9 && time < 1e-3 * motion.len() as f64, "{method:?}: {time}");

@@ -2,8 +2,8 @@
 
 use guideload::batch::{Batch, Measure, Motion, Quantity, Solver, Statistic};
 use guideload::{
-    Control, Exact, Excitation, Extremes, Law, Method, Output, Part, Peaks, Rk45, RunError, Summary, Wrench,
-    evaluate, group_load, reaction, run,
+    Control, Exact, Excitation, Exponential, Extremes, Law, Method, Output, Part, Peaks, Rk45, RunError,
+    Summary, Wrench, evaluate, group_load, reaction, run,
 };
 
 use crate::batch::{base, cart_on, yardstick};
@@ -83,6 +83,7 @@ fn peaks_are_the_extremes_of_the_history_bit_for_bit() {
     for exponent in [1.5, 10.0 / 9.0] {
         let machine = on(Law::preloaded(6e7, 300.0, exponent));
         compare(&machine, &Rk45, ADAPTIVE, &excitation, false).expect("a run");
+        compare(&machine, &Exponential::<16>, ADAPTIVE, &excitation, false).expect("a run");
     }
 }
 

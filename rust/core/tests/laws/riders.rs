@@ -1,9 +1,9 @@
 //! Riders: bodies that move along the main body.
 
 use guideload::{
-    Body, Control, Exact, Excitation, ExcitationError, Law, Link, MAX_RIDERS, Method, Output, Part, Radau,
-    Ridden, RiddenInstant, Rider, RiderMotion, Rk45, RunError, State, System, Wrench, acceleration,
-    group_load, load_scale, position, reaction, run, velocity,
+    Body, Control, Exact, Excitation, ExcitationError, Exponential, Law, Link, MAX_RIDERS, Method, Output,
+    Part, Radau, Ridden, RiddenInstant, Rider, RiderMotion, Rk45, RunError, State, System, Wrench,
+    acceleration, group_load, load_scale, position, reaction, run, velocity,
 };
 use nalgebra::{Matrix3, Vector3, Vector6};
 
@@ -245,6 +245,8 @@ fn what_riders_cannot_do_is_refused() {
     let ridden = excitation.with_riders(&riders).expect("riders");
     let (_, outcome) = machine.run(&Exact::<1>, TIGHT, &ridden, Output::Samples);
     assert_eq!(outcome, Err(RunError::NotExactRiders));
+    let (_, outcome) = machine.run(&Exponential::<16>, TIGHT, &ridden, Output::Samples);
+    assert_eq!(outcome, Err(RunError::NotExponentialRiders));
     let many = [motion; MAX_RIDERS + 1];
     let error = excitation.with_riders(&many).expect_err("too many");
     assert_eq!(error, ExcitationError::TooManyRiders { max: MAX_RIDERS, got: MAX_RIDERS + 1 });

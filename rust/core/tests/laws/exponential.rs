@@ -1,0 +1,297 @@
+//! The exponential method: its order, its tolerance, what it leaves as it is, and what it refuses.
+
+use guideload::{
+    Control, Exact, Excitation, Exponential, Law, Link, Output, Radau, Rk45, RunError, State, Summary,
+    position, velocity,
+};
+
+use crate::common::{
+    ADAPTIVE, Machine, Random, cart, cart_stiff, cycle, difference, largest, noise, one_dof, random_machine,
+};
+
+const BALL: f64 = 1.5;
+const ROLLER: f64 = 10.0 / 9.0;
+
+/// The machine with preloaded links of the same stiffness, except every `spring`th one, which stays a spring.
+fn pressed(mut machine: Machine, preload: f64, exponent: f64, spring: usize) -> Machine {
+    for (i, link) in machine.links.iter_mut().enumerate().filter(|(i, _)| (i + 1) % spring != 0) {
+        let law =
+            Law::preloaded(link.stiffness(), preload * (1.0 + 0.1 * i as f64), exponent).expect("a law");
+        *link = Link::with_law(link.point(), link.direction(), law, link.damping()).expect("a link");
+    }
+    machine
+}
+
+/// No spring among the links.
+const NONE: usize = usize::MAX;
+
+fn tight(rtol: f64) -> Control {
+    Control::Adaptive { rtol }
+}
+
+fn shaken(count: usize, seed: u64) -> Vec<[f64; 3]> {
+    noise(&mut Random::new(seed), count)
+}
+
+/// Time stamps with intervals from 10 us to 5 ms, no two of them alike, and a jump in between.
+fn jittered(random: &mut Random, count: usize) -> Vec<f64> {
+    let mut time = vec![0.0];
+    for k in 1..count {
+        let interval = if k == count / 2 { 0.0 } else { 10f64.powf(random.between(-5.0, -2.3)) };
+        time.push(time[k - 1] + interval);
+    }
+    time
+}
+
+fn loads(machine: &Machine, run: (Vec<State>, Summary)) -> (Vec<f64>, Summary) {
+    (machine.loads_of(&run.0), run.1)
+}
+
+#[track_caller]
+fn assert_within_tolerance(name: &str, machine: &Machine, excitation: &Excitation) {
+    let truth = machine.loads_of(&machine.states(&Radau, tight(1e-12), excitation).0);
+    for rtol in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10] {
+        let run = machine.states(&Exponential::<16>, tight(rtol), excitation);
+        let (found, summary) = loads(machine, run);
+        let off = difference(&found, &truth) / summary.load_scale;
+        println!(
+            "{name} {rtol:e}: {:.3} x, {} + {} steps, {} changes",
+            off / rtol,
+            summary.steps,
+            summary.rejected,
+            summary.contact_changes
+        );
+        assert!(off <= 10.0 * rtol, "{name} at {rtol:e}: off by {} x the tolerance", off / rtol);
+    }
+}
+
+/// Error of the last state after so many equal steps of 50 ms, relative to a solution at 1e-13.
+fn errors_at_end(machine: &Machine, counts: [u32; 2]) -> [f64; 2] {
+    let (time, samples) = ([0.0, 0.05], [[0.0; 3], [15.0, 5.0, 5.0]]);
+    let excitation = Excitation::new(&time, &samples, None).expect("sound");
+    let truth = machine.states(&Radau, tight(1e-13), &excitation).0[1];
+    counts.map(|steps| {
+        let control = Control::Fixed { step: 0.05 / f64::from(steps) };
+        let (states, summary) = machine.states(&Exponential::<16>, control, &excitation);
+        assert_eq!((summary.steps, summary.contact_changes), (steps as usize, 0));
+        difference(&states[1], &truth) / largest(&truth)
+    })
+}
+
+/// With h |λ| far above 1 the collocation loses up to one order (order reduction).
+#[test]
+fn fixed_steps_have_order_four_where_no_row_opens() {
+    for (machine, counts, least) in [
+        (pressed(cart(), 2e4, BALL, NONE), [100, 200], 3.85),
+        (pressed(cart(), 2e4, ROLLER, 3), [100, 200], 3.85),
+        (pressed(one_dof(100.0, 0.0), 2e3, BALL, NONE), [50, 100], 3.85),
+        (pressed(cart_stiff(), 4e3, BALL, NONE), [20, 40], 2.85),
+    ] {
+        let [coarse, fine] = errors_at_end(&machine, counts);
+        let order = (coarse / fine).log2();
+        println!("order {order:.3} (errors {coarse:.1e} {fine:.1e})");
+        assert!(fine > 1e-13, "{fine:e}: rounding, not order");
+        assert!((least..4.15).contains(&order), "{order}");
+    }
+}
+
+#[test]
+fn the_tolerance_is_kept_on_preloaded_machines() {
+    let cycle = cycle();
+    let clean = Excitation::uniform(0.0, 1e-3, &cycle[500..1200]).expect("sound");
+    let noisy = shaken(300, 901);
+    let noisy = Excitation::uniform(0.0, 1e-3, &noisy).expect("sound");
+    for (name, excitation) in [("clean", clean), ("noisy", noisy)] {
+        assert_within_tolerance(name, &pressed(cart(), 600.0, BALL, NONE), &excitation);
+        assert_within_tolerance(name, &pressed(cart(), 30.0, BALL, NONE), &excitation); // rows open in most steps
+        assert_within_tolerance(name, &pressed(cart(), 300.0, ROLLER, NONE), &excitation);
+        assert_within_tolerance(name, &pressed(cart(), 300.0, BALL, 2), &excitation); // springs beside them
+        assert_within_tolerance(name, &pressed(cart_stiff(), 300.0, BALL, NONE), &excitation);
+    }
+}
+
+#[test]
+fn the_tolerance_is_kept_at_any_time_stamps_under_any_load() {
+    let mut random = Random::new(902);
+    for exponent in [BALL, ROLLER, BALL, ROLLER] {
+        let machine = random_machine(&mut random);
+        let weight = machine.body.mass() * machine.gravity.norm();
+        let machine = pressed(machine, weight * random.between(0.02, 0.3), exponent, 5);
+        let (samples, time) = (noise(&mut random, 100), jittered(&mut random, 100));
+        let wrench: Vec<[f64; 6]> =
+            (0..100).map(|_| core::array::from_fn(|_| random.between(-300.0, 300.0))).collect();
+        let excitation = Excitation::new(&time, &samples, Some(&wrench)).expect("sound");
+        assert_within_tolerance("random", &machine, &excitation);
+    }
+}
+
+/// The undamped vibration of a mass on two rows that open: its energy is that of the first instant.
+#[test]
+fn an_undamped_vibration_keeps_its_energy() {
+    let mut machine = pressed(one_dof(200.0, 0.0), 400.0, BALL, NONE);
+    machine.gravity.y = 0.0;
+    let mut samples = vec![[0.0; 3]; 4000];
+    samples[..40].fill([0.0, 20.0, 0.0]);
+    let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
+    let (states, summary) = machine.states(&Exponential::<16>, tight(1e-9), &excitation);
+    assert!(summary.contact_changes > 100, "{summary:?}");
+    let (system, mass) = (machine.system(), machine.body.mass());
+    let (at, speed) = (position(&system), velocity(&system));
+    let energy = |state: &State| {
+        let [travel, speed] = [&at, &speed].map(|rows| rows.at(state, &[0.0; 9])[1]);
+        0.5 * mass * speed * speed + machine.links[0].law().energy(travel)
+    };
+    let first = energy(&states[100]);
+    for state in states[100..].iter().step_by(97) {
+        let off = (energy(state) - first).abs() / first;
+        assert!(off < 1e-7, "{off:e}");
+    }
+}
+
+#[test]
+fn without_preload_it_is_the_exact_method_bit_for_bit() {
+    let samples = shaken(200, 903);
+    let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
+    let mut play = cart();
+    for link in &mut play.links {
+        let law = Law::sided(6e7, 6e7, 5e-6).expect("a law");
+        *link = Link::with_law(link.point(), link.direction(), law, link.damping()).expect("a link");
+    }
+    for machine in [cart(), cart_stiff(), play] {
+        let exact = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+        assert!(machine.states(&Exponential::<16>, ADAPTIVE, &excitation) == exact);
+    }
+}
+
+/// A preload far beyond the loads is a spring: only the remainder of the law's curvature is left.
+#[test]
+fn a_preload_far_beyond_the_loads_is_a_spring() {
+    let samples = shaken(200, 904);
+    let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
+    for machine in [cart(), cart_stiff(), cart().with_damping(0.0)] {
+        let exact = machine.exact_loads(&excitation);
+        let (found, summary) = loads(
+            &machine,
+            pressed(machine.clone(), 1e8, BALL, NONE).states(&Exponential::<16>, tight(1e-6), &excitation),
+        );
+        assert!(difference(&found, &exact) <= 1e-9 * largest(&exact));
+        assert_eq!((summary.steps, summary.rejected, summary.contact_changes), (199, 0, 0));
+    }
+}
+
+/// To the last bit on rollers; up to rounding of the preload on balls, whose loads are computed by another sum.
+#[test]
+fn a_body_at_rest_stays_at_rest() {
+    let samples = vec![[0.0; 3]; 200];
+    let time = jittered(&mut Random::new(905), 200);
+    for excitation in [
+        Excitation::uniform(0.0, 1e-3, &samples).expect("sound"),
+        Excitation::new(&time, &samples, None).expect("sound"),
+    ] {
+        for (machine, allowed) in
+            [(pressed(cart(), 300.0, ROLLER, 2), 0.0), (pressed(cart(), 300.0, BALL, NONE), 1e-12)]
+        {
+            for control in [tight(1e-10), Control::Fixed { step: 3e-4 }] {
+                let (states, summary) = machine.states(&Exponential::<16>, control, &excitation);
+                let rest = machine.loads_of(&[[0.0; 12]]);
+                for state in &states {
+                    assert!(difference(&machine.loads_of(&[*state]), &rest) <= allowed * largest(&rest));
+                }
+                assert_eq!((summary.rejected, summary.contact_changes), (0, 0));
+            }
+        }
+    }
+}
+
+#[test]
+fn loads_between_the_samples_are_as_accurate_as_at_them() {
+    let samples = shaken(150, 906);
+    let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
+    let times: Vec<f64> = (0..600).map(|k| 0.149 * (f64::from(k) + 0.5) / 600.0).collect();
+    let at_samples: Vec<f64> = (0..150).map(|k| excitation.time(k)).collect();
+    for machine in [
+        pressed(cart(), 3e4, BALL, NONE),
+        pressed(cart(), 100.0, BALL, NONE),
+        pressed(cart_stiff(), 600.0, ROLLER, 3),
+    ] {
+        let truth =
+            machine.loads_of(&machine.run(&Radau, tight(1e-12), &excitation, Output::Times(&times)).0);
+        for rtol in [1e-4, 1e-6, 1e-8] {
+            let (states, outcome) =
+                machine.run(&Exponential::<16>, tight(rtol), &excitation, Output::Times(&times));
+            let off = difference(&machine.loads_of(&states), &truth) / outcome.expect("a run").load_scale;
+            println!("{rtol:e}: between {:.2} x", off / rtol);
+            assert!(off <= 10.0 * rtol, "{rtol:e}: {} x the tolerance", off / rtol);
+        }
+        // Roundings of a sample's time move the state by its rate times 1e-17 s.
+        let (states, _) = machine.states(&Exponential::<16>, tight(1e-8), &excitation);
+        let (again, _) =
+            machine.run(&Exponential::<16>, tight(1e-8), &excitation, Output::Times(&at_samples));
+        let (states, again) = (machine.loads_of(&states), machine.loads_of(&again));
+        assert!(difference(&states, &again) <= 1e-7 * largest(&states));
+    }
+}
+
+/// Each row that opens closes again: rk45 ends a step at every change.
+#[test]
+fn changes_of_contact_are_those_that_rk45_locates() {
+    let cycle = cycle();
+    let excitation = Excitation::uniform(0.0, 1e-3, &cycle).expect("sound");
+    for (preload, exponent) in [(600.0, BALL), (150.0, BALL), (600.0, ROLLER)] {
+        let machine = pressed(cart(), preload, exponent, NONE);
+        let (_, located) = machine.states(&Rk45, tight(1e-9), &excitation);
+        assert!(located.contact_changes > 0);
+        for rtol in [1e-5, 1e-8] {
+            let (_, counted) = machine.states(&Exponential::<16>, tight(rtol), &excitation);
+            assert_eq!(counted.contact_changes, located.contact_changes);
+        }
+    }
+}
+
+#[test]
+fn the_size_of_the_cache_changes_no_more_than_rounding() {
+    let samples = shaken(100, 907);
+    let time = jittered(&mut Random::new(908), 100);
+    let excitation = Excitation::new(&time, &samples, None).expect("sound");
+    let machine = pressed(cart(), 600.0, BALL, NONE);
+    let one = machine.loads_of(&machine.states(&Exponential::<1>, tight(1e-8), &excitation).0);
+    let many = machine.loads_of(&machine.states(&Exponential::<16>, tight(1e-8), &excitation).0);
+    assert!(difference(&one, &many) <= 1e-12 * largest(&one));
+}
+
+/// One step for each interval where the samples are short enough, at any overdamping: no limit of stability.
+#[test]
+fn a_stiff_machine_takes_one_step_per_sample() {
+    let cycle = cycle();
+    let excitation = Excitation::uniform(0.0, 1e-3, &cycle).expect("sound");
+    for damping in [1.0, 100.0, 1e4] {
+        let machine = pressed(cart().with_damping(damping), 3000.0, BALL, NONE);
+        let (_, summary) = machine.states(&Exponential::<16>, ADAPTIVE, &excitation);
+        assert!(summary.steps + summary.rejected < cycle.len() + 100, "{damping}: {summary:?}");
+    }
+}
+
+#[test]
+fn edges_beside_preload_and_wrong_settings_are_refused() {
+    let samples = shaken(5, 909);
+    let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
+    let mut machine = pressed(cart(), 600.0, BALL, NONE);
+    let outcome = |machine: &Machine, control: Control| {
+        machine.run(&Exponential::<16>, control, &excitation, Output::Samples).1
+    };
+    for rtol in [1e-14, 0.2, -1e-6] {
+        assert_eq!(outcome(&machine, tight(rtol)), Err(RunError::Tolerance { got: rtol }));
+    }
+    for step in [0.0, f64::INFINITY, 1e-17] {
+        assert_eq!(outcome(&machine, Control::Fixed { step }), Err(RunError::Step { got: step }));
+    }
+    let curve = [[-3e-5, -2000.0], [-4e-6, 0.0], [3e-6, 0.0], [2e-5, 900.0], [4e-5, 3000.0]];
+    for law in [Law::sided(6e7, 6e7, 5e-6), Law::sided(6e7, 3e7, 0.0), Law::curve(&curve)] {
+        let link = machine.links[3];
+        machine.links[3] =
+            Link::with_law(link.point(), link.direction(), law.expect("a law"), 5e4).expect("a link");
+        let error = outcome(&machine, ADAPTIVE).expect_err("refused");
+        assert_eq!(error, RunError::NotExponential { link: 3 });
+        assert!(error.to_string().contains("expected \"rk45\", \"implicit\" or \"auto\""));
+    }
+}
