@@ -43,7 +43,7 @@ def test_every_way_refuses_a_machine_without_a_rest_position() -> None:
     machine = between_carriages(0.0)
     with pytest.raises(SceneError, match=LEAVES):
         machine.scene  # noqa: B018
-    for method in ("auto", "exact", "rk45", "implicit"):
+    for method in ("auto", "exact", "exponential", "rk45", "implicit"):
         for run in (simulate, peak_loads):
             with pytest.raises(SceneError, match=LEAVES):
                 run(machine, MOTION, method)

@@ -126,6 +126,17 @@ def test_auto_takes_it_for_preload_alone_and_says_why() -> None:
     assert simulate(ref.cart(**MIXED), shaken()).method in ("rk45", "implicit")
 
 
+def test_auto_takes_implicit_where_a_vibration_is_far_too_fast_for_the_samples() -> None:
+    stiff = ref.cart(
+        stiffness_y=1.2e11, stiffness_z=1.2e11, preload_y=1200.0, preload_z=1200.0, rolling="ball"
+    )
+    smooth = ref.piece(ref.cycle(), 560, 860)
+    found = simulate(stiff, smooth)
+    assert found.method == "implicit" and "the fastest vibration limits" in found.reason
+    exponential = simulate(stiff, smooth, "exponential")
+    assert found.data.attrs["steps"] < exponential.data.attrs["steps"]
+
+
 @pytest.mark.parametrize("machine", [ref.cart, ref.cart_clear])
 def test_without_preload_it_is_exact_to_the_last_bit(machine: Any) -> None:
     found, exact = (simulate(machine(), shaken(), method) for method in ("exponential", "exact"))

@@ -28,6 +28,7 @@ chain = (
 CALLS = {
     "simulate, implicit": 'simulate(cart(), motion, "implicit", rtol=1e-12)',
     "simulate, rk45, preload": 'simulate(preloaded(), motion, "rk45", rtol=1e-12)',
+    "simulate, exponential": 'simulate(preloaded(), motion, "exponential", rtol=1e-13)',
     "simulate, exact, contacts": "[simulate(cart_clear(), motion) for _ in range(99)]",
     "peak_loads": 'peak_loads(cart(), motion, "implicit", rtol=1e-12)',
     "output times": "simulate(cart(), motion, times=np.linspace(0.0, motion.time[-1], 30_000_000))",

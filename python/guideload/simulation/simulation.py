@@ -22,7 +22,10 @@ from guideload.simulation.run import Run
 from guideload.simulation.start import Start, start_of
 
 Method = Literal["auto", "exact", "exponential", "rk45", "implicit"]
-STEP_COST = 4.0  # time of a step of implicit over that of rk45, on a smooth nonlinear scene
+# Time of a step of implicit on a smooth nonlinear scene over that of another method; longest step of exponential in
+# radians of the fastest vibration.
+STEP_COST = {"exponential": 8.0, "rk45": 4.0}
+LONGEST_STEP = 2.0
 
 
 def simulate(
@@ -193,9 +196,23 @@ def _method_and_reason(
     if machine.scene.model_level == "piecewise linear":
         return "exact", "links are linear between contact changes, which are located: no step error"
     if not machine.scene.has_segments:
-        why = "preloaded contacts are not linear: the linear part has no step error, the rest a small one"
-        return "exponential", why
+        return _by_vibration(machine, motion)
     return _by_stability(machine, motion, "preloaded contacts beside clearance, sides or curves")
+
+
+def _by_vibration(machine: Machine, motion: Motion) -> tuple[str, str]:
+    """exponential, unless the fastest vibration limits its steps so much that implicit is cheaper."""
+    sample_step = median_step(motion.time)
+    fastest = float(np.abs(machine.scene.modes()[3].imag).max(initial=0.0))
+    if LONGEST_STEP * STEP_COST["exponential"] < fastest * sample_step:
+        return "implicit", (
+            f"preloaded contacts are not linear; the fastest vibration limits steps of exponential to "
+            f"{1e3 * LONGEST_STEP / fastest:.3g} ms, far below the {1e3 * sample_step:.3g} ms between samples"
+        )
+    return (
+        "exponential",
+        "preloaded contacts are not linear: the linear part has no step error, the rest a small one",
+    )
 
 
 def _by_stability(machine: Machine, motion: Motion, cause: str) -> tuple[str, str]:
@@ -208,7 +225,7 @@ def _by_stability(machine: Machine, motion: Motion, cause: str) -> tuple[str, st
     passive = np.minimum(values.real, 0.0) + 1j * values.imag
     longest = float(longest_stable_steps(passive).min())
     why = f"{cause}; rk45 is stable up to steps of {1e3 * longest:.3g} ms"
-    if longest * STEP_COST < sample_step:
+    if longest * STEP_COST["rk45"] < sample_step:
         return (
             "implicit",
             f"{why}, far below the {1e3 * sample_step:.3g} ms between samples: the scene is stiff",
