@@ -1,6 +1,8 @@
 //! Monte Carlo: many samples of one scene under one motion; values in, measures out, on any number of threads.
 //!
-//! Files in the order of the data: `variation` (the scene of a sample) → `motion_draws` (its motion, if drawn) → `windows` (of the motion, between changes of payload) → `lanes` (linear scenes, one per vector lane), `preloaded` (some preloaded scenes side by side) or `single` (any other scene, these with with `load_rows` and `reduce`) →
+//! Files in the order of the data: `variation` (the scene of a sample) → `motion_draws` (its motion, if drawn) → `windows` (of the motion,
+//! between changes of payload) → `lanes` (linear scenes, one per vector lane), `preloaded` (preloaded scenes side by side) or `single` (any
+//! other scene), the last two with `load_rows` and `reduce` →
 //! `requirements`, `statistics` (what the measures need) → `measure`. The result of a sample depends on its own values only, to the last bit.
 
 mod drawn;
@@ -354,7 +356,7 @@ impl Worker {
                 }
             }
         }
-        // Linear scenes run side by side. Those for which the lanes are not accurate enough, and all others, run one by one.
+        // Linear scenes run side by side. Those for which the lanes are not accurate enough are left to the others.
         let lost = vec![false; batch.requirements().contacts.len()];
         let in_lanes =
             matches!(batch.solver, Solver::Auto | Solver::Exact) && batch.lanes.can_start(batch.start);

@@ -12,7 +12,8 @@ use crate::system::{Force, LinkRow, NO_FORCE, Square, State, System};
 
 /// Equations with preloaded links. The linear part contains the links with straight segments, each on its present one, the preloaded links
 /// with their stiffness at rest, and all dampers. To it, preloaded links add their loads less those at rest and less that stiffness times
-/// the deflection from rest, so a body at rest stays at rest to the last bit.
+/// the deflection from rest, so a body at rest stays at rest but for
+/// rounding of the preloads.
 #[derive(Debug)]
 pub(crate) struct SmoothEquations<'a> {
     linear: SegmentEquations,
