@@ -385,42 +385,24 @@ impl Worker {
         let (preloaded, rest): (Vec<usize>, Vec<usize>) =
             valid.into_iter().partition(|&index| side_by_side && self.samples[index].is_preloaded());
         for some in preloaded.chunks(scenes_side_by_side()) {
-            self.run_preloaded(batch, some, (first, place), rows);
+            let places: Vec<usize> = some.iter().map(|index| place + index).collect();
+            self.drawn.set_motions(&batch.motion.excitation, &places);
+            let samples = some.iter().zip(&mut self.memories).enumerate().map(|(lane, (&index, memory))| {
+                Beside { runs: batch.runs(self.drawn.motion_in(lane)), sample: &self.samples[index], memory }
+            });
+            let mut table = vec![0.0; some.len() * width];
+            let done = measure_side_by_side(&mut samples.collect::<Vec<_>>(), batch.base.groups, &mut table);
+            for (lane, (&index, done)) in some.iter().zip(done).enumerate() {
+                let out = &mut rows[index * width..(index + 1) * width];
+                out.copy_from_slice(&table[lane * width..(lane + 1) * width]);
+                self.note(first + index, done, out);
+            }
         }
         for index in rest {
             let out = &mut rows[index * width..(index + 1) * width];
             let sample = &self.samples[index];
             let runs = batch.runs(self.drawn.motion(&batch.motion.excitation, place + index));
             let done = single::measure(&runs, batch.base.groups, sample, &mut self.memories[0], out);
-            self.note(first + index, done, out);
-        }
-    }
-
-    /// Runs up to [`MAX_SCENES`] preloaded samples with these indices, ascending, side by side. See [`Worker::run_together`].
-    fn run_preloaded(
-        &mut self,
-        batch: &Batch,
-        indices: &[usize],
-        (first, place): (usize, usize),
-        rows: &mut [f64],
-    ) {
-        let places: Vec<usize> = indices.iter().map(|index| place + index).collect();
-        self.drawn.set_motions(&batch.motion.excitation, &places);
-        let width = batch.measures.len();
-        let mut rows: Vec<&mut [f64]> = if width == 0 {
-            indices.iter().map(|_| &mut [][..]).collect()
-        } else {
-            let rows = rows.chunks_mut(width).enumerate();
-            rows.filter(|(index, _)| indices.contains(index)).map(|(_, row)| row).collect()
-        };
-        let mut samples = Vec::with_capacity(indices.len());
-        let each = indices.iter().zip(&mut rows).zip(&mut self.memories).enumerate();
-        for (lane, ((&index, out), memory)) in each {
-            let runs = batch.runs(self.drawn.motion_in(lane));
-            samples.push(Beside { runs, sample: &self.samples[index], memory, out });
-        }
-        let done = measure_side_by_side(&mut samples, batch.base.groups);
-        for ((index, done), out) in indices.iter().zip(done).zip(rows) {
             self.note(first + index, done, out);
         }
     }

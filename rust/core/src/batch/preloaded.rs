@@ -16,13 +16,16 @@ pub(super) struct Beside<'a> {
     pub runs: RunSettings<'a>,
     pub sample: &'a Instance,
     pub memory: &'a mut Memory,
-    /// Its measures.
-    pub out: &'a mut [f64],
 }
 
-/// Runs up to [`crate::integrate::scenes_side_by_side`] samples and writes their measures, as [`measure`] does: side by side those for which
-/// the exponential method is the right one.
-pub(super) fn measure_side_by_side(samples: &mut [Beside], groups: &[Group]) -> Vec<Result<(), SampleError>> {
+/// Runs up to [`crate::integrate::scenes_side_by_side`] samples and writes their measures to `out` (samples, measures), as [`measure`] does:
+/// side by side those for which the exponential method is the right one.
+pub(super) fn measure_side_by_side(
+    samples: &mut [Beside],
+    groups: &[Group],
+    out: &mut [f64],
+) -> Vec<Result<(), SampleError>> {
+    let width = out.len() / usize::max(samples.len(), 1);
     let Some(RunSettings { windows, .. }) = samples.first().map(|one| one.runs) else { return Vec::new() };
     let mut done: Vec<Result<(), SampleError>> = samples.iter().map(|_| Ok(())).collect();
     let mut last: Vec<Option<(System, State)>> = samples.iter().map(|_| None).collect();
@@ -52,11 +55,12 @@ pub(super) fn measure_side_by_side(samples: &mut [Beside], groups: &[Group]) -> 
             }
         }
     }
-    for ((one, done), by_itself) in samples.iter_mut().zip(&mut done).zip(by_itself) {
-        if by_itself {
-            *done = measure(&one.runs, groups, one.sample, one.memory, one.out);
+    for (index, (one, done)) in samples.iter_mut().zip(&mut done).enumerate() {
+        let out = &mut out[index * width..(index + 1) * width];
+        if by_itself[index] {
+            *done = measure(&one.runs, groups, one.sample, one.memory, out);
         } else if done.is_ok() {
-            let written = one.memory.write(&windows[0].requirements, one.runs.excitation, one.out);
+            let written = one.memory.write(&windows[0].requirements, one.runs.excitation, out);
             *done = written.map_err(SampleError::from);
         }
     }

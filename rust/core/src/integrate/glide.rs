@@ -48,11 +48,11 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     /// Steps from sample `k`, at which `state` and the values `from` are, to the next, if a single step has a small enough error; true if it
     /// does. For methods with a step error whose steps are cheapest where their length recurs.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn whole_interval<'s>(
+    pub(super) fn whole_interval(
         &mut self,
         forcing: &Forcing,
         k: usize,
-        [state, next]: [&mut &'s mut State; 2],
+        [state, next]: [&mut &mut State; 2],
         [from, to]: [&mut &mut Values; 2],
     ) -> Result<bool, RunError> {
         let excitation = self.recorder.excitation;

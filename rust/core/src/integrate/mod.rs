@@ -9,6 +9,10 @@ mod exact;
 mod exponential;
 mod glide;
 mod landing;
+#[cfg(feature = "std")]
+mod lane_group;
+#[cfg(feature = "std")]
+mod lane_scene;
 mod method;
 #[cfg(feature = "std")]
 mod named_method;
@@ -27,6 +31,8 @@ mod tableau;
 pub use control::{Control, load_scale};
 pub use exact::Exact;
 pub use exponential::Exponential;
+#[cfg(feature = "std")]
+pub(crate) use lane_scene::MAX_SCENES;
 pub use method::{Method, Output, Summary};
 #[cfg(feature = "std")]
 pub use named_method::NamedMethod;
@@ -36,5 +42,5 @@ pub use rk45::Rk45;
 pub(crate) use run::check_output;
 pub use run::{run, run_from};
 #[cfg(feature = "std")]
-pub(crate) use side_by_side::{MAX_SCENES, SceneRun, run_side_by_side, scenes_side_by_side};
+pub(crate) use side_by_side::{SceneRun, run_side_by_side, scenes_side_by_side};
 pub use start::Start;

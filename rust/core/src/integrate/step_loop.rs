@@ -93,11 +93,11 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     /// Steps from sample `k`, at which `state` and the values `from` are, over one interval, or several that lie on a straight line;
     /// returns the sample reached, to which they then belong.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn interval<'s>(
+    pub(super) fn interval(
         &mut self,
         forcing: &Forcing,
         k: usize,
-        [state, next]: [&mut &'s mut State; 2],
+        [state, next]: [&mut &mut State; 2],
         [from, to]: [&mut &mut Values; 2],
     ) -> Result<usize, RunError> {
         let excitation = self.recorder.excitation;

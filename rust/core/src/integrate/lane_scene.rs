@@ -1,0 +1,88 @@
+//! A scene that runs beside others: its state between steps, and the steps that it makes by itself.
+
+use super::exact::CACHED_STEPS;
+use super::exponential::Exponential;
+use super::step_loop::Runner;
+use super::switched::Unswitched;
+use crate::equations::SmoothEquations;
+use crate::error::RunError;
+use crate::excitation::{Forcing, Values};
+use crate::numeric::float::add_scaled;
+use crate::numeric::simd::{Kernel, dispatch};
+use crate::system::{Force, NO_FORCE, State};
+
+/// The method of all scenes.
+pub(super) type ByItself = Exponential<CACHED_STEPS>;
+
+/// Most scenes side by side: the lanes of the widest vectors.
+pub(crate) const MAX_SCENES: usize = 8;
+
+/// An error of a scene at the same index.
+pub(super) type Failures = [Option<RunError>; MAX_SCENES];
+
+pub(super) const NO_FAILURES: Failures = [const { None }; MAX_SCENES];
+
+/// A run in progress.
+pub(super) struct Scene<'a, 'e> {
+    pub runner: Runner<'a, ByItself, Unswitched<'e, SmoothEquations<'e>>>,
+    pub forcing: Forcing,
+    pub state: State,
+    /// Of the excitation at the last sample.
+    pub values: Values,
+    /// The sample of the state, if it is not recorded yet.
+    pub due: Option<usize>,
+    /// Index of the run.
+    pub place: usize,
+}
+
+impl Scene<'_, '_> {
+    /// Records the state, if that is due. (Vectors of numbers that were stored one by one just before would wait for them.)
+    #[inline(always)]
+    pub(super) fn record(&mut self) {
+        if let Some(k) = self.due.take() {
+            self.runner.recorder.sample(k, &self.state);
+        }
+    }
+
+    /// Modal force of the excitation at sample `k`, whose values it takes.
+    #[inline(always)]
+    pub(super) fn force(&mut self, k: usize) -> Force {
+        self.forcing.sample(self.runner.recorder.excitation, k, &mut self.values);
+        let mut force = NO_FORCE;
+        for (column, value) in self.forcing.influence().iter().zip(self.values) {
+            add_scaled(&mut force, column, value);
+        }
+        force
+    }
+}
+
+/// The step of a scene by itself from sample `k` to the next. `tries`: whether it first tries a single step.
+struct StepKernel<'s, 'a, 'e> {
+    scene: &'s mut Scene<'a, 'e>,
+    k: usize,
+    tries: bool,
+}
+
+impl Kernel for StepKernel<'_, '_, '_> {
+    type Output = Result<(), RunError>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Scene { runner, forcing, state, values, .. } = self.scene;
+        let (mut next, mut to) = ([0.0; 12], [0.0; 9]);
+        forcing.sample(runner.recorder.excitation, self.k, values);
+        let (mut at, mut other, mut from, mut until) = (&mut *state, &mut next, &mut *values, &mut to);
+        let (states, ends) = ([&mut at, &mut other], [&mut from, &mut until]);
+        if !self.tries || !runner.whole_interval(forcing, self.k, states, ends)? {
+            runner.interval(forcing, self.k, [&mut at, &mut other], [&mut from, &mut until])?;
+        }
+        *state = *at;
+        Ok(())
+    }
+}
+
+/// Steps a scene by itself from sample `k` to the next. `tries`: whether it first tries a single step.
+#[inline(never)]
+pub(super) fn step_by_itself(scene: &mut Scene, k: usize, tries: bool) -> Result<(), RunError> {
+    dispatch(StepKernel { scene, k, tries })
+}
