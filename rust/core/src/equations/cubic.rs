@@ -4,6 +4,7 @@ use super::Equations;
 use super::propagator::{Columns, integrals};
 use super::series::{CubicForce, LONG_SERIES, PowerSeries};
 use crate::numeric::float::add_scaled;
+use crate::numeric::simd::{Kernel, dispatch};
 use crate::system::{Force, NO_FORCE, State};
 
 /// Exact step of length h: `x(h) = x(0) + E x(0) + Σ R_k c_k` under the force `Σ c_k (t / h)^k`.
@@ -15,25 +16,10 @@ pub struct CubicPropagator {
 }
 
 impl CubicPropagator {
-    /// The exact step of `h` > 0 s of the linear part.
-    #[cfg_attr(feature = "std", inline(always))]
+    /// The exact step of `h` > 0 s of the linear part. Out of line: a step may need it in several places, each time it is long and rare.
+    #[inline(never)]
     pub(crate) fn new<E: Equations>(equations: &E, h: f64) -> Self {
-        // R_k is k! / h^k times integral k + 1.
-        let (change, mut response) = integrals::<E, 4>(equations, h);
-        let mut factor = 1.0;
-        for k in 1..4 {
-            factor *= k as f64 / h;
-            for column in &mut response[k] {
-                for entry in column {
-                    *entry *= factor;
-                }
-            }
-        }
-        let [_, _, quadratic, cubic] = &mut response;
-        for (cubic, quadratic) in cubic.iter_mut().zip(quadratic) {
-            add_scaled(cubic, quadratic, -1.0);
-        }
-        Self { change, response }
+        dispatch(PropagatorKernel { equations, h })
     }
 
     /// The state at the end of the step under a force that is linear in time, of these two coefficients.
@@ -68,6 +54,37 @@ impl CubicPropagator {
             both[i] += difference[i];
         }
         [both, difference]
+    }
+}
+
+/// [`CubicPropagator::new`] as a kernel.
+struct PropagatorKernel<'a, E> {
+    equations: &'a E,
+    h: f64,
+}
+
+impl<E: Equations> Kernel for PropagatorKernel<'_, E> {
+    type Output = CubicPropagator;
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) -> CubicPropagator {
+        let Self { equations, h } = self;
+        // R_k is k! / h^k times integral k + 1.
+        let (change, mut response) = integrals::<E, 4>(equations, h);
+        let mut factor = 1.0;
+        for k in 1..4 {
+            factor *= k as f64 / h;
+            for column in &mut response[k] {
+                for entry in column {
+                    *entry *= factor;
+                }
+            }
+        }
+        let [_, _, quadratic, cubic] = &mut response;
+        for (cubic, quadratic) in cubic.iter_mut().zip(quadratic) {
+            add_scaled(cubic, quadratic, -1.0);
+        }
+        CubicPropagator { change, response }
     }
 }
 

@@ -70,33 +70,30 @@ pub(crate) fn run_side_by_side(runs: Vec<SceneRun>, rtol: f64, usual: f64) -> Ve
         }
     }
     if !scenes.is_empty() {
-        Arch::new().dispatch(RunKernel { scenes: &mut scenes, modes, usual, ends: &mut ends });
+        let (scenes, ends) = (&mut scenes, &mut ends[..]);
+        // Most bodies have five modes, as the drive holds x.
+        if modes <= 5 {
+            Arch::new().dispatch(RunKernel::<5> { scenes, usual, ends });
+        } else {
+            Arch::new().dispatch(RunKernel::<6> { scenes, usual, ends });
+        }
     }
     ends
 }
 
-/// [`run_side_by_side`] as a kernel, from the start on.
-struct RunKernel<'r, 'a, 'e> {
+/// [`run_side_by_side`] as a kernel, from the start on, for scenes of at most N modes.
+struct RunKernel<'r, 'a, 'e, const N: usize> {
     scenes: &'r mut Vec<Scene<'a, 'e>>,
-    modes: usize,
     usual: f64,
     ends: &'r mut [Result<State, RunError>],
 }
 
-impl WithSimd for RunKernel<'_, '_, '_> {
+impl<const N: usize> WithSimd for RunKernel<'_, '_, '_, N> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        // Most bodies have five modes, as the drive holds x.
-        if self.modes <= 5 { self.run::<S, 5>(simd) } else { self.run::<S, 6>(simd) }
-    }
-}
-
-impl RunKernel<'_, '_, '_> {
-    #[inline(always)]
-    fn run<S: Simd, const N: usize>(self, simd: S) {
-        let Self { scenes, usual, ends, .. } = self;
+        let Self { scenes, usual, ends } = self;
         let excitation = scenes[0].runner.recorder.excitation;
         for scene in scenes.iter_mut() {
             scene.runner.recorder.first_sample(&scene.state);

@@ -50,7 +50,7 @@ fn loads(machine: &Machine, run: (Vec<State>, Summary)) -> (Vec<f64>, Summary) {
 #[track_caller]
 fn assert_within_tolerance(name: &str, machine: &Machine, excitation: &Excitation) {
     let truth = machine.loads_of(&machine.states(&Radau, tight(1e-12), excitation).0);
-    for rtol in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10] {
+    for rtol in [1e-4, 1e-6, 1e-8, 1e-10] {
         let run = machine.states(&Exponential::<16>, tight(rtol), excitation);
         let (found, summary) = loads(machine, run);
         let off = difference(&found, &truth) / summary.load_scale;
