@@ -98,8 +98,8 @@ fn fixed_steps_have_order_four_where_no_row_opens() {
 #[test]
 fn the_tolerance_is_kept_on_preloaded_machines() {
     let cycle = cycle();
-    let clean = Excitation::uniform(0.0, 1e-3, &cycle[500..1200]).expect("sound");
-    let noisy = shaken(300, 901);
+    let clean = Excitation::uniform(0.0, 1e-3, &cycle[560..760]).expect("sound");
+    let noisy = shaken(120, 901);
     let noisy = Excitation::uniform(0.0, 1e-3, &noisy).expect("sound");
     for (name, excitation) in [("clean", clean), ("noisy", noisy)] {
         assert_within_tolerance(name, &pressed(cart(), 600.0, BALL, NONE), &excitation);
@@ -130,7 +130,7 @@ fn the_tolerance_is_kept_at_any_time_stamps_under_any_load() {
 fn an_undamped_vibration_keeps_its_energy() {
     let mut machine = pressed(one_dof(200.0, 0.0), 400.0, BALL, NONE);
     machine.gravity.y = 0.0;
-    let mut samples = vec![[0.0; 3]; 4000];
+    let mut samples = vec![[0.0; 3]; 1500];
     samples[..40].fill([0.0, 20.0, 0.0]);
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
     let (states, summary) = machine.states(&Exponential::<16>, tight(1e-9), &excitation);
@@ -216,7 +216,7 @@ fn loads_between_the_samples_are_as_accurate_as_at_them() {
     ] {
         let truth =
             machine.loads_of(&machine.run(&Radau, tight(1e-12), &excitation, Output::Times(&times)).0);
-        for rtol in [1e-4, 1e-6, 1e-8] {
+        for rtol in [1e-4, 1e-8] {
             let (states, outcome) =
                 machine.run(&Exponential::<16>, tight(rtol), &excitation, Output::Times(&times));
             let off = difference(&machine.loads_of(&states), &truth) / outcome.expect("a run").load_scale;
@@ -236,7 +236,7 @@ fn loads_between_the_samples_are_as_accurate_as_at_them() {
 #[test]
 fn changes_of_contact_are_those_that_rk45_locates() {
     let cycle = cycle();
-    let excitation = Excitation::uniform(0.0, 1e-3, &cycle).expect("sound");
+    let excitation = Excitation::uniform(0.0, 1e-3, &cycle[..3000]).expect("sound");
     for (preload, exponent) in [(600.0, BALL), (150.0, BALL), (600.0, ROLLER)] {
         let machine = pressed(cart(), preload, exponent, NONE);
         let (_, located) = machine.states(&Rk45, tight(1e-9), &excitation);
