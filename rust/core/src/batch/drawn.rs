@@ -3,8 +3,7 @@
 use super::lanes::Deviations;
 use super::motion_draws::MotionDraws;
 use crate::excitation::Excitation;
-use crate::integrate::MAX_SCENES;
-use crate::numeric::simd::{Aligned, LANES, Lanes};
+use crate::numeric::simd::{Aligned, LANES, Lanes, MAX_LANES};
 use crate::numeric::watch::Watch;
 
 /// Drawn motions of up to eight samples.
@@ -15,7 +14,7 @@ pub(super) struct Drawn {
     /// The same in another order of the samples.
     ordered: Vec<Aligned<Lanes>>,
     /// Accelerations of some of the samples, m/s².
-    accelerations: [Vec<[f64; 3]>; MAX_SCENES],
+    accelerations: [Vec<[f64; 3]>; MAX_LANES],
 }
 
 impl Drawn {
@@ -54,7 +53,7 @@ impl Drawn {
         self.motion_in(0)
     }
 
-    /// Computes the accelerations of the samples at up to [`MAX_SCENES`] places.
+    /// Computes the accelerations of the samples at up to [`MAX_LANES`] places.
     pub(super) fn set_motions(&mut self, estimate: &Excitation, places: &[usize]) {
         for (acceleration, &place) in self.accelerations.iter_mut().zip(places) {
             acceleration.clear();

@@ -83,20 +83,20 @@ impl RunSettings<'_> {
                         [f64::max(most, value.norm()), f64::max(turning, value.im.abs())]
                     })
                 });
-                let only_preloaded = system.first_segmented().is_none();
-                let per_interval = self.typical_interval * if only_preloaded { turning } else { fastest };
-                match only_preloaded {
-                    true if per_interval <= STEP_COST[0] * LONGEST => NamedMethod::Exponential,
-                    false if per_interval <= STEP_COST[1] * STABLE => NamedMethod::Rk45,
-                    _ => NamedMethod::Implicit,
-                }
+                let (method, speed, most) = if system.first_segmented().is_none() {
+                    (NamedMethod::Exponential, turning, LONGEST * EXPONENTIAL_COST)
+                } else {
+                    (NamedMethod::Rk45, fastest, STABLE * RK45_COST)
+                };
+                if speed * self.typical_interval <= most { method } else { NamedMethod::Implicit }
             }
         }
     }
 }
 
 /// Cost of a step of the implicit method on a scene with smooth laws, in steps of the exponential method and of rk45.
-const STEP_COST: [f64; 2] = [8.0, 4.0];
+const EXPONENTIAL_COST: f64 = 8.0;
+const RK45_COST: f64 = 4.0;
 
 /// Longest step of the exponential method, in radians of the fastest mode that vibrates.
 const LONGEST: f64 = <Exponential as Method>::LONGEST_STEP;

@@ -92,7 +92,7 @@ impl<E: Equations> Kernel for PropagatorKernel<'_, E> {
 pub(crate) enum CubicStep<'a> {
     Propagator(&'a CubicPropagator),
     /// With the length, s.
-    Series(&'a PowerSeries, f64),
+    Series(PowerSeries, f64),
 }
 
 impl CubicStep<'_> {
@@ -106,7 +106,7 @@ impl CubicStep<'_> {
     ) -> State {
         match *self {
             Self::Propagator(propagator) => propagator.apply(state, [first, second]),
-            Self::Series(series, h) => {
+            Self::Series(ref series, h) => {
                 advance_cubic(equations, series, h, &CubicForce([*first, *second, NO_FORCE, NO_FORCE]), state)
             }
         }
@@ -117,7 +117,7 @@ impl CubicStep<'_> {
     pub(crate) fn curved<E: Equations>(&self, equations: &E, [quadratic, cubic]: [&Force; 2]) -> [State; 2] {
         match *self {
             Self::Propagator(propagator) => propagator.curved([quadratic, cubic]),
-            Self::Series(series, h) => {
+            Self::Series(ref series, h) => {
                 let mut opposite = NO_FORCE;
                 add_scaled(&mut opposite, cubic, -1.0);
                 let still = &[0.0; 12];
@@ -164,12 +164,13 @@ mod tests {
     fn systems() -> [System; 4] {
         [0.0, 1e5, 4e6, 4e9].map(|damping| {
             let inertia = Matrix3::new(420.0, 15.0, -8.0, 15.0, 310.0, 22.0, -8.0, 22.0, 380.0);
-            let body = Body::new(1250.0, Vector3::new(0.12, -0.65, 0.18), inertia).unwrap();
+            let body = Body::new(1250.0, Vector3::new(0.12, -0.65, 0.18), inertia).expect("a body");
             let links = [(-0.5, -0.35), (-0.5, 0.35), (0.5, -0.35), (0.5, 0.35)].map(|(x, z)| {
-                carriage_links(Vector3::new(x, 0.05, z), 0.12, [1.2e8; 2], [damping; 2]).unwrap()
+                carriage_links(Vector3::new(x, 0.05, z), 0.12, [1.2e8; 2], [damping; 2]).expect("a carriage")
             });
             let down = Vector3::new(0.0, -9.80665, 0.0);
-            System::new(&Scene::new(body, links.as_flattened(), down, Free::GUIDED).unwrap()).unwrap()
+            let scene = Scene::new(body, links.as_flattened(), down, Free::GUIDED).expect("a scene");
+            System::new(&scene).expect("a system")
         })
     }
 
@@ -240,7 +241,7 @@ mod tests {
             for h in [1e-6, 1e-4, 1e-3, 1e-2, 0.1] {
                 let (state, force) = motion(&system, h);
                 let propagator = CubicPropagator::new(&system, h);
-                for step in [CubicStep::Propagator(&propagator), CubicStep::Series(&series, h)] {
+                for step in [CubicStep::Propagator(&propagator), CubicStep::Series(series, h)] {
                     let off = lost(&end(&step, &system, &force, &state(0.0)), &state(1.0), &state(0.0));
                     assert!(off < 2e-12, "{h}: {off:e}");
                 }
@@ -265,7 +266,7 @@ mod tests {
             let (propagator, series) = (CubicPropagator::new(&system, h), PowerSeries::new(&system));
             let mut parabola = quadratic;
             add_scaled(&mut parabola, &cubic, 1.0);
-            for step in [CubicStep::Propagator(&propagator), CubicStep::Series(&series, h)] {
+            for step in [CubicStep::Propagator(&propagator), CubicStep::Series(series, h)] {
                 let [both, difference] = step.curved(&system, [&quadratic, &cubic]);
                 let [less, _] = step.curved(&system, [&parabola, &NO_FORCE]);
                 let mut want = both;

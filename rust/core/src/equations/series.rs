@@ -48,17 +48,13 @@ impl PowerSeries {
     /// The state at the end of a ramp.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn advance<E: Equations>(&self, equations: &E, ramp: &Ramp, state: &State) -> State {
-        let parts = f64::max(1.0, ceil(ramp.h * self.norm / LONGEST));
-        let mut state = *state;
-        let mut part = 0.0;
-        while part < parts {
-            let mut sum = Sum { state, scale: size(&state), small: 0 };
-            let force = force_of(equations, ramp, [part / parts, 1.0 / parts]);
-            power_series(equations, ramp.h * (1.0 / parts), &force, &state, MAX_TERMS, &mut sum);
-            state = sum.state;
-            part += 1.0;
-        }
-        state
+        self.advance_under(
+            equations,
+            ramp.h,
+            #[cfg_attr(feature = "std", inline(always))]
+            |from, length| force_of(equations, ramp, [from, length]),
+            state,
+        )
     }
 
     /// The state `h` s later under a force that is a cubic.
@@ -70,13 +66,31 @@ impl PowerSeries {
         force: &CubicForce,
         state: &State,
     ) -> State {
+        self.advance_under(
+            equations,
+            h,
+            #[cfg_attr(feature = "std", inline(always))]
+            |from, length| force.part(from, length).0,
+            state,
+        )
+    }
+
+    /// The state `h` s later under the force with these coefficients in the part that starts at a fraction of `h` and has a length.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn advance_under<E: Equations, const N: usize>(
+        &self,
+        equations: &E,
+        h: f64,
+        force: impl Fn(f64, f64) -> [Force; N],
+        state: &State,
+    ) -> State {
         let parts = f64::max(1.0, ceil(h * self.norm / LONGEST));
+        let length = 1.0 / parts;
         let mut state = *state;
         let mut part = 0.0;
         while part < parts {
             let mut sum = Sum { state, scale: size(&state), small: 0 };
-            let CubicForce(force) = force.part(part / parts, 1.0 / parts);
-            power_series(equations, h / parts, &force, &state, MAX_TERMS, &mut sum);
+            power_series(equations, h * length, &force(part / parts, length), &state, MAX_TERMS, &mut sum);
             state = sum.state;
             part += 1.0;
         }

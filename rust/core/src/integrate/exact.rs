@@ -1,8 +1,8 @@
 //! Exact: the matrix exponential of the first-order-hold system, for linear equations.
 
 use super::method::Method;
-use super::step_cache::StepCache;
-use crate::equations::{Equations, PowerSeries, Propagator, advance};
+use super::step_cache::{SeriesCache, StepCache};
+use crate::equations::{Equations, Propagator, advance};
 use crate::excitation::Ramp;
 use crate::system::State;
 
@@ -28,22 +28,7 @@ const MIN_OCCURRENCES: [u32; 2] = [1, 6];
 #[derive(Debug, Clone)]
 pub struct Memory<const CACHE: usize> {
     propagators: StepCache<Propagator, CACHE>,
-    /// Series of the equations with this key.
-    series: Option<(u32, PowerSeries)>,
-}
-
-impl<const CACHE: usize> Memory<CACHE> {
-    #[cfg_attr(feature = "std", inline(always))]
-    fn series<E: Equations>(&mut self, equations: &E) -> PowerSeries {
-        match self.series {
-            Some((key, series)) if key == equations.key() => series,
-            _ => {
-                let series = PowerSeries::new(equations);
-                self.series = Some((equations.key(), series));
-                series
-            }
-        }
-    }
+    series: SeriesCache,
 }
 
 impl<const CACHE: usize> Method for Exact<CACHE> {
@@ -52,7 +37,7 @@ impl<const CACHE: usize> Method for Exact<CACHE> {
     const STABLE: bool = true;
 
     fn memory(&self) -> Self::Memory {
-        Memory { propagators: StepCache::new(), series: None }
+        Memory { propagators: StepCache::new(), series: SeriesCache::default() }
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -101,7 +86,7 @@ impl<const CACHE: usize> Method for Exact<CACHE> {
         }
         let end = ramp.values(theta);
         let part = Ramp { h: theta * ramp.h, end: &end, ..*ramp };
-        let series = memory.series(equations);
+        let series = memory.series.of(equations);
         advance(equations, &series, &part, state)
     }
 }

@@ -6,10 +6,8 @@
 //! end are those of the solution under the tangent of g at the start.
 
 use super::method::Method;
-use super::step_cache::StepCache;
-use crate::equations::{
-    CubicForce, CubicPropagator, CubicStep, Equations, PowerSeries, Remainder, advance_cubic,
-};
+use super::step_cache::{SeriesCache, StepCache};
+use crate::equations::{CubicForce, CubicPropagator, CubicStep, Equations, Remainder, advance_cubic};
 use crate::excitation::Ramp;
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::system::{Force, NO_FORCE, State};
@@ -29,8 +27,7 @@ pub(super) const KINK: f64 = 0.1;
 pub struct Memory<const CACHE: usize> {
     /// Of whole intervals between samples, and of parts of them, which must not displace them.
     propagators: [StepCache<CubicPropagator, CACHE>; 2],
-    /// Series of the equations with this key.
-    series: Option<(u32, PowerSeries)>,
+    series: SeriesCache,
     /// The force of the last step.
     force: CubicForce,
     /// The end of the last step, with the nonlinear loads there.
@@ -54,7 +51,7 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
     fn memory(&self) -> Self::Memory {
         Memory {
             propagators: [StepCache::new(), StepCache::new()],
-            series: None,
+            series: SeriesCache::default(),
             force: CubicForce([NO_FORCE; 4]),
             end: [f64::NAN; 12],
             at_end: Remainder::NONE,
@@ -79,7 +76,7 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
         }
         let linear = match place {
             Some(propagator) => CubicStep::Propagator(propagator),
-            None => CubicStep::Series(series_of(series, equations), ramp.h),
+            None => CubicStep::Series(series.of(equations), ramp.h),
         };
         if *end != *state {
             *at_end = equations.remainder(state);
@@ -108,8 +105,8 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
         if theta == 0.0 {
             return *state;
         }
-        let series = series_of(&mut memory.series, equations);
-        advance_cubic(equations, series, theta * ramp.h, &memory.force.part(0.0, theta), state)
+        let series = memory.series.of(equations);
+        advance_cubic(equations, &series, theta * ramp.h, &memory.force.part(0.0, theta), state)
     }
 
     fn contact_changes<E: Equations>(&self, equations: &E, memory: &Self::Memory) -> usize {
@@ -137,20 +134,6 @@ impl<const CACHE: usize> Memory<CACHE> {
     #[inline(always)]
     pub(super) fn set_end(&mut self, state: &State, remainder: Remainder) {
         (self.end, self.at_end) = (*state, remainder);
-    }
-}
-
-/// The series of the equations.
-#[cfg_attr(feature = "std", inline(always))]
-fn series_of<'s, E: Equations>(cached: &'s mut Option<(u32, PowerSeries)>, equations: &E) -> &'s PowerSeries {
-    // Without closures, which would be compiled for the oldest processor.
-    match cached {
-        Some((key, _)) if *key == equations.key() => {}
-        _ => *cached = Some((equations.key(), PowerSeries::new(equations))),
-    }
-    match cached {
-        Some((_, series)) => series,
-        None => unreachable!("just made"),
     }
 }
 

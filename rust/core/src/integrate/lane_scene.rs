@@ -8,19 +8,16 @@ use crate::equations::SmoothEquations;
 use crate::error::RunError;
 use crate::excitation::{Forcing, Values};
 use crate::numeric::float::add_scaled;
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::{Kernel, MAX_LANES, dispatch};
 use crate::system::{Force, NO_FORCE, State};
 
 /// The method of all scenes.
 pub(super) type ByItself = Exponential<CACHED_STEPS>;
 
-/// Most scenes side by side: the lanes of the widest vectors.
-pub(crate) const MAX_SCENES: usize = 8;
-
 /// An error of a scene at the same index.
-pub(super) type Failures = [Option<RunError>; MAX_SCENES];
+pub(super) type Failures = [Option<RunError>; MAX_LANES];
 
-pub(super) const NO_FAILURES: Failures = [const { None }; MAX_SCENES];
+pub(super) const NO_FAILURES: Failures = [const { None }; MAX_LANES];
 
 /// A run in progress.
 pub(super) struct Scene<'a, 'e> {

@@ -31,8 +31,6 @@ mod tableau;
 pub use control::{Control, load_scale};
 pub use exact::Exact;
 pub use exponential::Exponential;
-#[cfg(feature = "std")]
-pub(crate) use lane_scene::MAX_SCENES;
 pub use method::{Method, Output, Summary};
 #[cfg(feature = "std")]
 pub use named_method::NamedMethod;

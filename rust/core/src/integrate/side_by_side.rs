@@ -15,23 +15,13 @@ use super::switched::Unswitched;
 use crate::equations::SmoothEquations;
 use crate::error::RunError;
 use crate::excitation::ScaledExcitation;
+use crate::numeric::simd::LaneCount;
 use crate::output::Record;
 use crate::system::{State, System};
 
 /// Number of scenes that run side by side: one in each lane of the widest vectors of the processor.
 pub(crate) fn scenes_side_by_side() -> usize {
-    struct Count;
-
-    impl WithSimd for Count {
-        type Output = usize;
-
-        #[inline(always)]
-        fn with_simd<S: Simd>(self, _: S) -> usize {
-            S::F64_LANES
-        }
-    }
-
-    Arch::new().dispatch(Count)
+    Arch::new().dispatch(LaneCount)
 }
 
 /// A run of one of the scenes.

@@ -1,4 +1,6 @@
-//! Step cache: propagators or tangents by step length and equations.
+//! Step cache: propagators or tangents by step length and equations; and the series of equations.
+
+use crate::equations::{Equations, PowerSeries};
 
 /// Cache for the last `N` pairs of step length and key of equations.
 ///
@@ -36,6 +38,7 @@ impl<T, const N: usize> StepCache<T, N> {
         self.uses[self.last] = before.saturating_add(1);
         (&mut self.values[self.last], before)
     }
+
     /// The value of an entry, if there is one.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn ready(&mut self, length: f64, key: u32) -> Option<&T> {
@@ -43,5 +46,24 @@ impl<T, const N: usize> StepCache<T, N> {
         let value = self.values[found].as_ref()?;
         self.last = found;
         Some(value)
+    }
+}
+
+/// The power series of the equations with the last key.
+#[derive(Debug, Clone, Default)]
+pub struct SeriesCache(Option<(u32, PowerSeries)>);
+
+impl SeriesCache {
+    /// The series of the equations.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn of<E: Equations>(&mut self, equations: &E) -> PowerSeries {
+        match self.0 {
+            Some((key, series)) if key == equations.key() => series,
+            _ => {
+                let series = PowerSeries::new(equations);
+                self.0 = Some((equations.key(), series));
+                series
+            }
+        }
     }
 }

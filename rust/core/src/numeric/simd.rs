@@ -13,6 +13,24 @@
 /// Numbers per array in vector loops: two AVX2 registers, or one of AVX-512.
 pub(crate) const LANES: usize = 8;
 
+/// Most lanes of the vectors of any processor, with `pulp`.
+#[cfg(feature = "std")]
+pub(crate) const MAX_LANES: usize = 8;
+
+/// Number of lanes of the vectors, with `pulp`.
+#[cfg(feature = "std")]
+pub(crate) struct LaneCount;
+
+#[cfg(feature = "std")]
+impl pulp::WithSimd for LaneCount {
+    type Output = usize;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> usize {
+        S::F64_LANES
+    }
+}
+
 /// One number in each lane.
 pub(crate) type Lanes = [f64; LANES];
 

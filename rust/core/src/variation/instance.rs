@@ -7,11 +7,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 use super::change::{Change, Target};
 use super::error::{ChangeError, SampleError};
 use crate::life::EquivalentLoad;
-use crate::model::Body;
-use crate::model::Free;
-use crate::model::Law;
-use crate::model::Link;
-use crate::model::Scene;
+use crate::model::{Body, Free, Link, Scene};
 use crate::output::Axes;
 
 /// Mass, centre of mass and inertia of a body without changes.
@@ -186,9 +182,8 @@ impl Instance {
 
     /// Whether links are preloaded, and none has clearance, one side or a curve.
     pub fn is_preloaded(&self) -> bool {
-        let has_no_segments = |law: &Law| law.is_linear() || !law.is_piecewise_linear();
-        self.links.iter().any(|link| !link.law().is_piecewise_linear())
-            && self.links.iter().all(|link| has_no_segments(link.law()))
+        let mut laws = self.links.iter().map(Link::law).filter(|law| !law.is_linear()).peekable();
+        laws.peek().is_some() && laws.all(|law| !law.is_piecewise_linear())
     }
 
     /// Gravity, m/s².

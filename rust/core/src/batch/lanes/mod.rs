@@ -32,6 +32,7 @@ use super::requirements::{Requirements, Signal, SignalRequest};
 use super::time_statistics::RunningStatistics;
 use super::windows::Window;
 use crate::integrate::Start;
+use crate::numeric::simd::{LaneCount, MAX_LANES};
 use crate::numeric::watch::Watch;
 use crate::variation::{Base, Instance};
 pub(super) use drawn::Deviations;
@@ -59,9 +60,6 @@ impl Width {
         all.into_iter().find(|(known, _)| *known == name).map(|(_, width)| width)
     }
 }
-
-/// Most lanes of any processor.
-pub(super) const MAX_LANES: usize = 8;
 
 /// A batch prepared for lanes.
 #[derive(Debug, Clone)]
@@ -115,7 +113,7 @@ impl<'a> Lanes<'a> {
 
     /// Number of scenes that run at a time.
     pub(super) fn count(&self) -> usize {
-        self.dispatch(Count)
+        self.dispatch(LaneCount)
     }
 
     /// Runs up to [`Lanes::count`] scenes with linear links. `deviations`: of the motion of each of them, if they are drawn.
@@ -157,18 +155,6 @@ impl<'a> Lanes<'a> {
             },
             _ => Simd::vectorize(Scalar, op),
         }
-    }
-}
-
-/// Number of lanes.
-struct Count;
-
-impl WithSimd for Count {
-    type Output = usize;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> usize {
-        S::F64_LANES
     }
 }
 
