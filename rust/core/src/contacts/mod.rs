@@ -69,25 +69,29 @@ impl<'a> Contacts<'a> {
         &self.segments.current.equations
     }
 
-    /// Whether the step from `state` to `next` is shown to contain no change by the bound that is carried from step to step: by the
-    /// distance from an earlier state first, then by the deflections. If not, nothing has happened.
+    /// Whether the step from `state` to `next` is shown to contain no change: by its distance from an earlier state, or by the deflections,
+    /// first with the bound that is carried from step to step, then with that of this step alone. If not, it leaves no trace.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool {
         let growth = self.segments.growth(ramp.h);
         let (mut slopes, mut values) = (self.slopes, self.values);
         let slope_change = growth * ramp.slope_change(&mut slopes, &mut values);
-        let curvature = fma(growth, self.curvature, slope_change);
+        let mut curvature = fma(growth, self.curvature, slope_change);
         let (center, slack, strayed) = &mut self.haven;
         let room = *slack - bow(ramp.h, curvature);
         let distance = distance_squared(center, next);
         // These tests fail for NaN, as they must.
         if room >= 0.0 && distance <= room * room && *strayed <= room * room {
             *strayed = distance;
-        } else if self.segments.ends_clear(ramp.h, state, next, curvature) {
+        } else {
+            if !self.segments.ends_clear(ramp.h, state, next, curvature) {
+                curvature = growth * size(&self.segments.second_derivative(ramp, state));
+                if !self.segments.ends_clear(ramp.h, state, next, curvature) {
+                    return false;
+                }
+            }
             center.copy_from_slice(&next[..6]);
             (*slack, *strayed) = (self.segments.slack(next), 0.0);
-        } else {
-            return false;
         }
         (self.curvature, self.slopes, self.values) = (curvature, slopes, values);
         true
@@ -120,6 +124,12 @@ impl<'a> Contacts<'a> {
         let (change, searched) = dispatch(search::SearchKernel { segments: &self.segments, ramp, state });
         self.searched += searched;
         change
+    }
+
+    /// The state at the change that was found, if one was.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn state_at_change(&self) -> Option<&State> {
+        self.change.as_ref()?.state.as_ref()
     }
 
     /// Index of each nonlinear link in the system, and its present segment.

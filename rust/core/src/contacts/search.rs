@@ -38,7 +38,7 @@ impl Kernel for SearchKernel<'_> {
         while ahead > 0 {
             let to = ends[ahead - 1];
             if searched >= MAX_WORK {
-                return (Some(Change { theta: from, crossing: None }), searched);
+                return (Some(Change { theta: from, crossing: None, state: Some(state) }), searched);
             }
             let (start, end) = (ramp.values(from), ramp.values(to));
             let h = (to - from) * ramp.h;
@@ -49,8 +49,9 @@ impl Kernel for SearchKernel<'_> {
                 let mut examined = 0;
                 let found = first_exit(segments.blocks.as_slice(), &terms, &mut examined);
                 searched += examined / EXAMINED_PER_WORK;
-                if let Some(Change { theta, crossing }) = found {
-                    return (Some(Change { theta: fma(theta, to - from, from), crossing }), searched);
+                if let Some(Change { theta, crossing, .. }) = found {
+                    let state = Some(sum_at(&terms, theta));
+                    return (Some(Change { theta: fma(theta, to - from, from), crossing, state }), searched);
                 }
                 for term in &terms[1..] {
                     add_scaled(&mut state, term, 1.0);
@@ -69,6 +70,18 @@ impl Kernel for SearchKernel<'_> {
         }
         (None, searched)
     }
+}
+
+/// The state at a fraction of a part, from the terms of its power series.
+#[cfg_attr(feature = "std", inline(always))]
+fn sum_at<const N: usize>(terms: &[State; N], theta: f64) -> State {
+    let mut sum = terms[N - 1];
+    for term in terms[..N - 1].iter().rev() {
+        for i in 0..12 {
+            sum[i] = fma(sum[i], theta, term[i]);
+        }
+    }
+    sum
 }
 
 /// Parts of the path of a link that cost as much as a part of a power series.
@@ -104,7 +117,7 @@ pub(super) fn first_exit<const N: usize>(
             }
             let limit = if let Some(change) = first { change.theta } else { 1.0 };
             if let Some((theta, up)) = DeflectionPath::new(path).first_exit(low, high, limit, examined) {
-                first = Some(Change { theta, crossing: Some((index * LANES + lane, up)) });
+                first = Some(Change { theta, crossing: Some((index * LANES + lane, up)), state: None });
             }
         }
     }

@@ -124,6 +124,16 @@ impl Forcing {
         straight
     }
 
+    /// Whether the excitation is the same at samples `k` and `k + 1`.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn is_constant(&self, excitation: &Excitation, k: usize) -> bool {
+        let mut constant = true;
+        for &component in &self.components[..self.count] {
+            constant &= excitation.component(k, component) == excitation.component(k + 1, component);
+        }
+        constant
+    }
+
     /// Writes the values at sample `k` to `values`.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn sample(&self, excitation: &Excitation, k: usize, values: &mut Values) {

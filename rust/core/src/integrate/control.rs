@@ -230,6 +230,12 @@ impl Controller {
         self.rtol * f64::min(1.0, self.steps * h / self.memory)
     }
 
+    /// Largest change of the state over a step of `h` s of a body that counts as at rest.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn most_change_at_rest(&self, h: f64) -> f64 {
+        REST * self.rtol * f64::min(1.0, h / self.memory)
+    }
+
     /// Whether thousands of steps with such an `error` would not matter.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn is_negligible(&self, error: f64) -> bool {
@@ -253,6 +259,10 @@ impl Controller {
 /// Error of the shortest step that is accepted beside an edge, over rtol, although it exceeds the share of its length: a run has far fewer
 /// than ten thousand such steps.
 const NEGLIGIBLE_ERROR: f64 = 1e-4;
+
+/// Distance from rest of a body that counts as at rest, over rtol: what the slowest mode has still to go is the change over one step times
+/// the number of steps for which it rings.
+const REST: f64 = 0.25;
 
 /// Error over the tolerance up to which the step size is not reduced: below `SAFETY^5` and `SAFETY^6`.
 const SAME_STEP_RATIO: f64 = 0.5;

@@ -22,7 +22,7 @@ pub(super) const CACHED_STEPS: usize = 1;
 
 /// How often an interval length must have occurred before its propagator is computed: once for linear equations, where it recurs
 /// thousands of times; more often between contact changes, where it may not recur.
-const MIN_OCCURRENCES: [u32; 2] = [1, 6];
+const MIN_OCCURRENCES: [u32; 2] = [1, 3];
 
 /// Memory of one run.
 #[derive(Debug, Clone)]

@@ -28,6 +28,13 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             *next = *state;
             return (theta, error);
         }
+        // Dense output of a method with a step error needs the step itself.
+        if M::ERROR_ORDER.is_none()
+            && let Some(state) = self.equations.state_at_change()
+        {
+            *next = *state;
+            return (theta, error);
+        }
         for again in (0..MAX_LANDINGS).rev() {
             let end = ramp.values(theta);
             let part = Ramp { h: theta * ramp.h, end: &end, spans_interval: false, ..*ramp };

@@ -90,10 +90,10 @@ impl<S: Simd, const N: usize> Group<S, N> {
         self.remainders.set(s, &memory.start(equations.equations(), &scene.state));
     }
 
-    /// Hands the nonlinear loads at the states to the scenes that stepped in lanes.
-    pub(super) fn hand_over(&mut self, scenes: &mut [Scene]) {
+    /// Hands the nonlinear loads at sample `k` to the scenes that stepped in lanes. (Those at rest have them.)
+    pub(super) fn hand_over(&mut self, scenes: &mut [Scene], k: usize) {
         for (s, scene) in scenes.iter_mut().enumerate() {
-            if scene.runner.steps.was_whole {
+            if scene.runner.steps.was_whole && k >= scene.rests_until {
                 scene.runner.memory.set_end(&scene.state, self.remainders.one(s));
             }
         }
@@ -105,11 +105,30 @@ impl<S: Simd, const N: usize> Group<S, N> {
         for scene in &mut *scenes {
             scene.record();
         }
+        let resting = scenes.iter().all(
+            #[inline(always)]
+            |scene| k + 1 < scene.rests_until,
+        );
+        if resting {
+            // The excitation does not change either.
+            scenes.iter_mut().for_each(
+                #[inline(always)]
+                |scene| scene.due = Some(k + 1),
+            );
+            return NO_FAILURES;
+        }
         let after = self.forces(scenes, k + 2);
         let mut errors = self.step();
         self.force = [self.force[1], after];
         let mut failures = NO_FAILURES;
         for (s, scene) in scenes.iter_mut().enumerate() {
+            if k < scene.rests_until {
+                scene.due = Some(k + 1);
+                if k + 1 == scene.rests_until {
+                    self.set(s, scene);
+                }
+                continue;
+            }
             let error = *number::<S>(&mut errors, s);
             let tried = match scene.runner.look_up_budget(k, &scene.state) {
                 Ok(()) => scene.runner.may_be_whole(self.h),
@@ -119,10 +138,17 @@ impl<S: Simd, const N: usize> Group<S, N> {
                 }
             };
             if tried && scene.runner.is_whole(self.h, error) {
+                let before = scene.state;
                 for (one, entry) in scene.state.iter_mut().zip(&mut self.states) {
                     *one = *number::<S>(entry, s);
                 }
                 scene.due = Some(k + 1);
+                scene.rest(
+                    k + 1,
+                    &before,
+                    #[inline(always)]
+                    || self.remainders.one(s),
+                );
                 continue;
             }
             if tried {

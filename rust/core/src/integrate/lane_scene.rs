@@ -4,7 +4,7 @@ use super::exact::CACHED_STEPS;
 use super::exponential::Exponential;
 use super::step_loop::Runner;
 use super::switched::Unswitched;
-use crate::equations::SmoothEquations;
+use crate::equations::{Remainder, SmoothEquations};
 use crate::error::RunError;
 use crate::excitation::{Forcing, Values};
 use crate::numeric::float::add_scaled;
@@ -28,6 +28,8 @@ pub(super) struct Scene<'a, 'e> {
     pub values: Values,
     /// The sample of the state, if it is not recorded yet.
     pub due: Option<usize>,
+    /// The sample up to which it is at rest.
+    pub rests_until: usize,
     /// Index of the run.
     pub place: usize,
 }
@@ -38,6 +40,16 @@ impl Scene<'_, '_> {
     pub(super) fn record(&mut self) {
         if let Some(k) = self.due.take() {
             self.runner.recorder.sample(k, &self.state);
+        }
+    }
+
+    /// Looks, at sample `k` after a step over a whole interval from the state `before`, whether the body is at rest, with the nonlinear loads
+    /// `remainder`.
+    #[inline(always)]
+    pub(super) fn rest(&mut self, k: usize, before: &State, remainder: impl FnOnce() -> Remainder) {
+        self.rests_until = self.runner.rests_until(&self.forcing, k, before, &self.state);
+        if k < self.rests_until {
+            self.runner.memory.set_end(&self.state, remainder());
         }
     }
 
@@ -65,12 +77,18 @@ impl Kernel for StepKernel<'_, '_, '_> {
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        let Scene { runner, forcing, state, values, .. } = self.scene;
+        let Scene { runner, forcing, state, values, rests_until, .. } = self.scene;
+        if self.k < *rests_until {
+            runner.recorder.sample(self.k + 1, state);
+            return Ok(());
+        }
         let (mut next, mut to) = ([0.0; 12], [0.0; 9]);
         forcing.sample(runner.recorder.excitation, self.k, values);
         let (mut at, mut other, mut from, mut until) = (&mut *state, &mut next, &mut *values, &mut to);
         let (states, ends) = ([&mut at, &mut other], [&mut from, &mut until]);
-        if !self.tries || !runner.whole_interval(forcing, self.k, states, ends)? {
+        if self.tries && runner.whole_interval(forcing, self.k, states, ends)? {
+            *rests_until = runner.rests_until(forcing, self.k + 1, other, at);
+        } else {
             runner.interval(forcing, self.k, [&mut at, &mut other], [&mut from, &mut until])?;
         }
         *state = *at;

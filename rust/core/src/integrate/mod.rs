@@ -18,6 +18,7 @@ mod method;
 mod named_method;
 mod radau;
 mod recorder;
+mod rest;
 mod rk45;
 mod run;
 #[cfg(feature = "std")]

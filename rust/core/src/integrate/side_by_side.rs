@@ -53,7 +53,8 @@ pub(crate) fn run_side_by_side(runs: Vec<SceneRun>, rtol: f64, usual: f64) -> Ve
             Ok(setup) => {
                 let (forcing, state) = (setup.forcing, setup.start);
                 let runner = setup.runner(memory, equations);
-                scenes.push(Scene { runner, forcing, state, values: [0.0; 9], due: None, place: ends.len() });
+                let (values, due, rests_until, place) = ([0.0; 9], None, 0, ends.len());
+                scenes.push(Scene { runner, forcing, state, values, due, rests_until, place });
                 ends.push(Ok(state));
             }
             Err(error) => ends.push(Err(error)),
@@ -99,7 +100,7 @@ impl<const N: usize> WithSimd for RunKernel<'_, '_, '_, N> {
                 _ => {
                     let mut failures = NO_FAILURES;
                     if let Some(group) = &mut group {
-                        group.hand_over(scenes);
+                        group.hand_over(scenes, k);
                     }
                     for (failure, scene) in failures.iter_mut().zip(scenes.iter_mut()) {
                         scene.record();
@@ -116,7 +117,7 @@ impl<const N: usize> WithSimd for RunKernel<'_, '_, '_, N> {
             }
             // The others go on in another group.
             if let Some(mut group) = group.take() {
-                group.hand_over(scenes);
+                group.hand_over(scenes, k);
             }
             for s in (0..scenes.len()).rev() {
                 if let Some(error) = &failures[s] {

@@ -74,7 +74,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             if M::EXACT_IF_LINEAR
                 && self.whole_interval(forcing, k, [&mut state, &mut next], [&mut from, &mut to])?
             {
-                k += 1;
+                k = self.rest(forcing, k + 1, next, state);
                 continue;
             }
             if M::ERROR_ORDER.is_none() && k >= glide_from {

@@ -27,6 +27,12 @@ pub(super) trait SwitchedEquations {
     /// Whether a step of a method without step error stays within these equations, by tests that are cheap and may fail where it does.
     fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool;
 
+    /// The state at the change that was found, if it is known.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn state_at_change(&self) -> Option<&State> {
+        None
+    }
+
     /// Time from `state` to the change that was found, s, if it matters.
     fn missed_by(&self, state: &State) -> Option<f64>;
 
@@ -116,6 +122,11 @@ impl SwitchedEquations for Contacts<'_> {
     #[cfg_attr(feature = "std", inline(always))]
     fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool {
         Contacts::stays(self, ramp, state, next)
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn state_at_change(&self) -> Option<&State> {
+        Contacts::state_at_change(self)
     }
 
     /// Located on the exact solution, to rounding.

@@ -141,6 +141,15 @@ impl Trace {
         }
     }
 
+    /// With a constant excitation from sample `from` to sample `until`.
+    fn constant(mut self, from: usize, until: usize) -> Self {
+        let (acceleration, wrench) = (self.acceleration[from], self.wrench[from]);
+        self.acceleration[from..=until].fill(acceleration);
+        self.wrench[from..=until].fill(wrench);
+        self.along_x[from..=until].fill(acceleration[0]);
+        self
+    }
+
     fn excitation(&self) -> Excitation<'_> {
         Excitation::new(&self.time, &self.acceleration, Some(&self.wrench)).expect("a sound trace")
     }
@@ -345,7 +354,7 @@ fn damped(base: &Machine, values: &[f64; 14]) -> Machine {
 fn rows_do_not_depend_on_threads_or_other_rows() {
     let mut random = Random::new(5);
     let uneven = Trace::new(&mut random, 12);
-    let ticking = Trace::ticking(&mut random, 50);
+    let ticking = Trace::ticking(&mut random, 700).constant(30, 650);
     let preloaded = (Law::preloaded(6e7, 300.0, 1.5).expect("a law"), Solver::Exponential);
     for (law, solver) in [laws()[0], laws()[1], laws()[4], preloaded] {
         let trace = if solver == Solver::Exponential { &ticking } else { &uneven };
@@ -533,11 +542,11 @@ fn auto_chooses_the_method_by_the_laws_of_the_sample() {
     }
 }
 
-/// In vector lanes, and by themselves where the error or the interval asks for it; also beside a sample that fails.
+/// In vector lanes, and by themselves where the error or the interval asks for it; also at rest, and beside a sample that fails.
 #[test]
 fn preloaded_samples_side_by_side_take_the_steps_that_they_take_by_themselves() {
     let mut random = Random::new(8);
-    let trace = Trace::ticking(&mut random, 200);
+    let trace = Trace::ticking(&mut random, 800).constant(100, 700);
     let (machine, groups) = cart_on(Law::preloaded(6e7, 300.0, 1.5).expect("a law"));
     let measures: Vec<Measure> = (0..groups.len())
         .flat_map(|group| [Statistic::Min, Statistic::Max].map(|of| Measure::Load(group, Quantity::Fy, of)))

@@ -110,6 +110,25 @@ fn the_tolerance_is_kept_on_preloaded_machines() {
     }
 }
 
+/// Where a vibration has died away under a constant acceleration, the state stays the same to the last bit, until the excitation changes.
+#[test]
+fn the_tolerance_is_kept_where_a_body_comes_to_rest_and_moves_again() {
+    let (machine, cycle) = (pressed(cart(), 600.0, BALL, NONE), cycle());
+    let excitation = Excitation::uniform(0.0, 1e-3, &cycle[560..1500]).expect("sound");
+    let truth = machine.loads_of(&machine.states(&Radau, tight(1e-12), &excitation).0);
+    let mut last = usize::MAX;
+    for rtol in [1e-3, 1e-5, 1e-7] {
+        let run = machine.states(&Exponential::<16>, tight(rtol), &excitation);
+        let at_rest = (50..900).filter(|&k| run.0[k] == run.0[k + 1]).count();
+        let (found, summary) = loads(&machine, run);
+        let off = difference(&found, &truth) / summary.load_scale;
+        println!("{rtol:e}: {:.3} x, {at_rest} intervals at rest", off / rtol);
+        assert!(off <= rtol, "at {rtol:e}: off by {} x the tolerance", off / rtol);
+        assert!((30..last).contains(&at_rest), "{at_rest}");
+        last = at_rest;
+    }
+}
+
 #[test]
 fn the_tolerance_is_kept_at_any_time_stamps_under_any_load() {
     let mut random = Random::new(902);
