@@ -153,4 +153,19 @@ def test_measurements_are_ranked_by_a_peak_load(folder: Path) -> None:
 def test_a_wrong_file_is_refused_with_its_key(folder: Path, change: tuple[str, str], words: str) -> None:
     text = (folder / "identify.toml").read_text(encoding="utf-8")
     (folder / "wrong.toml").write_text(text.replace(*change, 1), encoding="utf-8")
-    assert words in refused("identify", folder / "wrong.toml")
+    message = refused("identify", folder / "wrong.toml")
+    assert words in message and re.search(r"wrong\.toml(, row \d+)?: ", message)
+
+
+def test_unknowns_are_refused_with_their_row(folder: Path) -> None:
+    """Those of the file, and those of an alternative."""
+    text = (folder / "identify.toml").read_text(encoding="utf-8")
+    (folder / "wrong.toml").write_text(text.replace("*.stiffness_y", "*.stifness_y", 1), encoding="utf-8")
+    row = 1 + text[: text.index("*.stiffness_y")].count("\n")
+    assert f"wrong.toml, row {row}: unknown[0].path: " in refused("identify", folder / "wrong.toml")
+    other = '\n[[alternatives]]\nname = "other"\n[[alternatives.unknown]]\npath = "body.masss"\n'
+    (folder / "wrong.toml").write_text(text + other, encoding="utf-8")
+    row = 1 + (text + other).rstrip().count("\n")
+    assert f"wrong.toml, row {row}: alternatives[0].unknown[0].path: " in refused(
+        "identify", folder / "wrong.toml"
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar
@@ -21,7 +22,7 @@ from guideload.identification.tables import (
     FrequencyResponsesTable,
     ModalTestTable,
 )
-from guideload.identification.unknowns import UnknownTable
+from guideload.identification.unknowns import UnknownTable, parameters_of, unknowns_of
 from guideload.machine.machine import Machine
 from guideload.study.description.refusals import problem_at
 
@@ -115,6 +116,18 @@ class IdentifyFile(ConfigModel):
             files += [record.trace, record.file]
         return tuple(dict.fromkeys(name for name in files if name is not None))
 
+    def require_parameters(self, machine: Machine, folder: Path) -> None:
+        """Raises ConfigError for unknowns that the machine, or the one of an alternative, does not have."""
+        unknowns_of(self.unknown, parameters_of(machine))
+        for i, one in enumerate(self.alternatives):
+            other = machine if one.machine is None else Machine.from_toml(folder / one.machine)
+            try:
+                unknowns_of(one.unknown or self.unknown, parameters_of(other))
+            except ConfigError as error:
+                where = ("alternatives", i)
+                problems = [replace(problem, path=(*where, *problem.path)) for problem in error.problems]
+                raise ConfigError(problems) from None
+
     def data(self, machine: Machine, folder: Path) -> list[Measured]:
         """The measured data of all kinds; names of files are relative to the folder.
 
@@ -149,6 +162,7 @@ def read_identify(file: str | PathLike[str]) -> tuple[IdentifyFile, Machine, lis
                 refused = ValueRefused("a file that exists", name, f"there is no {folder / name}")
                 raise ConfigError([problem_at(key, refused)])
         machine = Machine.from_toml(folder / described.machine)
+        described.require_parameters(machine, folder)
         return described, machine, described.data(machine, folder)
     except ConfigError as error:
         if error.file is not None:  # the machine's own file

@@ -23,10 +23,9 @@ from guideload.identification.machine_values import machine_with
 from guideload.identification.measured import Measured, OwnUnknown
 from guideload.identification.model import Model, ModelAt
 from guideload.identification.residual_tests import ResidualTest, residual_tests
-from guideload.identification.unknowns import Unknown, UnknownTable, unknowns_of
+from guideload.identification.unknowns import Unknown, UnknownTable, parameters_of, unknowns_of
 from guideload.machine.machine import Machine
-from guideload.motion.motion import Motion
-from guideload.parameters.parameters import Parameter, Parameters
+from guideload.parameters.parameters import Parameter
 
 
 @dataclass(frozen=True)
@@ -99,7 +98,7 @@ class Identification:
     @cached_property
     def identified(self) -> tuple[tuple[Parameter, float, Estimate], ...]:
         """Each parameter of the machine that was unknown, its most probable value, and the estimate that it is from."""
-        parameters = _parameters(self.nominal)
+        parameters = parameters_of(self.nominal)
         return tuple(
             (parameters.at(path)[0], estimate.value * (nominal if one.is_factor else 1.0), estimate)
             for one, estimate in zip(self.unknowns, self.estimates, strict=True)
@@ -153,7 +152,7 @@ def identify(
 
     Raises ConfigError for unknowns that the machine does not have, ArgumentError without unknowns or data.
     """
-    unknowns = unknowns_of(unknown, _parameters(machine))
+    unknowns = unknowns_of(unknown, parameters_of(machine))
     found = fit(Model(machine, unknowns), data, starts)
     spread = covariance(found)
     sigma, degrees = np.sqrt(np.diag(spread)), degrees_of_freedom(found, spread)
@@ -162,7 +161,3 @@ def identify(
     intervals = tuple(interval(found, i, *one) for i, one in enumerate(islice(each, len(unknowns))))
     groups = undetermined(unknowns, found.minimum.x, information(found), spread)
     return Identification(machine, unknowns, found, spread, intervals, groups, residual_tests(found))
-
-
-def _parameters(machine: Machine) -> Parameters:
-    return Parameters(machine, Motion.along_x([0.0, 1.0], [0.0, 0.0]))

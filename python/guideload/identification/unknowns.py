@@ -13,6 +13,8 @@ from pydantic import Field
 from guideload.base.arrays import Array
 from guideload.base.errors import ConfigError, Problem, ValueRefused
 from guideload.base.units import quantity
+from guideload.machine.machine import Machine
+from guideload.motion.motion import Motion
 from guideload.parameters.parameters import Parameter, Parameters
 from guideload.study.description.factors import draws_of
 from guideload.study.description.refusals import KeyRefused, problem_at
@@ -82,6 +84,11 @@ class Unknown:
     def coordinate(self, value: float) -> float:
         """z of a value."""
         return value - self.start if self.additive else math.log(value / self.start)
+
+
+def parameters_of(machine: Machine) -> Parameters:
+    """The parameters of a machine, without those of a motion."""
+    return Parameters(machine, Motion.along_x([0.0, 1.0], [0.0, 0.0]))
 
 
 def unknowns_of(tables: Sequence[UnknownTable], parameters: Parameters) -> tuple[Unknown, ...]:
