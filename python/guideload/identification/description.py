@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from pydantic import BeforeValidator, Field, StrictStr, model_validator
 
 from guideload.base.config import ConfigModel
-from guideload.base.errors import ConfigError, KeyPath, ValueRefused
+from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused
 from guideload.base.toml import located, read_toml
 from guideload.identification.candidates import CandidateTable
 from guideload.identification.figure import Figure, FigureTable, figure_of_unknown
@@ -117,16 +117,27 @@ class IdentifyFile(ConfigModel):
         return tuple(dict.fromkeys(name for name in files if name is not None))
 
     def require_parameters(self, machine: Machine, folder: Path) -> None:
-        """Raises ConfigError for unknowns that the machine, or the one of an alternative, does not have."""
-        unknowns_of(self.unknown, parameters_of(machine))
-        for i, one in enumerate(self.alternatives):
-            other = machine if one.machine is None else Machine.from_toml(folder / one.machine)
+        """Raises ConfigError for unknowns that the machine does not have, or that of an alternative."""
+        problems: list[Problem] = []
+
+        def check(machine: Machine, tables: tuple[UnknownTable, ...], where: KeyPath, *, own: bool) -> None:
             try:
-                unknowns_of(one.unknown or self.unknown, parameters_of(other))
+                unknowns_of(tables, parameters_of(machine))
             except ConfigError as error:
-                where = ("alternatives", i)
-                problems = [replace(problem, path=(*where, *problem.path)) for problem in error.problems]
-                raise ConfigError(problems) from None
+                problems.extend(
+                    replace(one, path=(*where, *(one.path if own else ()))) for one in error.problems
+                )
+
+        check(machine, self.unknown, (), own=True)
+        for i, one in enumerate(self.alternatives):
+            where: KeyPath = ("alternatives", i)
+            if one.unknown:
+                other = machine if one.machine is None else Machine.from_toml(folder / one.machine)
+                check(other, one.unknown, where, own=True)
+            elif one.machine is not None:
+                check(Machine.from_toml(folder / one.machine), self.unknown, (*where, "machine"), own=False)
+        if problems:
+            raise ConfigError(problems)
 
     def data(self, machine: Machine, folder: Path) -> list[Measured]:
         """The measured data of all kinds; names of files are relative to the folder.

@@ -87,7 +87,7 @@ class Unknown:
 
 
 def parameters_of(machine: Machine) -> Parameters:
-    """The parameters of a machine, without those of a motion."""
+    """The parameters of a machine, beside a motion that stands still."""
     return Parameters(machine, Motion.along_x([0.0, 1.0], [0.0, 0.0]))
 
 

@@ -70,7 +70,8 @@ impl<'a> Contacts<'a> {
     }
 
     /// Whether the step from `state` to `next` is shown to contain no change: by its distance from an earlier state, or by the deflections,
-    /// first with the bound that is carried from step to step, then with that of this step alone. If not, it leaves no trace.
+    /// first with the bound that is carried from step to step, then with that of this step alone. If false, nothing in `self` has
+    /// changed.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool {
         let growth = self.segments.growth(ramp.h);

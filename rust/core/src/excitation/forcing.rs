@@ -124,7 +124,7 @@ impl Forcing {
         straight
     }
 
-    /// Whether the excitation is the same at samples `k` and `k + 1`.
+    /// Whether the excitation is the same at samples `k` and `k + 1`, apart from riders.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn is_constant(&self, excitation: &Excitation, k: usize) -> bool {
         let mut constant = true;

@@ -230,7 +230,7 @@ impl Controller {
         self.rtol * f64::min(1.0, self.steps * h / self.memory)
     }
 
-    /// Largest change of the state over a step of `h` s of a body that counts as at rest.
+    /// A body counts as at rest if its state changes by no more than this over a step of `h` s.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn most_change_at_rest(&self, h: f64) -> f64 {
         REST * self.rtol * f64::min(1.0, h / self.memory)
@@ -260,8 +260,8 @@ impl Controller {
 /// than ten thousand such steps.
 const NEGLIGIBLE_ERROR: f64 = 1e-4;
 
-/// Distance from rest of a body that counts as at rest, over rtol: what the slowest mode has still to go is the change over one step times
-/// the number of steps for which it rings.
+/// Largest distance from rest, over rtol, at which a body counts as at rest. The distance is taken as the change over a step times the number
+/// of steps for which the slowest mode rings, with all rows closed; where rows are open it may ring for up to some times as long.
 const REST: f64 = 0.25;
 
 /// Error over the tolerance up to which the step size is not reduced: below `SAFETY^5` and `SAFETY^6`.

@@ -28,7 +28,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             *next = *state;
             return (theta, error);
         }
-        // Dense output of a method with a step error needs the step itself.
+        // A method with a step error must make the step: its dense output is that of the last step.
         if M::ERROR_ORDER.is_none()
             && let Some(state) = self.equations.state_at_change()
         {

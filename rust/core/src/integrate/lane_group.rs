@@ -90,7 +90,8 @@ impl<S: Simd, const N: usize> Group<S, N> {
         self.remainders.set(s, &memory.start(equations.equations(), &scene.state));
     }
 
-    /// Hands the nonlinear loads at sample `k` to the scenes that stepped in lanes. (Those at rest have them.)
+    /// Hands the nonlinear loads at sample `k` to the scenes that stepped in lanes. Scenes at rest keep the loads that they
+    /// took when they came to rest; their lanes hold others.
     pub(super) fn hand_over(&mut self, scenes: &mut [Scene], k: usize) {
         for (s, scene) in scenes.iter_mut().enumerate() {
             if scene.runner.steps.was_whole && k >= scene.rests_until {
@@ -110,7 +111,7 @@ impl<S: Simd, const N: usize> Group<S, N> {
             |scene| k + 1 < scene.rests_until,
         );
         if resting {
-            // The excitation does not change either.
+            // Up to sample k + 2 neither states nor forces change.
             scenes.iter_mut().for_each(
                 #[inline(always)]
                 |scene| scene.due = Some(k + 1),
@@ -143,7 +144,7 @@ impl<S: Simd, const N: usize> Group<S, N> {
                     *one = *number::<S>(entry, s);
                 }
                 scene.due = Some(k + 1);
-                scene.rest(
+                scene.set_rest(
                     k + 1,
                     &before,
                     #[inline(always)]

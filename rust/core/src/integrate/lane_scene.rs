@@ -43,10 +43,10 @@ impl Scene<'_, '_> {
         }
     }
 
-    /// Looks, at sample `k` after a step over a whole interval from the state `before`, whether the body is at rest, with the nonlinear loads
-    /// `remainder`.
+    /// Sets `rests_until` at sample `k`, after a step over a whole interval from the state `before`. `remainder`: the nonlinear loads at the
+    /// state, which a body at rest keeps.
     #[inline(always)]
-    pub(super) fn rest(&mut self, k: usize, before: &State, remainder: impl FnOnce() -> Remainder) {
+    pub(super) fn set_rest(&mut self, k: usize, before: &State, remainder: impl FnOnce() -> Remainder) {
         self.rests_until = self.runner.rests_until(&self.forcing, k, before, &self.state);
         if k < self.rests_until {
             self.runner.memory.set_end(&self.state, remainder());

@@ -1,4 +1,4 @@
-//! A body at rest under a constant excitation: its state is recorded again without a step.
+//! A body at rest under a constant excitation: its state is recorded without computing steps.
 
 use super::method::Method;
 use super::step_loop::Runner;
@@ -7,7 +7,7 @@ use crate::excitation::Forcing;
 use crate::system::State;
 
 impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
-    /// Records a body that is at rest at sample `k` up to the sample at which it moves again, which is returned. `before`: the state at the
+    /// Records a body that is at rest at sample `k` as long as it stays so; returns the last sample recorded. `before`: the state at the
     /// sample before.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn rest(&mut self, forcing: &Forcing, k: usize, before: &State, state: &State) -> usize {
@@ -15,12 +15,11 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         for at in k + 1..=until {
             self.recorder.sample(at, state);
         }
-        self.summary.steps += until - k;
         until
     }
 
-    /// The last sample up to which a body in `state` at sample `k` is at rest; `k` if it moves. At rest it has hardly moved in the interval
-    /// before, from the state `before`, and the excitation does not change.
+    /// The last sample up to which the body stays at rest from sample `k` on; `k` if it moves. A body is at rest if its state hardly changed
+    /// over the last interval, from `before` to `state`. It stays so while the excitation is constant and the intervals have the same length.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn rests_until(&self, forcing: &Forcing, k: usize, before: &State, state: &State) -> usize {
         if k % REST_INTERVALS != 1 {
@@ -34,7 +33,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                 for i in 0..12 {
                     change[i] -= before[i];
                 }
-                // Not for NaN, and not where nothing loads the links, so that no change is large.
+                // False for NaN. Without loads the scale is zero, and so is the norm of any change.
                 self.summary.load_scale > 0.0
                     && self.steps.norm.of(&change) <= controller.most_change_at_rest(h)
             }

@@ -117,7 +117,7 @@ impl<const N: usize> WithSimd for RunKernel<'_, '_, '_, N> {
             }
             // The others go on in another group.
             if let Some(mut group) = group.take() {
-                group.hand_over(scenes, k);
+                group.hand_over(scenes, k + 1);
             }
             for s in (0..scenes.len()).rev() {
                 if let Some(error) = &failures[s] {

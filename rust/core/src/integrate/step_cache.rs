@@ -10,13 +10,15 @@ pub struct StepCache<T, const N: usize> {
     places: [(f64, u32); N],
     uses: [u32; N],
     values: [Option<T>; N],
+    /// Places of the last request and of the newest entry.
     last: usize,
+    newest: usize,
 }
 
 impl<T, const N: usize> StepCache<T, N> {
     pub(crate) fn new() -> Self {
         const { assert!(N > 0, "at least one step length must be cached") };
-        Self { places: [(f64::NAN, 0); N], uses: [0; N], values: [const { None }; N], last: 0 }
+        Self { places: [(f64::NAN, 0); N], uses: [0; N], values: [const { None }; N], last: 0, newest: N - 1 }
     }
 
     /// The entry for a step length and the `key` of equations, and the number of earlier requests for it. A new entry replaces the oldest.
@@ -26,11 +28,12 @@ impl<T, const N: usize> StepCache<T, N> {
             self.last = match self.places.iter().position(|place| *place == (length, key)) {
                 Some(found) => found,
                 None => {
-                    let oldest = (self.last + 1) % N;
-                    self.places[oldest] = (length, key);
-                    self.uses[oldest] = 0;
-                    self.values[oldest] = None;
-                    oldest
+                    // Not after the last request: scenes in lanes, which make none, would keep other entries than by themselves.
+                    self.newest = (self.newest + 1) % N;
+                    self.places[self.newest] = (length, key);
+                    self.uses[self.newest] = 0;
+                    self.values[self.newest] = None;
+                    self.newest
                 }
             };
         }

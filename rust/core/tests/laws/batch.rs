@@ -150,6 +150,13 @@ impl Trace {
         self
     }
 
+    /// Without acceleration up to sample `until`.
+    fn unmoved(mut self, until: usize) -> Self {
+        self.acceleration[..until].fill([0.0; 3]);
+        self.along_x[..until].fill(0.0);
+        self
+    }
+
     fn excitation(&self) -> Excitation<'_> {
         Excitation::new(&self.time, &self.acceleration, Some(&self.wrench)).expect("a sound trace")
     }
@@ -576,4 +583,32 @@ fn preloaded_samples_side_by_side_take_the_steps_that_they_take_by_themselves() 
             }
         }
     }
+}
+
+/// The failing one runs beside the others until the motion starts, whose accelerations overflow in its loads.
+#[test]
+fn a_preloaded_sample_that_fails_in_its_run_leaves_its_neighbours_their_bits() {
+    let mut random = Random::new(9);
+    let trace = Trace::ticking(&mut random, 200).unmoved(60);
+    let (machine, groups) = cart_on(Law::preloaded(6e7, 300.0, 1.5).expect("a law"));
+    let measures = all_measures(groups.len());
+    let base = base(&machine, &groups);
+    let batch = Batch::new(base, trace.motion(3.0), &yardstick(16), &measures, Solver::Exponential, 1e-6)
+        .expect("a batch");
+    let mut values = draws(&mut random, 8);
+    let run = |values: &[[f64; 14]]| {
+        let mut table = vec![0.0; values.len() * measures.len()];
+        let failures =
+            batch.run(values.len(), values.as_flattened(), 1, &mut table).expect("tables that fit");
+        let rows = table.chunks_exact(measures.len());
+        (rows.map(|row| row.iter().map(|x| x.to_bits()).collect()).collect::<Vec<Vec<u64>>>(), failures)
+    };
+    let (mut sound, none) = run(&values);
+    assert!(none.is_empty());
+    values[5][12] = 1e160;
+    let (mut beside, failures) = run(&values);
+    assert!(matches!(&failures[..], [(5, SampleError::Run(_))]), "{failures:?}");
+    sound.remove(5);
+    beside.remove(5);
+    assert_eq!(sound, beside);
 }

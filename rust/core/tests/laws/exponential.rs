@@ -110,7 +110,7 @@ fn the_tolerance_is_kept_on_preloaded_machines() {
     }
 }
 
-/// Where a vibration has died away under a constant acceleration, the state stays the same to the last bit, until the excitation changes.
+/// Where a vibration has died away under a constant acceleration, the state is kept to the last bit over most intervals.
 #[test]
 fn the_tolerance_is_kept_where_a_body_comes_to_rest_and_moves_again() {
     let (machine, cycle) = (pressed(cart(), 600.0, BALL, NONE), cycle());
