@@ -585,7 +585,7 @@ fn preloaded_samples_side_by_side_take_the_steps_that_they_take_by_themselves() 
     }
 }
 
-/// The failing one runs beside the others until the motion starts, whose accelerations overflow in its loads.
+/// The loads of the failing one overflow once the motion starts. (It fails by itself, not in the lanes.)
 #[test]
 fn a_preloaded_sample_that_fails_in_its_run_leaves_its_neighbours_their_bits() {
     let mut random = Random::new(9);
