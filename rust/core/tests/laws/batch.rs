@@ -585,7 +585,7 @@ fn preloaded_samples_side_by_side_take_the_steps_that_they_take_by_themselves() 
     }
 }
 
-/// The loads of the failing one overflow once the motion starts. (It fails by itself, not in the lanes.)
+/// The failing one runs in a lane until the motion starts, whose loads overflow. (The tolerance is loose, so that its neighbours are in lanes.)
 #[test]
 fn a_preloaded_sample_that_fails_in_its_run_leaves_its_neighbours_their_bits() {
     let mut random = Random::new(9);
@@ -593,7 +593,7 @@ fn a_preloaded_sample_that_fails_in_its_run_leaves_its_neighbours_their_bits() {
     let (machine, groups) = cart_on(Law::preloaded(6e7, 300.0, 1.5).expect("a law"));
     let measures = all_measures(groups.len());
     let base = base(&machine, &groups);
-    let batch = Batch::new(base, trace.motion(3.0), &yardstick(16), &measures, Solver::Exponential, 1e-6)
+    let batch = Batch::new(base, trace.motion(3.0), &yardstick(16), &measures, Solver::Exponential, 1e-3)
         .expect("a batch");
     let mut values = draws(&mut random, 8);
     let run = |values: &[[f64; 14]]| {
