@@ -38,8 +38,8 @@ pub(crate) struct Contacts<'a> {
     values: Values,
     /// A state `ω η`, how far a state may be from it while no link is past an edge, and the square of how far the last one is.
     haven: ([f64; 6], f64, f64),
-    /// The change that ends the present step.
-    change: Option<Change>,
+    /// The change that ends the present step, and the state there.
+    change: Option<(Change, State)>,
     /// Links that have changed their segment so far.
     pub changes: usize,
     /// Work of all searches so far, in parts of a power series.
@@ -116,12 +116,12 @@ impl<'a> Contacts<'a> {
         }
         self.change =
             if self.segments.cubics_clear(ramp, state, next) { None } else { self.search(ramp, state) };
-        self.change.map(|change| change.theta)
+        self.change.map(|(change, _)| change.theta)
     }
 
     /// The first change in a step that may contain one.
     #[inline(never)]
-    fn search(&mut self, ramp: &Ramp, state: &State) -> Option<Change> {
+    fn search(&mut self, ramp: &Ramp, state: &State) -> Option<(Change, State)> {
         let (change, searched) = dispatch(search::SearchKernel { segments: &self.segments, ramp, state });
         self.searched += searched;
         change
@@ -130,7 +130,7 @@ impl<'a> Contacts<'a> {
     /// The state at the change that was found, if one was.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn state_at_change(&self) -> Option<&State> {
-        self.change.as_ref()?.state.as_ref()
+        self.change.as_ref().map(|(_, state)| state)
     }
 
     /// Index of each nonlinear link in the system, and its present segment.
@@ -173,7 +173,7 @@ impl Kernel for CrossKernel<'_, '_> {
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
         let Self { contacts, state } = self;
-        if let Some(Change { crossing: Some(crossing), .. }) = contacts.change.take() {
+        if let Some((Change { crossing: Some(crossing), .. }, _)) = contacts.change.take() {
             contacts.changes += contacts.segments.cross(state, crossing);
         }
         contacts.segments.update();

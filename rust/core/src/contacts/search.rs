@@ -15,7 +15,7 @@ const MAX_WORK: usize = 200_000;
 /// Halvings of a step, after which any part is short enough for its series.
 const MAX_HALVINGS: usize = 64;
 
-/// Finds the first change in a step that may contain one, and the work of the search.
+/// Finds the first change in a step that may contain one, with the state there, and the work of the search.
 pub(super) struct SearchKernel<'a> {
     pub segments: &'a Segments<'a>,
     pub ramp: &'a Ramp<'a>,
@@ -23,7 +23,7 @@ pub(super) struct SearchKernel<'a> {
 }
 
 impl Kernel for SearchKernel<'_> {
-    type Output = (Option<Change>, usize);
+    type Output = (Option<(Change, State)>, usize);
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> Self::Output {
@@ -38,7 +38,7 @@ impl Kernel for SearchKernel<'_> {
         while ahead > 0 {
             let to = ends[ahead - 1];
             if searched >= MAX_WORK {
-                return (Some(Change { theta: from, crossing: None, state: Some(state) }), searched);
+                return (Some((Change { theta: from, crossing: None }, state)), searched);
             }
             let (start, end) = (ramp.values(from), ramp.values(to));
             let h = (to - from) * ramp.h;
@@ -49,9 +49,9 @@ impl Kernel for SearchKernel<'_> {
                 let mut examined = 0;
                 let found = first_exit(segments.blocks.as_slice(), &terms, &mut examined);
                 searched += examined / EXAMINED_PER_WORK;
-                if let Some(Change { theta, crossing, .. }) = found {
-                    let state = Some(sum_at(&terms, theta));
-                    return (Some(Change { theta: fma(theta, to - from, from), crossing, state }), searched);
+                if let Some(Change { theta, crossing }) = found {
+                    let change = Change { theta: fma(theta, to - from, from), crossing };
+                    return (Some((change, sum_at(&terms, theta))), searched);
                 }
                 for term in &terms[1..] {
                     add_scaled(&mut state, term, 1.0);
@@ -117,7 +117,7 @@ pub(super) fn first_exit<const N: usize>(
             }
             let limit = if let Some(change) = first { change.theta } else { 1.0 };
             if let Some((theta, up)) = DeflectionPath::new(path).first_exit(low, high, limit, examined) {
-                first = Some(Change { theta, crossing: Some((index * LANES + lane, up)), state: None });
+                first = Some(Change { theta, crossing: Some((index * LANES + lane, up)) });
             }
         }
     }

@@ -25,8 +25,6 @@ pub(super) struct Change {
     pub theta: f64,
     /// The link that passes an edge, and whether upwards; none if the search stopped before it found one.
     pub crossing: Option<(usize, bool)>,
-    /// The state there, if the search has computed it.
-    pub state: Option<State>,
 }
 
 /// The equations of one combination of segments.

@@ -96,7 +96,7 @@ impl<'a> SmoothContacts<'a> {
         let examined = &mut self.examined;
         self.change = dispatch(ChangeKernel { blocks: self.segments.blocks.as_slice(), path, examined });
         if self.change.is_none() && self.segments.nears_smooth_edge(NEAR * h, &path[DENSE_POINTS - 1]) {
-            self.change = Some(Change { theta: 1.0, crossing: None, state: None });
+            self.change = Some(Change { theta: 1.0, crossing: None });
         }
         self.change.map(|change| change.theta)
     }

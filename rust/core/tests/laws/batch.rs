@@ -585,7 +585,7 @@ fn preloaded_samples_side_by_side_take_the_steps_that_they_take_by_themselves() 
     }
 }
 
-/// The failing one runs in a lane until the motion starts, whose loads overflow. (The tolerance is loose, so that its neighbours are in lanes.)
+/// It runs in a lane until the motion starts, whose loads overflow. The tolerance is so loose that its neighbours are in lanes, too.
 #[test]
 fn a_preloaded_sample_that_fails_in_its_run_leaves_its_neighbours_their_bits() {
     let mut random = Random::new(9);
