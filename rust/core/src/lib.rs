@@ -92,7 +92,7 @@ pub use integrate::{
     Control, Exact, Exponential, Method, Output, Radau, Rk45, Start, Summary, load_scale, run, run_from,
 };
 pub use system::{
-    Input, Matrices, Mode, ModelLevel, State, System, assemble, eigenvalues, input_from, modes,
+    Input, Matrices, Mode, ModelLevel, State, StateBox, System, assemble, eigenvalues, input_from, modes,
 };
 
 // Read out: records of a run, and loads and motions from its states.

@@ -5,9 +5,8 @@ use crate::excitation::Excitation;
 use crate::model::{Law, forces};
 use crate::numeric::float::fma;
 use crate::numeric::simd::LANES;
-use crate::output::{Bounded, Part, ROUNDING, StateBox, Wrench, force_bounds, group_load_along, reaction};
-use crate::system::LinkRow;
-use crate::system::{State, System};
+use crate::output::{Part, Wrench, force_bounds, group_load_along, reaction};
+use crate::system::{Bounded, LinkRow, ROUNDING, State, StateBox, System};
 use crate::variation::Group;
 use nalgebra::Vector3;
 

@@ -9,8 +9,8 @@ use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::numeric::float::{fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, dispatch_wide};
-use crate::output::{Bounded, ROUNDING, Record, StateBox};
-use crate::system::{Input, State};
+use crate::output::Record;
+use crate::system::{Bounded, Input, ROUNDING, State, StateBox};
 
 /// Memory of one thread.
 #[derive(Debug)]
@@ -61,9 +61,11 @@ pub(super) struct Reduce<'a> {
     window: &'a Window<'a>,
     excitation: &'a Excitation<'a>,
     memory: &'a mut Memory,
-    /// Number of instants of the window before the present block, and in it.
-    before: usize,
+    /// Samples of the window at the instants of the present block, and the number of these instants.
+    samples: [usize; BLOCK],
     filled: usize,
+    /// Sample of the next instant.
+    next: usize,
     /// Whether nothing but extremes of loads is wanted, so that a block without new ones need not be evaluated.
     only_extremes: bool,
     /// Within it no load passes its extremes.
@@ -82,7 +84,8 @@ impl<'a> Reduce<'a> {
         };
         let requirements = &window.requirements;
         let only_extremes = requirements.contacts.is_empty() && requirements.signals.iter().all(of_rows);
-        Self { window, excitation, memory, before: 0, filled: 0, only_extremes, safe: StateBox::NOTHING }
+        let (samples, filled, next, safe) = ([0; BLOCK], 0, 0, StateBox::NOTHING);
+        Self { window, excitation, memory, samples, filled, next, only_extremes, safe }
     }
 
     /// Reduces what is left in the block.
@@ -90,7 +93,6 @@ impl<'a> Reduce<'a> {
     pub(super) fn flush(&mut self) {
         if self.filled > 0 {
             dispatch_wide(FlushKernel(self));
-            self.before += self.filled;
             self.filled = 0;
         }
     }
@@ -105,10 +107,24 @@ impl Record for Reduce<'_> {
         false
     }
 
+    fn needs_all(&self) -> bool {
+        !self.only_extremes
+    }
+
+    fn leave_out(&mut self, count: usize, states: &StateBox) -> bool {
+        let left_out = dispatch_wide(LeaveOutKernel { reduce: self, states });
+        if left_out {
+            self.next += count;
+        }
+        left_out
+    }
+
     #[cfg_attr(feature = "std", inline(always))]
     fn instant(&mut self, _: f64, state: &State, _: &Input) {
         self.memory.block.set(self.filled, state);
+        self.samples[self.filled] = self.next;
         self.filled += 1;
+        self.next += 1;
         if self.filled == BLOCK {
             self.flush();
         }
@@ -123,27 +139,18 @@ impl Kernel for FlushKernel<'_, '_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
-        let Reduce { window, excitation, memory, before, filled, only_extremes, safe } = self.0;
+        let Reduce { window, excitation, memory, samples, filled, only_extremes, safe, .. } = self.0;
         let Window { requirements, first: offset, .. } = *window;
         let Memory { rows, block, statistics, ends, lost } = &mut **memory;
-        let (before, filled) = (*before, *filled);
+        // Where more than extremes are wanted, no sample is left out.
+        let (before, filled) = (samples[0], *filled);
         // The last instant is repeated past the end; these copies do not count.
         block.pad(filled);
-        if *only_extremes && offset + before > 0 {
-            let here = block.ranges();
-            if here.is_within(safe) {
-                return;
-            }
-            rows.bound(&here);
-            if all_within(&requirements.signals, &rows.bounds, statistics) {
-                // A larger box holds more of the blocks to come.
-                *safe = here.widened();
-                rows.bound(safe);
-                if !all_within(&requirements.signals, &rows.bounds, statistics) {
-                    *safe = here;
-                }
-                return;
-            }
+        if *only_extremes
+            && offset + before > 0
+            && are_within(&block.ranges(), safe, requirements, rows, statistics)
+        {
+            return;
         }
         if requirements.needs_drive() {
             block.set_inputs(excitation, before, filled);
@@ -177,19 +184,18 @@ impl Kernel for FlushKernel<'_, '_> {
                     continue;
                 }
             }
-            let at = offset + before;
-            if at == 0 {
+            if offset + before == 0 {
                 statistics.start = values[0];
             }
             if wanted.extremes {
                 let (smallest, largest) = extremes(&values);
                 if smallest < statistics.smallest {
                     statistics.smallest = smallest;
-                    statistics.at_smallest = at + first(&values, smallest);
+                    statistics.at_smallest = offset + samples[first(&values, smallest)];
                 }
                 if largest > statistics.largest {
                     statistics.largest = largest;
-                    statistics.at_largest = at + first(&values, largest);
+                    statistics.at_largest = offset + samples[first(&values, largest)];
                 }
             }
             if wanted.squares {
@@ -200,6 +206,48 @@ impl Kernel for FlushKernel<'_, '_> {
             }
         }
     }
+}
+
+/// Decides whether instants in a box may be left out.
+struct LeaveOutKernel<'a, 'b, 'c> {
+    reduce: &'a mut Reduce<'b>,
+    states: &'c StateBox,
+}
+
+impl Kernel for LeaveOutKernel<'_, '_, '_> {
+    type Output = bool;
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) -> bool {
+        let Reduce { window, memory, safe, .. } = self.reduce;
+        let Memory { rows, statistics, .. } = &mut **memory;
+        are_within(self.states, safe, &window.requirements, rows, statistics)
+    }
+}
+
+/// Whether no load passes its extremes in a box. Then a box in which none does becomes `safe`.
+#[cfg_attr(feature = "std", inline(always))]
+fn are_within(
+    states: &StateBox,
+    safe: &mut StateBox,
+    requirements: &Requirements,
+    rows: &mut LoadRows,
+    statistics: &[RunningStatistics],
+) -> bool {
+    if states.is_within(safe) {
+        return true;
+    }
+    rows.bound(states);
+    if !all_within(&requirements.signals, &rows.bounds, statistics) {
+        return false;
+    }
+    // A larger box holds more of the states to come.
+    *safe = states.widened();
+    rows.bound(safe);
+    if !all_within(&requirements.signals, &rows.bounds, statistics) {
+        *safe = *states;
+    }
+    true
 }
 
 /// Whether all signals are within their extremes, by the bounds on the rows. False for NaN.

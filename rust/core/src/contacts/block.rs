@@ -3,6 +3,8 @@
 use crate::numeric::float::{add_scaled, fma};
 use crate::numeric::simd::{LANES, Lanes};
 use crate::system::State;
+#[cfg(feature = "std")]
+use crate::system::StateBox;
 
 /// Eight links on their present segments.
 #[derive(Debug, Clone, Copy)]
@@ -65,6 +67,25 @@ impl LinkBlock {
             clear &= worst <= 0.0;
         }
         clear
+    }
+
+    /// Whether no link passes an edge in the states of a box, or up to `margin` per unit of reach beside it.
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    pub(super) fn box_clear(&self, states: &StateBox, margin: f64) -> bool {
+        let at = self.deflections(&states.middle);
+        let mut around = [0.0; LANES];
+        for j in 0..6 {
+            for i in 0..LANES {
+                around[i] = fma(self.deflection[j][i].abs(), states.radius[j], around[i]);
+            }
+        }
+        let mut worst = [0.0; LANES];
+        for i in 0..LANES {
+            let beyond = larger(at[i] - self.high[i], self.low[i] - at[i]) + around[i];
+            worst[i] = fma(margin, self.reach[i], beyond) - self.tolerance[i];
+        }
+        none_above_zero(&worst)
     }
 
     /// Smallest distance of a link from its nearest edge, over its reach.

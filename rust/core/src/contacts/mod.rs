@@ -21,6 +21,8 @@ pub(crate) use smooth::{DENSE_POINTS, SmoothContacts};
 
 use segments::{Change, Segments, bow};
 
+#[cfg(feature = "std")]
+use crate::equations::LeapBounds;
 use crate::equations::SegmentEquations;
 use crate::excitation::{Ramp, Values};
 use crate::numeric::float::fma;
@@ -96,6 +98,20 @@ impl<'a> Contacts<'a> {
         }
         (self.curvature, self.slopes, self.values) = (curvature, slopes, values);
         true
+    }
+
+    /// Whether a leap within these bounds is shown to contain no change.
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    pub(crate) fn stays_over(&self, bounds: &LeapBounds) -> bool {
+        self.segments.box_clear(bounds)
+    }
+
+    /// Forgets what is known from the last step, after a leap.
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    pub(crate) fn leapt(&mut self) {
+        (self.curvature, self.haven) = (f64::INFINITY, NO_HAVEN);
     }
 
     /// Fraction of the step from `state` to `next` at which the first contact changes, if one does. `next` is the state after the whole

@@ -1,10 +1,12 @@
 //! The present segment of each nonlinear link, and the linear equations that hold while none of them changes.
 
 use super::block::{LinkBlock, NO_LINKS};
-use crate::equations::{Equations, PowerSeries, SegmentEquations};
-use crate::excitation::{Instant, Ramp};
+#[cfg(feature = "std")]
+use crate::equations::LeapBounds;
+use crate::equations::{Equations, PowerSeries, SegmentEquations, growth, growth_rate};
+use crate::excitation::Ramp;
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
-use crate::numeric::float::{add_scaled, fma, sqrt};
+use crate::numeric::float::{add_scaled, sqrt};
 use crate::numeric::simd::LANES;
 use crate::system::{Force, LinkRow, NO_FORCE, State, System, size};
 
@@ -212,6 +214,17 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
         clear
     }
 
+    /// Whether no link passes an edge within these bounds.
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    pub(super) fn box_clear(&self, bounds: &LeapBounds) -> bool {
+        let mut clear = true;
+        for block in self.blocks.as_slice() {
+            clear = clear && block.box_clear(&bounds.samples, bounds.between);
+        }
+        clear
+    }
+
     /// How far a state may be from this one in `ω η` while no link is past an edge.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn slack(&self, state: &State) -> f64 {
@@ -249,11 +262,10 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
         self.current.equations.linear(&rate, &rise)
     }
 
-    /// Bound on the growth of a state without force in a time h: `exp(x) <= 1 + x + x²` up to x = 1.25; infinite beyond.
+    /// Bound on the growth of a state without force in a time h.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn growth(&self, h: f64) -> f64 {
-        let x = self.current.growth_rate * h;
-        if x <= 1.25 { fma(x, x, x) + 1.0 } else { f64::INFINITY }
+        growth(self.current.growth_rate, h)
     }
 
     /// Modal force that does not depend on the state: excitation and constant.
@@ -269,25 +281,4 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
 #[cfg_attr(feature = "std", inline(always))]
 pub(super) fn bow(h: f64, curvature: f64) -> f64 {
     0.125 * h * h * curvature
-}
-
-/// Bound on the growth rate of `|exp(A t)|`: `|S - ω| / 2`. All else in A turns a state or, as the dampers, shortens it.
-#[cfg_attr(feature = "std", inline(always))]
-fn growth_rate<E: Equations>(equations: &E) -> f64 {
-    let (stiffness, _) = equations.tangent(&[0.0; 12], Instant::FIRST);
-    let (mut rows, mut column): ([f64; 6], f64) = ([0.0; 6], 0.0);
-    for j in 0..6 {
-        let mut sum = 0.0;
-        for i in 0..6 {
-            let off = (stiffness[j][i] - if i == j { equations.frequency()[j] } else { 0.0 }).abs();
-            rows[i] += off;
-            sum += off;
-        }
-        column = f64::max(column, sum);
-    }
-    let mut row = 0.0;
-    for sum in rows {
-        row = f64::max(row, sum);
-    }
-    0.5 * sqrt(row * column)
 }

@@ -8,10 +8,12 @@
 //! ```
 //!
 //! `linear`, `piecewise`, `smooth`: the three kinds; `riding`: what moving riders add to the third. `propagator`, `series`, `cubic`: the
-//! exact solution of the linear part over one step; `side_by_side`: that of some preloaded scenes at once; `propagator_derivative`: its
+//! exact solution of the linear part over one step; `leap`: over many; `side_by_side`: that of some preloaded scenes at once; `propagator_derivative`: its
 //! derivatives; `sampled`: at a fixed period.
 
 mod cubic;
+#[cfg(feature = "std")]
+mod leap;
 mod linear;
 mod piecewise;
 mod propagator;
@@ -26,6 +28,10 @@ mod smooth;
 
 pub use cubic::CubicPropagator;
 pub(crate) use cubic::{CubicStep, advance_cubic};
+#[cfg(feature = "std")]
+pub use leap::Leap;
+#[cfg(feature = "std")]
+pub(crate) use leap::{LEAP, LeapBounds};
 pub(crate) use piecewise::SegmentEquations;
 pub use propagator::Propagator;
 #[cfg(feature = "std")]
@@ -39,6 +45,7 @@ pub(crate) use side_by_side::{BallScenes, Forces, Propagators, Remainders, State
 pub(crate) use smooth::SmoothEquations;
 
 use crate::excitation::{Instant, Ramp};
+use crate::numeric::float::{fma, sqrt};
 use crate::system::{Force, NO_FORCE, Square, State};
 
 /// Nonlinear loads beyond the linear part of the equations.
@@ -94,4 +101,32 @@ pub trait Equations {
 
     /// Stiffness S (columns, per unit of `ω η`) and damping Ĉ (columns) of the tangent at a state and an instant.
     fn tangent(&self, state: &State, at: Instant) -> (Square, Square);
+}
+
+/// Bound on the growth rate of `|exp(A t)|`: `|S - ω| / 2`. All else in A turns a state or, as the dampers, shortens it.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn growth_rate<E: Equations>(equations: &E) -> f64 {
+    let (stiffness, _) = equations.tangent(&[0.0; 12], Instant::FIRST);
+    let (mut rows, mut column): ([f64; 6], f64) = ([0.0; 6], 0.0);
+    for j in 0..6 {
+        let mut sum = 0.0;
+        for i in 0..6 {
+            let off = (stiffness[j][i] - if i == j { equations.frequency()[j] } else { 0.0 }).abs();
+            rows[i] += off;
+            sum += off;
+        }
+        column = f64::max(column, sum);
+    }
+    let mut row = 0.0;
+    for sum in rows {
+        row = f64::max(row, sum);
+    }
+    0.5 * sqrt(row * column)
+}
+
+/// Bound on the growth of a state without force in a time h, for this growth rate: `exp(x) <= 1 + x + x²` up to x = 1.25; infinite beyond.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn growth(rate: f64, h: f64) -> f64 {
+    let x = rate * h;
+    if x <= 1.25 { fma(x, x, x) + 1.0 } else { f64::INFINITY }
 }

@@ -16,12 +16,12 @@ pub(crate) type Columns<const N: usize> = [[f64; 12]; N];
 #[derive(Debug, Clone, Copy)]
 pub struct Propagator {
     /// E.
-    change: Columns<12>,
+    pub(super) change: Columns<12>,
     /// Effect of the constant force of the equations.
-    from_constant: [f64; 12],
+    pub(super) from_constant: [f64; 12],
     /// Effects of each component of the excitation: of its value at the start, and at the end.
-    from_start: Columns<9>,
-    from_end: Columns<9>,
+    pub(super) from_start: Columns<9>,
+    pub(super) from_end: Columns<9>,
     components: usize,
 }
 
@@ -171,17 +171,45 @@ pub(super) fn norm_1(a: &Columns<12>) -> f64 {
 #[cfg_attr(feature = "std", inline(always))]
 pub(super) fn product<const N: usize>(left: &Columns<12>, right: &Columns<N>) -> Columns<N> {
     let mut out = [[0.0; 12]; N];
-    for (out, right) in out.iter_mut().zip(right) {
-        for (column, &factor) in left.iter().zip(right) {
-            add_scaled(out, column, factor);
+    add_product(&mut out, left, right);
+    out
+}
+
+/// Adds `left * right` to `sum`.
+#[cfg_attr(feature = "std", inline(always))]
+pub(super) fn add_product<const N: usize>(sum: &mut Columns<N>, left: &Columns<12>, right: &Columns<N>) {
+    // Three columns at a time: the additions of a single one would wait for each other.
+    for (sum, right) in sum.chunks_mut(3).zip(right.chunks(3)) {
+        if let ([first, second, third], [a, b, c]) = (&mut *sum, right) {
+            for j in 0..12 {
+                add_scaled(first, &left[j], a[j]);
+                add_scaled(second, &left[j], b[j]);
+                add_scaled(third, &left[j], c[j]);
+            }
+        } else {
+            for (sum, right) in sum.iter_mut().zip(right) {
+                for (column, &factor) in left.iter().zip(right) {
+                    add_scaled(sum, column, factor);
+                }
+            }
         }
     }
-    out
+}
+
+/// `sum + matrix * column`.
+#[cfg(feature = "std")]
+#[inline(always)]
+pub(super) fn plus_product(sum: &State, matrix: &Columns<12>, column: &State) -> State {
+    let mut sum = *sum;
+    for (part, &entry) in matrix.iter().zip(column) {
+        add_scaled(&mut sum, part, entry);
+    }
+    sum
 }
 
 /// `columns + columns + E columns`: E, or an integral of which no lower ones are added, over twice the time.
 #[cfg_attr(feature = "std", inline(always))]
-fn double<const N: usize>(columns: &mut Columns<N>, change: &Columns<12>) {
+pub(super) fn double<const N: usize>(columns: &mut Columns<N>, change: &Columns<12>) {
     let moved = product(change, columns);
     for (column, moved) in columns.iter_mut().zip(&moved) {
         for i in 0..12 {

@@ -30,7 +30,7 @@ impl<'a> ScaledExcitation<'a> {
 
 /// The components of an excitation that are not zero throughout, usually one of nine, and the modal force of a unit of each.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Forcing {
+pub struct Forcing {
     components: [usize; 9],
     count: usize,
     influence: [Force; 9],
@@ -132,6 +132,22 @@ impl Forcing {
             constant &= excitation.component(k, component) == excitation.component(k + 1, component);
         }
         constant
+    }
+
+    /// Writes N samples of each component from sample `k` on to `samples`.
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    pub(crate) fn samples<const N: usize>(
+        &self,
+        excitation: &Excitation,
+        k: usize,
+        samples: &mut [[f64; N]; 9],
+    ) {
+        for (samples, &component) in samples.iter_mut().zip(&self.components[..self.count]) {
+            for (index, sample) in samples.iter_mut().enumerate() {
+                *sample = excitation.component(k + index, component);
+            }
+        }
     }
 
     /// Writes the values at sample `k` to `values`.

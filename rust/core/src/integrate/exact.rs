@@ -2,7 +2,11 @@
 
 use super::method::Method;
 use super::step_cache::{SeriesCache, StepCache};
+#[cfg(feature = "std")]
+use crate::equations::Leap;
 use crate::equations::{Equations, Propagator, advance};
+#[cfg(feature = "std")]
+use crate::excitation::Forcing;
 use crate::excitation::Ramp;
 use crate::system::State;
 
@@ -24,10 +28,17 @@ pub(super) const CACHED_STEPS: usize = 1;
 /// thousands of times; more often between contact changes, where it may not recur.
 const MIN_OCCURRENCES: [u32; 2] = [1, 3];
 
+/// Earlier requests for a leap before it is prepared, which takes as long as some hundred steps: for linear equations, and between contact
+/// changes.
+#[cfg(feature = "std")]
+const MIN_REQUESTS: [u32; 2] = [0, 2];
+
 /// Memory of one run.
 #[derive(Debug, Clone)]
 pub struct Memory<const CACHE: usize> {
     propagators: StepCache<Propagator, CACHE>,
+    #[cfg(feature = "std")]
+    leaps: StepCache<Box<Leap>, CACHE>,
     series: SeriesCache,
 }
 
@@ -37,7 +48,12 @@ impl<const CACHE: usize> Method for Exact<CACHE> {
     const STABLE: bool = true;
 
     fn memory(&self) -> Self::Memory {
-        Memory { propagators: StepCache::new(), series: SeriesCache::default() }
+        Memory {
+            propagators: StepCache::new(),
+            #[cfg(feature = "std")]
+            leaps: StepCache::new(),
+            series: SeriesCache::default(),
+        }
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -69,6 +85,23 @@ impl<const CACHE: usize> Method for Exact<CACHE> {
     #[cfg_attr(feature = "std", inline(always))]
     fn propagator<'m>(&self, memory: &'m mut Self::Memory, h: f64, key: u32) -> Option<&'m Propagator> {
         memory.propagators.ready(h, key)
+    }
+
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    fn leap<'m, E: Equations>(
+        &self,
+        memory: &'m mut Self::Memory,
+        equations: &E,
+        forcing: &Forcing,
+        h: f64,
+    ) -> Option<&'m Leap> {
+        let step = memory.propagators.ready(h, equations.key())?;
+        let (leap, before) = memory.leaps.entry(h, equations.key());
+        if leap.is_none() && before == MIN_REQUESTS[usize::from(E::PIECEWISE)] {
+            *leap = Leap::new(equations, step, forcing, h);
+        }
+        leap.as_deref()
     }
 
     /// Lengths within an interval seldom recur and must not displace those that do, so they are not cached.

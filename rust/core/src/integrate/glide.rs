@@ -10,14 +10,15 @@ use crate::excitation::{Forcing, Instant, Ramp, Values};
 use crate::system::State;
 
 impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
-    /// Steps from sample to sample, from sample `k` with `state` on, as far as the method has an exact step ready and the equations do not
-    /// change; returns the sample reached, to which `state` and the values `from` then belong. The states are those of
+    /// Steps from sample to sample, from sample `k` with `state` on, up to sample `until`, as far as the method has an exact step ready and
+    /// the equations do not change; returns the sample reached, to which `state` and the values `from` then belong. The states are those of
     /// [`Runner::step_over`], to the last bit, without its preparations for steps that end within an interval.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn glide(
         &mut self,
         forcing: &Forcing,
         mut k: usize,
+        until: usize,
         [state, next]: [&mut &mut State; 2],
         [from, to]: [&mut &mut Values; 2],
     ) -> usize {
@@ -27,7 +28,8 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let Some(propagator) = self.method.propagator(self.memory, h, key) else { return k };
         // The loop of all steps looks up the budget.
         let work = M::WORK * (self.summary.steps + self.summary.rejected) + self.equations.searched();
-        let most = usize::min(self.budget.pause.saturating_sub(work), excitation.count() - 1 - k);
+        let most =
+            usize::min(self.budget.pause.saturating_sub(work), usize::min(until, excitation.count() - 1) - k);
         let first = k;
         while k < first + most && excitation.interval(k) == h {
             forcing.sample(excitation, k + 1, to);

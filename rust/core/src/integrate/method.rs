@@ -1,6 +1,10 @@
 //! The trait of the integrators, the instants that a run records, and its summary.
 
+#[cfg(feature = "std")]
+use crate::equations::Leap;
 use crate::equations::{Equations, Propagator};
+#[cfg(feature = "std")]
+use crate::excitation::Forcing;
 use crate::excitation::Ramp;
 use crate::system::State;
 
@@ -36,6 +40,18 @@ pub trait Method {
         None
     }
 
+    /// The exact leap over intervals of `h` s by the equations, if the method has it ready.
+    #[cfg(feature = "std")]
+    fn leap<'m, E: Equations>(
+        &self,
+        _: &'m mut Self::Memory,
+        _: &E,
+        _: &Forcing,
+        _h: f64,
+    ) -> Option<&'m Leap> {
+        None
+    }
+
     /// Dense output: the state at the fraction `theta` of the step that [`Method::step`] made last, from `state`.
     fn between<E: Equations>(
         &self,
@@ -64,11 +80,11 @@ pub enum Output<'a> {
 /// Work and result of a run in numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Summary {
-    /// Accepted steps.
+    /// Accepted steps. A step over many samples, which the record does not need, counts once.
     pub steps: usize,
     /// Rejected steps.
     pub rejected: usize,
-    /// Instants recorded.
+    /// Instants recorded, or left out because the record does not need them.
     pub recorded: usize,
     /// Number of contact changes, at which a link moves to another segment of its law; zero if all laws are linear.
     pub contact_changes: usize,

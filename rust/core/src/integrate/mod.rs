@@ -13,6 +13,7 @@ mod landing;
 mod lane_group;
 #[cfg(feature = "std")]
 mod lane_scene;
+mod leap;
 mod method;
 #[cfg(feature = "std")]
 mod named_method;

@@ -3,6 +3,8 @@
 use super::method::Output;
 use crate::excitation::Excitation;
 use crate::output::Record;
+#[cfg(feature = "std")]
+use crate::system::StateBox;
 use crate::system::{Input, NO_INPUT, State};
 
 /// Passes the instants of a run to its record.
@@ -22,6 +24,14 @@ impl Recorder<'_> {
             self.record.instant(self.excitation.time(0), state, &self.excitation.input(0));
             self.recorded += 1;
         }
+    }
+
+    /// Leaves out the next `count` samples if no state in the box would change the record; whether it did.
+    #[cfg(feature = "std")]
+    pub(super) fn leave_out(&mut self, count: usize, states: &StateBox) -> bool {
+        let left_out = self.record.leave_out(count, states);
+        self.recorded += if left_out { count } else { 0 };
+        left_out
     }
 
     /// Records sample `k`.

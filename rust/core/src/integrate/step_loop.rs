@@ -2,6 +2,7 @@
 
 use super::budget::{BETWEEN, Budget};
 use super::control::{Control, Controller, ErrorNorm};
+use super::leap::Leaps;
 use super::method::{Method, Output, Summary};
 use super::recorder::Recorder;
 use super::switched::SwitchedEquations;
@@ -70,6 +71,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         forcing.sample(excitation, 0, from);
         self.recorder.first_sample(state);
         let (mut k, mut glide_from) = (0, 0);
+        let mut leaps = Leaps::new(&self.recorder);
         while k + 1 < excitation.count() {
             if M::EXACT_IF_LINEAR
                 && self.whole_interval(forcing, k, [&mut state, &mut next], [&mut from, &mut to])?
@@ -78,8 +80,15 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                 continue;
             }
             if M::ERROR_ORDER.is_none() && k >= glide_from {
+                if k >= leaps.from && self.leap(&mut leaps, forcing, k, [&mut state, &mut next], from) {
+                    k = leaps.from;
+                    continue;
+                }
                 let start = k;
-                k = self.glide(forcing, k, [&mut state, &mut next], [&mut from, &mut to]);
+                k = self.glide(forcing, k, leaps.from, [&mut state, &mut next], [&mut from, &mut to]);
+                if k == leaps.from {
+                    continue;
+                }
                 if k + 1 == excitation.count() {
                     break;
                 }

@@ -2,6 +2,8 @@
 
 use super::method::Method;
 use crate::contacts::{Contacts, DENSE_POINTS, SmoothContacts};
+#[cfg(feature = "std")]
+use crate::equations::LeapBounds;
 use crate::equations::{Equations, SegmentEquations, SmoothEquations};
 use crate::excitation::Ramp;
 use crate::system::State;
@@ -26,6 +28,15 @@ pub(super) trait SwitchedEquations {
 
     /// Whether a step of a method without step error stays within these equations, by tests that are cheap and may fail where it does.
     fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool;
+
+    /// Whether a leap within these bounds stays within these equations, by tests that may fail where it does.
+    #[cfg(feature = "std")]
+    fn stays_over(&self, bounds: &LeapBounds) -> bool;
+
+    /// Called after a leap.
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    fn leapt(&mut self) {}
 
     /// The state at the change that was found, if it is known.
     #[cfg_attr(feature = "std", inline(always))]
@@ -77,6 +88,12 @@ impl<E: Equations> SwitchedEquations for Unswitched<'_, E> {
         true
     }
 
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    fn stays_over(&self, _: &LeapBounds) -> bool {
+        true
+    }
+
     #[cfg_attr(feature = "std", inline(always))]
     fn missed_by(&self, _: &State) -> Option<f64> {
         None
@@ -122,6 +139,18 @@ impl SwitchedEquations for Contacts<'_> {
     #[cfg_attr(feature = "std", inline(always))]
     fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool {
         Contacts::stays(self, ramp, state, next)
+    }
+
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    fn stays_over(&self, bounds: &LeapBounds) -> bool {
+        Contacts::stays_over(self, bounds)
+    }
+
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    fn leapt(&mut self) {
+        Contacts::leapt(self);
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -184,6 +213,11 @@ impl<'a> SwitchedEquations for SmoothContacts<'a> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn stays(&mut self, _: &Ramp, _: &State, _: &State) -> bool {
+        false
+    }
+
+    #[cfg(feature = "std")]
+    fn stays_over(&self, _: &LeapBounds) -> bool {
         false
     }
 

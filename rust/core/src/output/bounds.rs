@@ -4,85 +4,9 @@ use super::extremes::Extremes;
 use super::loads::{NonlinearLink, Wrench};
 use crate::model::{Law, forces};
 use crate::numeric::float::fma;
-use crate::system::{LinkRow, State};
-
-/// Ranges of the entries of some states.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct StateBox {
-    low: State,
-    high: State,
-    middle: State,
-    /// Half of each range, and more than rounding can add to a sum of some twenty terms.
-    radius: State,
-}
-
-/// Rounding of a sum of some twenty terms over the sum of their sizes is far below this.
-pub(crate) const ROUNDING: f64 = 1e-13;
-
-/// The middle between two bounds, and half their distance.
-pub(crate) type Bounded = [f64; 2];
+use crate::system::{Bounded, LinkRow, ROUNDING, StateBox};
 
 impl StateBox {
-    /// A box without states.
-    pub(crate) const NOTHING: Self = Self {
-        low: [f64::INFINITY; 12],
-        high: [f64::NEG_INFINITY; 12],
-        middle: [0.0; 12],
-        radius: [f64::INFINITY; 12],
-    };
-
-    /// The box of some states.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn of<const N: usize>(states: &[State; N]) -> Self {
-        let (mut low, mut high) = (states[0], states[0]);
-        for state in states {
-            for j in 0..12 {
-                low[j] = if state[j] < low[j] { state[j] } else { low[j] };
-                high[j] = if state[j] > high[j] { state[j] } else { high[j] };
-            }
-        }
-        Self::between(low, high)
-    }
-
-    /// The box between these bounds.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn between(low: State, high: State) -> Self {
-        let (mut middle, mut radius) = ([0.0; 12], [0.0; 12]);
-        for j in 0..12 {
-            middle[j] = 0.5 * (low[j] + high[j]);
-            radius[j] = fma(ROUNDING, low[j].abs() + high[j].abs(), 0.5 * (high[j] - low[j]));
-        }
-        Self { low, high, middle, radius }
-    }
-
-    /// The box with the same middle and twice the width.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn widened(&self) -> Self {
-        let (mut low, mut high) = (self.low, self.high);
-        for j in 0..12 {
-            let half = 0.5 * (high[j] - low[j]);
-            (low[j], high[j]) = (low[j] - half, high[j] + half);
-        }
-        Self::between(low, high)
-    }
-
-    /// Whether this box is a part of the other.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn is_within(&self, other: &Self) -> bool {
-        let mut within = true;
-        for j in 0..12 {
-            within &= (self.low[j] >= other.low[j]) & (self.high[j] <= other.high[j]);
-        }
-        within
-    }
-
-    /// An entry.
-    #[cfg(feature = "std")]
-    #[inline(always)]
-    pub(crate) fn entry(&self, j: usize) -> Bounded {
-        [self.middle[j], self.radius[j]]
-    }
-
     /// Whether a component of a load that does not depend on the excitation directly may pass its extremes. True for NaN.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn may_pass(&self, load: &Wrench, extremes: &Extremes) -> bool {

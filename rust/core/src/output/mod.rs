@@ -12,7 +12,7 @@ mod riding;
 
 pub use axes::Axes;
 #[cfg(feature = "std")]
-pub(crate) use bounds::{Bounded, ROUNDING, StateBox, force_bounds};
+pub(crate) use bounds::force_bounds;
 pub use evaluate::evaluate;
 pub use extremes::Extremes;
 #[cfg(feature = "std")]

@@ -3,7 +3,6 @@
 //! Instants are gathered in blocks. Of each block, the ranges of the entries of the state bound every load (`bounds`); a load whose bounds
 //! lie within its extremes so far is not evaluated at all. The others are evaluated at all instants of the block side by side.
 
-use super::bounds::StateBox;
 use super::extremes::Extremes;
 use super::loads::{NonlinearLink, Wrench};
 use super::record::Record;
@@ -11,7 +10,7 @@ use crate::error::RunError;
 use crate::model::forces;
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, dispatch};
-use crate::system::{Input, NO_INPUT, State};
+use crate::system::{Input, NO_INPUT, State, StateBox};
 
 /// Instants of a block: few, so that a block in which a load passes its extremes is a short part of the run.
 const BLOCK: usize = 16;
@@ -66,6 +65,16 @@ impl Record for Peaks<'_> {
         }
     }
 
+    #[cfg(feature = "std")]
+    fn needs_all(&self) -> bool {
+        self.needs_input
+    }
+
+    #[cfg(feature = "std")]
+    fn leave_out(&mut self, _: usize, states: &StateBox) -> bool {
+        dispatch(LeaveOutKernel { peaks: self, states })
+    }
+
     #[inline(never)]
     fn end(&mut self) {
         if self.filled > 0 {
@@ -114,16 +123,52 @@ impl Kernel for BlockKernel<'_, '_> {
             extremes.update(times, &values);
         }
         if !is_transposed && !*needs_input {
-            // A larger box holds more of the blocks to come.
-            *safe = here.widened();
-            for (load, extremes) in loads.iter().zip(extremes.iter()) {
-                if safe.may_pass(load, extremes) {
-                    *safe = here;
-                    break;
-                }
-            }
+            *safe = widened(&here, loads, extremes);
         }
     }
+}
+
+/// Decides whether instants in a box may be left out.
+#[cfg(feature = "std")]
+struct LeaveOutKernel<'a, 'b, 'c> {
+    peaks: &'a mut Peaks<'b>,
+    states: &'c StateBox,
+}
+
+#[cfg(feature = "std")]
+impl Kernel for LeaveOutKernel<'_, '_, '_> {
+    type Output = bool;
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) -> bool {
+        let Peaks { loads, extremes, safe, .. } = self.peaks;
+        if self.states.is_within(safe) {
+            return true;
+        }
+        if any_may_pass(self.states, loads, extremes) {
+            return false;
+        }
+        *safe = widened(self.states, loads, extremes);
+        true
+    }
+}
+
+/// Whether one of the loads may pass its extremes in a box.
+#[cfg_attr(feature = "std", inline(always))]
+fn any_may_pass(states: &StateBox, loads: &[Wrench], extremes: &[Extremes]) -> bool {
+    for (load, extremes) in loads.iter().zip(extremes) {
+        if states.may_pass(load, extremes) {
+            return true;
+        }
+    }
+    false
+}
+
+/// A box in which no load passes its extremes: if possible larger than this one, so that it holds more of the states to come.
+#[cfg_attr(feature = "std", inline(always))]
+fn widened(states: &StateBox, loads: &[Wrench], extremes: &[Extremes]) -> StateBox {
+    let wide = states.widened();
+    if any_may_pass(&wide, loads, extremes) { *states } else { wide }
 }
 
 /// The entries of the states, each at all instants.

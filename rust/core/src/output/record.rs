@@ -3,7 +3,7 @@
 use crate::error::RunError;
 #[cfg(feature = "std")]
 use crate::numeric::watch::Watch;
-use crate::system::{Input, State};
+use crate::system::{Input, State, StateBox};
 
 /// Receives the instants of a run.
 pub trait Record {
@@ -25,6 +25,16 @@ pub trait Record {
 
     /// Called at each instant with time, state and excitation.
     fn instant(&mut self, time: f64, state: &State, input: &Input);
+
+    /// Whether it needs every instant. If not, an exact run may leave some out, which it asks for with [`Record::leave_out`].
+    fn needs_all(&self) -> bool {
+        true
+    }
+
+    /// Asked whether the next `count` instants, whose states are in the box, may be left out. If true, they are.
+    fn leave_out(&mut self, _count: usize, _states: &StateBox) -> bool {
+        false
+    }
 
     /// Called after a contact change, `since` s after sample `first`, with the state there, and the index of each nonlinear link with the
     /// segment of its law that it is on from then on.
@@ -105,6 +115,14 @@ impl<R: Record> Record for Watched<'_, R> {
 
     fn stops(&mut self) -> bool {
         self.watch.stops() || self.record.stops()
+    }
+
+    fn needs_all(&self) -> bool {
+        self.record.needs_all()
+    }
+
+    fn leave_out(&mut self, count: usize, states: &StateBox) -> bool {
+        self.record.leave_out(count, states)
     }
 
     #[cfg_attr(feature = "std", inline(always))]

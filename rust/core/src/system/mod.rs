@@ -10,7 +10,7 @@
 //! `|s|² / 2` is the energy of the motion. Without damping the system matrix is skew-symmetric; damping only dissipates energy. The
 //! coordinates do not depend on the unit of length, and a small motion does not lose digits beside the static deflection.
 //!
-//! `state` (plain arrays), `assemble` (M, C, K), `base` (an elastic base under all links), `link_row` (each link in the modes),
+//! `state` (plain arrays), `state_box` (ranges of states), `assemble` (M, C, K), `base` (an elastic base under all links), `link_row` (each link in the modes),
 //! `undamped_modes`, `statics` (equilibrium of any laws), `quasi_static` (states of equilibrium under a force), `modes` (damping ratios,
 //! eigenvalues).
 
@@ -20,6 +20,7 @@ mod link_row;
 mod modes;
 mod quasi_static;
 mod state;
+mod state_box;
 mod statics;
 mod undamped_modes;
 
@@ -28,7 +29,10 @@ pub use modes::{Mode, eigenvalues, modes};
 pub use state::{Input, State, input_from};
 
 pub(crate) use link_row::LinkRow;
+pub use state_box::StateBox;
+
 pub(crate) use state::{Force, NO_FORCE, NO_INPUT, Square, finite, size, speed};
+pub(crate) use state_box::{Bounded, ROUNDING};
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 

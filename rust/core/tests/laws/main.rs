@@ -15,6 +15,7 @@ mod extremes;
 mod invariance;
 mod lanes;
 mod law;
+mod leaps;
 mod life;
 mod loads;
 mod methods;

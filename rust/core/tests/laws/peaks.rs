@@ -1,4 +1,4 @@
-//! Running extremes are those of the history, though most blocks of instants are passed over unevaluated.
+//! Running extremes are those of the history, though most instants are left out, or passed over unevaluated.
 
 use guideload::batch::{Batch, Measure, Motion, Quantity, Solver, Statistic};
 use guideload::{
@@ -7,16 +7,18 @@ use guideload::{
 };
 
 use crate::batch::{base, cart_on, yardstick};
-use crate::common::{ADAPTIVE, CART_CENTERS, Machine, Random, cart, close, cycle, noise};
+use crate::common::{ADAPTIVE, CART_CENTERS, Machine, Random, alike, cart, close, cycle, largest, noise};
 
-/// Runs twice, with a history and with running extremes, and compares them bit for bit; returns the outcome.
+/// Runs twice, with a history and with running extremes, and compares them to a `tolerance`; returns the outcomes, the latter first. Leaps
+/// round otherwise than steps; without them all numbers are the same bit for bit.
 fn compare<M: Method>(
     machine: &Machine,
     method: &M,
     control: Control,
     excitation: &Excitation,
     with_drive: bool,
-) -> Result<Summary, RunError> {
+    tolerance: f64,
+) -> [Result<Summary, RunError>; 2] {
     let system = machine.system();
     let groups = CART_CENTERS.into_iter().enumerate();
     let mut loads: Vec<Wrench> =
@@ -27,9 +29,9 @@ fn compare<M: Method>(
     let outcome = run(&system, method, control, excitation, Output::Samples, &mut peaks);
 
     let (states, other) = machine.run(method, control, excitation, Output::Samples);
-    assert_eq!(outcome, other);
     let mut history = vec![0.0; states.len() * loads.len() * 6];
     evaluate(&loads, &states, |k| excitation.input(k), &mut history);
+    let scale = largest(&history);
     for (l, extreme) in extremes.iter().enumerate() {
         let trace = |axis: usize| -> Vec<f64> {
             history.chunks(6 * loads.len()).map(|row| row[6 * l + axis]).collect()
@@ -38,20 +40,29 @@ fn compare<M: Method>(
             let trace = trace(axis);
             let most = trace.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let least = trace.iter().copied().fold(f64::INFINITY, f64::min);
-            assert_eq!((extreme.largest[axis], extreme.smallest[axis]), (most, least));
-            let when = |x: f64| excitation.time(trace.iter().position(|&y| x == y).expect("it is there"));
-            assert_eq!(extreme.time_of_largest[axis], when(most));
-            assert_eq!(extreme.time_of_smallest[axis], when(least));
+            close(extreme.largest[axis], most, tolerance, scale);
+            close(extreme.smallest[axis], least, tolerance, scale);
+            // The first sample at which it is reached.
+            let when = |reaches: &dyn Fn(f64) -> bool| {
+                excitation.time(trace.iter().position(|&y| reaches(y)).expect("it is there"))
+            };
+            let margin = tolerance * scale;
+            assert!(extreme.time_of_largest[axis] >= when(&|y| y >= most - margin));
+            assert!(extreme.time_of_smallest[axis] >= when(&|y| y <= least + margin));
+            if tolerance == 0.0 || most - least > 1e-3 * scale {
+                assert_eq!(extreme.time_of_largest[axis], when(&|y| y == most));
+                assert_eq!(extreme.time_of_smallest[axis], when(&|y| y == least));
+            }
         }
         let pairs = trace(1).into_iter().zip(trace(2));
         let across: Vec<f64> = pairs.map(|(y, z)| y.hypot(z)).collect();
         let (most, least) =
             across.iter().fold((0.0, f64::INFINITY), |(a, b), &x| (f64::max(a, x), f64::min(b, x)));
         // `hypot` rounds otherwise than a root of squares.
-        close(extreme.largest[6], most, 1e-15, most);
-        close(extreme.smallest[6], least, 1e-15, most);
+        close(extreme.largest[6], most, 1e-15 + tolerance, scale);
+        close(extreme.smallest[6], least, 1e-15 + tolerance, scale);
     }
-    outcome
+    [outcome, other]
 }
 
 /// Quiet parts between lively ones, of a length that is no multiple of a block.
@@ -59,12 +70,12 @@ fn motion(random: &mut Random) -> Vec<[f64; 3]> {
     let mut samples = cycle()[550..1150].to_vec();
     samples.extend(vec![[0.0; 3]; 200]);
     samples.extend(noise(random, 77));
-    samples.extend(vec![[0.0; 3]; 300]);
+    samples.extend(vec![[0.0; 3]; 900]);
     samples
 }
 
 #[test]
-fn peaks_are_the_extremes_of_the_history_bit_for_bit() {
+fn peaks_are_the_extremes_of_the_history() {
     let mut random = Random::new(61);
     let samples = motion(&mut random);
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
@@ -75,15 +86,26 @@ fn peaks_are_the_extremes_of_the_history_bit_for_bit() {
         *link = link.damped_in_contact().expect("a clearance");
     }
     let curve = [[-3e-5, -2000.0], [-4e-6, 0.0], [3e-6, 0.0], [2e-5, 900.0], [4e-5, 3000.0]];
+    let mut with_leaps = 0;
     for machine in [cart(), cart().with_damping(0.1), play, idle, on(Law::curve(&curve))] {
-        for with_drive in [false, true] {
-            compare(&machine, &Exact::<4>, ADAPTIVE, &excitation, with_drive).expect("a run");
+        // The drive force depends on the acceleration at every sample, so none is left out.
+        for (with_drive, tolerance) in [(false, 1e-11), (true, 0.0)] {
+            let method = &Exact::<4>;
+            let outcomes = compare(&machine, method, ADAPTIVE, &excitation, with_drive, tolerance);
+            let [peaks, history] = outcomes.map(|outcome| outcome.expect("a run"));
+            with_leaps += usize::from(peaks.steps < history.steps);
+            assert!(!with_drive || peaks.steps == history.steps);
+            assert_eq!(Summary { steps: history.steps, end: history.end, ..peaks }, history);
         }
     }
+    assert!(with_leaps >= 3);
     for exponent in [1.5, 10.0 / 9.0] {
         let machine = on(Law::preloaded(6e7, 300.0, exponent));
-        compare(&machine, &Rk45, ADAPTIVE, &excitation, false).expect("a run");
-        compare(&machine, &Exponential::<16>, ADAPTIVE, &excitation, false).expect("a run");
+        let rk45 = compare(&machine, &Rk45, ADAPTIVE, &excitation, false, 0.0);
+        let exponential = compare(&machine, &Exponential::<16>, ADAPTIVE, &excitation, false, 0.0);
+        for [peaks, history] in [rk45, exponential] {
+            assert_eq!(peaks.expect("a run"), history.expect("a run"));
+        }
     }
 }
 
@@ -93,8 +115,9 @@ fn peaks_before_an_error_are_kept() {
     let samples = cycle();
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
     let control = Control::Fixed { step: 1e-3 };
-    let outcome = compare(&cart().with_damping(15.0), &Rk45, control, &excitation, false);
+    let [outcome, other] = compare(&cart().with_damping(15.0), &Rk45, control, &excitation, false, 0.0);
     assert!(matches!(outcome, Err(RunError::Diverged { .. })), "{outcome:?}");
+    assert_eq!(outcome, other);
 }
 
 /// A study that asks for extremes only finds the same numbers as one that evaluates every load at every sample.
@@ -115,7 +138,10 @@ fn extremes_of_a_study_do_not_depend_on_what_else_is_asked() {
         other => other,
     });
     let all: Vec<Measure> = few.iter().copied().chain(squares).collect();
-    for law in [Law::sided(6e7, 6e7, 5e-6), Law::preloaded(6e7, 300.0, 1.5)] {
+    // Leaps round otherwise than steps.
+    for (law, tolerance) in
+        [(Law::sided(6e7, 6e7, 5e-6), Some(1e-12)), (Law::preloaded(6e7, 300.0, 1.5), None)]
+    {
         let (machine, groups) = cart_on(law.expect("a law"));
         let mut changes = yardstick(machine.links.len());
         changes.truncate(changes.len() - 2);
@@ -134,7 +160,11 @@ fn extremes_of_a_study_do_not_depend_on_what_else_is_asked() {
         };
         let (alone, whole) = (table(&few), table(&all));
         for (alone, whole) in alone.chunks(few.len()).zip(whole.chunks(all.len())) {
-            assert_eq!(alone, &whole[..few.len()]);
+            if let Some(tolerance) = tolerance {
+                alike(alone, &whole[..few.len()], tolerance);
+            } else {
+                assert_eq!(alone, &whole[..few.len()]);
+            }
         }
     }
 }

@@ -1,0 +1,187 @@
+//! Leaps over samples that a record does not need: all states of a leap are within its bounds, and no contact change is missed.
+
+use guideload::{
+    Control, Dof, Exact, Excitation, Free, Input, Law, Link, Output, Record, RunError, State, StateBox, run,
+};
+
+use crate::batch::cart_on;
+use crate::common::{ADAPTIVE, Machine, Random, cart, cart_stiff, cycle, noise, one_dof, random_machine};
+
+/// Needs no instant: stores the boxes of all leaps, each with the number of instants before it, and the other instants.
+#[derive(Default)]
+struct Needless {
+    instants: Vec<(usize, State)>,
+    leaps: Vec<(usize, usize, StateBox)>,
+    next: usize,
+}
+
+impl Record for Needless {
+    fn reserve(&mut self, _: usize) -> Result<(), RunError> {
+        Ok(())
+    }
+
+    fn needs_all(&self) -> bool {
+        false
+    }
+
+    fn leave_out(&mut self, count: usize, states: &StateBox) -> bool {
+        self.leaps.push((self.next, count, *states));
+        self.next += count;
+        true
+    }
+
+    fn instant(&mut self, _: f64, state: &State, _: &Input) {
+        self.instants.push((self.next, *state));
+        self.next += 1;
+    }
+}
+
+/// Runs a machine sample by sample and with leaps, and compares; returns the part of the samples that was left out.
+fn compare(machine: &Machine, excitation: &Excitation, tolerance: f64) -> f64 {
+    let (states, every) = machine.states(&Exact::<16>, ADAPTIVE, excitation);
+    let mut record = Needless::default();
+    let control = Control::Adaptive { rtol: 1e-6 };
+    let system = machine.system();
+    let summary =
+        run(&system, &Exact::<16>, control, excitation, Output::Samples, &mut record).expect("a run");
+    assert_eq!((summary.recorded, summary.contact_changes), (states.len(), every.contact_changes));
+    let scale = states.iter().flatten().fold(0.0, |most, x: &f64| f64::max(most, x.abs()));
+    let mut left_out = 0;
+    for (first, count, states_of_leap) in &record.leaps {
+        left_out += count;
+        for (k, state) in states.iter().enumerate().skip(*first).take(*count) {
+            assert!(states_of_leap.contains(state), "sample {k}: {state:?} outside of {states_of_leap:?}");
+        }
+    }
+    assert_eq!(left_out + record.instants.len(), states.len());
+    for (k, state) in &record.instants {
+        for (got, want) in state.iter().zip(&states[*k]) {
+            assert!(
+                (got - want).abs() <= tolerance * scale,
+                "sample {k}: {got:e}, want {want:e} of {scale:e}"
+            );
+        }
+    }
+    left_out as f64 / states.len() as f64
+}
+
+/// A planned motion, a smooth one along all axes, and noise.
+fn motions(random: &mut Random) -> [Vec<[f64; 3]>; 3] {
+    let phases: [[f64; 2]; 3] =
+        std::array::from_fn(|_| [random.between(1.0, 20.0), random.between(0.0, 6.0)]);
+    let smooth = |k: usize| phases.map(|[speed, phase]| 2.0 * (1e-3 * k as f64 * speed + phase).sin());
+    [cycle()[..2500].to_vec(), (0..1500).map(smooth).collect(), noise(random, 1500)]
+}
+
+#[test]
+fn bounds_of_leaps_contain_the_states_of_linear_machines() {
+    let mut random = Random::new(71);
+    let mut machines = vec![
+        cart(),
+        cart().with_damping(0.02),
+        cart_stiff(),
+        one_dof(80.0, 0.0),
+        one_dof(80.0, 3.0),
+        cart().with_free(Free::only(&[Dof::Ry])),
+    ];
+    machines.extend((0..6).map(|_| random_machine(&mut random)));
+    for machine in machines {
+        for samples in motions(&mut random) {
+            let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
+            let part = compare(&machine, &excitation, 1e-12);
+            assert!(part > 0.8, "{part}");
+        }
+    }
+}
+
+#[test]
+fn leaps_miss_no_contact_change() {
+    let mut random = Random::new(72);
+    let curve = [[-3e-5, -2000.0], [-4e-6, 0.0], [3e-6, 0.0], [2e-5, 900.0], [4e-5, 3000.0]];
+    let laws = [
+        Law::sided(6e7, 6e7, 5e-6),
+        Law::sided(6e7, 2e7, 1e-6),
+        Law::curve(&curve),
+        Law::sided(6e7, 6e7, 2e-4),
+    ];
+    let mut parts = Vec::new();
+    for law in laws {
+        let (mut machine, _) = cart_on(law.expect("a law"));
+        for idle in [false, true] {
+            if idle {
+                for link in &mut machine.links {
+                    *link = link.damped_in_contact().unwrap_or(*link);
+                }
+            }
+            for samples in motions(&mut random) {
+                let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
+                parts.push(compare(&machine, &excitation, 1e-9));
+            }
+        }
+    }
+    // Planned motions; noise changes contacts all the time.
+    for part in parts.iter().step_by(3) {
+        assert!(*part > 0.2, "{parts:?}");
+    }
+}
+
+/// Uneven times: a leap needs intervals of one length.
+#[test]
+fn leaps_pass_over_equal_intervals_only() {
+    let samples = &cycle()[..2000];
+    let mut time = vec![0.0];
+    for k in 1..samples.len() {
+        let step = if (900..1000).contains(&k) && k % 3 == 0 { 2e-3 } else { 1e-3 };
+        time.push(time[k - 1] + step);
+    }
+    let excitation = Excitation::new(&time, samples, None).expect("sound");
+    let part = compare(&cart(), &excitation, 1e-12);
+    assert!(part > 0.5 && part < 0.95, "{part}");
+}
+
+/// A body without links in contact in one direction drifts through its clearance, and meets the other side.
+#[test]
+fn a_leap_ends_before_a_drifting_body_meets_a_side() {
+    let wide = Law::sided(6e7, 6e7, 3e-3).expect("a law");
+    let mut machine = cart();
+    for link in &mut machine.links {
+        if link.direction().z.abs() > 0.5 {
+            *link = Link::with_law(link.point(), link.direction(), wide, 50.0).expect("a link");
+        }
+    }
+    let mut samples = vec![[0.0, 0.0, 0.0]; 6000];
+    samples[100..130].fill([0.0, 0.0, 1.0]);
+    let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
+    let (_, every) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+    assert!(every.contact_changes > 2, "{every:?}");
+    let part = compare(&machine, &excitation, 1e-9);
+    assert!(part > 0.5, "{part}");
+}
+
+/// Samples one period of an undamped body apart: at all of them the body is in contact, in between it may lift off.
+#[test]
+fn a_contact_change_between_samples_is_not_leapt_over() {
+    // Exact binary fractions, so that all intervals are equal.
+    let (tick, period) = (1.0 / 1024.0, 1.0 / 16.0);
+    let frequency = std::f64::consts::TAU / period;
+    let mut machine = one_dof(frequency, 0.0);
+    let stiffness = 100.0 * frequency * frequency;
+    let law = Law::sided(stiffness, stiffness, 1e-4).expect("a law");
+    let link = machine.links[0];
+    machine.links[0] = Link::with_law(link.point(), link.direction(), law, 0.0).expect("a link");
+    // A pulse swings the body with `size` times its deflection under gravity; at the end of its samples it is at rest position.
+    for (size, lifts_off) in [(0.8, false), (1.5, true)] {
+        let pulse = size * 9.80665 / frequency / (10.0 * tick);
+        let mut samples: Vec<[f64; 3]> =
+            (0..43).map(|k| [0.0, if (5..15).contains(&k) { pulse } else { 0.0 }, 0.0]).collect();
+        let mut time: Vec<f64> = (0..43).map(|k| tick * f64::from(k)).collect();
+        for k in 1..500 {
+            samples.push([0.0; 3]);
+            time.push(42.0 * tick + period * f64::from(k));
+        }
+        let excitation = Excitation::new(&time, &samples, None).expect("sound");
+        let (_, every) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+        assert_eq!(every.contact_changes > 100, lifts_off, "{every:?}");
+        compare(&machine, &excitation, 1e-9);
+    }
+}
